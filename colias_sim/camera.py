@@ -1,0 +1,106 @@
+"""The robot's camera: offscreen luma frames with exposure, noise and quantisation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import TracebackType
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+import mujoco
+
+from colias_sim import gl
+from colias_sim.config import CameraConfig
+from colias_sim.scene import OWN_BODY_GROUP
+
+Floats = npt.NDArray[np.float32]
+WARM_UP_ROWS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One luma image: ``luma`` (R, C) uint8 and the time its exposure ended, in seconds of simulation."""
+
+    luma: npt.NDArray[np.uint8]
+    time: float
+
+
+class Camera:
+    """Renders one named camera of a model as the OV7670 would see it.
+
+    Raises `colias_sim.gl.GLUnavailable` where nothing can render. Call `expose` at each of the moments `exposure_steps` lists, then `develop`. Holds an OpenGL context:
+    close it, or use it in a ``with`` statement, in the thread and process that made it.
+    """
+
+    def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig) -> None:
+        self.config = config
+        self._name = name
+        rows, columns = config.height * config.supersample, config.width * config.supersample
+        self._option = mujoco.MjvOption()
+        self._option.geomgroup[OWN_BODY_GROUP] = 0
+        self._rgb = np.empty((rows, columns, 3), np.uint8)
+        self._grey = np.empty((rows, columns), np.uint8)
+        self._light = np.zeros((config.height, config.width), np.float32)
+        self._noise, self._spread = np.empty_like(self._light), np.empty_like(self._light)
+        self._noise_tape = np.empty((config.height + WARM_UP_ROWS, config.width), np.float32)
+        self._exposures = 0
+        gl.require_backend()
+        self._renderer = mujoco.Renderer(model, rows, columns)
+
+    def __enter__(self) -> Camera:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the OpenGL context."""
+        self._renderer.close()
+
+    def expose(self, data: mujoco.MjData) -> None:
+        """Add one render of the present scene to the exposure under way."""
+        self._renderer.update_scene(data, self._name, self._option)
+        self._renderer.render(out=self._rgb)
+        cv2.cvtColor(self._rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
+        if self.config.supersample > 1:
+            small = cv2.resize(self._grey.astype(np.float32), self._light.shape[::-1], interpolation=cv2.INTER_AREA)
+            self._light += small
+        else:
+            cv2.accumulate(self._grey, self._light)
+        self._exposures += 1
+
+    def develop(self, rng: np.random.Generator, time: float) -> Frame:
+        """End the exposure: average its renders, add noise drawn from ``rng``, quantise to 8 bits."""
+        light = self._light
+        if self._exposures > 1:
+            light *= 1.0 / self._exposures
+        luma = cv2.add(light, self._draw_noise(light, rng), dtype=cv2.CV_8U)  # rounds and saturates
+        light[:] = 0.0
+        self._exposures = 0
+        return Frame(luma, time)
+
+    def _draw_noise(self, light: Floats, rng: np.random.Generator) -> Floats:
+        """Photon and read noise of one frame; Gaussian, which photon noise is from some tens of electrons up."""
+        config, spread, noise = self.config, self._spread, self._noise
+        # OpenCV's generator, seeded afresh from the trial's, is five times faster than NumPy's. Its first numbers
+        # after seeding still show the seed: they go into rows above the picture.
+        cv2.setRNGSeed(int(rng.integers(1, 2**31)))
+        cv2.randn(self._noise_tape, 0.0, 1.0)
+        np.multiply(light, np.float32(config.shot_noise**2 / 255.0), out=spread)
+        spread += np.float32(config.read_noise**2)
+        np.sqrt(spread, out=spread)
+        return np.multiply(self._noise_tape[WARM_UP_ROWS:], spread, out=noise)
+
+
+def exposure_steps(config: CameraConfig, steps_per_frame: int) -> tuple[int, ...]:
+    """After which physics steps of a frame the camera renders: the middles of the exposure's equal parts.
+
+    The exposure ends with the frame. Moments are rounded to whole steps, so a part's error is under half a
+    step; an exposure longer than the frame is cut to it.
+    """
+    length = min(config.exposure_ms * config.fps / 1000.0, 1.0) * steps_per_frame
+    parts = (np.arange(config.exposure_samples) + 0.5) / config.exposure_samples
+    moments = np.rint(steps_per_frame - length * (1.0 - parts)).astype(int)
+    return tuple(int(m) for m in np.clip(moments, 1, steps_per_frame))

@@ -1,0 +1,61 @@
+"""Choose MuJoCo's OpenGL backend, which must happen before ``import mujoco``.
+
+MuJoCo reads the environment variable ``MUJOCO_GL`` once, when it is imported, and without a display
+and without that variable its renderer fails. So this package chooses before any of its modules imports it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+
+PACKAGES = "libegl1 libgl1"  # Debian's names for what EGL rendering without a screen needs
+_ADVICE = f"on Debian or Ubuntu run 'apt-get install {PACKAGES}'"
+_LIBRARIES = {"egl": ("libEGL.so.1", "libGL.so.1"), "osmesa": ("libOSMesa.so.8",)}
+
+
+class GLUnavailable(RuntimeError):
+    """No way to render: names the package to install."""
+
+
+def choose_backend() -> str:
+    """Set ``MUJOCO_GL`` if the user has not, and return it: on Linux egl, else osmesa, else glfw if there is a display.
+
+    Returns "" when there is none, for `require_backend` to complain of once something is to be rendered. Raises
+    `GLUnavailable` when the user's own choice does not load: MuJoCo could not even be imported.
+    """
+    # llvmpipe splits so small a picture between threads at a loss: 50 us a frame at 99x72.
+    os.environ.setdefault("LP_NUM_THREADS", "0")
+    chosen = os.environ.get("MUJOCO_GL", "").lower()
+    if chosen in _LIBRARIES and not _loads(chosen):
+        raise GLUnavailable(f"MUJOCO_GL={chosen}, but its library does not load: {_ADVICE}")
+    if chosen or not sys.platform.startswith("linux"):
+        return chosen or "default"
+    for backend in _LIBRARIES:
+        if _loads(backend):
+            os.environ["MUJOCO_GL"] = backend
+            return backend
+    return "glfw" if os.environ.get("DISPLAY") else ""
+
+
+def require_backend() -> None:
+    """Raise `GLUnavailable` if there is no way to render."""
+    if not choose_backend():
+        raise GLUnavailable(f"no OpenGL library for rendering without a screen: {_ADVICE}")
+
+
+def _loads(backend: str) -> bool:
+    try:
+        for name in _LIBRARIES[backend]:
+            ctypes.CDLL(name)
+    except OSError:
+        return False
+    return True
+
+
+if __name__ == "__main__":
+    try:
+        require_backend()
+    except GLUnavailable as problem:
+        sys.exit(str(problem))

@@ -1,0 +1,67 @@
+"""Straight paths, and the controller that drives a robot along one by its wheels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from colias_sim.robot import Pose, Robot, WheelSpeeds
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A directed straight path on the floor, metres and radians, ``length`` long from its start pose."""
+
+    start: Pose
+    length: float
+
+    def along(self, pose: Pose) -> float:
+        """Distance travelled from the start, measured along the line."""
+        dx, dy = pose.x - self.start.x, pose.y - self.start.y
+        return dx * math.cos(self.start.heading) + dy * math.sin(self.start.heading)
+
+    def offset(self, pose: Pose) -> float:
+        """Signed distance from the line, left of it positive."""
+        dx, dy = pose.x - self.start.x, pose.y - self.start.y
+        return dy * math.cos(self.start.heading) - dx * math.sin(self.start.heading)
+
+    def point(self, along: float) -> Pose:
+        """The pose on the line ``along`` metres from its start."""
+        h = self.start.heading
+        return Pose(self.start.x + along * math.cos(h), self.start.y + along * math.sin(h), h)
+
+
+class PathFollower:
+    """Drives a robot along a line at a commanded speed: feedback on heading, offset and speed.
+
+    Steering is the linear law ``turn = -v (k_heading e_heading + k_offset offset)``, critically damped in the
+    distance travelled. The speed ramps up from rest, and once near has an integral term, because a velocity
+    servo alone settles a little low.
+    """
+
+    HEADING_GAIN = 40.0  # per metre travelled
+    OFFSET_GAIN = 400.0  # per square metre: (HEADING_GAIN / 2)^2 is critical
+    ACCELERATION = 1.0  # m/s^2
+    INTEGRAL_GAIN = 6.0  # 1/s
+    NEAR = 0.1  # share of the speed within which the integral works: no wind-up while the motors lag
+
+    def __init__(self, robot: Robot, line: Line, speed: float) -> None:
+        self._robot, self._line, self._speed = robot, line, speed
+        self._ramp = self._surplus = 0.0
+
+    @classmethod
+    def run_up(cls, speed: float) -> float:
+        """Metres after which a robot started from rest keeps ``speed`` (m/s) within 2 %."""
+        return speed**2 / (2 * cls.ACCELERATION) + 0.2 * speed + 0.002
+
+    def wheels(self, dt: float) -> WheelSpeeds:
+        """The wheel speeds to command for the next ``dt`` seconds."""
+        pose, heading = self._robot.pose, self._line.start.heading
+        vx, vy = self._robot.velocity
+        self._ramp = min(self._ramp + self.ACCELERATION * dt, self._speed)
+        error = self._speed - (vx * math.cos(heading) + vy * math.sin(heading))
+        if abs(error) < self.NEAR * self._speed:
+            self._surplus += self.INTEGRAL_GAIN * error * dt
+        skew = math.remainder(pose.heading - heading, 2 * math.pi)
+        turn = -self._ramp * (self.HEADING_GAIN * skew + self.OFFSET_GAIN * self._line.offset(pose))
+        return self._robot.wheels_for(self._ramp + self._surplus, turn)

@@ -1,0 +1,39 @@
+"""The two filters the network is made of: first-order low-passes and Gaussian blurs."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+
+def alpha(tau: float, dt: float) -> float:
+    """Gain of a first-order low-pass ``y += alpha (x - y)`` for ``tau`` and frame interval ``dt``, both ms."""
+    return dt / (dt + tau)
+
+
+def gaussian_kernel(sigma: float) -> npt.NDArray[np.float64]:
+    """Column (2 r + 1, 1) of a Gaussian of ``sigma`` px cut at ``r = ceil(4 sigma)``, summing to 1 (`gauss-function`)."""
+    radius = math.ceil(4.0 * sigma)
+    return cv2.getGaussianKernel(2 * radius + 1, sigma, cv2.CV_64F)
+
+
+def blur(
+    image: npt.NDArray[np.floating], kernel: npt.NDArray[np.floating], out: npt.NDArray[np.floating] | None = None
+) -> npt.NDArray[np.floating]:
+    """Convolve (R, C) with ``kernel`` along both axes, the border replicated."""
+    return cv2.sepFilter2D(image, -1, kernel, kernel, dst=out, borderType=cv2.BORDER_REPLICATE)
+
+
+FLUSH_EVERY = 64
+
+
+def flush(state: npt.NDArray[np.float32]) -> None:
+    """Set what has decayed below 1e-30 to zero, in place.
+
+    In a still scene a low-pass decays into subnormal numbers, on which a processor takes many
+    times longer; called every `FLUSH_EVERY` steps this keeps them out and costs next to nothing.
+    """
+    state[np.abs(state) < 1e-30] = 0.0

@@ -1,0 +1,66 @@
+"""What may enter a model: the one gate every frame passes."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+Channels = Literal["grey", "bgr", "rgb"]
+
+_TO_GREY = {"bgr": cv2.COLOR_BGR2GRAY, "rgb": cv2.COLOR_RGB2GRAY}
+
+
+class FrameError(ValueError):
+    """A frame the model cannot take; the message names what is wrong and what is legal."""
+
+
+def checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    """Return ``shape`` as two ints (R, C), or raise `FrameError` if it is no image shape."""
+    try:
+        rows, columns = (int(n) for n in shape)
+    except (TypeError, ValueError):
+        raise FrameError(f"shape is {shape!r}: expected two whole numbers (rows, columns)") from None
+    if rows < 2 or columns < 2:
+        raise FrameError(f"shape is {shape!r}: expected at least 2 rows and 2 columns")
+    return rows, columns
+
+
+def luma(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels = "grey") -> npt.NDArray[Any]:
+    """Check one frame and return its grey levels, (R, C), uint8 or floating, 0..255.
+
+    Accepted: uint8 or floating grey of exactly ``shape``; uint8 colour (R, C, 3) when
+    ``channels`` says ``"bgr"`` or ``"rgb"``, reduced to BT.601 luma (the Y of YUV).
+    Raises `FrameError` on another type, shape or order, and on values that are not
+    finite or leave 0..255.
+    """
+    if not isinstance(frame, np.ndarray):
+        raise FrameError(f"frame is a {type(frame).__name__}: expected a numpy array of shape {shape}")
+    if channels != "grey":
+        return _from_colour(frame, shape, channels)
+    if frame.shape != shape:
+        raise FrameError(f"frame has shape {frame.shape}: this model was made for {shape}{_colour_hint(frame)}")
+    if frame.dtype == np.uint8:
+        return frame
+    if not np.issubdtype(frame.dtype, np.floating):
+        raise FrameError(f"frame has type {frame.dtype}: expected uint8, or floating point in 0..255")
+    # min and max propagate NaN, and a comparison with NaN is false, so one test covers both.
+    if not (frame.min() >= 0.0 and frame.max() <= 255.0):
+        raise FrameError(
+            f"frame holds values from {frame.min():g} to {frame.max():g}: expected finite values in 0..255"
+        )
+    return frame
+
+
+def _from_colour(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels) -> npt.NDArray[Any]:
+    if channels not in _TO_GREY:
+        raise FrameError(f"channels is {channels!r}: expected 'grey', 'bgr' or 'rgb'")
+    if frame.shape != (*shape, 3) or frame.dtype != np.uint8:
+        raise FrameError(f"frame has shape {frame.shape} and type {frame.dtype}: expected uint8 {(*shape, 3)}")
+    return cv2.cvtColor(frame, _TO_GREY[channels])
+
+
+def _colour_hint(frame: npt.NDArray[Any]) -> str:
+    return "; name a colour frame with channels='bgr' or 'rgb'" if frame.ndim == 3 else ""

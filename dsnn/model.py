@@ -1,0 +1,89 @@
+"""What every vision model offers, and the value it answers with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from dsnn.frames import Channels
+
+FloatMap = npt.NDArray[np.floating]
+
+
+@dataclass(frozen=True, slots=True)
+class LayerMaps:
+    """Copies of the layers' activity after one frame, each of the frame's shape (R, C).
+
+    ``p``: retina, change of luminance in grey levels. ``la``: lamina, signed.
+    ``f_on`` and ``f_off``: the pathways' signals after FDSR, never negative.
+    """
+
+    p: FloatMap
+    la: FloatMap
+    f_on: FloatMap
+    f_off: FloatMap
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """A model's answer to one frame.
+
+    ``hs`` and ``vs`` are membrane potentials in (-1, 1): rightward and downward
+    motion positive. Spikes are counts per frame carrying the potential's sign.
+    """
+
+    hs: float
+    vs: float
+    hs_spikes: int
+    vs_spikes: int
+    maps: LayerMaps | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ResponseSeries:
+    """Answers to T frames as columns of length T: potentials float64, spikes int64."""
+
+    hs: npt.NDArray[np.float64]
+    vs: npt.NDArray[np.float64]
+    hs_spikes: npt.NDArray[np.int64]
+    vs_spikes: npt.NDArray[np.int64]
+
+    @classmethod
+    def from_responses(cls, responses: Iterable[Response]) -> ResponseSeries:
+        """Stack single answers in time order."""
+        answers = list(responses)
+        return cls(
+            hs=np.array([a.hs for a in answers], np.float64),
+            vs=np.array([a.vs for a in answers], np.float64),
+            hs_spikes=np.array([a.hs_spikes for a in answers], np.int64),
+            vs_spikes=np.array([a.vs_spikes for a in answers], np.int64),
+        )
+
+
+@runtime_checkable
+class VisionModel(Protocol):
+    """A causal model of motion vision: one frame in, one `Response` out.
+
+    ``shape`` is (R, C), fixed at construction. ``step`` takes the next frame (see
+    `dsnn.frames.luma` for what is accepted) and raises `dsnn.frames.FrameError`
+    for anything else. ``reset`` returns to the state before the first frame.
+    """
+
+    @property
+    def shape(self) -> tuple[int, int]: ...
+
+    def step(self, frame: npt.NDArray[np.generic], *, channels: Channels = "grey", maps: bool = False) -> Response: ...
+
+    def reset(self) -> None: ...
+
+
+def run_model(
+    model: VisionModel, frames: Iterable[npt.NDArray[np.generic]], *, channels: Channels = "grey"
+) -> ResponseSeries:
+    """Reset ``model`` and step it through ``frames``, a (T, R, C) array or any iterable of frames."""
+    model.reset()
+    return ResponseSeries.from_responses(model.step(frame, channels=channels) for frame in frames)

@@ -1,0 +1,1 @@
+"""The machinery that experiments share: trials, recordings, tables, statistics, figures and the command line."""

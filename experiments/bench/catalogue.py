@@ -1,0 +1,51 @@
+"""Find experiments: registered names, or the path of a user's own file."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import importlib.util
+import sys
+import traceback
+from pathlib import Path
+
+from experiments import NAMES
+from experiments.bench.declaration import Experiment
+from experiments.bench.settings import UsageError
+
+
+def load(name: str) -> Experiment:
+    """The experiment called ``name``, or the one that the file ``name`` declares as ``EXPERIMENT``.
+
+    Raises `UsageError` on an unknown name, and on a file that cannot be read, has an error, or declares none.
+    """
+    if name in NAMES:
+        experiment = importlib.import_module(f"experiments.{name}").EXPERIMENT
+    elif name.endswith(".py") or "/" in name:
+        experiment = _load_file(Path(name))
+    else:
+        near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.0)[0]
+        raise UsageError(f"unknown experiment '{name}': known are {', '.join(NAMES)} (nearest: {near}), or a .py file")
+    if not isinstance(experiment, Experiment):
+        raise UsageError(f"{name}: EXPERIMENT is a {type(experiment).__name__}, expected an Experiment")
+    return experiment
+
+
+def _load_file(path: Path) -> object:
+    """Run the user's own file, which they asked for by name, and take its ``EXPERIMENT``."""
+    if not path.is_file():
+        raise UsageError(f"{path}: no such experiment file")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None and spec.loader is not None  # a .py file always has both
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except SyntaxError as error:
+        raise UsageError(f"{path}, line {error.lineno}: {error.msg}") from None
+    except Exception as error:
+        lines = [frame.lineno for frame in traceback.extract_tb(sys.exc_info()[2]) if frame.filename == str(path)]
+        where = f", line {lines[-1]}" if lines else ""
+        raise UsageError(f"{path}{where}: {type(error).__name__}: {' '.join(str(error).split())}") from None
+    if not hasattr(module, "EXPERIMENT"):
+        raise UsageError(f"{path}: declares no EXPERIMENT")
+    return module.EXPERIMENT

@@ -1,0 +1,229 @@
+"""The command line. Heavy imports happen inside the commands, so that help answers at once."""
+
+from __future__ import annotations
+
+import datetime
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from experiments.bench.runner import Plan, Report
+
+EXIT_USAGE, EXIT_INTERRUPTED = 2, 130
+
+app = typer.Typer(
+    rich_markup_mode="rich",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="""A simulated [b]Colias[/b] micro-robot testbed for fly-inspired motion vision.
+
+Two robots in MuJoCo: the [b]observer[/b] looks through its 99x72 camera and runs the DSNN on every frame, the black
+[b]stimulus[/b] drives past it. Every trial is recorded for Rerun, summarised, drawn, and held against what the paper
+(Fu, Bellotto and Yue 2018) reports.
+
+  colias run speed                                  the paper's speed tests: 4 speeds, 10 repeats
+  colias run speed --set experiment.direction=both  rightward and leftward
+  colias run distance --repeats 3 --seed 7          fewer repeats, other noise
+  colias run speed --set dsnn.n_con=6 --set camera.read_noise=0
+  colias run my_experiment.py                       your own declaration
+  colias view runs/speed-...                        its recordings in Rerun
+
+A run leaves in its folder: trials.parquet (a row per trial), frames.parquet (a row per frame), summary.csv,
+claims.json, experiment.json (every parameter, seed, versions), figure.svg and .png, recordings/*.rrd. Equal seeds
+and parameters give equal numbers.""",
+)
+
+out_console = Console(highlight=False)
+error_console = Console(stderr=True, highlight=False)
+
+
+@app.command(short_help="Run an experiment: trials, recordings, tables, figure, verdicts.")
+def run(
+    experiment: Annotated[str, typer.Argument(help="A name that [b]colias list[/b] shows, or the path of a .py file.")],
+    repeats: Annotated[int | None, typer.Option(help="Trials of each condition [default: the experiment's].")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the whole run, 0 or more.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results [default: runs/NAME-TIME].")] = None,
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; see [b]colias parameters[/b]. Repeatable."),
+    ] = None,
+    model: Annotated[str, typer.Option(help="The vision model on the observer.")] = "dsnn",
+    recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
+) -> None:
+    """Run an experiment and write its results into a folder.
+
+    Trials already finished stay readable if the run is interrupted.
+    """
+    from experiments.bench import catalogue, settings
+    from experiments.bench.runner import Plan
+
+    declared = catalogue.load(experiment)
+    count = declared.repeats if repeats is None else repeats
+    if count < 1:
+        raise settings.UsageError(f"--repeats {count}: legal is a whole number from 1 up")
+    if seed < 0:
+        raise settings.UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+    declared, chosen = settings.configure(declared, model, assignments or ())
+    stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
+    _run(Plan(declared, chosen, count, seed), out or Path("runs") / f"{declared.name}-{stamp}", recordings)
+
+
+def _run(plan: Plan, out: Path, recordings: bool) -> None:
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from experiments.bench.results import RunFolder
+    from experiments.bench.runner import run as run_plan
+    from experiments.bench.trial import TrialResult
+
+    folder = RunFolder(out)
+    folder.create()
+    total, done = len(plan.specs()), 0
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=error_console, transient=True) as progress:
+        task = progress.add_task(f"{plan.experiment.name}: trials", total=total)
+
+        def on_trial(result: TrialResult) -> None:
+            nonlocal done
+            done += 1
+            progress.advance(task)
+
+        try:
+            report = run_plan(plan, folder, on_trial, recordings=recordings)
+        except BaseException:
+            progress.stop()
+            error_console.print(f"stopped after {done} of {total} trials; they are in {out}", soft_wrap=True)
+            raise
+    _show(report, recordings)
+
+
+def _show(report: Report, recordings: bool) -> None:
+    """The table of conditions, the verdicts, and where everything is."""
+    table = Table(title="HS spikes per trial", title_justify="left", box=None, header_style="bold", pad_edge=False)
+    for name in ("condition", "n", "mean", "95 % interval", "sd", "median", "rate Hz", "peak HS", "trough HS", "cm/s"):
+        table.add_column(name, justify="left" if name == "condition" else "right")
+    conditions: dict[tuple[str, float, float], dict[str, dict[str, float]]] = {}
+    for row in report.summary:
+        key = (row["direction"], row["speed_cm_s"], row["distance_cm"])
+        conditions.setdefault(key, {})[row["quantity"]] = row
+    for (direction, speed, distance), rows in conditions.items():
+        spikes = rows["spikes"]
+        table.add_row(
+            f"{direction} {speed:g} cm/s at {distance:g} cm",
+            f"{spikes['n']}",
+            f"{spikes['mean']:.1f}",
+            f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
+            f"{spikes['sd']:.1f}",
+            f"{spikes['median']:g}",
+            f"{rows['firing_rate_hz']['mean']:.1f}",
+            f"{rows['peak_hs']['mean']:+.2f}",
+            f"{rows['trough_hs']['mean']:+.2f}",
+            f"{rows['achieved_speed_cm_s']['mean']:.3f}",
+        )
+    out_console.print(table)
+    for verdict in report.verdicts:
+        colour = {"holds": "green", "fails": "red", "untested": "yellow"}[verdict.verdict]
+        out_console.print(f"\n[b]{verdict.id}[/b] [{colour}]{verdict.verdict}[/{colour}]: {verdict.says}")
+        out_console.print(f"    {verdict.measured}" + (f"\n    {verdict.effect}" if verdict.effect else ""))
+    out_console.print(f"\nfigure      {report.folder / 'figure.png'}", soft_wrap=True)
+    out_console.print(f"tables      {report.folder / 'trials.parquet'}", soft_wrap=True)
+    if recordings:
+        out_console.print(f"recordings  colias view {report.folder}", soft_wrap=True)
+
+
+@app.command("list", short_help="Name the experiments, models and scenes.")
+def list_all() -> None:
+    """Name what there is to run: experiments, vision models, arenas."""
+    from dsnn import MODELS
+    from experiments import NAMES
+    from experiments.bench import catalogue
+    from scenes import ARENAS
+
+    experiments = {name: catalogue.load(name).summary for name in NAMES}
+    models = {name: entry.summary for name, entry in MODELS.items()}
+    for title, items in (("experiments", experiments), ("models", models), ("scenes", ARENAS)):
+        out_console.print(f"[b]{title}[/b]")
+        for name, summary in items.items():
+            out_console.print(f"  {name:<16}{summary}", soft_wrap=True)
+
+
+@app.command(short_help="List every parameter that --set reaches.")
+def parameters(
+    experiment: Annotated[str, typer.Argument(help="The experiment whose parameters to list.")] = "speed",
+    model: Annotated[str, typer.Option(help="The vision model on the observer.")] = "dsnn",
+) -> None:
+    """List every parameter that --set reaches: key, default, legal range, meaning."""
+    from experiments.bench import catalogue, settings
+
+    for row in settings.parameters(catalogue.load(experiment), model):
+        legal = f"  [dim]({row.legal})[/dim]" if row.legal else ""
+        out_console.print(f"{row.key}=[b]{row.value}[/b]{legal}\n    {row.description}", soft_wrap=True)
+
+
+@app.command(short_help="Open recordings in the Rerun viewer.")
+def view(
+    path: Annotated[Path, typer.Argument(help="A run's folder, a folder of recordings, or one .rrd file.")],
+    web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
+    screenshot: Annotated[Path | None, typer.Option(help="Draw one recording into a PNG, without a screen.")] = None,
+) -> None:
+    """Open recordings in the Rerun viewer. It listens on 127.0.0.1 only."""
+    from experiments.bench.settings import UsageError
+
+    files = [path] if path.is_file() else sorted([*path.glob("*.rrd"), *path.glob("recordings/*.rrd")])
+    if not files:
+        raise UsageError(f"{path}: no such file, or no .rrd recordings in it")
+    command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1"]
+    if screenshot is not None:
+        files = files[:1]
+        command += ["--headless", "--window-size", "1400x900", "--screenshot-to", str(screenshot)]
+    elif web:
+        command.append("--web-viewer")
+    raise typer.Exit(subprocess.run([*command, *map(str, files)], check=False).returncode)
+
+
+def run_file(path: str) -> None:
+    """What ``python experiments/NAME.py [OPTIONS]`` does: ``colias run`` on that file."""
+    sys.argv[1:1] = ["run", path]
+    main()
+
+
+def main() -> None:
+    """Entry point: a wrong use or a missing library ends in one line on stderr and a non-zero status."""
+    try:
+        app()
+    except KeyboardInterrupt:
+        sys.exit(EXIT_INTERRUPTED)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+    except Exception as error:
+        if not _is_plain(error):
+            raise
+        _fail(error)
+
+
+def _is_plain(error: Exception) -> bool:
+    """Whether the message alone tells a user what to do; anything else is a defect and keeps its traceback."""
+    from colias_sim.gl import GLUnavailable
+    from experiments.bench.settings import UsageError
+    from experiments.bench.trial import TrialError
+
+    return isinstance(error, UsageError | GLUnavailable | TrialError | OSError)
+
+
+def _fail(error: Exception) -> None:
+    text = f"{error.strerror}: {error.filename}" if isinstance(error, OSError) and error.filename else str(error)
+    print(f"colias: {text}", file=sys.stderr)
+    sys.exit(EXIT_USAGE)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,186 @@
+"""One Rerun recording per trial. The only module that imports rerun.
+
+Everything is sent in columns when the trial is over, into a file that takes its name only once it is complete:
+cheap per frame, and a crash costs at most the trial under way.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+import rerun.blueprint as rrb
+
+from colias_sim.config import CameraConfig
+from experiments.bench.media import Media
+from experiments.bench.trial import TrialResult
+
+APPLICATION = "colias-sim"
+HS_COLOUR, VS_COLOUR, LIMIT_COLOUR = (31, 119, 180), (214, 124, 30), (150, 150, 150)
+ARENA_RADIUS_CM, ROBOT_RADIUS_CM, ROBOT_HEIGHT_CM = 45.0, 2.0, 3.0
+MAP_TITLES = {"p": "retina P", "la": "lamina LA", "f_on": "ON after FDSR", "f_off": "OFF after FDSR"}
+
+
+def recording_name(index: int) -> str:
+    """File name of the recording of trial ``index``."""
+    return f"trial-{index:04d}.rrd"
+
+
+def write_recording(result: TrialResult, folder: Path) -> Path:
+    """Write the recording of one finished trial into ``folder`` and return its path.
+
+    Raises ``ValueError`` if the trial kept no media.
+    """
+    if result.media is None:
+        raise ValueError(f"trial {result.spec.index} kept no media to record")
+    path = folder / recording_name(result.spec.index)
+    partial = path.with_suffix(".rrd.part")
+    name = f"{result.spec.experiment}-{result.spec.seed}-{result.spec.index:04d}"
+    with rr.RecordingStream(APPLICATION, recording_id=name) as recording:
+        recording.save(partial, default_blueprint=blueprint(result))
+        _properties(recording, result)
+        times = _timelines(result)
+        _images(recording, result.media, times)
+        _potentials(recording, result, times)
+        _scene(recording, result, times)
+        recording.flush()
+        recording.disconnect()
+    partial.replace(path)
+    return path
+
+
+def _timelines(result: TrialResult) -> list[rr.TimeColumn]:
+    return [
+        rr.TimeColumn("sim_time", duration=result.columns.sim_time_s),
+        rr.TimeColumn("frame", sequence=np.arange(result.frames)),
+    ]
+
+
+def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
+    """The trial's conditions and outcome, which the viewer shows as the recording's properties."""
+    spec, condition = result.spec, result.spec.condition
+    values = {
+        "experiment": spec.experiment,
+        "trial": spec.index,
+        "repeat": spec.repeat,
+        "seed": spec.seed,
+        "model": spec.settings.model,
+        "motion": condition.motion,
+        "direction": condition.direction,
+        "speed_cm_s": condition.speed_cm_s,
+        "distance_cm": condition.distance_cm,
+        "spikes": result.spikes,
+        "achieved_speed_cm_s": result.achieved_speed_cm_s,
+        "path_error_mm": result.path_error_mm,
+    }
+    recording.send_recording_name(f"{spec.index:04d} {condition.label()}, repeat {spec.repeat}")
+    recording.send_property("trial", rr.AnyValues(**values))
+
+
+def _images(recording: rr.RecordingStream, media: Media, times: list[rr.TimeColumn]) -> None:
+    for entity, images in {"camera": media.camera, **{f"maps/{k}": v for k, v in media.maps.items()}}.items():
+        count, rows, columns = images.shape
+        shape = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
+        recording.log(entity, rr.Image.from_fields(format=shape), static=True)
+        recording.send_columns(entity, times, rr.Image.columns(buffer=images.reshape(count, -1)))
+
+
+def _potentials(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:
+    columns = result.columns
+    threshold = getattr(result.spec.settings.network, "t_sp", 0.0)
+    series = {
+        "potential/hs": (columns.hs, "HS", HS_COLOUR),
+        "potential/vs": (columns.vs, "VS", VS_COLOUR),
+        "spikes/hs": (columns.hs_spikes, "HS spikes", HS_COLOUR),
+        "spikes/vs": (columns.vs_spikes, "VS spikes", VS_COLOUR),
+    }
+    for sign, name in ((1, "T"), (-1, "-T")):
+        level = np.full(result.frames, sign * threshold)
+        series[f"potential/threshold/{'plus' if sign > 0 else 'minus'}"] = level, name, LIMIT_COLOUR
+    for entity, (values, name, colour) in series.items():
+        recording.log(entity, rr.SeriesLines(colors=colour, names=name, widths=1.5), static=True)
+        recording.send_columns(entity, times, rr.Scalars.columns(scalars=values))
+
+
+def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:
+    """Both robots in centimetres: the observer at the origin with its view, the stimulus moving."""
+    columns, camera = result.columns, result.spec.settings.camera
+    recording.log("scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    recording.log("scene/floor", _floor(), static=True)
+    recording.log("scene/observer", _body((46, 120, 80)), static=True)
+    recording.log(
+        "scene/observer/eye",
+        rr.Transform3D(translation=[camera.forward_cm, 0, camera.up_cm], mat3x3=[[0, 0, 1], [-1, 0, 0], [0, -1, 0]]),
+        rr.Pinhole(
+            resolution=[camera.width, camera.height], focal_length=camera.focal_px, image_plane_distance=_plane(camera)
+        ),
+        static=True,
+    )
+    recording.log("scene/stimulus", _body((20, 20, 20)), static=True)
+    half = np.radians(columns.stimulus_heading_deg) / 2
+    zero = np.zeros_like(half)
+    position = np.column_stack([columns.stimulus_x_cm, columns.stimulus_y_cm, zero])
+    recording.log("scene/path", rr.LineStrips3D([position], colors=[LIMIT_COLOUR], radii=[0.05]), static=True)
+    recording.send_columns(
+        "scene/stimulus",
+        times,
+        rr.Transform3D.columns(
+            translation=position, quaternion=np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+        ),
+    )
+
+
+def _plane(camera: CameraConfig) -> float:
+    """How far out to draw the view: near enough to leave the stimulus visible."""
+    return 4.0 / max(1.0, camera.width / camera.focal_px)
+
+
+def _body(colour: tuple[int, int, int]) -> rr.Cylinders3D:
+    return rr.Cylinders3D(
+        lengths=[ROBOT_HEIGHT_CM],
+        radii=[ROBOT_RADIUS_CM],
+        centers=[[0, 0, ROBOT_HEIGHT_CM / 2]],
+        colors=[colour],
+        fill_mode="solid",
+    )
+
+
+def _floor() -> rr.LineStrips3D:
+    circles: list[npt.NDArray[np.float64]] = []
+    for radius in (10.0, 20.0, ARENA_RADIUS_CM):
+        turn = np.linspace(0, 2 * math.pi, 65)
+        circles.append(np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros_like(turn)]))
+    return rr.LineStrips3D(circles, colors=[LIMIT_COLOUR], radii=[0.05])
+
+
+def blueprint(result: TrialResult) -> rrb.Blueprint:
+    """A layout that opens ready to read: what the robot sees, where things are, what the network says."""
+    views = [
+        rrb.Horizontal(
+            rrb.Spatial2DView(origin="camera", name="camera (Y, 8 bit)"),
+            rrb.Spatial3DView(
+                origin="scene",
+                name="arena (cm)",
+                eye_controls=rrb.EyeControls3D(position=(-16, -10, 18), look_target=(6, 0, 0), eye_up=(0, 0, 1)),
+            ),
+            column_shares=[2, 3],
+        ),
+        rrb.Horizontal(
+            rrb.TimeSeriesView(
+                origin="potential", name="membrane potential", axis_y=rrb.ScalarAxis(range=(-1.05, 1.05))
+            ),
+            rrb.TimeSeriesView(origin="spikes", name="spikes per frame", axis_y=rrb.ScalarAxis(range=(-3.2, 3.2))),
+            column_shares=[3, 2],
+        ),
+    ]
+    if result.media is not None and result.media.maps:
+        maps = [rrb.Spatial2DView(origin=f"maps/{name}", name=MAP_TITLES[name]) for name in result.media.maps]
+        views.append(rrb.Horizontal(*maps))
+    return rrb.Blueprint(
+        rrb.Vertical(*views, row_shares=[3, 2, 2][: len(views)]),
+        rrb.TimePanel(state="collapsed", timeline="sim_time"),
+        collapse_panels=True,
+    )

@@ -1,0 +1,124 @@
+"""``--set SECTION.NAME=VALUE``: reach any parameter by its dotted name, with the legal range in every refusal."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from dsnn import model_entry
+from experiments.bench.declaration import Experiment, Settings
+
+
+class UsageError(Exception):
+    """A wrong use, told in one line: what was given, what is legal, where it came from."""
+
+
+def sections(experiment: Experiment | None, model: str) -> dict[str, Any]:
+    """Section name -> its default value: the model under its family's name, then the apparatus, then the design."""
+    network = model_entry(model).robot
+    table = {model.split("-")[0]: network, "robot": RobotConfig(), "camera": CameraConfig(), "scene": SceneConfig()}
+    return table if experiment is None else {**table, "experiment": experiment.design}
+
+
+def configure(experiment: Experiment, model: str, assignments: Iterable[str]) -> tuple[Experiment, Settings]:
+    """Apply ``SECTION.NAME=VALUE`` texts; raises `UsageError` naming the value, its range and its origin."""
+    values = sections(experiment, model)
+    for section, changes in _collect(assignments, values).items():
+        values[section] = _changed(section, values[section], changes)
+    design = values["experiment"]
+    settings = Settings(
+        model=model,
+        network=values[model.split("-")[0]],
+        robot=values["robot"],
+        camera=values["camera"],
+        scene=values["scene"],
+        pose_sd_mm=design.pose_sd_mm,
+        heading_sd_deg=design.heading_sd_deg,
+    )
+    return dataclasses.replace(experiment, design=design), settings
+
+
+def _collect(assignments: Iterable[str], values: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """Section -> name -> text; each key checked, the last of two values for one key counting."""
+    known = [f"{section}.{field.name}" for section, value in values.items() for field in dataclasses.fields(value)]
+    collected: dict[str, dict[str, str]] = {}
+    for assignment in assignments:
+        key, equals, text = assignment.partition("=")
+        if not equals:
+            raise UsageError(f"--set {assignment}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
+        if key not in known:
+            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
+            raise UsageError(f"--set {assignment}: no parameter '{key}' (nearest: {near}; all: colias parameters)")
+        section, _, name = key.partition(".")
+        collected.setdefault(section, {})[name] = text
+    return collected
+
+
+def _changed(section: str, value: Any, changes: Mapping[str, str]) -> Any:
+    """``value`` with ``changes`` applied together and validated."""
+    properties = _properties(type(value))
+    parsed = {name: _split(text, properties[name]) for name, text in changes.items()}
+    try:
+        return dataclasses.replace(value, **parsed)
+    except ValidationError as error:
+        problem = error.errors()[0]
+        name = str(problem["loc"][0])
+        legal = _legal(properties[name])
+        said = problem["msg"].removeprefix("Value error, ")
+        reason = f"legal is {legal}" if legal else said
+        raise UsageError(f"--set {section}.{name}={changes.get(name, '')}: {reason}") from None
+
+
+def _split(text: str, schema: Mapping[str, Any]) -> str | list[str]:
+    """A sequence is typed with commas; pydantic turns the parts into numbers."""
+    return text.split(",") if schema.get("type") == "array" else text
+
+
+def _properties(cls: type) -> dict[str, dict[str, Any]]:
+    schema = TypeAdapter(cls).json_schema()
+    properties: dict[str, dict[str, Any]] = schema["properties"]
+    return properties
+
+
+def _legal(schema: Mapping[str, Any]) -> str:
+    """The legal values of a field in words, from its JSON schema; empty if only a validator knows."""
+    if schema.get("type") == "array":
+        parts = schema.get("prefixItems") or [schema["items"]]
+        count = f"{len(parts)} values" if "prefixItems" in schema else "one or more values"
+        return f"{count}, separated by commas, each {_legal(parts[0])}"
+    if "enum" in schema:
+        return ", ".join(map(str, schema["enum"]))
+    if schema.get("type") == "boolean":
+        return "true or false"
+    if schema.get("type") in ("number", "integer"):
+        kind = "a whole number" if schema["type"] == "integer" else "a number"
+        low = f"{schema['minimum']:g}" if "minimum" in schema else f"above {schema.get('exclusiveMinimum', '-inf'):g}"
+        high = f"{schema['maximum']:g}" if "maximum" in schema else f"below {schema.get('exclusiveMaximum', 'inf'):g}"
+        return f"{kind} from {low} to {high}"
+    return ""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Parameter:
+    """A row of ``colias parameters``."""
+
+    key: str
+    value: str
+    legal: str
+    description: str
+
+
+def parameters(experiment: Experiment, model: str) -> Iterator[Parameter]:
+    """Every key that ``--set`` takes, with its present value."""
+    for section, value in sections(experiment, model).items():
+        properties = _properties(type(value))
+        for field in dataclasses.fields(value):
+            present = getattr(value, field.name)
+            text = ",".join(f"{v:g}" for v in present) if isinstance(present, tuple) else str(present)
+            schema = properties[field.name]
+            yield Parameter(f"{section}.{field.name}", text, _legal(schema), schema.get("description", ""))

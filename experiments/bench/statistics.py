@@ -1,0 +1,73 @@
+"""Pure statistics of trials: intervals, a trend test, a two-sample test. By SciPy throughout."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+RESAMPLES = 2000
+SEED = 0  # of the bootstrap alone: summaries of equal trials are equal
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """Sample size, location, spread and the 95 % bootstrap interval of the mean."""
+
+    n: int
+    mean: float
+    sd: float
+    median: float
+    ci_low: float
+    ci_high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Test:
+    """A test's name, its effect size with the effect's name, and the two-sided p value."""
+
+    name: str
+    effect_name: str
+    effect: float
+    p: float
+
+    def __str__(self) -> str:
+        p = "p < 0.0001" if self.p < 1e-4 else f"p = {self.p:.4f}"
+        return f"{self.effect_name} {self.effect:+.2f}, {p} ({self.name})"
+
+
+def summarise(values: Sequence[float]) -> Summary:
+    """Summary of at least one value. The interval is the percentile bootstrap's; equal values give a point."""
+    sample = np.asarray(values, float)
+    mean = float(sample.mean())
+    low = high = mean
+    if np.ptp(sample) > 0:
+        interval = stats.bootstrap(
+            (sample,), np.mean, n_resamples=RESAMPLES, method="percentile", rng=np.random.default_rng(SEED)
+        ).confidence_interval
+        low, high = float(interval.low), float(interval.high)
+    sd = float(sample.std(ddof=1)) if sample.size > 1 else 0.0
+    return Summary(sample.size, mean, sd, float(np.median(sample)), low, high)
+
+
+def trend(groups: Sequence[tuple[float, Sequence[float]]]) -> Test:
+    """Does the value rise (or fall) over the ordered groups, given as (level, values)?
+
+    Kendall's tau-b between level and value: the Jonckheere-Terpstra test for independent samples with ties,
+    and its effect size, -1 (always falls) to +1. Without variation the effect is 0 and p is 1.
+    """
+    levels = [level for level, values in groups for _ in values]
+    pooled = [value for _, values in groups for value in values]
+    if len(set(levels)) < 2 or len(set(pooled)) < 2:
+        return Test("Jonckheere-Terpstra", "tau", 0.0, 1.0)
+    result = stats.kendalltau(levels, pooled)
+    return Test("Jonckheere-Terpstra", "tau", float(result.statistic), float(result.pvalue))
+
+
+def contrast(first: Sequence[float], second: Sequence[float]) -> Test:
+    """Is ``first`` larger than ``second``? Mann-Whitney U with Cliff's delta, -1 to +1."""
+    result = stats.mannwhitneyu(first, second)
+    delta = 2 * float(result.statistic) / (len(first) * len(second)) - 1
+    return Test("Mann-Whitney", "delta", delta, float(result.pvalue))

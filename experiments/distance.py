@@ -1,0 +1,17 @@
+"""Systematic translation, distances (the paper's robot-sys-trans b): 6 cm/s at 5, 10 and 15 cm."""
+
+from experiments.bench.declaration import Experiment, Translation
+
+EXPERIMENT = Experiment(
+    name="distance",
+    summary="a black Colias crosses at 6 cm/s, at 5, 10 and 15 cm",
+    design=Translation(speeds_cm_s=(6,), distances_cm=(5, 10, 15)),
+    varies="distance_cm",
+    repeats=10,
+    claims=("C14", "C16"),
+)
+
+if __name__ == "__main__":
+    from experiments.bench.cli import run_file
+
+    run_file(__file__)

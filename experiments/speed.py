@@ -1,0 +1,17 @@
+"""Systematic translation, speeds (the paper's robot-sys-trans a): 8 cm away at 2, 4, 6 and 10 cm/s."""
+
+from experiments.bench.declaration import Experiment, Translation
+
+EXPERIMENT = Experiment(
+    name="speed",
+    summary="a black Colias crosses at 8 cm, at 2, 4, 6 and 10 cm/s",
+    design=Translation(speeds_cm_s=(2, 4, 6, 10), distances_cm=(8,)),
+    varies="speed_cm_s",
+    repeats=10,
+    claims=("C14", "C15"),
+)
+
+if __name__ == "__main__":
+    from experiments.bench.cli import run_file
+
+    run_file(__file__)

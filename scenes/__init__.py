@@ -1,0 +1,24 @@
+"""The MuJoCo files: robots, arenas and their small generated textures. A new arena is one file and one line here."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+FOLDER = Path(__file__).parent
+
+ARENAS = {
+    "bright": "bright, matt, visually cluttered walls: the default",
+    "plain": "as bright, without clutter",
+    "dim": "the cluttered arena at about half the light",
+}
+
+ROBOTS = {"colias": FOLDER / "colias.xml", "colias_black": FOLDER / "colias_black.xml"}
+
+
+def arena_path(name: str) -> Path:
+    """The MJCF file of a registered arena; ``ValueError`` naming the nearest one otherwise."""
+    if name not in ARENAS:
+        near = difflib.get_close_matches(name, ARENAS, n=1, cutoff=0.0)[0]
+        raise ValueError(f"unknown arena '{name}': known are {', '.join(ARENAS)} (nearest: {near})")
+    return FOLDER / f"{name}.xml"
