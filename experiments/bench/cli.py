@@ -108,25 +108,20 @@ def _run(plan: Plan, out: Path, recordings: bool) -> None:
 def _show(report: Report, recordings: bool) -> None:
     """The table of conditions, the verdicts, and where everything is."""
     table = Table(title="HS spikes per trial", title_justify="left", box=None, header_style="bold", pad_edge=False)
-    for name in ("condition", "n", "mean", "95 % interval", "sd", "median", "rate Hz", "peak HS", "trough HS", "cm/s"):
-        table.add_column(name, justify="left" if name == "condition" else "right")
-    conditions: dict[tuple[str, float, float], dict[str, dict[str, float]]] = {}
-    for row in report.summary:
-        key = (row["direction"], row["speed_cm_s"], row["distance_cm"])
-        conditions.setdefault(key, {})[row["quantity"]] = row
-    for (direction, speed, distance), rows in conditions.items():
+    for name in ("direction", "cm/s", "cm", "n", "mean", "95 % interval", "rate Hz", "peak HS", "trough HS"):
+        table.add_column(name, justify="left" if name == "direction" else "right", no_wrap=True)
+    for (direction, speed, distance), rows in _conditions(report).items():
         spikes = rows["spikes"]
         table.add_row(
-            f"{direction} {speed:g} cm/s at {distance:g} cm",
+            direction,
+            f"{speed:g}",
+            f"{distance:g}",
             f"{spikes['n']}",
             f"{spikes['mean']:.1f}",
             f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
-            f"{spikes['sd']:.1f}",
-            f"{spikes['median']:g}",
             f"{rows['firing_rate_hz']['mean']:.1f}",
             f"{rows['peak_hs']['mean']:+.2f}",
             f"{rows['trough_hs']['mean']:+.2f}",
-            f"{rows['achieved_speed_cm_s']['mean']:.3f}",
         )
     out_console.print(table)
     for verdict in report.verdicts:
@@ -137,6 +132,15 @@ def _show(report: Report, recordings: bool) -> None:
     out_console.print(f"tables      {report.folder / 'trials.parquet'}", soft_wrap=True)
     if recordings:
         out_console.print(f"recordings  colias view {report.folder}", soft_wrap=True)
+
+
+def _conditions(report: Report) -> dict[tuple[str, float, float], dict[str, dict[str, float]]]:
+    """Condition -> quantity -> its row of the summary."""
+    conditions: dict[tuple[str, float, float], dict[str, dict[str, float]]] = {}
+    for row in report.summary:
+        key = (row["direction"], row["speed_cm_s"], row["distance_cm"])
+        conditions.setdefault(key, {})[row["quantity"]] = row
+    return conditions
 
 
 @app.command("list", short_help="Name the experiments, models and scenes.")
@@ -172,7 +176,6 @@ def parameters(
 def view(
     path: Annotated[Path, typer.Argument(help="A run's folder, a folder of recordings, or one .rrd file.")],
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
-    screenshot: Annotated[Path | None, typer.Option(help="Draw one recording into a PNG, without a screen.")] = None,
 ) -> None:
     """Open recordings in the Rerun viewer. It listens on 127.0.0.1 only."""
     from experiments.bench.settings import UsageError
@@ -181,10 +184,7 @@ def view(
     if not files:
         raise UsageError(f"{path}: no such file, or no .rrd recordings in it")
     command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1"]
-    if screenshot is not None:
-        files = files[:1]
-        command += ["--headless", "--window-size", "1400x900", "--screenshot-to", str(screenshot)]
-    elif web:
+    if web:
         command.append("--web-viewer")
     raise typer.Exit(subprocess.run([*command, *map(str, files)], check=False).returncode)
 

@@ -19,7 +19,7 @@ from experiments.bench.media import Media
 from experiments.bench.trial import TrialResult
 
 APPLICATION = "colias-sim"
-HS_COLOUR, VS_COLOUR, LIMIT_COLOUR = (31, 119, 180), (214, 124, 30), (150, 150, 150)
+HS_COLOUR, VS_COLOUR, LIMIT_COLOUR = (31, 119, 180), (214, 124, 30), (140, 140, 140)
 ARENA_RADIUS_CM, ROBOT_RADIUS_CM, ROBOT_HEIGHT_CM = 45.0, 2.0, 3.0
 MAP_TITLES = {"p": "retina P", "la": "lamina LA", "f_on": "ON after FDSR", "f_off": "OFF after FDSR"}
 
@@ -42,7 +42,7 @@ def write_recording(result: TrialResult, folder: Path) -> Path:
     with rr.RecordingStream(APPLICATION, recording_id=name) as recording:
         recording.save(partial, default_blueprint=blueprint(result))
         _properties(recording, result)
-        times = _timelines(result)
+        times = _timelines(result.columns.sim_time_s, np.arange(result.frames))
         _images(recording, result.media, times)
         _potentials(recording, result, times)
         _scene(recording, result, times)
@@ -52,11 +52,8 @@ def write_recording(result: TrialResult, folder: Path) -> Path:
     return path
 
 
-def _timelines(result: TrialResult) -> list[rr.TimeColumn]:
-    return [
-        rr.TimeColumn("sim_time", duration=result.columns.sim_time_s),
-        rr.TimeColumn("frame", sequence=np.arange(result.frames)),
-    ]
+def _timelines(sim_time_s: npt.NDArray[np.float64], frame: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:
+    return [rr.TimeColumn("sim_time", duration=sim_time_s), rr.TimeColumn("frame", sequence=frame)]
 
 
 def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
@@ -97,12 +94,14 @@ def _potentials(recording: rr.RecordingStream, result: TrialResult, times: list[
         "spikes/hs": (columns.hs_spikes, "HS spikes", HS_COLOUR),
         "spikes/vs": (columns.vs_spikes, "VS spikes", VS_COLOUR),
     }
-    for sign, name in ((1, "T"), (-1, "-T")):
-        level = np.full(result.frames, sign * threshold)
-        series[f"potential/threshold/{'plus' if sign > 0 else 'minus'}"] = level, name, LIMIT_COLOUR
     for entity, (values, name, colour) in series.items():
         recording.log(entity, rr.SeriesLines(colors=colour, names=name, widths=1.5), static=True)
         recording.send_columns(entity, times, rr.Scalars.columns(scalars=values))
+    ends = _timelines(columns.sim_time_s[[0, -1]], np.array([0, result.frames - 1]))
+    for entity, level, name in (("plus", threshold, "T"), ("minus", -threshold, "-T")):
+        entity = f"potential/threshold/{entity}"
+        recording.log(entity, rr.SeriesLines(colors=LIMIT_COLOUR, names=name, widths=1.0), static=True)
+        recording.send_columns(entity, ends, rr.Scalars.columns(scalars=[level, level]))
 
 
 def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:
@@ -119,7 +118,7 @@ def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.Ti
         ),
         static=True,
     )
-    recording.log("scene/stimulus", _body((20, 20, 20)), static=True)
+    recording.log("scene/stimulus", _body((25, 25, 25)), static=True)
     half = np.radians(columns.stimulus_heading_deg) / 2
     zero = np.zeros_like(half)
     position = np.column_stack([columns.stimulus_x_cm, columns.stimulus_y_cm, zero])
@@ -164,7 +163,8 @@ def blueprint(result: TrialResult) -> rrb.Blueprint:
             rrb.Spatial3DView(
                 origin="scene",
                 name="arena (cm)",
-                eye_controls=rrb.EyeControls3D(position=(-16, -10, 18), look_target=(6, 0, 0), eye_up=(0, 0, 1)),
+                background=(214, 214, 210),
+                eye_controls=rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1)),
             ),
             column_shares=[2, 3],
         ),

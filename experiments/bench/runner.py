@@ -6,6 +6,7 @@ import dataclasses
 import importlib.metadata
 import platform
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -50,17 +51,27 @@ class Plan:
 def run(plan: Plan, folder: RunFolder, on_trial: OnTrial, *, recordings: bool = True) -> Report:
     """Do the whole plan into a folder already created, telling ``on_trial`` of each finished trial.
 
-    What was finished stays readable whenever this ends, by an exception or a kill too.
+    A trial is kept (recorded, then added to the tables) on a second thread while the next one runs. What was
+    finished stays readable whenever this ends, by an exception or a kill too.
     """
+
+    def keep(result: TrialResult) -> None:
+        if recordings:
+            log.write_recording(result, folder.recordings)
+        folder.add(result)
+        on_trial(result)
+
     cv2.setNumThreads(1)  # more threads cost a second core for a sixth of the time
     folder.write_json("experiment.json", describe(plan))
-    with threadpool_limits(1):
+    with threadpool_limits(1), ThreadPoolExecutor(1, "keeper") as keeper:
+        kept: Future[None] | None = None
         for spec in plan.specs():
             result = run_trial(spec, keep_media=recordings)
-            if recordings:
-                log.write_recording(result, folder.recordings)
-            folder.add(result)
-            on_trial(dataclasses.replace(result, media=None))
+            if kept is not None:
+                kept.result()  # at most one waits, and its error ends the run
+            kept = keeper.submit(keep, result)
+        if kept is not None:
+            kept.result()
     return conclude(plan, folder)
 
 

@@ -1,0 +1,33 @@
+# `make run` and `make test` do all set-up by themselves; see tools/setup.sh.
+BIN := .venv/bin
+READY := .venv/.ready
+
+.PHONY: run test lint types bench setup lock clean
+
+run: $(READY) ## The main job: the paper's speed tests, 40 trials
+	$(BIN)/colias run speed
+
+test: $(READY) ## Every test
+	$(BIN)/python -m pytest
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(READY)
+	$(BIN)/mypy
+
+bench: $(READY) ## Speed, as ratios measured side by side
+	$(BIN)/python -m benchmarks
+
+setup: $(READY)
+
+$(READY): requirements.lock pyproject.toml tools/setup.sh
+	sh tools/setup.sh
+
+lock: $(READY) ## Renew requirements.lock from pyproject.toml (needs uv)
+	uv pip compile pyproject.toml --group dev --universal --generate-hashes --no-header --no-annotate \
+		--python-version 3.11 --upgrade -q -o requirements.lock
+
+clean:
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis

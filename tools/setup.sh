@@ -1,0 +1,54 @@
+#!/bin/sh
+# All set-up, from a bare Debian (python3, make, git) to a .venv that runs: virtual environment, locked dependencies,
+# OpenGL libraries. Installs Debian packages where it may (as root, or by sudo without a password); elsewhere it names
+# the missing package in one line and stops. Safe to run again.
+set -eu
+cd "$(dirname "$0")/.."
+venv=.venv
+
+say() { printf 'setup: %s\n' "$*" >&2; }
+fail() { say "$*"; exit 1; }
+
+apt_install() { # apt_install PACKAGE...: false where apt may not be used
+    command -v apt-get >/dev/null || return 1
+    if [ "$(id -u)" = 0 ]; then as_root=; elif sudo -n true 2>/dev/null; then as_root="sudo -n"; else return 1; fi
+    say "installing Debian packages: $*"
+    $as_root apt-get update -qq >&2 || say "apt-get update failed; trying with the lists at hand"
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >&2
+}
+
+find_python() {
+    for python in ${PYTHON:-} python3 python3.14 python3.13 python3.12 python3.11; do
+        if "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then echo "$python"; return; fi
+    done
+    fail "needs Python 3.11 or later: on Debian run 'apt-get install python3' (or set PYTHON to one)"
+}
+
+make_venv() { # Debian's python3 comes without the module that puts pip into a new environment
+    python=$1
+    rm -rf "$venv"
+    "$python" -m venv "$venv" >/dev/null 2>&1 && return
+    rm -rf "$venv"
+    "$python" -m virtualenv -q "$venv" 2>/dev/null && return
+    rm -rf "$venv"
+    apt_install python3-venv && "$python" -m venv "$venv" && return
+    rm -rf "$venv"
+    fail "$python cannot make virtual environments: on Debian run 'apt-get install python3-venv'"
+}
+
+python=$(find_python)
+if ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
+    say "making $venv with $($python --version)"
+    make_venv "$python"
+fi
+
+say "installing the locked dependencies (some 300 MB the first time)"
+"$venv/bin/python" -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
+"$venv/bin/python" -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
+
+if ! "$venv/bin/python" colias_sim/gl.py 2>/dev/null; then
+    apt_install libegl1 libgl1 || "$venv/bin/python" colias_sim/gl.py
+    "$venv/bin/python" colias_sim/gl.py
+fi
+touch "$venv/.ready"
+say "ready"
