@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from types import TracebackType
 
 import cv2
+import mujoco
 import numpy as np
 import numpy.typing as npt
-
-import mujoco
 
 from colias_sim import gl
 from colias_sim.config import CameraConfig
@@ -30,8 +29,9 @@ class Frame:
 class Camera:
     """Renders one named camera of a model as the OV7670 would see it.
 
-    Raises `colias_sim.gl.GLUnavailable` where nothing can render. Call `expose` at each of the moments `exposure_steps` lists, then `develop`. Holds an OpenGL context:
-    close it, or use it in a ``with`` statement, in the thread and process that made it.
+    Call `expose` at each of the moments `exposure_steps` lists, then `develop`. Holds an OpenGL context: close it,
+    or use it in a ``with`` statement, in the thread and process that made it. Raises `colias_sim.gl.GLUnavailable`
+    where nothing can render.
     """
 
     def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig) -> None:
@@ -76,7 +76,8 @@ class Camera:
         light = self._light
         if self._exposures > 1:
             light *= 1.0 / self._exposures
-        luma = cv2.add(light, self._draw_noise(light, rng), dtype=cv2.CV_8U)  # rounds and saturates
+        luma = np.empty(light.shape, np.uint8)
+        cv2.add(light, self._draw_noise(light, rng), dst=luma, dtype=cv2.CV_8U)  # rounds and saturates
         light[:] = 0.0
         self._exposures = 0
         return Frame(luma, time)
@@ -87,7 +88,7 @@ class Camera:
         # OpenCV's generator, seeded afresh from the trial's, is five times faster than NumPy's. Its first numbers
         # after seeding still show the seed: they go into rows above the picture.
         cv2.setRNGSeed(int(rng.integers(1, 2**31)))
-        cv2.randn(self._noise_tape, 0.0, 1.0)
+        cv2.randn(self._noise_tape, np.zeros(1), np.ones(1))
         np.multiply(light, np.float32(config.shot_noise**2 / 255.0), out=spread)
         spread += np.float32(config.read_noise**2)
         np.sqrt(spread, out=spread)

@@ -7,7 +7,6 @@ its unit. A value outside its range raises ``pydantic.ValidationError``, a ``Val
 from __future__ import annotations
 
 import math
-
 from typing import Annotated
 
 from pydantic import AfterValidator, ConfigDict, Field
@@ -15,7 +14,7 @@ from pydantic.dataclasses import dataclass
 
 from scenes import arena_path
 
-_STRICT = ConfigDict(extra="forbid")
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 def _known_arena(name: str) -> str:
@@ -27,12 +26,14 @@ def _known_arena(name: str) -> str:
 class RobotConfig:
     """The Colias's body and drive. Public sources disagree on the wheels; these fit inside its 4 cm body."""
 
-    wheel_radius_cm: float = Field(1.0, ge=0.5, le=1.3, description="radius of the driven wheels (public: 1.0..1.3)")
-    track_cm: float = Field(3.2, ge=2.0, le=3.6, description="distance between the wheels' mid-planes")
-    axle_back_cm: float = Field(0.0, ge=0.0, le=0.5, description="wheel axle behind the body's centre")
-    mass_g: float = Field(28.0, ge=10.0, le=100.0, description="whole mass (public: 28)")
-    motor_gain: float = Field(2e-4, ge=2e-5, le=2e-3, description="velocity servo gain of a wheel, N m s/rad")
-    max_speed_cm_s: float = Field(35.0, ge=1.0, le=100.0, description="top speed of a wheel's rim (public: 35)")
+    wheel_radius_cm: float = Field(
+        default=1.0, ge=0.5, le=1.3, description="radius of a driven wheel (public: 1.0..1.3)"
+    )
+    track_cm: float = Field(default=3.2, ge=2.0, le=3.6, description="distance between the wheels' mid-planes")
+    axle_back_cm: float = Field(default=0.0, ge=0.0, le=0.5, description="wheel axle behind the body's centre")
+    mass_g: float = Field(default=28.0, ge=10.0, le=100.0, description="whole mass (public: 28)")
+    motor_gain: float = Field(default=2e-4, ge=2e-5, le=2e-3, description="velocity servo gain of a wheel, N m s/rad")
+    max_speed_cm_s: float = Field(default=35.0, ge=1.0, le=100.0, description="top speed of a wheel's rim (public: 35)")
 
 
 @dataclass(frozen=True, config=_STRICT)
@@ -43,20 +44,20 @@ class CameraConfig:
     sheet's 52 dB of dynamic range (255 / 10^(52/20) = 0.64) and 46 dB of signal to noise at white (1.28).
     """
 
-    width: int = Field(99, ge=8, le=1920, description="columns, px")
-    height: int = Field(72, ge=8, le=1080, description="rows, px")
-    hfov_deg: float = Field(70.0, ge=10.0, le=150.0, description="horizontal field of view")
-    fps: float = Field(30.0, ge=5.0, le=120.0, description="frames per second")
+    width: int = Field(default=99, ge=8, le=1920, description="columns, px")
+    height: int = Field(default=72, ge=8, le=1080, description="rows, px")
+    hfov_deg: float = Field(default=70.0, ge=10.0, le=150.0, description="horizontal field of view")
+    fps: float = Field(default=30.0, ge=5.0, le=120.0, description="frames per second")
     forward_cm: float = Field(
-        1.95, ge=0.0, le=2.5, description="lens in front of the robot's centre (public: 1.7..2.5)"
+        default=1.95, ge=0.0, le=2.5, description="lens in front of the robot's centre (public: 1.7..2.5)"
     )
-    up_cm: float = Field(2.0, ge=0.5, le=3.0, description="lens above the floor (public: 1.2..2.7)")
-    exposure_ms: float = Field(8.0, ge=0.0, le=200.0, description="exposure; 0 is an instant; longest is one frame")
-    exposure_samples: int = Field(1, ge=1, le=64, description="renders averaged over the exposure")
-    multisample: int = Field(4, ge=0, le=16, description="OpenGL samples per rendered pixel")
-    supersample: int = Field(1, ge=1, le=32, description="rendered pixels per camera pixel and axis, area averaged")
-    shot_noise: float = Field(1.28, ge=0.0, le=64.0, description="photon noise at white, sd in grey levels; 0: off")
-    read_noise: float = Field(0.64, ge=0.0, le=64.0, description="read noise, sd in grey levels; 0: off")
+    up_cm: float = Field(default=2.0, ge=0.5, le=3.0, description="lens above the floor (public: 1.2..2.7)")
+    exposure_ms: float = Field(default=8.0, ge=0.0, le=200.0, description="exposure; 0: an instant; at most a frame")
+    exposure_samples: int = Field(default=1, ge=1, le=64, description="renders averaged over the exposure")
+    multisample: int = Field(default=4, ge=0, le=16, description="OpenGL samples per rendered pixel")
+    supersample: int = Field(default=1, ge=1, le=32, description="rendered pixels per camera pixel and axis")
+    shot_noise: float = Field(default=1.28, ge=0.0, le=64.0, description="photon noise at white, sd in grey levels")
+    read_noise: float = Field(default=0.64, ge=0.0, le=64.0, description="read noise, sd in grey levels")
 
     @property
     def focal_px(self) -> float:
@@ -74,10 +75,10 @@ class SceneConfig:
     """Arena, light and the stimulus's shell, with how much each trial's seed varies them."""
 
     arena: Annotated[str, AfterValidator(_known_arena)] = Field(
-        "bright", description="name of an arena of the scenes folder: bright, plain or dim"
+        default="bright", description="name of an arena of the scenes folder: bright, plain or dim"
     )
-    light: float = Field(1.0, ge=0.05, le=2.0, description="strength of all lamps against the arena's own")
-    light_sd: float = Field(0.03, ge=0.0, le=0.5, description="spread of that strength between trials")
-    turn_wall: bool = Field(True, description="turn the wall's texture to a random phase in each trial")
-    shell_grey: float = Field(0.02, ge=0.0, le=1.0, description="reflectance of the stimulus's shell; 0.02 is black")
-    wall_contrast: float = Field(1.0, ge=0.0, le=4.0, description="contrast of the wall's texture about its mean")
+    light: float = Field(default=1.0, ge=0.05, le=2.0, description="strength of all lamps against the arena's own")
+    light_sd: float = Field(default=0.03, ge=0.0, le=0.5, description="spread of that strength between trials")
+    turn_wall: bool = Field(default=True, description="turn the wall's texture to a random phase in each trial")
+    shell_grey: float = Field(default=0.02, ge=0.0, le=1.0, description="reflectance of the stimulus's shell")
+    wall_contrast: float = Field(default=1.0, ge=0.0, le=4.0, description="contrast of the wall's texture")

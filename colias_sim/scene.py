@@ -82,7 +82,7 @@ def _robot_spec(path: Path, robot: RobotConfig, camera: CameraConfig) -> mujoco.
 
 def _resized(geom: mujoco.MjsGeom, radius: float) -> list[float]:
     """A tyre is an ellipsoid (r, w, r); what is drawn of a wheel is a cylinder (r, w / 2)."""
-    first, second, _ = geom.size
+    _, second, _ = geom.size
     return [radius, second, radius] if geom.type == mujoco.mjtGeom.mjGEOM_ELLIPSOID else [radius, second, 0.0]
 
 

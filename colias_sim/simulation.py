@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from types import TracebackType
 
 import mujoco
@@ -92,4 +93,4 @@ def _events(exposures: tuple[int, ...]) -> list[tuple[int, bool, bool]]:
     """A frame's run of (physics steps, command before them?, render after them?)."""
     commands = range(0, STEPS_PER_FRAME, CONTROL_STEPS)
     marks = sorted({*commands, *exposures, STEPS_PER_FRAME})
-    return [(end - start, start in commands, end in exposures) for start, end in zip(marks, marks[1:], strict=False)]
+    return [(end - start, start in commands, end in exposures) for start, end in pairwise(marks)]

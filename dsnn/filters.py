@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TypeVar, cast
 
 import cv2
 import numpy as np
@@ -15,16 +16,17 @@ def alpha(tau: float, dt: float) -> float:
 
 
 def gaussian_kernel(sigma: float) -> npt.NDArray[np.float64]:
-    """Column (2 r + 1, 1) of a Gaussian of ``sigma`` px cut at ``r = ceil(4 sigma)``, summing to 1 (`gauss-function`)."""
+    """Column (2 r + 1, 1) of a Gaussian of ``sigma`` px cut at ``r = ceil(4 sigma)``, sum 1 (`gauss-function`)."""
     radius = math.ceil(4.0 * sigma)
-    return cv2.getGaussianKernel(2 * radius + 1, sigma, cv2.CV_64F)
+    return np.asarray(cv2.getGaussianKernel(2 * radius + 1, sigma, cv2.CV_64F), np.float64)
 
 
-def blur(
-    image: npt.NDArray[np.floating], kernel: npt.NDArray[np.floating], out: npt.NDArray[np.floating] | None = None
-) -> npt.NDArray[np.floating]:
+FloatArray = TypeVar("FloatArray", npt.NDArray[np.float32], npt.NDArray[np.float64])
+
+
+def blur(image: FloatArray, kernel: FloatArray, out: FloatArray | None = None) -> FloatArray:
     """Convolve (R, C) with ``kernel`` along both axes, the border replicated."""
-    return cv2.sepFilter2D(image, -1, kernel, kernel, dst=out, borderType=cv2.BORDER_REPLICATE)
+    return cast(FloatArray, cv2.sepFilter2D(image, -1, kernel, kernel, dst=out, borderType=cv2.BORDER_REPLICATE))
 
 
 FLUSH_EVERY = 64

@@ -74,11 +74,17 @@ class VisionModel(Protocol):
     """
 
     @property
-    def shape(self) -> tuple[int, int]: ...
+    def shape(self) -> tuple[int, int]:
+        """(R, C) of the frames."""
+        ...
 
-    def step(self, frame: npt.NDArray[np.generic], *, channels: Channels = "grey", maps: bool = False) -> Response: ...
+    def step(self, frame: npt.NDArray[np.generic], *, channels: Channels = "grey", maps: bool = False) -> Response:
+        """Answer the next frame."""
+        ...
 
-    def reset(self) -> None: ...
+    def reset(self) -> None:
+        """Forget every frame."""
+        ...
 
 
 def run_model(

@@ -168,8 +168,11 @@ class DSNN:
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
-        for part in (self._retina, self._lamina, self._fdsr, *self._pathways):
-            part.reset()
+        self._retina.reset()
+        self._lamina.reset()
+        self._fdsr.reset()
+        for pathway in self._pathways:
+            pathway.reset()
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
         """Answer the next frame; see `dsnn.frames.luma` for what a frame may be."""

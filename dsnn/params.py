@@ -8,10 +8,10 @@ from typing import Annotated, Any
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0, allow_inf_nan=False)]
+Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0)]
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class DSNNParams:
     """Every constant of the network. The defaults are the paper's off-line setting.
 
@@ -20,25 +20,27 @@ class DSNNParams:
     ``pydantic.ValidationError``, a ``ValueError`` that names field and bound.
     """
 
-    n_p: int = Field(2, ge=0, le=60, description="frames of residual luminance change, N_p (paper: 0..6)")
-    u: float = Field(1.0, ge=0.0, le=100.0, allow_inf_nan=False, description="decay of that residue, u (paper: 1)")
-    d: int = Field(1, ge=1, le=16, description="spacing of neighbouring detectors and DoG width, px (paper: 1..4)")
-    n_con: int = Field(8, ge=1, le=64, description="connected cells per cell and direction, N_con (paper: 4..8)")
-    w_i: float = Field(0.9, ge=0.0, le=1.0, allow_inf_nan=False, description="weight of inhibition (paper: 0.9)")
-    sigma_l: float = Field(0.1, ge=0.0, lt=1.0, allow_inf_nan=False, description="lamina residue (paper: 0.1)")
-    tau_fast: Milliseconds = Field(1.0, description="FDSR time constant on a rise, ms (paper: 1)")
-    tau_slow: Milliseconds = Field(100.0, description="FDSR time constant on a fall, ms (paper: 100)")
-    tau_s: tuple[Milliseconds, Milliseconds] = Field(
-        (10.0, 200.0), description="correlator delay at the nearest and the farthest pair, ms (paper: 10..200)"
+    n_p: int = Field(default=2, ge=0, le=60, description="frames of residual luminance change, N_p (paper: 0..6)")
+    u: float = Field(default=1.0, ge=0.0, le=100.0, description="decay of that residue, u (paper: 1)")
+    d: int = Field(default=1, ge=1, le=16, description="detector spacing and DoG width, px (paper: 1..4)")
+    n_con: int = Field(
+        default=8, ge=1, le=64, description="connected cells per cell and direction, N_con (paper: 4..8)"
     )
-    tau_mp: Milliseconds = Field(10.0, description="low-pass of the membrane potentials, ms (paper: 10)")
-    k_sig: float = Field(0.01, gt=0.0, le=1e3, allow_inf_nan=False, description="sigmoid scale (paper: 0.01)")
-    k_sp: float = Field(2.0, ge=0.0, le=20.0, allow_inf_nan=False, description="spike gain (paper: 1..3)")
-    t_sp: float = Field(0.16, ge=0.0, le=1.0, allow_inf_nan=False, description="spike threshold (paper: 0.16..0.2)")
-    fps: float = Field(30.0, gt=0.0, le=10_000.0, allow_inf_nan=False, description="frames per second (paper: 30)")
-    on: bool = Field(True, description="ON pathway intact; false blocks it")
-    off: bool = Field(True, description="OFF pathway intact; false blocks it")
-    fdsr: bool = Field(True, description="fast-depolarising-slow-repolarising adaptation; false removes it")
+    w_i: float = Field(default=0.9, ge=0.0, le=1.0, description="weight of inhibition (paper: 0.9)")
+    sigma_l: float = Field(default=0.1, ge=0.0, lt=1.0, description="lamina residue (paper: 0.1)")
+    tau_fast: Milliseconds = Field(default=1.0, description="FDSR time constant on a rise, ms (paper: 1)")
+    tau_slow: Milliseconds = Field(default=100.0, description="FDSR time constant on a fall, ms (paper: 100)")
+    tau_s: tuple[Milliseconds, Milliseconds] = Field(
+        default=(10.0, 200.0), description="correlator delay at the nearest and the farthest pair, ms (paper: 10..200)"
+    )
+    tau_mp: Milliseconds = Field(default=10.0, description="low-pass of the membrane potentials, ms (paper: 10)")
+    k_sig: float = Field(default=0.01, gt=0.0, le=1e3, description="sigmoid scale (paper: 0.01)")
+    k_sp: float = Field(default=2.0, ge=0.0, le=20.0, description="spike gain (paper: 1..3)")
+    t_sp: float = Field(default=0.16, ge=0.0, le=1.0, description="spike threshold (paper: 0.16..0.2)")
+    fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second (paper: 30)")
+    on: bool = Field(default=True, description="ON pathway intact; false blocks it")
+    off: bool = Field(default=True, description="OFF pathway intact; false blocks it")
+    fdsr: bool = Field(default=True, description="fast-depolarising-slow-repolarising adaptation; false removes it")
 
     @classmethod
     def offline(cls, **changes: Any) -> DSNNParams:

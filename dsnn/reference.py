@@ -28,6 +28,7 @@ class Pathway:
         self.lp_hs = self.lp_vs = 0.0
 
     def step(self, la: npt.NDArray[np.float64]) -> None:
+        """Take this pathway's signal of one frame."""
         p = self._params
         before, self.la = self.la, la
         if p.fdsr:

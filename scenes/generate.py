@@ -32,8 +32,8 @@ def clutter() -> npt.NDArray[np.uint8]:
                 cv2.ellipse(canvas, box, grey, cv2.FILLED)
             else:
                 cv2.fillPoly(canvas, [cv2.boxPoints(box).astype(np.int32)], grey)
-    canvas = cv2.GaussianBlur(canvas, (0, 0), 1.2)[:, WIDTH : 2 * WIDTH]
-    return np.clip(canvas + 5.0 * mottle(rng), 0, 255).astype(np.uint8)
+    middle = cv2.GaussianBlur(canvas, (0, 0), 1.2)[:, WIDTH : 2 * WIDTH]
+    return np.clip(middle + 5.0 * mottle(rng), 0, 255).astype(np.uint8)
 
 
 def mottle(rng: np.random.Generator) -> npt.NDArray[np.float64]:
@@ -43,7 +43,7 @@ def mottle(rng: np.random.Generator) -> npt.NDArray[np.float64]:
     radius[0, 0] = np.inf
     phase = rng.uniform(0, 2 * np.pi, radius.shape)
     noise = np.fft.irfft2(np.exp(1j * phase) / radius, s=(HEIGHT, WIDTH))
-    return noise / noise.std()
+    return np.asarray(noise / noise.std())
 
 
 def wall() -> str:

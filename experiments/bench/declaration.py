@@ -12,7 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 
-_STRICT = ConfigDict(extra="forbid")
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 SpeedCmS = Annotated[float, Field(ge=0.5, le=35.0)]
 DistanceCm = Annotated[float, Field(ge=3.0, le=20.0)]
@@ -37,8 +37,15 @@ class Condition:
 class Design(Protocol):
     """The parameters of an experiment, a frozen dataclass that ``--set experiment.NAME=VALUE`` reaches."""
 
-    pose_sd_mm: float
-    heading_sd_deg: float
+    @property
+    def pose_sd_mm(self) -> float:
+        """Spread of the stimulus's start position."""
+        ...
+
+    @property
+    def heading_sd_deg(self) -> float:
+        """Spread of the stimulus's start heading."""
+        ...
 
     def conditions(self) -> tuple[Condition, ...]:
         """Every condition, in the order tables and figures show them."""
@@ -51,9 +58,9 @@ class Translation:
 
     speeds_cm_s: tuple[SpeedCmS, ...] = Field(min_length=1, description="speeds of the stimulus")
     distances_cm: tuple[DistanceCm, ...] = Field(min_length=1, description="camera to path")
-    direction: Literal["rightward", "leftward", "both"] = Field("rightward", description="in the observer's image")
-    pose_sd_mm: float = Field(1.0, ge=0.0, le=5.0, description="spread of the start position, along both axes")
-    heading_sd_deg: float = Field(1.0, ge=0.0, le=5.0, description="spread of the start heading, and so of the path")
+    direction: Literal["rightward", "leftward", "both"] = Field(default="rightward", description="in the image")
+    pose_sd_mm: float = Field(default=1.0, ge=0.0, le=5.0, description="spread of the start position, along both axes")
+    heading_sd_deg: float = Field(default=1.0, ge=0.0, le=5.0, description="spread of the path's heading")
 
     def conditions(self) -> tuple[Condition, ...]:
         """Speeds within distances within directions."""

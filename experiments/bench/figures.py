@@ -24,7 +24,7 @@ AXIS_LABELS = {
 }
 UNITS = {"speed_cm_s": "cm/s", "distance_cm": "cm", "angle_deg": "°"}
 COLOURS = ("#3b6fb6", "#2a9d8f", "#d98324", "#b5485d", "#6c5b9e", "#7a7a7a")
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -59,7 +60,7 @@ def _timelines(sim_time_s: npt.NDArray[np.float64], frame: npt.NDArray[np.int64]
 def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
     """The trial's conditions and outcome, which the viewer shows as the recording's properties."""
     spec, condition = result.spec, result.spec.condition
-    values = {
+    values: dict[str, Any] = {
         "experiment": spec.experiment,
         "trial": spec.index,
         "repeat": spec.repeat,

@@ -65,7 +65,7 @@ class TrialResult:
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """Where the stimulus is asked to go: ``line`` from rest, the crossing proper from ``enter`` to ``leave`` (m along)."""
+    """Where the stimulus is asked to go: ``line`` from rest, the crossing from ``enter`` to ``leave`` (m along it)."""
 
     line: Line
     enter: float
