@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim import gl
 from colias_sim.config import CameraConfig
+from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP
 
 Floats = npt.NDArray[np.float32]
@@ -36,18 +36,16 @@ class Camera:
 
     def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig) -> None:
         self.config = config
-        self._name = name
+        self._id = model.camera(name).id
         rows, columns = config.height * config.supersample, config.width * config.supersample
         self._option = mujoco.MjvOption()
         self._option.geomgroup[OWN_BODY_GROUP] = 0
-        self._rgb = np.empty((rows, columns, 3), np.uint8)
         self._grey = np.empty((rows, columns), np.uint8)
         self._light = np.zeros((config.height, config.width), np.float32)
         self._noise, self._spread = np.empty_like(self._light), np.empty_like(self._light)
         self._noise_tape = np.empty((config.height + WARM_UP_ROWS, config.width), np.float32)
         self._exposures = 0
-        gl.require_backend()
-        self._renderer = mujoco.Renderer(model, rows, columns)
+        self._offscreen = Offscreen(model, rows, columns)
 
     def __enter__(self) -> Camera:
         return self
@@ -57,13 +55,13 @@ class Camera:
 
     def close(self) -> None:
         """Free the OpenGL context."""
-        self._renderer.close()
+        self._offscreen.close()
 
     def expose(self, data: mujoco.MjData) -> None:
         """Add one render of the present scene to the exposure under way."""
-        self._renderer.update_scene(data, self._name, self._option)
-        self._renderer.render(out=self._rgb)
-        cv2.cvtColor(self._rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
+        rgb = self._offscreen.render(data, self._id, self._option)
+        cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
+        cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
         if self.config.supersample > 1:
             small = cv2.resize(self._grey.astype(np.float32), self._light.shape[::-1], interpolation=cv2.INTER_AREA)
             self._light += small

@@ -12,6 +12,7 @@ import sys
 
 PACKAGES = "libegl1 libgl1"  # Debian's names for what EGL rendering without a screen needs
 _ADVICE = f"on Debian or Ubuntu run 'apt-get install {PACKAGES}'"
+_MODULES = {"on": "glfw", "enable": "glfw", "enabled": "glfw", "true": "glfw", "1": "glfw"}
 _LIBRARIES = {"egl": ("libEGL.so.1", "libGL.so.1"), "osmesa": ("libOSMesa.so.8",)}
 
 
@@ -31,7 +32,7 @@ def choose_backend() -> str:
     if chosen in _LIBRARIES and not _loads(chosen):
         raise GLUnavailable(f"MUJOCO_GL={chosen}, but its library does not load: {_ADVICE}")
     if chosen or not sys.platform.startswith("linux"):
-        return chosen or "default"
+        return chosen or ("cgl" if sys.platform == "darwin" else "glfw")
     for backend in _LIBRARIES:
         if _loads(backend):
             os.environ["MUJOCO_GL"] = backend
@@ -39,10 +40,12 @@ def choose_backend() -> str:
     return "glfw" if os.environ.get("DISPLAY") else ""
 
 
-def require_backend() -> None:
-    """Raise `GLUnavailable` if there is no way to render."""
-    if not choose_backend():
+def require_backend() -> str:
+    """The backend's name in MuJoCo's modules: egl, osmesa, glfw or cgl. Raises `GLUnavailable` if there is none."""
+    chosen = choose_backend()
+    if not chosen or chosen in ("off", "disable", "disabled"):
         raise GLUnavailable(f"no OpenGL library for rendering without a screen: {_ADVICE}")
+    return _MODULES.get(chosen, chosen)
 
 
 def _loads(backend: str) -> bool:

@@ -17,6 +17,8 @@ from colias_sim.scene import STEPS_PER_FRAME, compile_model
 CONTROL_STEPS = 9
 """Physics steps between two wheel commands: 60 commands a second at 30 fps."""
 
+SETTLE_STEPS = 150
+
 Control = Callable[[float], None]
 """Called before each control interval with its length in seconds; commands wheels through `Robot.drive`."""
 
@@ -69,6 +71,12 @@ class Simulation:
         self.model.body("wall").quat = [np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)]
         for name, pose in placements.items():
             self.robots[name].place(pose)
+        self._settle()
+
+    def _settle(self) -> None:
+        """Let the robots sink onto their wheels: some microns, which a camera would see as motion of everything."""
+        mujoco.mj_step(self.model, self.data, SETTLE_STEPS)
+        self.data.time = 0.0
         mujoco.mj_forward(self.model, self.data)
 
     def step(self, rng: np.random.Generator, control: Control | None = None) -> Frame:

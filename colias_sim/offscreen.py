@@ -1,0 +1,58 @@
+"""One offscreen picture of a MuJoCo scene, over the backend this package chose.
+
+MuJoCo's own ``Renderer`` uses the backend that was named when mujoco was first imported, which may be before this
+package was; and it flips and copies each picture. This one does neither.
+"""
+
+from __future__ import annotations
+
+import importlib
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from colias_sim import gl
+
+MAX_GEOMS = 1000
+
+
+class Offscreen:
+    """A framebuffer of (rows, columns) and the OpenGL context that owns it; for one thread.
+
+    Raises `colias_sim.gl.GLUnavailable` where nothing can render.
+    """
+
+    def __init__(self, model: mujoco.MjModel, rows: int, columns: int) -> None:
+        backend = importlib.import_module(f"mujoco.{gl.require_backend()}")
+        self._context = backend.GLContext(columns, rows)
+        self._context.make_current()
+        self._mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._mjr)
+        self._scene = mujoco.MjvScene(model, MAX_GEOMS)
+        self._camera = mujoco.MjvCamera()
+        self._rect = mujoco.MjrRect(0, 0, columns, rows)
+        self._model = model
+        self._pixels = np.empty((rows, columns, 3), np.uint8)
+
+    def render(self, data: mujoco.MjData, camera: int, option: mujoco.MjvOption) -> npt.NDArray[np.uint8]:
+        """The view of the fixed camera with that id: RGB (rows, columns, 3), *bottom row first*.
+
+        The array is overwritten by the next call.
+        """
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED.value
+        self._camera.fixedcamid = camera
+        everything = mujoco.mjtCatBit.mjCAT_ALL.value
+        mujoco.mjv_updateScene(self._model, data, option, None, self._camera, everything, self._scene)
+        self._context.make_current()
+        mujoco.mjr_render(self._rect, self._scene, self._mjr)
+        mujoco.mjr_readPixels(self._pixels, None, self._rect, self._mjr)
+        return self._pixels
+
+    def close(self) -> None:
+        """Free framebuffer and context; a second call does nothing."""
+        if self._context is not None:
+            self._context.make_current()
+            self._mjr.free()
+            self._context.free()
+            self._context = None

@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+import ast
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_limits
+
+from dsnn import DSNNParams
+
+GOLDEN = sorted((Path(__file__).parent / "golden").glob("*.npz"))
+
+
+@pytest.fixture(autouse=True, scope="session")
+def one_thread() -> Iterator[None]:
+    cv2.setNumThreads(1)
+    with threadpool_limits(1):
+        yield
+
+
+@pytest.fixture(params=GOLDEN, ids=lambda path: path.stem)
+def golden(request: pytest.FixtureRequest) -> tuple[DSNNParams, dict[str, np.ndarray]]:
+    """Parameters and arrays of one golden vector (they came with the project's specification of the network)."""
+    with np.load(request.param, allow_pickle=False) as file:
+        vector = dict(file)
+    return DSNNParams(**ast.literal_eval(str(vector.pop("params")))), vector
+
+
+def crossing(shape: tuple[int, int] = (72, 99), step: float = 1.5, count: int = 40, dark: bool = True) -> np.ndarray:
+    """A 20x24 px object crossing rightward at ``step`` px per frame (sub-pixel), (count, R, C) uint8."""
+    rows, columns = shape
+    edges = np.arange(columns)
+    frames = np.full((count, rows, columns), 240.0 if dark else 20.0)
+    for i in range(count):
+        left = 5 + step * i
+        cover = np.clip(edges + 1 - left, 0, 1) * np.clip(left + 20 - edges, 0, 1)
+        band = slice(rows // 2 - 12, rows // 2 + 12)
+        frames[i, band] += ((20.0 if dark else 240.0) - frames[i, band]) * cover
+    return np.rint(frames).astype(np.uint8)
+
+
+Colias = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture
+def colias(tmp_path: Path) -> Colias:
+    """The command line as a user runs it: a real process, in an empty folder."""
+
+    def run(*arguments: str, **changes: str) -> subprocess.CompletedProcess[str]:
+        environment = {**os.environ, "COLUMNS": "100", **changes}
+        command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
+        return subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300, check=False
+        )
+
+    return run

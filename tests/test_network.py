@@ -1,0 +1,134 @@
+"""The fast form against the readable one, and what only the network itself can break."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dsnn import DSNN, DSNNParams, ReferenceDSNN
+from dsnn.filters import FLUSH_EVERY
+from tests.conftest import crossing
+
+params = st.builds(
+    DSNNParams,
+    n_p=st.integers(0, 6),
+    u=st.floats(0.5, 3.0),
+    d=st.integers(1, 4),
+    n_con=st.integers(1, 9),
+    w_i=st.floats(0.0, 1.0),
+    sigma_l=st.floats(0.0, 0.9),
+    tau_fast=st.floats(0.0, 50.0),
+    tau_slow=st.floats(0.0, 300.0),
+    tau_s=st.tuples(st.floats(0.0, 300.0), st.floats(0.0, 300.0)),
+    tau_mp=st.floats(0.0, 50.0),
+    fps=st.sampled_from([10.0, 25.0, 30.0, 60.0]),
+    on=st.booleans(),
+    off=st.booleans(),
+    fdsr=st.booleans(),
+)
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(params, st.integers(24, 40), st.integers(24, 48), st.integers(0, 2**31))
+def test_fast_form_equals_the_reference(params, rows, columns, seed):
+    """Any legal parameters, still pixels included.
+
+    The lamina's sign test jumps where P_e or P_i is zero, so in single precision a cell may fall on the other side:
+    one cell in two hundred may differ, the field sums may not.
+    """
+    rng = np.random.default_rng(seed)
+    frames = rng.integers(0, 256, (6, rows, columns)).astype(np.uint8)
+    frames[:, : rows // 2, : columns // 2] = 77
+    fast, plain = DSNN((rows, columns), params), ReferenceDSNN((rows, columns), params)
+    for frame in frames:
+        got, expected = fast.step(frame, maps=True), plain.step(frame, maps=True)
+        assert got.hs == pytest.approx(expected.hs, abs=1e-3)
+        assert got.vs == pytest.approx(expected.vs, abs=1e-3)
+        for field in dataclasses.fields(expected.maps):
+            apart = np.abs(getattr(got.maps, field.name) - getattr(expected.maps, field.name)) > 0.05
+            assert apart.mean() <= 0.005, field.name
+
+
+@pytest.mark.parametrize("shape", [(2, 2), (3, 40), (40, 3), (9, 9)])
+def test_pairs_wider_than_the_image_drop_out(shape):
+    """An image smaller than the widest pair: no wrap-around, no reading past the end, the reference's answer."""
+    frames = np.cumsum(np.random.default_rng(5).integers(0, 9, (25, *shape)), axis=0).astype(np.uint8)
+    params = DSNNParams(n_con=8, d=2)
+    fast, plain = DSNN(shape, params).run(frames), ReferenceDSNN(shape, params).run(frames)
+    np.testing.assert_allclose(fast.hs, plain.hs, atol=1e-3)
+    np.testing.assert_allclose(fast.vs, plain.vs, atol=1e-3)
+
+
+def test_blocked_pathways_sum_to_the_intact_model():
+    frames = crossing()
+    whole, on, off = (
+        DSNN(frames.shape[1:], DSNNParams(on=on, off=off)).run(frames)
+        for on, off in ((True, True), (True, False), (False, True))
+    )
+    np.testing.assert_allclose(on.hs + off.hs, whole.hs, atol=1e-6)
+    assert 0.4 * whole.hs.max() < on.hs.max() < 0.6 * whole.hs.max()
+    nothing = DSNN(frames.shape[1:], DSNNParams(on=False, off=False)).run(frames)
+    assert not nothing.hs.any()
+
+
+def test_a_clip_that_goes_still_decays_to_zero_without_subnormals():
+    """States that fade for minutes must not linger in subnormal numbers, which are slow and never end."""
+    frames = crossing(count=20)
+    model = DSNN(frames.shape[1:])
+    model.run(frames)
+    for _ in range(20 * FLUSH_EVERY):
+        answer = model.step(frames[-1])
+    assert answer.hs == pytest.approx(0.0, abs=1e-12)
+    for pathway in model._pathways:
+        memory = np.abs(pathway._correlator._memory)
+        assert not ((memory > 0) & (memory < np.finfo(np.float32).tiny)).any()
+
+
+def test_the_caller_may_reuse_its_frame_buffer():
+    frames = crossing(count=15)
+    buffer = np.empty_like(frames[0])
+    model = DSNN(frames.shape[1:])
+    reused = []
+    for frame in frames:
+        buffer[:] = frame
+        reused.append(model.step(buffer).hs)
+    np.testing.assert_array_equal(reused, model.run(frames).hs)
+
+
+def test_a_symmetric_expansion_cancels_in_a_balanced_network():
+    """Looming moves both halves of the image outward; only ``w_i`` below 1 leaves a remainder."""
+    frames = np.full((30, 72, 98), 240, np.uint8)
+    for i, frame in enumerate(frames):
+        half = 4 + i
+        frame[36 - half : 36 + half, 49 - half : 49 + half] = 20
+    for clip in (frames, frames[::-1]):
+        balanced = DSNN((72, 98), DSNNParams(w_i=1.0)).run(clip)
+        assert max(np.abs(balanced.hs).max(), np.abs(balanced.vs).max()) < 1e-5
+        assert DSNN((72, 98), DSNNParams(w_i=0.9)).run(clip).hs.max() > 0.01
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("n_p", -1), ("d", 0), ("n_con", 0), ("w_i", 1.5), ("k_sig", 0.0), ("fps", 0.0), ("tau_s", (10.0,)),
+     ("tau_fast", float("nan")), ("t_sp", float("inf"))],
+)  # fmt: skip
+def test_a_parameter_out_of_range_is_named(name, value):
+    with pytest.raises(ValueError, match=name):
+        DSNNParams(**{name: value})
+
+
+def test_parameters_are_frozen_and_closed():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        DSNNParams().n_con = 4
+    with pytest.raises(ValueError, match="n_kon"):
+        DSNNParams(n_kon=4)
+
+
+def test_presets_and_delays():
+    assert (DSNNParams.offline().t_sp, DSNNParams.robot().t_sp) == (0.16, 0.2)
+    assert DSNNParams.robot(n_con=4).n_con == 4
+    assert DSNNParams(n_con=3, tau_s=(10, 200)).delays() == (10, 105, 200)
+    assert DSNNParams(n_con=3, tau_s=(200, 10)).delays() == (200, 105, 10)
+    assert DSNNParams(n_con=1).delays() == (10,)

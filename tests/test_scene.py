@@ -1,0 +1,106 @@
+"""Scenes: they load in MuJoCo as they stand, measure what they should, and show what a camera there would see."""
+
+import math
+
+import cv2
+import mujoco
+import numpy as np
+import pytest
+
+import scenes
+from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
+from colias_sim.scene import OWN_BODY_GROUP, compose
+from scenes import ARENAS, FOLDER, ROBOTS, generate
+
+
+@pytest.mark.parametrize("name", [*ARENAS, *ROBOTS])
+def test_every_file_opens_by_itself(name):
+    """As MuJoCo's own viewer would open it."""
+    model = mujoco.MjModel.from_xml_path(str(FOLDER / f"{name}.xml"))
+    mujoco.mj_step(model, mujoco.MjData(model))
+
+
+def test_assets_are_what_the_generator_draws(tmp_path):
+    generate.main(tmp_path)
+    drawn = cv2.imread(str(tmp_path / "clutter.png"), cv2.IMREAD_GRAYSCALE)
+    kept = cv2.imread(str(FOLDER / "assets" / "clutter.png"), cv2.IMREAD_GRAYSCALE)
+    assert np.abs(drawn.astype(int) - kept.astype(int)).max() <= 1
+    assert (tmp_path / "wall.obj").read_text() == (FOLDER / "assets" / "wall.obj").read_text()
+
+
+def test_the_wall_has_no_seam():
+    texture = generate.clutter().astype(float)
+    across = np.abs(texture[:, 0] - texture[:, -1]).mean()
+    inside = np.abs(np.diff(texture, axis=1)).mean(0)
+    assert across < np.quantile(inside, 0.99)
+
+
+def test_robots_are_attached_under_their_names():
+    spec = compose(
+        SceneConfig(), RobotConfig(), CameraConfig(), {"observer": "colias", "stimulus": "colias_black"}, "observer"
+    )
+    model = spec.compile()
+    for name in ("observer", "stimulus"):
+        assert model.body(f"{name}/base").id > 0
+        assert model.camera(f"{name}/eye").id >= 0
+        assert model.body(f"{name}/base").subtreemass[0] == pytest.approx(0.028)
+
+
+def test_the_shell_is_4_cm_by_3_cm():
+    model = compose(SceneConfig(), RobotConfig(), CameraConfig(), {"stimulus": "colias_black"}, "stimulus").compile()
+    radius, half_height, _ = model.geom("stimulus/cover").size
+    top = model.geom("stimulus/cover").pos[2] + half_height
+    assert (2 * radius, top) == pytest.approx((0.04, 0.03))
+
+
+def test_parameters_reach_the_model():
+    robot, camera = RobotConfig(track_cm=3.0, mass_g=40.0, max_speed_cm_s=20.0), CameraConfig(up_cm=1.5, hfov_deg=60.0)
+    model = compose(SceneConfig(), robot, camera, {"stimulus": "colias_black"}, "stimulus").compile()
+    wheels = model.body("stimulus/left_wheel").pos[1] - model.body("stimulus/right_wheel").pos[1]
+    assert wheels == pytest.approx(0.03)
+    assert model.body("stimulus/base").subtreemass[0] == pytest.approx(0.04)
+    np.testing.assert_allclose(model.actuator("stimulus/left").ctrlrange, [-20, 20])
+    assert model.camera("stimulus/eye").pos[2] == pytest.approx(0.015)
+    width = 2 * math.degrees(math.atan(99 / 2 / camera.focal_px))
+    assert width == pytest.approx(60.0)
+
+
+def test_the_observer_does_not_see_itself():
+    """Leaving its own body out of its picture is a saving, not a change: the lens stands in front of it."""
+    camera = CameraConfig(shot_noise=0, read_noise=0)
+    with Simulation(camera=camera, scene=SceneConfig(light_sd=0, turn_wall=False)) as sim:
+        sim.reset({"observer": Pose(0, 0, 0), "stimulus": Pose(0.1, 0.0, 1.0)}, np.random.default_rng(0))
+        without = sim.step(np.random.default_rng(0)).luma
+        sim.camera._option.geomgroup[OWN_BODY_GROUP] = 1
+        with_body = sim.step(np.random.default_rng(0)).luma
+        assert np.abs(with_body.astype(int) - without).max() <= 1  # rounding: no two frames are quite the same
+
+
+@pytest.mark.parametrize(("arena", "low", "high"), [("bright", 220, 252), ("plain", 220, 252), ("dim", 90, 150)])
+def test_brightness_of_the_arenas(arena, low, high):
+    with Simulation(scene=SceneConfig(arena=arena, light_sd=0)) as sim:
+        sim.reset({"stimulus": Pose(-0.3, 0.0, 0.0)}, np.random.default_rng(0))
+        luma = sim.step(np.random.default_rng(0)).luma.astype(float)
+        assert low < luma.mean() < high
+        clutter = np.abs(np.diff(luma[:30], axis=1)).mean()  # lamps shade the wall gradually, clutter has edges
+        assert (clutter > 2.2) == (arena != "plain"), clutter
+        sim.reset({"stimulus": Pose(0.1, 0.0, 0.0)}, np.random.default_rng(0))
+        assert sim.step(np.random.default_rng(0)).luma[36, 49] < 15, "the shell is black"
+
+
+def test_wall_contrast_scales_the_clutter():
+    spreads = []
+    for contrast in (0.0, 0.5, 1.0):
+        camera = CameraConfig(shot_noise=0, read_noise=0)
+        with Simulation(camera=camera, scene=SceneConfig(light_sd=0, wall_contrast=contrast, light=0.9)) as sim:
+            sim.reset({"stimulus": Pose(-0.3, 0.0, 0.0)}, np.random.default_rng(4))
+            spreads.append(sim.step(np.random.default_rng(0)).luma[:30].std())
+    assert spreads[0] < spreads[1] < spreads[2]
+    assert spreads[1] == pytest.approx(spreads[2] / 2, rel=0.2)
+
+
+def test_an_unknown_arena_is_answered_with_the_nearest():
+    with pytest.raises(ValueError, match="nearest: bright"):
+        scenes.arena_path("brigth")
+    with pytest.raises(ValueError, match="nearest: dim"):
+        SceneConfig(arena="dimm")
