@@ -97,7 +97,7 @@ def exposure_steps(config: CameraConfig, steps_per_frame: int) -> tuple[int, ...
     """After which physics steps of a frame the camera renders: the middles of the exposure's equal parts.
 
     The exposure ends with the frame. Moments are rounded to whole steps, so a part's error is under half a
-    step; an exposure longer than the frame is cut to it.
+    step, and parts that meet on one step share its render; an exposure longer than the frame is cut to it.
     """
     length = min(config.exposure_ms * config.fps / 1000.0, 1.0) * steps_per_frame
     parts = (np.arange(config.exposure_samples) + 0.5) / config.exposure_samples

@@ -122,7 +122,7 @@ def test_exposure_blurs_by_the_distance_moved():
         with Simulation(camera=camera, scene=PLAIN) as sim:
             sim.reset({"stimulus": AWAY}, np.random.default_rng(0))
             empty = sim.step(np.random.default_rng(0)).luma[36].astype(float)
-            sim.reset({"stimulus": Pose(LENS + 0.08, 0.0, -math.pi / 2)}, np.random.default_rng(0))
+            sim.reset({"stimulus": Pose(LENS + 0.08, 0.027, -math.pi / 2)}, np.random.default_rng(0))
             robot = sim.robots["stimulus"]
             robot.drive(robot.wheels_for(0.2, 0.0))
             for _ in range(8):
