@@ -7,6 +7,8 @@ package was; and it flips and copies each picture. This one does neither.
 from __future__ import annotations
 
 import importlib
+import weakref
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -34,6 +36,7 @@ class Offscreen:
         self._rect = mujoco.MjrRect(0, 0, columns, rows)
         self._model = model
         self._pixels = np.empty((rows, columns, 3), np.uint8)
+        self._free = weakref.finalize(self, _free, self._context, self._mjr)
 
     def render(self, data: mujoco.MjData, camera: int, option: mujoco.MjvOption) -> npt.NDArray[np.uint8]:
         """The view of the fixed camera with that id: RGB (rows, columns, 3), *bottom row first*.
@@ -50,9 +53,12 @@ class Offscreen:
         return self._pixels
 
     def close(self) -> None:
-        """Free framebuffer and context; a second call does nothing."""
-        if self._context is not None:
-            self._context.make_current()
-            self._mjr.free()
-            self._context.free()
-            self._context = None
+        """Free framebuffer and context, as dropping the last reference does; a second call does nothing."""
+        self._free()
+
+
+def _free(context: Any, mjr: mujoco.MjrContext) -> None:
+    """Free both with their own context current: the framebuffer's names may mean another's in any other."""
+    context.make_current()
+    mjr.free()
+    context.free()

@@ -179,3 +179,21 @@ def test_luma_reference_of_the_supersampled_camera():
     few, many = view(quiet(supersample=1), Pose(LENS + 0.08, 0, 0)), view(quiet(supersample=8), Pose(LENS + 0.08, 0, 0))
     assert cv2.absdiff(few, many).mean() < 1.0
     assert few.mean() == pytest.approx(many.mean(), abs=0.5)
+
+
+def test_cameras_come_and_go_without_touching_each_other():
+    """Two contexts alive at once, one closed, one merely dropped: the survivor renders what it rendered before."""
+
+    def picture(sim: Simulation) -> np.ndarray:
+        sim.reset({"stimulus": Pose(LENS + 0.08, 0.0, 0.0)}, np.random.default_rng(0))
+        return sim.step(np.random.default_rng(0)).luma
+
+    with Simulation(camera=quiet(), scene=STILL) as survivor:
+        before = picture(survivor)
+        dropped, closed = Simulation(camera=quiet(), scene=PLAIN), Simulation(camera=quiet(), scene=STILL)
+        np.testing.assert_array_equal(picture(closed), before)
+        assert not np.array_equal(picture(dropped), before)
+        closed.close()
+        closed.close()
+        del dropped
+        np.testing.assert_array_equal(picture(survivor), before)
