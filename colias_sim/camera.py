@@ -76,9 +76,13 @@ class Camera:
             light *= 1.0 / self._exposures
         luma = np.empty(light.shape, np.uint8)
         cv2.add(light, self._draw_noise(light, rng), dst=luma, dtype=cv2.CV_8U)  # rounds and saturates
-        light[:] = 0.0
-        self._exposures = 0
+        self.discard()
         return Frame(luma, time)
+
+    def discard(self) -> None:
+        """Drop the exposure under way."""
+        self._light[:] = 0.0
+        self._exposures = 0
 
     def _draw_noise(self, light: Floats, rng: np.random.Generator) -> Floats:
         """Photon and read noise of one frame; Gaussian, which photon noise is from some tens of electrons up."""

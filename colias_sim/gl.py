@@ -16,7 +16,7 @@ _MODULES = {"on": "glfw", "enable": "glfw", "enabled": "glfw", "true": "glfw", "
 _LIBRARIES = {"egl": ("libEGL.so.1", "libGL.so.1"), "osmesa": ("libOSMesa.so.8",)}
 
 
-class GLUnavailable(RuntimeError):
+class GLUnavailable(OSError):
     """No way to render: names the package to install."""
 
 

@@ -7,6 +7,8 @@ from pathlib import Path
 
 FOLDER = Path(__file__).parent
 
+ARENA_RADIUS_CM = 45.0
+
 ARENAS = {
     "bright": "bright, matt, visually cluttered walls: the default",
     "plain": "as bright, without clutter",

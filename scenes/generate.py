@@ -12,10 +12,12 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from scenes import ARENA_RADIUS_CM
+
 ASSETS = Path(__file__).parent / "assets"
 SEED = 2018
 WIDTH, HEIGHT = 1024, 192  # texels around and up the wall: about three per camera pixel
-RADIUS, WALL_HEIGHT, PANELS = 0.45, 0.40, 48  # m, m, flat panels around
+RADIUS, WALL_HEIGHT, PANELS = ARENA_RADIUS_CM / 100, 0.40, 24  # m, m, flat panels around
 
 
 def clutter() -> npt.NDArray[np.uint8]:

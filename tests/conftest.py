@@ -4,7 +4,7 @@ import ast
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -45,18 +45,20 @@ def crossing(shape: tuple[int, int] = (72, 99), step: float = 1.5, count: int = 
     return np.rint(frames).astype(np.uint8)
 
 
-Colias = Callable[..., "subprocess.CompletedProcess[str]"]
+class Colias:
+    """The command line as a user runs it: a real process, in an empty folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def __call__(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
+        environment = {**os.environ, "COLUMNS": "100"}
+        return subprocess.run(
+            command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=300, check=False
+        )
 
 
 @pytest.fixture
 def colias(tmp_path: Path) -> Colias:
-    """The command line as a user runs it: a real process, in an empty folder."""
-
-    def run(*arguments: str, **changes: str) -> subprocess.CompletedProcess[str]:
-        environment = {**os.environ, "COLUMNS": "100", **changes}
-        command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
-        return subprocess.run(
-            command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300, check=False
-        )
-
-    return run
+    return Colias(tmp_path)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import difflib
 import importlib
 import importlib.util
-import sys
 import traceback
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from experiments import NAMES
 from experiments.bench.declaration import Experiment
-from experiments.bench.settings import UsageError
+from experiments.bench.settings import UsageError, explain
 
 
 def load(name: str) -> Experiment:
@@ -43,9 +44,11 @@ def _load_file(path: Path) -> object:
     except SyntaxError as error:
         raise UsageError(f"{path}, line {error.lineno}: {error.msg}") from None
     except Exception as error:
-        lines = [frame.lineno for frame in traceback.extract_tb(sys.exc_info()[2]) if frame.filename == str(path)]
+        frames = traceback.extract_tb(error.__traceback__)
+        lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == path.resolve()]
         where = f", line {lines[-1]}" if lines else ""
-        raise UsageError(f"{path}{where}: {type(error).__name__}: {' '.join(str(error).split())}") from None
+        said = explain(error) if isinstance(error, ValidationError) else f"{type(error).__name__}: {error}"
+        raise UsageError(f"{path}{where}: {' '.join(said.split())}") from None
     if not hasattr(module, "EXPERIMENT"):
         raise UsageError(f"{path}: declares no EXPERIMENT")
     return module.EXPERIMENT

@@ -20,26 +20,36 @@ EXIT_USAGE, EXIT_INTERRUPTED = 2, 130
 
 app = typer.Typer(
     rich_markup_mode="rich",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     help="""A simulated [b]Colias[/b] micro-robot testbed for fly-inspired motion vision.
 
-Two robots in MuJoCo: the [b]observer[/b] looks through its 99x72 camera and runs the DSNN on every frame, the black
-[b]stimulus[/b] drives past it. Every trial is recorded for Rerun, summarised, drawn, and held against what the paper
-(Fu, Bellotto and Yue 2018) reports.
+Two robots in MuJoCo: the [b]observer[/b] looks through its 99x72 camera and
+runs the DSNN on every frame, the black [b]stimulus[/b] drives past it. Every
+trial is recorded for Rerun, summarised, drawn, and held against what the
+paper (Fu, Bellotto and Yue 2018) reports.
 
-  colias run speed                                  the paper's speed tests: 4 speeds, 10 repeats
-  colias run speed --set experiment.direction=both  rightward and leftward
-  colias run distance --repeats 3 --seed 7          fewer repeats, other noise
+[b]Examples[/b]
+
+  colias run speed                   the paper's speed tests, 40 trials
+  colias run distance --repeats 3 --seed 7
+  colias run speed --set experiment.direction=both
   colias run speed --set dsnn.n_con=6 --set camera.read_noise=0
-  colias run my_experiment.py                       your own declaration
-  colias view runs/speed-...                        its recordings in Rerun
+  colias run my_experiment.py        your own declaration
+  colias parameters                  everything that --set reaches
+  colias view runs/speed-...         a run's recordings in Rerun
 
-A run leaves in its folder: trials.parquet (a row per trial), frames.parquet (a row per frame), summary.csv,
-claims.json, experiment.json (every parameter, seed, versions), figure.svg and .png, recordings/*.rrd. Equal seeds
-and parameters give equal numbers.""",
+[b]What a run leaves in its folder[/b]
+
+  trials.parquet     a row per trial     summary.csv     a row per condition
+  frames.parquet     a row per frame     claims.json     the verdicts
+  experiment.json    every parameter, the seed, the versions
+  figure.svg, .png   spikes per condition, every repeat visible
+  recordings/        one .rrd per trial
+
+Equal seeds and parameters give equal numbers. Exit status: 0 done, 2 a wrong
+use or a missing library, 130 interrupted.""",
 )
 
 out_console = Console(highlight=False)
@@ -49,9 +59,11 @@ error_console = Console(stderr=True, highlight=False)
 @app.command(short_help="Run an experiment: trials, recordings, tables, figure, verdicts.")
 def run(
     experiment: Annotated[str, typer.Argument(help="A name that [b]colias list[/b] shows, or the path of a .py file.")],
-    repeats: Annotated[int | None, typer.Option(help="Trials of each condition [default: the experiment's].")] = None,
+    repeats: Annotated[
+        int | None, typer.Option(help="Trials of each condition; otherwise the experiment's own number.")
+    ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the whole run, 0 or more.")] = 0,
-    out: Annotated[Path | None, typer.Option(help="Folder for the results [default: runs/NAME-TIME].")] = None,
+    out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/NAME-TIME.")] = None,
     assignments: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; see [b]colias parameters[/b]. Repeatable."),
@@ -73,6 +85,9 @@ def run(
     if seed < 0:
         raise settings.UsageError(f"--seed {seed}: legal is a whole number from 0 up")
     declared, chosen = settings.configure(declared, model, assignments or ())
+    rate, assumed = chosen.camera.fps, getattr(chosen.network, "fps", chosen.camera.fps)
+    if assumed != rate:
+        error_console.print(f"note: the network assumes {assumed:g} frames/s, the camera gives {rate:g}")
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     _run(Plan(declared, chosen, count, seed), out or Path("runs") / f"{declared.name}-{stamp}", recordings)
 
@@ -81,9 +96,11 @@ def _run(plan: Plan, out: Path, recordings: bool) -> None:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from experiments.bench.results import RunFolder
+    from experiments.bench.runner import check
     from experiments.bench.runner import run as run_plan
     from experiments.bench.trial import TrialResult
 
+    check(plan)
     folder = RunFolder(out)
     folder.create()
     total, done = len(plan.specs()), 0
@@ -198,29 +215,32 @@ def run_file(path: str) -> None:
 def main() -> None:
     """Entry point: a wrong use or a missing library ends in one line on stderr and a non-zero status."""
     try:
-        app()
-    except KeyboardInterrupt:
+        # Not standalone, so that the parser's own complaints come out as one line too.
+        sys.exit(app(args=sys.argv[1:] or ["--help"], standalone_mode=False))
+    except (KeyboardInterrupt, typer.Abort):
         sys.exit(EXIT_INTERRUPTED)
+    except typer.TyperException as error:
+        _fail(" ".join(error.format_message().split()))
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     except Exception as error:
         if not _is_plain(error):
             raise
-        _fail(error)
+        _fail(f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else str(error))
 
 
 def _is_plain(error: Exception) -> bool:
     """Whether the message alone tells a user what to do; anything else is a defect and keeps its traceback."""
-    from colias_sim.gl import GLUnavailable
+    if isinstance(error, OSError):  # a missing OpenGL too, whose package cannot then be imported to ask
+        return True
     from experiments.bench.settings import UsageError
     from experiments.bench.trial import TrialError
 
-    return isinstance(error, UsageError | GLUnavailable | TrialError | OSError)
+    return isinstance(error, UsageError | TrialError)
 
 
-def _fail(error: Exception) -> None:
-    text = f"{error.strerror}: {error.filename}" if isinstance(error, OSError) and error.filename else str(error)
+def _fail(text: str) -> None:
     print(f"colias: {text}", file=sys.stderr)
     sys.exit(EXIT_USAGE)
 

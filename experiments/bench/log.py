@@ -18,10 +18,11 @@ import rerun.blueprint as rrb
 from colias_sim.config import CameraConfig
 from experiments.bench.media import Media
 from experiments.bench.trial import TrialResult
+from scenes import ARENA_RADIUS_CM
 
 APPLICATION = "colias-sim"
 HS_COLOUR, VS_COLOUR, LIMIT_COLOUR = (31, 119, 180), (214, 124, 30), (140, 140, 140)
-ARENA_RADIUS_CM, ROBOT_RADIUS_CM, ROBOT_HEIGHT_CM = 45.0, 2.0, 3.0
+ROBOT_RADIUS_CM, ROBOT_HEIGHT_CM = 2.0, 3.0
 MAP_TITLES = {"p": "retina P", "la": "lamina LA", "f_on": "ON after FDSR", "f_off": "OFF after FDSR"}
 
 

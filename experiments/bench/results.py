@@ -79,8 +79,9 @@ class RunFolder:
         self._trials.append(trial_row(result))
         self._frames.append(frame_table(result))
         order = sorted(range(len(self._trials)), key=lambda i: self._trials[i]["trial"])
-        self._write_table("trials.parquet", pa.Table.from_pylist([self._trials[i] for i in order], TRIAL_SCHEMA))
+        # Frames first: whenever this is cut short, a trial that has its row has its frames.
         self._write_table("frames.parquet", pa.concat_tables([self._frames[i] for i in order]))
+        self._write_table("trials.parquet", pa.Table.from_pylist([self._trials[i] for i in order], TRIAL_SCHEMA))
 
     def trials(self) -> list[dict[str, Any]]:
         """The rows so far, in order of trial."""

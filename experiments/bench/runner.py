@@ -17,8 +17,10 @@ from experiments.bench import figures, log
 from experiments.bench.claims import Verdict, judge
 from experiments.bench.declaration import Experiment, Settings, TrialSpec, trial_specs
 from experiments.bench.results import RunFolder, group
+from experiments.bench.settings import UsageError
 from experiments.bench.statistics import summarise
-from experiments.bench.trial import TrialResult, run_trial
+from experiments.bench.trial import TrialResult, reach_cm, run_trial
+from scenes import ARENA_RADIUS_CM
 
 LIBRARIES = ("colias-sim", "mujoco", "numpy", "opencv-python-headless", "rerun-sdk", "scipy", "pyarrow")
 
@@ -49,7 +51,7 @@ class Plan:
 
 
 def run(plan: Plan, folder: RunFolder, on_trial: OnTrial, *, recordings: bool = True) -> Report:
-    """Do the whole plan into a folder already created, telling ``on_trial`` of each finished trial.
+    """Do a checked plan into a folder already created, telling ``on_trial`` of each finished trial.
 
     A trial is kept (recorded, then added to the tables) on a second thread while the next one runs. What was
     finished stays readable whenever this ends, by an exception or a kill too.
@@ -73,6 +75,17 @@ def run(plan: Plan, folder: RunFolder, on_trial: OnTrial, *, recordings: bool = 
         if kept is not None:
             kept.result()
     return conclude(plan, folder)
+
+
+def check(plan: Plan) -> None:
+    """Raise `UsageError` for a plan whose stimulus would have to drive through the wall."""
+    for condition in plan.experiment.design.conditions():
+        reach = reach_cm(condition, plan.settings)
+        if reach > ARENA_RADIUS_CM:
+            raise UsageError(
+                f"{condition.label()}: seen through {plan.settings.camera.hfov_deg:g} degrees the crossing reaches "
+                f"{reach:.0f} cm from the centre; the arena ends at {ARENA_RADIUS_CM:g} cm"
+            )
 
 
 def conclude(plan: Plan, folder: RunFolder) -> Report:

@@ -27,7 +27,10 @@ def sections(experiment: Experiment | None, model: str) -> dict[str, Any]:
 
 def configure(experiment: Experiment, model: str, assignments: Iterable[str]) -> tuple[Experiment, Settings]:
     """Apply ``SECTION.NAME=VALUE`` texts; raises `UsageError` naming the value, its range and its origin."""
-    values = sections(experiment, model)
+    try:
+        values = sections(experiment, model)
+    except ValueError as error:
+        raise UsageError(f"--model {model}: {error}") from None
     for section, changes in _collect(assignments, values).items():
         values[section] = _changed(section, values[section], changes)
     design = values["experiment"]
@@ -72,6 +75,13 @@ def _changed(section: str, value: Any, changes: Mapping[str, str]) -> Any:
         said = problem["msg"].removeprefix("Value error, ")
         reason = f"legal is {legal}" if legal else said
         raise UsageError(f"--set {section}.{name}={changes.get(name, '')}: {reason}") from None
+
+
+def explain(error: ValidationError) -> str:
+    """The first problem of a failed validation in one line: object, attribute, value, bound."""
+    problem = error.errors()[0]
+    where = ".".join([error.title, *(str(part) for part in problem["loc"])])
+    return f"{where}={problem['input']!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}"
 
 
 def _split(text: str, schema: Mapping[str, Any]) -> str | list[str]:

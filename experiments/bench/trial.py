@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 import time
@@ -71,6 +72,14 @@ class Course:
     enter: float
     leave: float
     speed: float
+
+
+def reach_cm(condition: Condition, settings: Settings) -> float:
+    """How far from the arena's centre the stimulus's edge gets, which has to stay inside the wall."""
+    nominal = dataclasses.replace(settings, pose_sd_mm=0.0, heading_sd_deg=0.0)
+    line = course(condition, nominal, np.random.default_rng(0)).line
+    ends = (line.start, line.point(line.length))
+    return 100 * max(math.hypot(end.x, end.y) for end in ends) + STIMULUS_RADIUS_CM
 
 
 @functools.lru_cache(maxsize=1)

@@ -1,0 +1,13 @@
+"""``make bench``: every ratio this project states, measured side by side in one run on one thread."""
+
+import cv2
+from rich.console import Console
+from threadpoolctl import threadpool_limits
+
+from benchmarks import antialiasing, loop, network
+
+console = Console()
+cv2.setNumThreads(1)
+with threadpool_limits(1):
+    for part in (network.table, loop.loop_table, loop.recording_table, antialiasing.table):
+        console.print(part())

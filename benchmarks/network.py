@@ -1,0 +1,51 @@
+"""The DSNN's step against its plain form and against optical flow, on the same frames in the same run."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from rich.table import Table
+
+from benchmarks.timing import interleaved
+from dsnn import DSNN, ReferenceDSNN
+
+
+def clip(shape: tuple[int, int], count: int = 24) -> np.ndarray:
+    """A dark object over a textured, shifting background with camera noise: what a step costs depends little on it."""
+    rng = np.random.default_rng(0)
+    rows, columns = shape
+    ground = cv2.GaussianBlur(rng.integers(0, 256, (rows, columns + count)).astype(np.float32), (0, 0), 3)
+    ground = cv2.normalize(ground, None, 120, 250, cv2.NORM_MINMAX)
+    frames = []
+    for i in range(count):
+        frame = ground[:, i : i + columns].copy()
+        frame[rows // 3 : rows * 2 // 3, 2 * i : 2 * i + columns // 4] = 10
+        frames.append(np.clip(frame + rng.normal(0, 1, shape), 0, 255).astype(np.uint8))
+    return np.stack(frames)
+
+
+def table() -> Table:
+    """Microseconds per frame and ratios to the DSNN, one thread, n_con = 8."""
+    result = Table(title="Network step, microseconds a frame (and times the DSNN); one thread, n_con = 8")
+    for name in ("frame", "DSNN", "plain form", "Farneback", "DIS ultrafast"):
+        result.add_column(name, justify="right")
+    for shape in ((72, 99), (180, 320)):
+        frames = clip(shape)
+        fast, plain = DSNN(shape), ReferenceDSNN(shape)
+        dis = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
+        pairs = list(pairwise(frames[:9]))
+        times = interleaved(
+            {
+                "dsnn": lambda m=fast, f=frames: len([m.step(frame) for frame in f]),
+                "plain": lambda m=plain, f=frames: len([m.step(frame) for frame in f[:12]]),
+                "farneback": lambda p=pairs: len(
+                    [cv2.calcOpticalFlowFarneback(a, b, None, 0.5, 3, 15, 3, 5, 1.2, 0) for a, b in p]
+                ),
+                "dis": lambda p=pairs, d=dis: len([d.calc(a, b, None) for a, b in p]),
+            }
+        )
+        cells = [f"{t:.0f} ({t / times['dsnn']:.1f})" for t in times.values()]
+        result.add_row(f"{shape[1]}x{shape[0]}", f"{times['dsnn']:.0f}", *cells[1:])
+    return result

@@ -1,0 +1,65 @@
+"""The judges on made-up trials: what holds, what fails, and what cannot be judged."""
+
+import pytest
+
+from experiments.bench.claims import JUDGES, claim_texts, judge
+
+
+def rows(spikes_by, column, direction="rightward", **fixed):
+    return [
+        {"motion": "translation", "direction": direction, "speed_cm_s": 6.0, "distance_cm": 8.0, "peak_hs": 0.5,
+         "trough_hs": -0.01, **fixed, column: float(level), "spikes": count}
+        for level, counts in spikes_by.items()
+        for count in counts
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("means", "verdict"),
+    [
+        ((0, 40, 60, 45), "holds"),
+        ((0, 40, 60, 60), "fails"),  # not fewer at 10
+        ((0, 40, 60, 70), "fails"),
+        ((5, 5, 60, 45), "fails"),  # does not rise from 2 to 4
+        ((0, 60, 50, 45), "fails"),  # the peak is at 4
+    ],
+)
+def test_c15(means, verdict):
+    trials = rows(dict(zip((2, 4, 6, 10), ([m, m, m] for m in means), strict=True)), "speed_cm_s")
+    assert judge("C15", trials, 0.2).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("means", "verdict"),
+    [((60, 40, 30), "holds"), ((60, 40, 31), "fails"), ((60, 61, 0), "fails"), ((0, 0, 0), "fails")],
+)
+def test_c16(means, verdict):
+    trials = rows(dict(zip((5, 10, 15), ([m, m] for m in means), strict=True)), "distance_cm")
+    assert judge("C16", trials, 0.2).verdict == verdict
+
+
+def test_c14_needs_both_directions_and_every_trial():
+    right = rows({6: [9, 9]}, "speed_cm_s")
+    left = rows({6: [9]}, "speed_cm_s", "leftward", peak_hs=0.0, trough_hs=-0.4)
+    assert judge("C14", right + left, 0.2).verdict == "holds"
+    assert judge("C14", right, 0.2).verdict == "untested"
+    assert judge("C14", right + rows({6: [9]}, "speed_cm_s", "leftward", trough_hs=-0.19), 0.2).verdict == "fails"
+    assert judge("C14", right + rows({6: [9]}, "speed_cm_s", peak_hs=0.19), 0.2).verdict == "fails"
+
+
+@pytest.mark.parametrize("claim", JUDGES)
+def test_no_trials_no_verdict(claim):
+    assert judge(claim, [], 0.2).verdict == "untested"
+    assert judge(claim, rows({3: [1]}, "speed_cm_s", "leftward"), 0.2).verdict in ("untested", "fails")
+
+
+def test_conditions_of_the_other_direction_do_not_count():
+    trials = rows(dict(zip((2, 4, 6, 10), ([m] for m in (0, 40, 60, 45)), strict=True)), "speed_cm_s", "leftward")
+    assert judge("C15", trials, 0.2).verdict == "untested"
+
+
+def test_the_words_are_the_paper_s_list():
+    texts = claim_texts()
+    assert len(texts) == 21
+    assert set(JUDGES) <= set(texts)
+    assert judge("C1", [], 0.2).verdict == "untested"

@@ -1,0 +1,284 @@
+"""The command line through real processes, and what it leaves behind."""
+
+import csv
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+import rerun as rr
+from matplotlib.image import imread
+
+from experiments.bench.results import FRAME_SCHEMA, TRIAL_SCHEMA
+
+REPOSITORY = Path(__file__).parents[1]
+QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2")
+RERUN = [sys.executable, "-m", "rerun"]
+
+
+def verify(*recordings: Path) -> None:
+    subprocess.run([*RERUN, "rrd", "verify", *map(str, recordings)], check=True, capture_output=True, timeout=60)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """One small run with recordings, both directions, and what it printed."""
+    folder = tmp_path_factory.mktemp("run")
+    command = [sys.executable, str(REPOSITORY / "experiments" / "speed.py"), *QUICK, "--out", "out", "--seed", "3"]
+    command += ["--set", "experiment.direction=both"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=True)
+    return folder / "out", done.stdout
+
+
+def test_a_run_prints_conditions_verdicts_and_paths(finished):
+    _, printed = finished
+    assert "rightward" in printed and "leftward" in printed
+    assert "C15 untested" in printed
+    assert "figure.png" in printed and "colias view" in printed
+
+
+def test_tables_hold_every_trial_and_frame(finished):
+    folder, _ = finished
+    trials, frames = pq.read_table(folder / "trials.parquet"), pq.read_table(folder / "frames.parquet")
+    assert (trials.schema, frames.schema) == (TRIAL_SCHEMA, FRAME_SCHEMA)
+    assert trials["trial"].to_pylist() == list(range(8))
+    assert frames.num_rows == sum(trials["frames"].to_pylist())
+    for row in trials.to_pylist():
+        mine = frames.filter(np.asarray(frames["trial"]) == row["trial"])
+        assert mine["frame"].to_pylist() == list(range(row["frames"]))
+        assert row["spikes"] == np.abs(mine["hs_spikes"]).sum()
+        assert row["peak_hs"] == np.max(mine["hs"])
+        assert row["achieved_speed_cm_s"] == pytest.approx(row["speed_cm_s"], rel=0.02)
+        assert row["path_error_mm"] < 1
+
+
+def test_summary_agrees_with_the_trials(finished):
+    folder, _ = finished
+    trials = pq.read_table(folder / "trials.parquet").to_pylist()
+    with (folder / "summary.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["quantity"] == "spikes"]
+    assert len(rows) == 4
+    for row in rows:
+        spikes = [
+            t["spikes"]
+            for t in trials
+            if (t["direction"], t["speed_cm_s"]) == (row["direction"], float(row["speed_cm_s"]))
+        ]
+        assert (int(row["n"]), float(row["mean"])) == (2, np.mean(spikes))
+        assert float(row["ci_low"]) <= float(row["mean"]) <= float(row["ci_high"])
+
+
+def test_experiment_json_holds_every_parameter(finished):
+    folder, _ = finished
+    said = json.loads((folder / "experiment.json").read_text())
+    assert (said["seed"], said["repeats"], said["trials"]) == (3, 2, 8)
+    assert said["settings"]["network"]["tau_s"] == [10.0, 200.0]
+    assert said["settings"]["camera"]["read_noise"] == 0.64
+    assert said["experiment"]["design"]["direction"] == "both"
+    assert {"mujoco", "numpy", "colias-sim"} <= said["versions"].keys()
+
+
+def test_figures_are_drawn(finished):
+    folder, _ = finished
+    picture = imread(folder / "figure.png")
+    assert picture.shape[0] > 400 and picture.std() > 0.02
+    drawn = (folder / "figure.svg").read_text()
+    assert "HS spikes per trial" in drawn and "leftward" in drawn
+
+
+def test_no_half_written_file_is_left(finished):
+    assert not list(finished[0].rglob("*.part"))
+
+
+def entity(recording: Path, path: str):
+    """The temporal rows of one entity, read back from disk."""
+    store = rr.chunk.RrdReader(recording).stream().filter(content=path, is_static=False)
+    return [chunk.to_record_batch() for chunk in store.to_chunks()]
+
+
+def test_recordings_verify_and_read_back(finished):
+    folder, _ = finished
+    recordings = sorted((folder / "recordings").glob("*.rrd"))
+    assert len(recordings) == 8
+    verify(*recordings)
+    frames = pq.read_table(folder / "frames.parquet")
+    first = frames.filter(np.asarray(frames["trial"]) == 0)
+    (potential,) = entity(recordings[0], "/potential/hs")
+    column = next(name for name in potential.schema.names if "Scalars" in name)
+    np.testing.assert_array_equal(np.concatenate(potential[column].to_pylist()), first["hs"])
+    times = potential["sim_time"].cast("int64").to_numpy() / 1e9
+    np.testing.assert_allclose(times, first["sim_time_s"], atol=1e-8)
+    assert potential["frame"].to_pylist() == list(range(first.num_rows))
+    for path in ("/camera", "/maps/p", "/maps/la", "/maps/f_on", "/maps/f_off"):
+        (images,) = entity(recordings[0], path)
+        buffers = images[next(name for name in images.schema.names if "buffer" in name)].to_pylist()
+        assert len(buffers) == first.num_rows
+        assert len(np.ravel(buffers[0])) == 72 * 99
+    (moving,) = entity(recordings[0], "/scene/stimulus")
+    places = moving[next(name for name in moving.schema.names if "translation" in name)].to_pylist()
+    np.testing.assert_allclose([p[0][0] for p in places], first["stimulus_x_cm"], atol=1e-4)
+
+
+def test_recordings_stay_small(finished):
+    """At most 15 KB a frame over a default run: 0.2 MB a file of layout and scene, the rest images."""
+    folder, _ = finished
+    frames = pq.read_table(folder / "trials.parquet")["frames"].to_pylist()
+    for trial, count in enumerate(frames):
+        size = (folder / "recordings" / f"trial-{trial:04d}.rrd").stat().st_size
+        assert size < 220_000 + 13_500 * count
+
+
+def test_equal_seeds_equal_numbers_and_recordings_change_none(finished, colias):
+    arguments = (*QUICK, "--set", "experiment.direction=both", "--no-recordings")
+    assert colias("run", "speed", *arguments, "--seed", "3", "--out", "again").returncode == 0
+    assert colias("run", "speed", *arguments, "--seed", "4", "--out", "other").returncode == 0
+    folder = finished[0]
+    tables = {
+        name: pq.read_table(path).drop_columns(["wall_s"])
+        for name, path in (
+            ("first", folder / "trials.parquet"),
+            ("again", colias.folder / "again" / "trials.parquet"),
+            ("other", colias.folder / "other" / "trials.parquet"),
+        )
+    }
+    assert tables["first"].equals(tables["again"])
+    assert not tables["first"].equals(tables["other"])
+    assert not list((colias.folder / "again" / "recordings").iterdir())
+    assert (folder / "figure.svg").read_bytes() == (colias.folder / "again" / "figure.svg").read_bytes()
+
+
+WRONG = {
+    "experiment": (("run", "spede"), "nearest: speed"),
+    "key": (("run", "speed", "--set", "dsnn.n_kon=3"), "nearest: dsnn.n_con"),
+    "range": (("run", "speed", "--set", "dsnn.n_con=0"), "from 1 to 64"),
+    "speed": (("run", "speed", "--set", "experiment.speeds_cm_s=-2"), "from 0.5 to 35"),
+    "repeats": (("run", "speed", "--repeats", "0"), "from 1 up"),
+    "number": (("run", "speed", "--repeats", "two"), "--repeats"),
+    "seed": (("run", "speed", "--seed", "-1"), "from 0 up"),
+    "model": (("run", "speed", "--model", "dsn"), "nearest: dsnn"),
+    "folder": (("run", "speed", "--out", "/dev/null/x"), "/dev/null/x"),
+    "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "arena ends"),
+    "file": (("run", "absent.py"), "no such experiment file"),
+    "view": (("view", "absent"), "absent"),
+    "command": (("rum",), "run"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_uses_end_in_one_line(colias, case):
+    arguments, says = WRONG[case]
+    done = colias(*arguments)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1, done.stderr
+    assert says in done.stderr
+    assert not (colias.folder / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("EXPERIMENT = (\n", "mine.py, line 1"),
+        ("import math\nmath.sqrt(-1)\n", "mine.py, line 2: ValueError"),
+        ("x = 1\n", "declares no EXPERIMENT"),
+        ("EXPERIMENT = 3\n", "expected an Experiment"),
+    ],
+)
+def test_a_broken_experiment_file_is_one_line(colias, text, says):
+    (colias.folder / "mine.py").write_text(text)
+    done = colias("run", "mine.py")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert says in done.stderr
+
+
+def test_an_experiment_file_of_one_s_own_runs_by_path(colias):
+    """The README's example, as pasted."""
+    readme = (REPOSITORY / "README.md").read_text()
+    example = readme.split("```python title=my_experiment.py\n")[1].split("```")[0]
+    (colias.folder / "my_experiment.py").write_text(example)
+    done = colias("run", "my_experiment.py", "--repeats", "1", "--no-recordings", "--out", "out")
+    assert done.returncode == 0, done.stderr
+    trials = pq.read_table(colias.folder / "out" / "trials.parquet")
+    assert set(trials["experiment"].to_pylist()) == {"my_experiment"}
+
+
+def test_the_readme_s_python_example_runs(tmp_path):
+    readme = (REPOSITORY / "README.md").read_text()
+    example = readme.split("```python\n")[1].split("```")[0]
+    done = subprocess.run([sys.executable, "-c", example], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
+
+
+def test_a_run_is_never_overwritten(finished, colias):
+    copy = colias.folder / "copy"
+    shutil.copytree(finished[0], copy)
+    done = colias("run", "speed", *QUICK, "--out", "copy")
+    assert done.returncode == 2
+    assert "already holds a run" in done.stderr
+    assert (copy / "trials.parquet").read_bytes() == (finished[0] / "trials.parquet").read_bytes()
+
+
+@pytest.mark.parametrize("blow", [signal.SIGINT, signal.SIGKILL])
+def test_an_interrupted_run_leaves_its_finished_trials(tmp_path, blow):
+    command = [sys.executable, "-m", "experiments.bench.cli", "run", "speed", "--out", "out"]
+    command += ["--set", "experiment.speeds_cm_s=20,30", "--repeats", "200"]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    trials, deadline = tmp_path / "out" / "trials.parquet", time.monotonic() + 60
+    while not (trials.exists() and pq.read_table(trials).num_rows >= 3):
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    os.killpg(process.pid, blow)
+    _, said = process.communicate(timeout=20)
+    table, frames = pq.read_table(trials), pq.read_table(tmp_path / "out" / "frames.parquet")
+    count = table.num_rows
+    assert table["trial"].to_pylist() == list(range(count))
+    assert set(range(count)) <= set(frames["trial"].to_pylist())
+    recordings = [tmp_path / "out" / "recordings" / f"trial-{i:04d}.rrd" for i in range(count)]
+    verify(*recordings)
+    json.loads((tmp_path / "out" / "experiment.json").read_text())
+    if blow == signal.SIGINT:
+        assert process.returncode == 130
+        assert f"stopped after {count} of 400 trials" in said
+        assert "Traceback" not in said
+
+
+WITHOUT_GL = """
+import ctypes, sys
+real = ctypes.CDLL
+def missing(name, *rest, **more):
+    if isinstance(name, str) and ("EGL" in name or "OSMesa" in name):
+        raise OSError(name)
+    return real(name, *rest, **more)
+ctypes.CDLL = missing
+sys.argv = ["colias", *sys.argv[1:]]
+from experiments.bench.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize("chosen", [None, "egl"])
+def test_missing_opengl_names_the_package(tmp_path, chosen):
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "MUJOCO_GL")}
+    environment |= {"MUJOCO_GL": chosen} if chosen else {}
+    command = [sys.executable, "-c", WITHOUT_GL, "run", "speed", "--repeats", "1"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2
+    assert "apt-get install libegl1 libgl1" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_help_and_lists(colias):
+    said = colias("--help").stdout
+    assert all(word in said for word in ("colias run speed", "trials.parquet", "parameters", "view"))
+    assert max(map(len, said.splitlines())) <= 100
+    listed = colias("list").stdout
+    assert all(name in listed for name in ("speed", "distance", "dsnn", "bright", "plain", "dim"))
+    assert "dsnn.n_con=8" in colias("parameters").stdout

@@ -1,0 +1,76 @@
+"""``--set`` reaches every parameter, and refuses with the range."""
+
+import dataclasses
+
+import pytest
+
+from experiments import NAMES
+from experiments.bench import catalogue
+from experiments.bench.settings import UsageError, configure, parameters
+
+
+def configured(*assignments):
+    return configure(catalogue.load("speed"), "dsnn", assignments)
+
+
+def test_defaults_are_the_robot_preset():
+    experiment, settings = configured()
+    assert settings.network.t_sp == 0.2
+    assert experiment.design.speeds_cm_s == (2, 4, 6, 10)
+
+
+def test_every_section_is_reached():
+    experiment, settings = configured(
+        "dsnn.n_con=6", "dsnn.tau_s=200,10", "dsnn.fdsr=false", "robot.track_cm=3", "camera.read_noise=0",
+        "scene.arena=dim", "experiment.direction=both", "experiment.speeds_cm_s=5", "experiment.pose_sd_mm=0",
+    )  # fmt: skip
+    assert (settings.network.n_con, settings.network.tau_s, settings.network.fdsr) == (6, (200.0, 10.0), False)
+    assert (settings.robot.track_cm, settings.camera.read_noise, settings.scene.arena) == (3.0, 0.0, "dim")
+    assert (experiment.design.direction, experiment.design.speeds_cm_s, settings.pose_sd_mm) == ("both", (5.0,), 0.0)
+
+
+def test_every_listed_parameter_can_be_set_to_what_it_is():
+    listed = list(parameters(catalogue.load("speed"), "dsnn"))
+    assert len(listed) > 40
+    assert all(row.description for row in listed)
+    assert configured(*(f"{row.key}={row.value}" for row in listed)) == configured()
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("dsnn.n_con=0", "from 1 to 64"),
+        ("dsnn.n_con=2.5", "whole number"),
+        ("dsnn.n_kon=6", "nearest: dsnn.n_con"),
+        ("n_con=6", "nearest: dsnn.n_con"),
+        ("dsnn.n_con", "SECTION.NAME=VALUE"),
+        ("dsnn.w_i=nan", "from 0 to 1"),
+        ("dsnn.k_sig=0", "above 0"),
+        ("dsnn.tau_s=10", "2 values"),
+        ("scene.arena=brigth", "nearest: bright"),
+        ("experiment.speeds_cm_s=-2", "from 0.5 to 35"),
+        ("experiment.direction=up", "rightward, leftward, both"),
+        ("camera.fps=0", "from 5 to 120"),
+    ],
+)
+def test_refusals_name_value_and_range(text, says):
+    with pytest.raises(UsageError) as caught:
+        configured(text)
+    assert f"--set {text}" in str(caught.value)
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_experiment_is_a_whole_declaration(name):
+    """Conformance: the name is its file's, every condition is distinct, every claim has words and a judge."""
+    from experiments.bench.claims import JUDGES, claim_texts
+
+    experiment = catalogue.load(name)
+    assert experiment.name == name
+    conditions = experiment.design.conditions()
+    assert len(set(conditions)) == len(conditions) > 0
+    assert len({getattr(c, experiment.varies) for c in conditions}) > 1
+    assert experiment.repeats == 10
+    assert set(experiment.claims) <= set(claim_texts()) & set(JUDGES)
+    assert dataclasses.is_dataclass(experiment.design)

@@ -1,0 +1,60 @@
+"""The statistics against textbook values and against what they must never do."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from experiments.bench.statistics import contrast, summarise, trend
+
+
+def test_summary_of_known_numbers():
+    summary = summarise([2, 4, 4, 4, 5, 5, 7, 9])
+    assert (summary.n, summary.mean, summary.median) == (8, 5.0, 4.5)
+    assert summary.sd == pytest.approx(np.sqrt(32 / 7))
+    assert summary.ci_low < 5 < summary.ci_high
+
+
+def test_bootstrap_interval_covers_the_mean_as_often_as_it_says():
+    """A 95 % percentile interval of 20 normal values covers a little less than 95 %; far from 80, far from 100."""
+    rng = np.random.default_rng(0)
+    samples = (rng.normal(3.0, 2.0, 20) for _ in range(200))
+    covered = np.mean([s.ci_low < 3.0 < s.ci_high for s in map(summarise, samples)])
+    assert 0.87 < covered < 0.99
+
+
+@pytest.mark.parametrize("values", [[0, 0, 0], [5.0]])
+def test_equal_values_have_a_point_for_an_interval(values):
+    summary = summarise(values)
+    assert summary.ci_low == summary.mean == summary.ci_high
+    assert summary.sd == 0
+
+
+def test_trend_is_the_jonckheere_terpstra_test():
+    """The JT statistic counts pairs of groups in order; its z with ties equals that of Kendall's S."""
+    groups = [(1, [1, 2, 3]), (2, [2, 4, 5]), (3, [5, 6, 9])]
+    wins = sum(
+        np.sum(np.sign(np.subtract.outer(later, earlier)))
+        for i, (_, earlier) in enumerate(groups)
+        for _, later in groups[i + 1 :]
+    )
+    levels, values = np.repeat([1, 2, 3], 3), np.concatenate([v for _, v in groups])
+    pairs = 9 * 8 / 2
+    tied = [sum(c * (c - 1) / 2 for c in np.unique(x, return_counts=True)[1]) for x in (levels, values)]
+    test = trend(groups)
+    assert test.effect == pytest.approx(wins / np.sqrt((pairs - tied[0]) * (pairs - tied[1])))
+    assert test.p == pytest.approx(stats.kendalltau(levels, values).pvalue)
+    assert (
+        trend([(level, values[::-1]) for level, values in zip((3, 2, 1), [v for _, v in groups], strict=True)]).effect
+        < 0
+    )
+
+
+def test_trend_without_variation_claims_nothing():
+    assert trend([(1, [4, 4]), (2, [4, 4])]).p == 1.0
+    assert trend([(1, [4, 5])]).effect == 0.0
+
+
+def test_contrast_is_cliff_s_delta():
+    assert contrast([4, 5, 6], [1, 2, 3]).effect == pytest.approx(1.0)
+    assert contrast([1, 2, 3], [4, 5, 6]).effect == pytest.approx(-1.0)
+    assert contrast([1, 4], [2, 3]).effect == pytest.approx(0.0)
