@@ -67,12 +67,11 @@ def loop_table() -> Table:
         ("noisy", "+ camera noise"),
         ("loop", "+ network: the closed loop"),
     ):
-        us = times[name]
-        table.add_row(label, f"{us:.0f}", f"{us / times['floor']:.2f}", f"{1e6 / 30 / us:.1f}")
-    for name, seconds in spent.items():
-        table.add_row(f"  of the floor, {name}", f"{seconds / FRAMES * 1e6:.0f}", "", "")
-    table.add_row("  camera noise", f"{times['noisy'] - times['floor']:.0f}", "", "")
-    table.add_row("  network", f"{times['loop'] - times['noisy']:.0f}", "", "")
+        us = times.us(name)
+        table.add_row(label, f"{us:.0f}", f"{times.ratio(name, 'floor'):.2f}", f"{1e6 / 30 / us:.1f}")
+    rest = {"camera noise": times.us("noisy") - times.us("floor"), "network": times.us("loop") - times.us("noisy")}
+    for name, us in {**{part: seconds / FRAMES * 1e6 for part, seconds in spent.items()}, **rest}.items():
+        table.add_row(f"  {name}", f"{us:.0f}", "", "")
     return table
 
 

@@ -21,50 +21,53 @@ from dsnn.params import DSNNParams
 Floats = npt.NDArray[np.float32]
 
 
-def padded_planes(count: int, shape: tuple[int, int], params: DSNNParams) -> Floats:
-    """``count`` zero planes (count, R, C + n_con d) for the signals F, which go into the first C columns."""
-    rows, columns = shape
-    return np.zeros((count, rows, columns + params.n_con * params.d), np.float32)
+class Correlators:
+    """Both pathways' ensembles: delay the signals in `f` at every spacing and sum over the field.
 
+    ``f`` is the (2, R, C) float32 window to write the ON and OFF signals into before `step`.
+    """
 
-class Correlator:
-    """One pathway's ensemble: delays the signal in ``plane`` at every spacing and sums over the field."""
-
-    def __init__(self, plane: Floats, params: DSNNParams) -> None:
-        n, d, width = params.n_con, params.d, plane.shape[1]
-        span, reach = plane.size, n * d * width  # cells of one plane; the longest shift, downward
+    def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
+        rows, columns = shape
+        n, d = params.n_con, params.d
+        width = columns + n * d
+        span, reach = rows * width, n * d * width  # cells of one plane; the longest shift, downward
         self._w_i = params.w_i
-        self._plane = plane.reshape(span)
-        self._row = plane.reshape(1, span)
-        self._memory: Floats = np.zeros(reach + n * (span + reach), np.float32)
-        starts = range(reach, self._memory.size, span + reach)
-        self._states = [self._memory[start : start + span].reshape(1, span) for start in starts]
         self._alphas = [alpha(tau, params.dt) for tau in params.delays()]
+        # A plane is followed by as many zeros as the longest shift reaches; ON and OFF make a pair of planes.
+        plane = span + reach
+        planes: Floats = np.zeros((2, plane), np.float32)
+        self.f: Floats = planes[:, :span].reshape(2, rows, width)[..., :columns]
+        self._signals = planes[:, :span, np.newaxis]
+        self._pair = planes.reshape(1, 2 * plane)
+        self._memory: Floats = np.zeros(reach + 2 * n * plane, np.float32)
+        self._states = self._memory[reach:].reshape(n, 1, 2 * plane)
         # D_j is read at x - s under F(x) for excitation and at x + s for inhibition; HS first, then VS.
-        self._shifted = [self._view(reach, span, sign * step * d) for step in (1, width) for sign in (-1, 1)]
-        self._sums: Floats = np.zeros((4, n), np.float32)
+        shifts = [sign * step * d for step in (1, width) for sign in (-1, 1)]
+        self._shifted = [self._view(reach, span, plane, shift) for shift in shifts]
+        self._sums: Floats = np.zeros((4, 2, n, 1), np.float32)
         self._steps = 0
 
-    def _view(self, reach: int, span: int, shift: int) -> Floats:
-        """The states as an (n_con, span) matrix whose row j starts ``(j + 1) shift`` cells into, or before, state j."""
+    def _view(self, reach: int, span: int, plane: int, shift: int) -> Floats:
+        """The states as (2, n_con, span), row j of each pathway starting ``(j + 1) shift`` cells into, or before, D_j."""
         size = self._memory.itemsize
-        return as_strided(
-            self._memory[reach + shift :], (len(self._states), span), ((span + reach + shift) * size, size)
-        )
+        strides = (plane * size, (2 * plane + shift) * size, size)
+        return as_strided(self._memory[reach + shift :], (2, len(self._alphas), span), strides)
 
     def reset(self) -> None:
         """Forget every delayed signal."""
         self._memory[:] = 0.0
         self._steps = 0
 
-    def step(self) -> tuple[float, float]:
-        """Delay the plane's signal; return the field sums (HS, VS) of excitation less weighted inhibition."""
+    def step(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The field sums of excitation less weighted inhibition: HS of (ON, OFF), then VS of (ON, OFF)."""
         for state, a in zip(self._states, self._alphas, strict=True):
-            cv2.accumulateWeighted(self._row, state, a)  # dynamic-lowpass
+            cv2.accumulateWeighted(self._pair, state, a)  # dynamic-lowpass
         for view, sums in zip(self._shifted, self._sums, strict=True):
-            np.matmul(view, self._plane, out=sums)  # not np.dot, which copies a strided view first
+            np.matmul(view, self._signals, out=sums)  # not np.dot, which copies a strided view first
         self._steps += 1
         if self._steps % FLUSH_EVERY == 0:
             flush(self._memory)
-        e_hs, i_hs, e_vs, i_vs = self._sums.sum(axis=1).tolist()
-        return e_hs - self._w_i * i_hs, e_vs - self._w_i * i_vs  # medulla-HS-EI .. lobula-VS-EI, LPTCs
+        (e_hs, i_hs, e_vs, i_vs), w_i = self._sums.sum(axis=(2, 3)).tolist(), self._w_i
+        # medulla-HS-EI .. lobula-VS-EI, LPTCs
+        return (e_hs[0] - w_i * i_hs[0], e_hs[1] - w_i * i_hs[1]), (e_vs[0] - w_i * i_vs[0], e_vs[1] - w_i * i_vs[1])

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn import layers
-from dsnn.correlator import Correlator, Floats, padded_planes
+from dsnn.correlator import Correlators, Floats
 from dsnn.filters import alpha, blur, gaussian_kernel
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.model import LayerMaps, Response, ResponseSeries, run_model
@@ -121,26 +121,26 @@ def _tall(stack: Floats) -> Floats:
     return stack.reshape(-1, stack.shape[-1])
 
 
-class Pathway:
-    """Medulla (or lobula) and lobula plate of one pathway: correlate, low-pass, squash."""
+class LobulaPlate:
+    """Low-passed, squashed field sums of one system: HS or VS (`LPTCs`, `sigmoid`, `HS-VS`)."""
 
-    def __init__(self, correlator: Correlator, alpha_mp: float, scale: float) -> None:
-        self._correlator = correlator
-        self._alpha_mp = alpha_mp
-        self._scale = scale
-        self._hs = self._vs = 0.0
+    def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
+        self._alpha = alpha(params.tau_mp, params.dt)
+        self._scale = shape[0] * shape[1] * params.k_sig
+        self._intact = [pathway for pathway, intact in enumerate((params.on, params.off)) if intact]
+        self._sums = [0.0, 0.0]
 
     def reset(self) -> None:
-        """Forget delayed signals and potentials."""
-        self._correlator.reset()
-        self._hs = self._vs = 0.0
+        """Forget the potentials."""
+        self._sums = [0.0, 0.0]
 
-    def step(self) -> tuple[float, float]:
-        """Return this pathway's share of HS and VS for the signal now in its plane."""
-        field_hs, field_vs = self._correlator.step()
-        self._hs += self._alpha_mp * (field_hs - self._hs)
-        self._vs += self._alpha_mp * (field_vs - self._vs)
-        return layers.sigmoid(self._hs, self._scale), layers.sigmoid(self._vs, self._scale)
+    def step(self, field: tuple[float, float]) -> float:
+        """Take the field sums of ON and OFF; return the system's potential, of the pathways left intact."""
+        potential = 0.0
+        for pathway in self._intact:
+            self._sums[pathway] += self._alpha * (field[pathway] - self._sums[pathway])
+            potential += layers.sigmoid(self._sums[pathway], self._scale)
+        return potential
 
 
 class DSNN:
@@ -156,23 +156,14 @@ class DSNN:
         self._retina = Retina(self.shape, self.params)
         self._lamina = Lamina(self.shape, self.params)
         self._fdsr = Adaptation(self.shape, self.params)
-        scale = self.shape[0] * self.shape[1] * self.params.k_sig
-        planes = padded_planes(2, self.shape, self.params)
-        self._f = planes[..., : self.shape[1]]
-        self._pathways = [
-            Pathway(Correlator(plane, self.params), alpha(self.params.tau_mp, self.params.dt), scale)
-            for plane, intact in zip(planes, (self.params.on, self.params.off), strict=True)
-            if intact
-        ]
+        self._correlators = Correlators(self.shape, self.params)
+        self._hs, self._vs = LobulaPlate(self.shape, self.params), LobulaPlate(self.shape, self.params)
         self.reset()
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
-        self._retina.reset()
-        self._lamina.reset()
-        self._fdsr.reset()
-        for pathway in self._pathways:
-            pathway.reset()
+        for part in (self._retina, self._lamina, self._fdsr, self._correlators, self._hs, self._vs):
+            part.reset()
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
         """Answer the next frame; see `dsnn.frames.luma` for what a frame may be."""
@@ -182,19 +173,17 @@ class DSNN:
         la = lamina.now[0] - lamina.now[1] if maps else None
         lamina.add_residue()
         if q.fdsr:
-            self._fdsr.step(lamina.now, lamina.before, self._f)
+            self._fdsr.step(lamina.now, lamina.before, self._correlators.f)
         else:
-            self._f[:] = lamina.now
-        hs = vs = 0.0
-        for pathway in self._pathways:
-            pathway_hs, pathway_vs = pathway.step()
-            hs, vs = hs + pathway_hs, vs + pathway_vs  # HS-VS
+            self._correlators.f[:] = lamina.now
+        field_hs, field_vs = self._correlators.step()
+        hs, vs = self._hs.step(field_hs), self._vs.step(field_vs)
         return Response(
             hs,
             vs,
             layers.spikes(hs, q.k_sp, q.t_sp),
             layers.spikes(vs, q.k_sp, q.t_sp),
-            None if la is None else LayerMaps(p.copy(), la, *self._f.copy()),
+            None if la is None else LayerMaps(p.copy(), la, *self._correlators.f.copy()),
         )
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:

@@ -81,9 +81,8 @@ def test_a_clip_that_goes_still_decays_to_zero_without_subnormals():
     for _ in range(20 * FLUSH_EVERY):
         answer = model.step(frames[-1])
     assert answer.hs == pytest.approx(0.0, abs=1e-12)
-    for pathway in model._pathways:
-        memory = np.abs(pathway._correlator._memory)
-        assert not ((memory > 0) & (memory < np.finfo(np.float32).tiny)).any()
+    memory = np.abs(model._correlators._memory)
+    assert not ((memory > 0) & (memory < np.finfo(np.float32).tiny)).any()
 
 
 def test_the_caller_may_reuse_its_frame_buffer():
