@@ -37,14 +37,14 @@ def loop_table() -> Table:
         def start() -> None:
             sim.reset({"stimulus": line.start}, rng)
 
-        def floor() -> int:
+        def bare() -> int:
             start()
             for _ in range(FRAMES):
                 sim.advance(control)
                 sim.camera.discard()
             return FRAMES
 
-        def noisy() -> int:
+        def floor() -> int:
             start()
             for _ in range(FRAMES):
                 sim.step(rng, control)
@@ -56,20 +56,20 @@ def loop_table() -> Table:
                 model.step(sim.step(rng, control).luma)
             return FRAMES
 
-        times = interleaved({"floor": floor, "noisy": noisy, "loop": loop})
+        times = interleaved({"bare": bare, "floor": floor, "loop": loop})
         with parts:
-            floor()
+            bare()
     table = Table(title="Closed loop at 99x72, microseconds a frame (best of 15 rounds)")
     for name in ("part", "us", "times the floor", "times real time"):
         table.add_column(name, justify="left" if name == "part" else "right")
     for name, label in (
-        ("floor", "floor: physics + render"),
-        ("noisy", "+ camera noise"),
+        ("bare", "physics + render, no noise"),
+        ("floor", "floor: physics + camera"),
         ("loop", "+ network: the closed loop"),
     ):
         us = times.us(name)
         table.add_row(label, f"{us:.0f}", f"{times.ratio(name, 'floor'):.2f}", f"{1e6 / 30 / us:.1f}")
-    rest = {"camera noise": times.us("noisy") - times.us("floor"), "network": times.us("loop") - times.us("noisy")}
+    rest = {"camera noise": times.us("floor") - times.us("bare"), "network": times.us("loop") - times.us("floor")}
     for name, us in {**{part: seconds / FRAMES * 1e6 for part, seconds in spent.items()}, **rest}.items():
         table.add_row(f"  {name}", f"{us:.0f}", "", "")
     return table

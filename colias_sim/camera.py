@@ -16,6 +16,7 @@ from colias_sim.scene import OWN_BODY_GROUP
 
 Floats = npt.NDArray[np.float32]
 WARM_UP_ROWS = 2
+_STANDARD_NORMAL = np.zeros(1), np.ones(1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +44,7 @@ class Camera:
         self._grey = np.empty((rows, columns), np.uint8)
         self._light = np.zeros((config.height, config.width), np.float32)
         self._noise, self._spread = np.empty_like(self._light), np.empty_like(self._light)
+        self._read_variance = np.full_like(self._light, config.read_noise**2)
         self._noise_tape = np.empty((config.height + WARM_UP_ROWS, config.width), np.float32)
         self._exposures = 0
         self._offscreen = Offscreen(model, rows, columns)
@@ -89,10 +91,9 @@ class Camera:
         config, spread, noise = self.config, self._spread, self._noise
         # OpenCV's generator, seeded afresh from the trial's, is five times faster than NumPy's. Its first numbers
         # after seeding still show the seed: they go into rows above the picture.
-        cv2.setRNGSeed(int(rng.integers(1, 2**31)))
-        cv2.randn(self._noise_tape, np.zeros(1), np.ones(1))
-        np.multiply(light, np.float32(config.shot_noise**2 / 255.0), out=spread)
-        spread += np.float32(config.read_noise**2)
+        cv2.setRNGSeed(int(rng.bit_generator.random_raw()) >> 33)  # 31 bits of 64
+        cv2.randn(self._noise_tape, *_STANDARD_NORMAL)
+        cv2.scaleAdd(light, config.shot_noise**2 / 255.0, self._read_variance, spread)
         np.sqrt(spread, out=spread)
         return np.multiply(self._noise_tape[WARM_UP_ROWS:], spread, out=noise)
 

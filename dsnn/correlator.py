@@ -49,7 +49,7 @@ class Correlators:
         self._steps = 0
 
     def _view(self, reach: int, span: int, plane: int, shift: int) -> Floats:
-        """The states as (2, n_con, span), row j of each pathway starting ``(j + 1) shift`` cells into, or before, D_j."""
+        """The states as (2, n_con, span), row j ``(j + 1) shift`` cells into, or before, state j."""
         size = self._memory.itemsize
         strides = (plane * size, (2 * plane + shift) * size, size)
         return as_strided(self._memory[reach + shift :], (2, len(self._alphas), span), strides)
