@@ -106,3 +106,20 @@ def test_an_unknown_arena_is_answered_with_the_nearest():
         scenes.arena_path("brigth")
     with pytest.raises(ValueError, match="nearest: dim"):
         SceneConfig(arena="dimm")
+
+
+def test_robots_are_whole_from_above():
+    """The renderer's coarsest setting leaves the ends off cylinders; the trials' camera would not show it."""
+    with Simulation(scene=SceneConfig(light_sd=0)) as sim:
+        sim.model.vis.global_.offwidth = sim.model.vis.global_.offheight = 200
+        sim.reset({"stimulus": Pose(0.1, 0.0, 0.0)}, np.random.default_rng(0))
+        with mujoco.Renderer(sim.model, 200, 200) as renderer:
+            above = mujoco.MjvCamera()
+            above.lookat[:], above.distance, above.elevation, above.azimuth = [0.05, 0.0, 0.0], 0.2, -90, 90
+            renderer.update_scene(sim.data, above)
+            picture = renderer.render().astype(int)
+    dark = (picture.max(-1) < 20).mean()
+    green = ((picture[..., 1] - picture[..., 0] > 25) & (picture[..., 1] > picture[..., 2])).mean()
+    disc = math.pi * 0.02**2 / (2 * 0.2 * math.tan(math.radians(22.5))) ** 2
+    assert dark == pytest.approx(disc, rel=0.6)
+    assert green > disc / 2

@@ -108,7 +108,7 @@ def _traces(
         seen.add(level)
     for sign in (1, -1):
         axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
-    axes.annotate(f"±T = {threshold:g}", (0.99, threshold), xycoords=("axes fraction", "data"), ha="right", va="bottom")
+    axes.annotate(f"±T = {threshold:g}", (0.01, threshold), xycoords=("axes fraction", "data"), va="bottom")
     axes.set(xlabel="bearing of the stimulus (degrees, right positive)", ylabel="HS membrane potential", ylim=(-1, 1))
     legend = axes.legend(frameon=False, loc="lower right", ncols=2)
     for line in legend.get_lines():

@@ -1,0 +1,52 @@
+"""Draw docs/speed.png, the README's picture, from a finished run: ``python tools/picture.py RUN_FOLDER``.
+
+Above, the scene from outside and what the observer's camera sees; below, the run's own figure.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from colias_sim import CameraConfig, Pose, Simulation
+
+import mujoco  # isort: skip  (after the package has chosen the OpenGL backend)
+
+DOCS = Path(__file__).parents[1] / "docs"
+HEIGHT = 360
+
+
+def scene() -> np.ndarray:
+    """Outside view and camera view side by side, BGR."""
+    with Simulation(camera=CameraConfig()) as sim:
+        sim.model.vis.global_.offwidth, sim.model.vis.global_.offheight = 1280, 720
+        rng = np.random.default_rng(4)
+        sim.reset({"stimulus": Pose(0.0995, 0.022, -math.pi / 2)}, rng)
+        eye = sim.step(rng).luma
+        with mujoco.Renderer(sim.model, HEIGHT, 2 * HEIGHT) as renderer:
+            outside = mujoco.MjvCamera()
+            outside.lookat[:] = [0.09, 0.0, 0.02]
+            outside.distance, outside.azimuth, outside.elevation = 0.33, 35, -24
+            renderer.update_scene(sim.data, outside)
+            view = renderer.render()[..., ::-1]
+    seen = cv2.resize(eye, (HEIGHT * 99 // 72, HEIGHT), interpolation=cv2.INTER_NEAREST)
+    gap = np.full((HEIGHT, 12, 3), 255, np.uint8)
+    return np.hstack([view, gap, cv2.cvtColor(seen, cv2.COLOR_GRAY2BGR)])
+
+
+def main(run: Path) -> None:
+    """Put the scene above the figure of ``run``."""
+    above, figure = scene(), cv2.imread(str(run / "figure.png"))
+    above = cv2.resize(
+        above, (figure.shape[1], above.shape[0] * figure.shape[1] // above.shape[1]), interpolation=cv2.INTER_AREA
+    )
+    DOCS.mkdir(exist_ok=True)
+    cv2.imwrite(str(DOCS / "speed.png"), np.vstack([above, np.full_like(above[:16], 255), figure]))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
