@@ -37,7 +37,8 @@ class Camera:
 
     def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig) -> None:
         self.config = config
-        self._id = model.camera(name).id
+        self._eye = mujoco.MjvCamera()
+        self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(name).id
         rows, columns = config.height * config.supersample, config.width * config.supersample
         self._option = mujoco.MjvOption()
         self._option.geomgroup[OWN_BODY_GROUP] = 0
@@ -61,7 +62,7 @@ class Camera:
 
     def expose(self, data: mujoco.MjData) -> None:
         """Add one render of the present scene to the exposure under way."""
-        rgb = self._offscreen.render(data, self._id, self._option)
+        rgb = self._offscreen.render(data, self._eye, self._option)
         cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
         cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
         if self.config.supersample > 1:

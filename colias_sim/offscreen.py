@@ -22,6 +22,8 @@ MAX_GEOMS = 1000
 class Offscreen:
     """A framebuffer of (rows, columns) and the OpenGL context that owns it; for one thread.
 
+    ``model.vis.global_.offwidth`` and ``offheight`` must be at least as large.
+
     Raises `colias_sim.gl.GLUnavailable` where nothing can render.
     """
 
@@ -32,21 +34,18 @@ class Offscreen:
         self._mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._mjr)
         self._scene = mujoco.MjvScene(model, MAX_GEOMS)
-        self._camera = mujoco.MjvCamera()
         self._rect = mujoco.MjrRect(0, 0, columns, rows)
         self._model = model
         self._pixels = np.empty((rows, columns, 3), np.uint8)
         self._free = weakref.finalize(self, _free, self._context, self._mjr)
 
-    def render(self, data: mujoco.MjData, camera: int, option: mujoco.MjvOption) -> npt.NDArray[np.uint8]:
-        """The view of the fixed camera with that id: RGB (rows, columns, 3), *bottom row first*.
+    def render(self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption) -> npt.NDArray[np.uint8]:
+        """The view of a camera, fixed in the scene or free: RGB (rows, columns, 3), *bottom row first*.
 
         The array is overwritten by the next call.
         """
-        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED.value
-        self._camera.fixedcamid = camera
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
-        mujoco.mjv_updateScene(self._model, data, option, None, self._camera, everything, self._scene)
+        mujoco.mjv_updateScene(self._model, data, option, None, camera, everything, self._scene)
         self._context.make_current()
         mujoco.mjr_render(self._rect, self._scene, self._mjr)
         mujoco.mjr_readPixels(self._pixels, None, self._rect, self._mjr)

@@ -9,6 +9,7 @@ import pytest
 
 import scenes
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
+from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP, compose
 from scenes import ARENAS, FOLDER, ROBOTS, generate
 
@@ -113,11 +114,9 @@ def test_robots_are_whole_from_above():
     with Simulation(scene=SceneConfig(light_sd=0)) as sim:
         sim.model.vis.global_.offwidth = sim.model.vis.global_.offheight = 200
         sim.reset({"stimulus": Pose(0.1, 0.0, 0.0)}, np.random.default_rng(0))
-        with mujoco.Renderer(sim.model, 200, 200) as renderer:
-            above = mujoco.MjvCamera()
-            above.lookat[:], above.distance, above.elevation, above.azimuth = [0.05, 0.0, 0.0], 0.2, -90, 90
-            renderer.update_scene(sim.data, above)
-            picture = renderer.render().astype(int)
+        above = mujoco.MjvCamera()
+        above.lookat[:], above.distance, above.elevation, above.azimuth = [0.05, 0.0, 0.0], 0.2, -90, 90
+        picture = Offscreen(sim.model, 200, 200).render(sim.data, above, mujoco.MjvOption()).astype(int)
     dark = (picture.max(-1) < 20).mean()
     green = ((picture[..., 1] - picture[..., 0] > 25) & (picture[..., 1] > picture[..., 2])).mean()
     disc = math.pi * 0.02**2 / (2 * 0.2 * math.tan(math.radians(22.5))) ** 2

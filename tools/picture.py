@@ -10,11 +10,11 @@ import sys
 from pathlib import Path
 
 import cv2
+import mujoco
 import numpy as np
 
-from colias_sim import CameraConfig, Pose, Simulation
-
-import mujoco  # isort: skip  (after the package has chosen the OpenGL backend)
+from colias_sim import Pose, Simulation
+from colias_sim.offscreen import Offscreen
 
 DOCS = Path(__file__).parents[1] / "docs"
 HEIGHT = 360
@@ -22,17 +22,15 @@ HEIGHT = 360
 
 def scene() -> np.ndarray:
     """Outside view and camera view side by side, BGR."""
-    with Simulation(camera=CameraConfig()) as sim:
+    with Simulation() as sim:
         sim.model.vis.global_.offwidth, sim.model.vis.global_.offheight = 1280, 720
         rng = np.random.default_rng(4)
         sim.reset({"stimulus": Pose(0.0995, 0.022, -math.pi / 2)}, rng)
         eye = sim.step(rng).luma
-        with mujoco.Renderer(sim.model, HEIGHT, 2 * HEIGHT) as renderer:
-            outside = mujoco.MjvCamera()
-            outside.lookat[:] = [0.09, 0.0, 0.02]
-            outside.distance, outside.azimuth, outside.elevation = 0.33, 35, -24
-            renderer.update_scene(sim.data, outside)
-            view = renderer.render()[..., ::-1]
+        outside = mujoco.MjvCamera()
+        outside.lookat[:], outside.distance = [0.09, 0.0, 0.02], 0.33
+        outside.azimuth, outside.elevation = 35, -24
+        view = Offscreen(sim.model, HEIGHT, 2 * HEIGHT).render(sim.data, outside, mujoco.MjvOption())[::-1, :, ::-1]
     seen = cv2.resize(eye, (HEIGHT * 99 // 72, HEIGHT), interpolation=cv2.INTER_NEAREST)
     gap = np.full((HEIGHT, 12, 3), 255, np.uint8)
     return np.hstack([view, gap, cv2.cvtColor(seen, cv2.COLOR_GRAY2BGR)])
