@@ -53,7 +53,7 @@ class Colias:
 
     def __call__(self, *arguments: str) -> subprocess.CompletedProcess[str]:
         command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
-        environment = {**os.environ, "COLUMNS": "100"}
+        environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100"}
         return subprocess.run(
             command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=300, check=False
         )

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -167,6 +168,7 @@ WRONG = {
     "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "arena ends"),
     "file": (("run", "absent.py"), "no such experiment file"),
     "view": (("view", "absent"), "absent"),
+    "screen": (("view", "bright"), "needs a screen"),
     "command": (("rum",), "run"),
 }
 
@@ -230,13 +232,18 @@ def test_a_run_is_never_overwritten(finished, colias):
 def test_an_interrupted_run_leaves_its_finished_trials(tmp_path, blow):
     command = [sys.executable, "-m", "experiments.bench.cli", "run", "speed", "--out", "out"]
     command += ["--set", "experiment.speeds_cm_s=20,30", "--repeats", "200"]
-    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    # A shell that starts tests in the background has interrupts ignored, and its children inherit that.
+    heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     trials, deadline = tmp_path / "out" / "trials.parquet", time.monotonic() + 60
-    while not (trials.exists() and pq.read_table(trials).num_rows >= 3):
-        assert process.poll() is None and time.monotonic() < deadline
-        time.sleep(0.05)
-    os.killpg(process.pid, blow)
-    _, said = process.communicate(timeout=20)
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=heed) as process:
+        try:
+            while not (trials.exists() and pq.read_table(trials).num_rows >= 3):
+                assert process.poll() is None and time.monotonic() < deadline
+                time.sleep(0.05)
+            process.send_signal(blow)
+            _, said = process.communicate(timeout=20)
+        finally:
+            process.kill()
     table, frames = pq.read_table(trials), pq.read_table(tmp_path / "out" / "frames.parquet")
     count = table.num_rows
     assert table["trial"].to_pylist() == list(range(count))

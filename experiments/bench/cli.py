@@ -189,14 +189,17 @@ def parameters(
         out_console.print(f"{row.key}=[b]{row.value}[/b]{legal}\n    {row.description}", soft_wrap=True)
 
 
-@app.command(short_help="Open recordings in the Rerun viewer.")
+@app.command(short_help="Open recordings in Rerun, or a scene in MuJoCo's viewer.")
 def view(
-    path: Annotated[Path, typer.Argument(help="A run's folder, a folder of recordings, or one .rrd file.")],
+    path: Annotated[Path, typer.Argument(help="A run's folder, one .rrd file, or a scene's name.")],
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
 ) -> None:
-    """Open recordings in the Rerun viewer. It listens on 127.0.0.1 only."""
+    """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer."""
     from experiments.bench.settings import UsageError
+    from scenes import ARENAS
 
+    if str(path) in ARENAS and not path.exists():
+        return _view_scene(str(path))
     files = [path] if path.is_file() else sorted([*path.glob("*.rrd"), *path.glob("recordings/*.rrd")])
     if not files:
         raise UsageError(f"{path}: no such file, or no .rrd recordings in it")
@@ -204,6 +207,22 @@ def view(
     if web:
         command.append("--web-viewer")
     raise typer.Exit(subprocess.run([*command, *map(str, files)], check=False).returncode)
+
+
+def _view_scene(arena: str) -> None:
+    """Both robots in the arena, live, in MuJoCo's viewer."""
+    import mujoco.viewer
+
+    from colias_sim import CameraConfig, RobotConfig, SceneConfig
+    from colias_sim.scene import compose
+    from colias_sim.simulation import TRIAL_ROBOTS
+    from experiments.bench.settings import UsageError
+
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise UsageError(f"view {arena}: MuJoCo's viewer needs a screen (DISPLAY is not set)")
+    spec = compose(SceneConfig(arena=arena), RobotConfig(), CameraConfig(), TRIAL_ROBOTS, "observer")
+    spec.body("stimulus/base").pos = [0.10, 0.05, 0.0]
+    mujoco.viewer.launch(spec.compile())
 
 
 def run_file(path: str) -> None:
