@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
@@ -15,8 +17,38 @@ DRAWN_GROUP = 0
 OWN_BODY_GROUP = 1
 """Drawn geoms of the robot whose camera is used: its lens stands in front of them all, so they are left out for it."""
 
-STEPS_PER_FRAME = 18
-"""Physics steps per camera frame: 1.85 ms at 30 fps, below the 2 ms at which the drive is known to behave."""
+COMMAND_RATE = 60.0
+"""Wheel commands per second, as nearly as whole commands in a frame allow."""
+
+LONGEST_STEP = 0.0019
+"""Seconds: the drive is known to behave with physics steps of 2 ms and less."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrameClock:
+    """How a camera frame divides: into wheel commands, and each of those into physics steps."""
+
+    fps: float
+
+    @property
+    def commands(self) -> int:
+        """Wheel commands in a frame: 2 at 30 fps."""
+        return max(1, round(COMMAND_RATE / self.fps))
+
+    @property
+    def command_steps(self) -> int:
+        """Physics steps between commands: 9 at 30 fps."""
+        return math.ceil(1.0 / (self.fps * self.commands * LONGEST_STEP))
+
+    @property
+    def steps(self) -> int:
+        """Physics steps in a frame: 18 at 30 fps, of 1.85 ms."""
+        return self.commands * self.command_steps
+
+    @property
+    def timestep(self) -> float:
+        """Length of a physics step in seconds."""
+        return 1.0 / (self.fps * self.steps)
 
 
 def compose(
@@ -28,7 +60,7 @@ def compose(
     robot whose camera will be used. Raises ``ValueError`` on an unknown arena.
     """
     spec = mujoco.MjSpec.from_file(str(arena_path(scene.arena)))
-    spec.option.timestep = 1.0 / (camera.fps * STEPS_PER_FRAME)
+    spec.option.timestep = FrameClock(camera.fps).timestep
     for name, variant in robots.items():
         child = _robot_spec(ROBOTS[variant], robot, camera)
         child.option.timestep = spec.option.timestep

@@ -12,10 +12,7 @@ import numpy as np
 from colias_sim.camera import Camera, Frame, exposure_steps
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.robot import Pose, Robot
-from colias_sim.scene import STEPS_PER_FRAME, compile_model
-
-CONTROL_STEPS = 9
-"""Physics steps between two wheel commands: 60 commands a second at 30 fps."""
+from colias_sim.scene import FrameClock, compile_model
 
 SETTLE_STEPS = 150
 
@@ -46,7 +43,9 @@ class Simulation:
         self.data = mujoco.MjData(self.model)
         self.robots = {name: Robot(self.model, self.data, name, robot) for name in robots}
         self.frame_interval = 1.0 / camera.fps
-        self._events = _events(exposure_steps(camera, STEPS_PER_FRAME))
+        clock = FrameClock(camera.fps)
+        self._command_interval = clock.command_steps * clock.timestep
+        self._events = _events(clock, exposure_steps(camera, clock.steps))
         self._lamps = self.model.light_ambient.copy(), self.model.light_diffuse.copy()
         self.camera = Camera(self.model, f"{eye_of}/eye", camera)
 
@@ -61,7 +60,10 @@ class Simulation:
         self.camera.close()
 
     def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator) -> None:
-        """Start anew: every robot at rest where ``placements`` says, light and wall drawn from ``rng``."""
+        """Start anew: every robot at rest where ``placements`` says, light and wall drawn from ``rng``.
+
+        A robot that ``placements`` leaves out stands at the origin. Raises ``ValueError`` for an unknown one.
+        """
         mujoco.mj_resetData(self.model, self.data)  # in full: what a solver kept would change the next trial
         # Both are always drawn, so switching one off leaves the other as it was.
         light = self.scene.light * max(1.0 + self.scene.light_sd * rng.standard_normal(), 0.0)
@@ -70,8 +72,14 @@ class Simulation:
         turn = phase if self.scene.turn_wall else 0.0
         self.model.body("wall").quat = [np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)]
         for name, pose in placements.items():
-            self.robots[name].place(pose)
+            self._robot(name).place(pose)
         self._settle()
+        self.camera.discard()
+
+    def _robot(self, name: str) -> Robot:
+        if name not in self.robots:
+            raise ValueError(f"no robot '{name}' in this scene: there are {', '.join(self.robots)}")
+        return self.robots[name]
 
     def _settle(self) -> None:
         """Let the robots sink onto their wheels: some microns, which a camera would see as motion of everything."""
@@ -86,10 +94,9 @@ class Simulation:
 
     def advance(self, control: Control | None = None) -> None:
         """The physics and renders of one frame, which leave the exposure ready to develop."""
-        interval = CONTROL_STEPS * self.model.opt.timestep
         for steps, command, expose in self._events:
             if command and control is not None:
-                control(interval)
+                control(self._command_interval)
             mujoco.mj_step(self.model, self.data, steps)
             if expose:
                 mujoco.mj_kinematics(self.model, self.data)  # a step leaves these one step behind
@@ -97,8 +104,8 @@ class Simulation:
                 self.camera.expose(self.data)
 
 
-def _events(exposures: tuple[int, ...]) -> list[tuple[int, bool, bool]]:
+def _events(clock: FrameClock, exposures: tuple[int, ...]) -> list[tuple[int, bool, bool]]:
     """A frame's run of (physics steps, command before them?, render after them?)."""
-    commands = range(0, STEPS_PER_FRAME, CONTROL_STEPS)
-    marks = sorted({*commands, *exposures, STEPS_PER_FRAME})
+    commands = range(0, clock.steps, clock.command_steps)
+    marks = sorted({*commands, *exposures, clock.steps})
     return [(end - start, start in commands, end in exposures) for start, end in pairwise(marks)]

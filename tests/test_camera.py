@@ -9,7 +9,7 @@ import pytest
 
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
 from colias_sim.camera import exposure_steps
-from colias_sim.scene import STEPS_PER_FRAME
+from colias_sim.scene import FrameClock
 
 LENS = CameraConfig().forward_cm / 100
 STILL = SceneConfig(light_sd=0, turn_wall=False)
@@ -135,7 +135,7 @@ def test_exposure_blurs_by_the_distance_moved():
 
 
 def test_exposure_moments_are_the_middles_of_equal_parts_and_end_with_the_frame():
-    n = STEPS_PER_FRAME
+    n = FrameClock(30.0).steps
     assert exposure_steps(CameraConfig(exposure_ms=0, exposure_samples=1), n) == (n,)
     assert exposure_steps(CameraConfig(exposure_ms=1000 / 30, exposure_samples=2), n) == (
         round(n / 4),

@@ -8,8 +8,9 @@ import pytest
 
 from colias_sim import CameraConfig, Line, PathFollower, Pose, Robot, RobotConfig, SceneConfig
 from colias_sim.robot import bearing
-from colias_sim.scene import compile_model
-from colias_sim.simulation import CONTROL_STEPS
+from colias_sim.scene import LONGEST_STEP, FrameClock, compile_model
+
+COMMAND_STEPS = FrameClock(30.0).command_steps
 
 
 def bench(config: RobotConfig | None = None) -> tuple[mujoco.MjModel, mujoco.MjData, Robot]:
@@ -27,8 +28,8 @@ def drive(speed: float, length: float, start: Pose | None = None, config: RobotC
     follower = PathFollower(robot, line, speed)
     rows = []
     while line.along(robot.pose) < length and data.time < 20:
-        robot.drive(follower.wheels(CONTROL_STEPS * model.opt.timestep))
-        mujoco.mj_step(model, data, CONTROL_STEPS)
+        robot.drive(follower.wheels(COMMAND_STEPS * model.opt.timestep))
+        mujoco.mj_step(model, data, COMMAND_STEPS)
         rows.append((data.time, line.along(robot.pose), line.offset(robot.pose), robot.height))
     return np.array(rows)
 
@@ -104,3 +105,12 @@ def test_a_line_measures_along_and_aside():
 def test_a_robot_out_of_range_is_named(name, value):
     with pytest.raises(ValueError, match=name):
         RobotConfig(**{name: value})
+
+
+@pytest.mark.parametrize("fps", [5.0, 24.0, 30.0, 60.0, 120.0])
+def test_a_frame_divides_into_whole_commands_and_short_steps(fps):
+    clock = FrameClock(fps)
+    assert clock.steps == clock.commands * clock.command_steps
+    assert clock.timestep <= LONGEST_STEP
+    assert clock.timestep * clock.steps * fps == pytest.approx(1.0)
+    assert 40 <= fps * clock.commands <= 120

@@ -6,6 +6,7 @@ import datetime
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from experiments.bench.runner import Plan, Report
 
 EXIT_USAGE, EXIT_INTERRUPTED = 2, 130
+LINE_EVERY_S = 60.0  # progress where there is no terminal to draw a bar on
 
 app = typer.Typer(
     rich_markup_mode="rich",
@@ -103,15 +105,20 @@ def _run(plan: Plan, out: Path, recordings: bool) -> None:
     check(plan)
     folder = RunFolder(out)
     folder.create()
-    total, done = len(plan.specs()), 0
+    total, done, told = len(plan.specs()), 0, time.monotonic()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    if not error_console.is_terminal:
+        error_console.print(f"{plan.experiment.name}: {total} trials into {out}", soft_wrap=True)
     with Progress(*columns, console=error_console, transient=True) as progress:
         task = progress.add_task(f"{plan.experiment.name}: trials", total=total)
 
         def on_trial(result: TrialResult) -> None:
-            nonlocal done
+            nonlocal done, told
             done += 1
             progress.advance(task)
+            if not error_console.is_terminal and time.monotonic() - told > LINE_EVERY_S:
+                told = time.monotonic()
+                error_console.print(f"{done} of {total} trials")
 
         try:
             report = run_plan(plan, folder, on_trial, recordings=recordings)

@@ -14,7 +14,7 @@ from dsnn import Response
 
 Images = npt.NDArray[np.uint8]
 
-MAP_SCALES = {"p": (0.25, 128.0), "la": (1.0, 128.0), "f_on": (64.0, -8.0), "f_off": (64.0, -8.0)}
+MAP_SCALES = {"p": (0.25, 128.0), "la": (1.0, 128.0), "f_on": (128.0, -16.0), "f_off": (128.0, -16.0)}
 """Layer map -> (gain, grey of zero): signed maps stand about mid grey, and all saturate.
 
 F is some thirty times smaller than LA, hence its gain; its offset clips the noise, which would fill the file.

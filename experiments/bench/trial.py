@@ -14,8 +14,8 @@ import numpy.typing as npt
 from colias_sim import Frame, Line, PathFollower, Pose, Simulation, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from dsnn import Response, model_entry
-from experiments.bench import media
 from experiments.bench.declaration import Condition, Settings, TrialSpec, half_crossing
+from experiments.bench.media import Media, collect
 
 STIMULUS_RADIUS_CM = 2.0
 MARGIN_CM = 0.6
@@ -61,7 +61,7 @@ class TrialResult:
     frames: int
     wall_s: float
     columns: FrameColumns
-    media: media.Media | None
+    media: Media | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +128,7 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
         frames.append(frame)
         poses.append(stimulus.pose)
     wall_s = time.perf_counter() - began
-    shown = media.collect(frames, responses) if keep_media else None
+    shown = collect(frames, responses) if keep_media else None
     return _result(spec, route, _columns(frames, responses, poses, settings), poses, shown, wall_s)
 
 
@@ -137,7 +137,7 @@ def _result(
     route: Course,
     columns: FrameColumns,
     poses: list[Pose],
-    shown: media.Media | None,
+    shown: Media | None,
     wall_s: float,
 ) -> TrialResult:
     along = np.array([route.line.along(p) for p in poses])
