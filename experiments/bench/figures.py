@@ -110,6 +110,6 @@ def _traces(
         axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
     axes.annotate(f"±T = {threshold:g}", (0.01, threshold), xycoords=("axes fraction", "data"), va="bottom")
     axes.set(xlabel="bearing of the stimulus (degrees, right positive)", ylabel="HS membrane potential", ylim=(-1, 1))
-    legend = axes.legend(frameon=False, loc="lower right", ncols=2)
+    legend = axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 0.99), ncols=6, columnspacing=1.2)
     for line in legend.get_lines():
         line.set_linewidth(2)
