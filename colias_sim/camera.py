@@ -45,6 +45,7 @@ class Camera:
         self._grey = np.empty((rows, columns), np.uint8)
         self._light = np.zeros((config.height, config.width), np.float32)
         self._noise, self._spread = np.empty_like(self._light), np.empty_like(self._light)
+        self._no_noise = np.zeros_like(self._light)
         self._read_variance = np.full_like(self._light, config.read_noise**2)
         self._noise_tape = np.empty((config.height + WARM_UP_ROWS, config.width), np.float32)
         self._exposures = 0
@@ -60,17 +61,18 @@ class Camera:
         """Free the OpenGL context."""
         self._offscreen.close()
 
-    def expose(self, data: mujoco.MjData) -> None:
-        """Add one render of the present scene to the exposure under way."""
+    def expose(self, data: mujoco.MjData, parts: int = 1) -> None:
+        """Add one render of the present scene, standing for ``parts`` equal parts, to the exposure under way."""
         rgb = self._offscreen.render(data, self._eye, self._option)
         cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
         cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
         if self.config.supersample > 1:
             small = cv2.resize(self._grey.astype(np.float32), self._light.shape[::-1], interpolation=cv2.INTER_AREA)
-            self._light += small
+            self._light += parts * small
         else:
-            cv2.accumulate(self._grey, self._light)
-        self._exposures += 1
+            for _ in range(parts):
+                cv2.accumulate(self._grey, self._light)
+        self._exposures += parts
 
     def develop(self, rng: np.random.Generator, time: float) -> Frame:
         """End the exposure: average its renders, add noise drawn from ``rng``, quantise to 8 bits."""
@@ -78,7 +80,9 @@ class Camera:
         if self._exposures > 1:
             light *= 1.0 / self._exposures
         luma = np.empty(light.shape, np.uint8)
-        cv2.add(light, self._draw_noise(light, rng), dst=luma, dtype=cv2.CV_8U)  # rounds and saturates
+        noisy = self.config.shot_noise > 0.0 or self.config.read_noise > 0.0
+        noise = self._draw_noise(light, rng) if noisy else self._no_noise
+        cv2.add(light, noise, dst=luma, dtype=cv2.CV_8U)  # rounds and saturates
         self.discard()
         return Frame(luma, time)
 
@@ -92,7 +96,7 @@ class Camera:
         config, spread, noise = self.config, self._spread, self._noise
         # OpenCV's generator, seeded afresh from the trial's, is five times faster than NumPy's. Its first numbers
         # after seeding still show the seed: they go into rows above the picture.
-        cv2.setRNGSeed(int(rng.bit_generator.random_raw()) >> 33)  # 31 bits of 64
+        cv2.setRNGSeed(int(rng.bit_generator.random_raw()) & 0x7FFFFFFF)  # of 32 or 64 bits
         cv2.randn(self._noise_tape, *_STANDARD_NORMAL)
         cv2.scaleAdd(light, config.shot_noise**2 / 255.0, self._read_variance, spread)
         np.sqrt(spread, out=spread)

@@ -32,7 +32,7 @@ class RobotConfig:
     track_cm: float = Field(default=3.2, ge=2.0, le=3.6, description="distance between the wheels' mid-planes")
     axle_back_cm: float = Field(default=0.0, ge=0.0, le=0.5, description="wheel axle behind the body's centre")
     mass_g: float = Field(default=28.0, ge=10.0, le=100.0, description="whole mass (public: 28)")
-    motor_gain: float = Field(default=2e-4, ge=2e-5, le=2e-3, description="velocity servo gain of a wheel, N m s/rad")
+    motor_gain: float = Field(default=2e-4, ge=5e-5, le=5e-4, description="velocity servo gain of a wheel, N m s/rad")
     max_speed_cm_s: float = Field(default=35.0, ge=1.0, le=100.0, description="top speed of a wheel's rim (public: 35)")
 
 

@@ -12,7 +12,8 @@ import sys
 
 PACKAGES = "libegl1 libgl1"  # Debian's names for what EGL rendering without a screen needs
 _ADVICE = f"on Debian or Ubuntu run 'apt-get install {PACKAGES}'"
-_MODULES = {"on": "glfw", "enable": "glfw", "enabled": "glfw", "true": "glfw", "1": "glfw"}
+_OFF = ("off", "disable", "disabled", "false", "0")
+_GLFW = ("glfw", "glx", "wgl", "on", "enable", "enabled", "true", "1")  # MuJoCo's own names for a screen
 _LIBRARIES = {"egl": ("libEGL.so.1", "libGL.so.1"), "osmesa": ("libOSMesa.so.8",)}
 
 
@@ -29,6 +30,8 @@ def choose_backend() -> str:
     # llvmpipe splits so small a picture between threads at a loss: 50 us a frame at 99x72.
     os.environ.setdefault("LP_NUM_THREADS", "0")
     chosen = os.environ.get("MUJOCO_GL", "").lower()
+    if chosen not in {"", "cgl", *_LIBRARIES, *_GLFW, *_OFF}:
+        raise GLUnavailable(f"MUJOCO_GL={chosen} is no backend: use egl, osmesa or glfw, or unset it")
     if chosen in _LIBRARIES and not _loads(chosen):
         raise GLUnavailable(f"MUJOCO_GL={chosen}, but its library does not load: {_ADVICE}")
     if chosen or not sys.platform.startswith("linux"):
@@ -37,15 +40,21 @@ def choose_backend() -> str:
         if _loads(backend):
             os.environ["MUJOCO_GL"] = backend
             return backend
-    return "glfw" if os.environ.get("DISPLAY") else ""
+    return "glfw" if _has_display() else ""
 
 
 def require_backend() -> str:
     """The backend's name in MuJoCo's modules: egl, osmesa, glfw or cgl. Raises `GLUnavailable` if there is none."""
     chosen = choose_backend()
-    if not chosen or chosen in ("off", "disable", "disabled"):
+    module = "glfw" if chosen in _GLFW else chosen
+    unseen = module == "glfw" and sys.platform.startswith("linux") and not _has_display()
+    if not chosen or chosen in _OFF or unseen:
         raise GLUnavailable(f"no OpenGL library for rendering without a screen: {_ADVICE}")
-    return _MODULES.get(chosen, chosen)
+    return module
+
+
+def _has_display() -> bool:
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def _loads(backend: str) -> bool:

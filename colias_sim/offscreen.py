@@ -29,9 +29,12 @@ class Offscreen:
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int) -> None:
         backend = importlib.import_module(f"mujoco.{gl.require_backend()}")
-        self._context = backend.GLContext(columns, rows)
-        self._context.make_current()
-        self._mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+        try:
+            self._context = backend.GLContext(columns, rows)
+            self._context.make_current()
+            self._mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+        except mujoco.FatalError as error:
+            raise gl.GLUnavailable(f"OpenGL cannot draw {columns}x{rows} pixels: {error}") from None
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._mjr)
         self._scene = mujoco.MjvScene(model, MAX_GEOMS)
         self._rect = mujoco.MjrRect(0, 0, columns, rows)
@@ -44,6 +47,8 @@ class Offscreen:
 
         The array is overwritten by the next call.
         """
+        if not self._free.alive:
+            raise RuntimeError("this camera is closed: make a new Simulation")
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(self._model, data, option, None, camera, everything, self._scene)
         self._context.make_current()

@@ -57,10 +57,12 @@ def compose(
     """Build the scene with one robot per entry of ``robots``, name -> variant (``colias`` or ``colias_black``).
 
     Robot ``stimulus`` has its parts named ``stimulus/base``, ``stimulus/eye`` and so on. ``eye_of`` names the
-    robot whose camera will be used. Raises ``ValueError`` on an unknown arena.
+    robot whose camera will be used. Raises ``ValueError`` on an unknown arena, variant or camera.
     """
     spec = mujoco.MjSpec.from_file(str(arena_path(scene.arena)))
     spec.option.timestep = FrameClock(camera.fps).timestep
+    if eye_of not in robots or not set(robots.values()) <= set(ROBOTS):
+        raise ValueError(f"robots are {dict(robots)}, camera of '{eye_of}': variants are {', '.join(ROBOTS)}")
     for name, variant in robots.items():
         child = _robot_spec(ROBOTS[variant], robot, camera)
         child.option.timestep = spec.option.timestep

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from itertools import pairwise
+from itertools import combinations, pairwise
 from types import TracebackType
 
 import mujoco
@@ -15,6 +16,7 @@ from colias_sim.robot import Pose, Robot
 from colias_sim.scene import FrameClock, compile_model
 
 SETTLE_STEPS = 150
+ROBOT_DIAMETER = 0.04
 
 Control = Callable[[float], None]
 """Called before each control interval with its length in seconds; commands wheels through `Robot.drive`."""
@@ -62,8 +64,10 @@ class Simulation:
     def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator) -> None:
         """Start anew: every robot at rest where ``placements`` says, light and wall drawn from ``rng``.
 
-        A robot that ``placements`` leaves out stands at the origin. Raises ``ValueError`` for an unknown one.
+        A robot that ``placements`` leaves out stands at the origin. Raises ``ValueError`` for an unknown robot,
+        a pose that is not finite, and robots that overlap; nothing has changed then.
         """
+        self._check(placements)
         mujoco.mj_resetData(self.model, self.data)  # in full: what a solver kept would change the next trial
         # Both are always drawn, so switching one off leaves the other as it was.
         light = self.scene.light * max(1.0 + self.scene.light_sd * rng.standard_normal(), 0.0)
@@ -72,14 +76,21 @@ class Simulation:
         turn = phase if self.scene.turn_wall else 0.0
         self.model.body("wall").quat = [np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)]
         for name, pose in placements.items():
-            self._robot(name).place(pose)
+            self.robots[name].place(pose)
         self._settle()
         self.camera.discard()
 
-    def _robot(self, name: str) -> Robot:
-        if name not in self.robots:
-            raise ValueError(f"no robot '{name}' in this scene: there are {', '.join(self.robots)}")
-        return self.robots[name]
+    def _check(self, placements: Mapping[str, Pose]) -> None:
+        """Raise ``ValueError`` for a robot that is not there, a pose that is no pose, and robots inside each other."""
+        for name, pose in placements.items():
+            if name not in self.robots:
+                raise ValueError(f"no robot '{name}' in this scene: there are {', '.join(self.robots)}")
+            if not all(map(math.isfinite, (pose.x, pose.y, pose.heading))):
+                raise ValueError(f"{name} is placed at {pose}: expected finite numbers")
+        places = [(name, placements.get(name, Pose(0.0, 0.0, 0.0))) for name in self.robots]
+        for (one, here), (other, there) in combinations(places, 2):
+            if math.hypot(here.x - there.x, here.y - there.y) < ROBOT_DIAMETER:
+                raise ValueError(f"{one} at {here} and {other} at {there} overlap: expected {ROBOT_DIAMETER} m apart")
 
     def _settle(self) -> None:
         """Let the robots sink onto their wheels: some microns, which a camera would see as motion of everything."""
@@ -94,18 +105,18 @@ class Simulation:
 
     def advance(self, control: Control | None = None) -> None:
         """The physics and renders of one frame, which leave the exposure ready to develop."""
-        for steps, command, expose in self._events:
+        for steps, command, parts in self._events:
             if command and control is not None:
                 control(self._command_interval)
             mujoco.mj_step(self.model, self.data, steps)
-            if expose:
+            if parts:
                 mujoco.mj_kinematics(self.model, self.data)  # a step leaves these one step behind
                 mujoco.mj_camlight(self.model, self.data)
-                self.camera.expose(self.data)
+                self.camera.expose(self.data, parts)
 
 
-def _events(clock: FrameClock, exposures: tuple[int, ...]) -> list[tuple[int, bool, bool]]:
-    """A frame's run of (physics steps, command before them?, render after them?)."""
+def _events(clock: FrameClock, exposures: tuple[int, ...]) -> list[tuple[int, bool, int]]:
+    """A frame's run of (physics steps, command before them?, parts of the exposure that end with them)."""
     commands = range(0, clock.steps, clock.command_steps)
     marks = sorted({*commands, *exposures, clock.steps})
-    return [(end - start, start in commands, end in exposures) for start, end in pairwise(marks)]
+    return [(end - start, start in commands, exposures.count(end)) for start, end in pairwise(marks)]

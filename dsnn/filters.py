@@ -15,6 +15,12 @@ def alpha(tau: float, dt: float) -> float:
     return dt / (dt + tau)
 
 
+def residue(u: float, i: int) -> float:
+    """Share ``a_i`` of the luminance change ``i`` frames ago that is left: ``1 / (1 + exp(u i))`` (`high-pass`)."""
+    decay = math.exp(-u * i)  # written so that it cannot overflow
+    return decay / (1.0 + decay)
+
+
 def gaussian_kernel(sigma: float) -> npt.NDArray[np.float64]:
     """Column (2 r + 1, 1) of a Gaussian of ``sigma`` px cut at ``r = ceil(4 sigma)``, sum 1 (`gauss-function`)."""
     radius = math.ceil(4.0 * sigma)

@@ -51,7 +51,8 @@ def luma(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels = "
         raise FrameError(
             f"frame holds values from {frame.min():g} to {frame.max():g}: expected finite values in 0..255"
         )
-    return frame
+    # OpenCV knows two floating types, in this machine's byte order; anything else it misreads.
+    return frame if frame.dtype in (np.float32, np.float64) else frame.astype(np.float64)
 
 
 def _from_colour(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels) -> npt.NDArray[Any]:

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from dsnn.filters import blur
+from dsnn.filters import blur, residue
 
 Map = npt.NDArray[np.float64]
 
@@ -22,8 +22,8 @@ Map = npt.NDArray[np.float64]
 def retina(luminance: Map, previous: Map, residues: Sequence[Map], u: float) -> Map:
     """Change of luminance, with what is left of the last ``len(residues)`` changes, newest first."""
     p = luminance - previous  # high-pass
-    for i, residue in enumerate(residues, start=1):
-        p = p + residue / (1.0 + math.exp(u * i))  # a_i of high-pass
+    for i, change in enumerate(residues, start=1):
+        p = p + residue(u, i) * change
     return p
 
 
@@ -70,7 +70,9 @@ def sigmoid(x: float, scale: float) -> float:
 
 
 def spikes(potential: float, k_sp: float, t_sp: float) -> int:
-    """Spikes of one frame, with the sign of ``potential``; none below the threshold."""
+    """Spikes of one frame, with the sign of ``potential``; none below the threshold, and none at rest."""
+    if potential == 0.0 or abs(potential) < t_sp:
+        return 0
     return int(math.copysign(math.floor(math.exp(k_sp * (abs(potential) - t_sp))), potential))  # spiking
 
 

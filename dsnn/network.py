@@ -10,7 +10,7 @@ is reused, because at 99x72 the whole state only just fits a small core's second
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NoReturn
 
 import cv2
 import numpy as np
@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from dsnn import layers
 from dsnn.correlator import Correlators, Floats
-from dsnn.filters import alpha, blur, gaussian_kernel
+from dsnn.filters import alpha, blur, gaussian_kernel, residue
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.model import LayerMaps, Response, ResponseSeries, run_model
 from dsnn.params import DSNNParams
@@ -30,7 +30,7 @@ class Retina:
     """Change of luminance with its residue (`high-pass`)."""
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
-        self._gains = [1.0 / (1.0 + float(np.exp(params.u * i))) for i in range(1, params.n_p + 1)]
+        self._gains = [residue(params.u, i) for i in range(1, params.n_p + 1)]
         self._before: npt.NDArray[Any] = np.zeros(shape, np.uint8)
         self._changes: list[Floats] = [np.zeros(shape, np.float32) for _ in range(params.n_p + 1)]
         self._first = True
@@ -45,13 +45,15 @@ class Retina:
         """Return P of this frame: a buffer that stays valid until the next step."""
         self._changes.insert(0, self._changes.pop())
         p = self._changes[0]
-        if self._first or self._before.dtype != luminance.dtype:
-            self._before = luminance.copy() if self._first else self._before.astype(luminance.dtype)
-            self._first = False
-        cv2.subtract(luminance, self._before, p, None, cv2.CV_32F)
-        np.copyto(self._before, luminance)
-        for gain, residue in zip(self._gains, self._changes[1:], strict=True):
-            cv2.scaleAdd(residue, gain, p, p)
+        before = luminance if self._first else self._before
+        cv2.subtract(luminance, before, p, None, cv2.CV_32F)
+        if luminance.dtype == self._before.dtype:
+            np.copyto(self._before, luminance)
+        else:
+            self._before = luminance.copy()
+        self._first = False
+        for gain, change in zip(self._gains, self._changes[1:], strict=True):
+            cv2.scaleAdd(change, gain, p, p)
         return p
 
 
@@ -146,7 +148,8 @@ class LobulaPlate:
 class DSNN:
     """The directionally selective neural network, fast enough to close the loop.
 
-    ``shape`` is (R, C) of the frames. Not safe to share between threads; make one per thread.
+    ``shape`` is (R, C) of the frames. Not safe to share between threads, and not to be copied or pickled (its
+    buffers are views of one another): make one per thread.
     Raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
     """
 
@@ -159,6 +162,9 @@ class DSNN:
         self._correlators = Correlators(self.shape, self.params)
         self._hs, self._vs = LobulaPlate(self.shape, self.params), LobulaPlate(self.shape, self.params)
         self.reset()
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a DSNN cannot be copied or pickled: make another with DSNN(model.shape, model.params)")
 
     def reset(self) -> None:
         """Return to the state before the first frame."""

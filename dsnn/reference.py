@@ -75,7 +75,7 @@ class ReferenceDSNN:
             vs,
             layers.spikes(hs, q.k_sp, q.t_sp),
             layers.spikes(vs, q.k_sp, q.t_sp),
-            LayerMaps(p, la, self._on.f, self._off.f) if maps else None,
+            LayerMaps(p.copy(), la.copy(), self._on.f.copy(), self._off.f.copy()) if maps else None,
         )
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:

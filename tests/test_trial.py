@@ -34,7 +34,7 @@ def test_same_specification_same_numbers_whatever_ran_before():
     first = run_trial(spec())
     run_trial(spec(speed=20.0, direction="leftward", seed=99))
     assert same(run_trial(spec()), first)
-    trial.simulation.cache_clear()  # a newly compiled scene, a new OpenGL context
+    trial.forget_simulation()  # a newly compiled scene, a new OpenGL context
     assert same(run_trial(spec(), keep_media=True), first)
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
+import threading
 import time
 from dataclasses import dataclass
 
@@ -82,10 +82,29 @@ def reach_cm(condition: Condition, settings: Settings) -> float:
     return 100 * max(math.hypot(end.x, end.y) for end in ends) + STIMULUS_RADIUS_CM
 
 
-@functools.lru_cache(maxsize=1)
+class _Kept(threading.local):
+    """The scene each thread compiled last, which holds an OpenGL context of that thread."""
+
+    settings: tuple[RobotConfig, CameraConfig, SceneConfig] | None = None
+    simulation: Simulation | None = None
+
+
+_KEPT = _Kept()
+
+
 def simulation(robot: RobotConfig, camera: CameraConfig, scene: SceneConfig) -> Simulation:
-    """The compiled scene, kept for the next trial with the same settings: compiling costs as much as a trial."""
-    return Simulation(robot, camera, scene)
+    """The compiled scene, kept for this thread's next trial with the same settings: compiling costs as much as one."""
+    if _KEPT.simulation is None or _KEPT.settings != (robot, camera, scene):
+        forget_simulation()
+        _KEPT.simulation, _KEPT.settings = Simulation(robot, camera, scene), (robot, camera, scene)
+    return _KEPT.simulation
+
+
+def forget_simulation() -> None:
+    """Close the scene that this thread keeps, if any."""
+    if _KEPT.simulation is not None:
+        _KEPT.simulation.close()
+    _KEPT.simulation = _KEPT.settings = None
 
 
 def course(condition: Condition, settings: Settings, rng: np.random.Generator) -> Course:
