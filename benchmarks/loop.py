@@ -5,98 +5,108 @@ from __future__ import annotations
 import math
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.table import Table
 
 from benchmarks.timing import interleaved
-from colias_sim import PathFollower, Pose, Simulation
+from colias_sim import CameraConfig, Frame, PathFollower, Pose, Simulation
 from colias_sim.path import Line
 from dsnn import DSNN, DSNNParams
 from experiments.bench import catalogue
+from experiments.bench.plan import Plan, describe
 from experiments.bench.results import RunFolder
-from experiments.bench.runner import Plan, run
+from experiments.bench.runner import run
 from experiments.bench.settings import configure
 
 FRAMES = 60
 
 
 def loop_table() -> Table:
-    """Physics, render and network of a crossing at 6 cm/s, with the defaults of a trial."""
-    with Simulation() as sim:
+    """A crossing at 6 cm/s: physics and render, the floor; with the network, the closed loop; a trial has noise too."""
+    quiet = CameraConfig(shot_noise=0.0, read_noise=0.0)
+    with Simulation(camera=quiet) as without, Simulation() as noisy:
         model, rng = DSNN((72, 99), DSNNParams.robot()), np.random.default_rng(0)
-        robot, line = sim.robots["stimulus"], Line(Pose(0.1, 0.06, -math.pi / 2), 0.2)
-        follower = PathFollower(robot, line, 0.06)
-        spent = {"physics": 0.0, "render": 0.0}
-        parts = _split(sim, spent)
 
-        def control(dt: float) -> None:
-            robot.drive(follower.wheels(dt))
-
-        def start() -> None:
+        def crossing(sim: Simulation, each: Callable[[Frame], object]) -> int:
+            robot, line = sim.robots["stimulus"], Line(Pose(0.1, 0.06, -math.pi / 2), 0.2)
+            follower = PathFollower(robot, line, 0.06)
             sim.reset({"stimulus": line.start}, rng)
-
-        def bare() -> int:
-            start()
             for _ in range(FRAMES):
-                sim.advance(control)
-                sim.camera.discard()
+                each(sim.step(rng, lambda dt: robot.drive(follower.wheels(dt))))
             return FRAMES
 
-        def floor() -> int:
-            start()
-            for _ in range(FRAMES):
-                sim.step(rng, control)
-            return FRAMES
+        def step(frame: Frame) -> object:
+            return model.step(frame.luma)
 
-        def loop() -> int:
-            start()
-            for _ in range(FRAMES):
-                model.step(sim.step(rng, control).luma)
-            return FRAMES
-
-        times = interleaved({"bare": bare, "floor": floor, "loop": loop})
-        with parts:
-            bare()
-    table = Table(title="Closed loop at 99x72, microseconds a frame (best of 15 rounds)")
+        split = _Split(without)
+        times = interleaved(
+            {
+                "floor": lambda: crossing(without, lambda frame: None),
+                "split": lambda: split.of(lambda: crossing(without, lambda frame: None)),
+                "loop": lambda: crossing(without, step),
+                "noise": lambda: crossing(noisy, lambda frame: None),
+                "trial": lambda: crossing(noisy, step),
+            }
+        )
+    table = Table(title="Closed loop at 99x72, microseconds a frame (best of 15 rounds; ratios: median of rounds)")
     for name in ("part", "us", "times the floor", "times real time"):
         table.add_column(name, justify="left" if name == "part" else "right")
     for name, label in (
-        ("bare", "physics + render, no noise"),
-        ("floor", "floor: physics + camera"),
-        ("loop", "+ network: the closed loop"),
+        ("floor", "floor: physics + render"),
+        ("loop", "closed loop: floor + network"),
+        ("trial", "a trial's: + camera noise"),
     ):
         us = times.us(name)
         table.add_row(label, f"{us:.0f}", f"{times.ratio(name, 'floor'):.2f}", f"{1e6 / 30 / us:.1f}")
-    rest = {"camera noise": times.us("floor") - times.us("bare"), "network": times.us("loop") - times.us("floor")}
-    for name, us in {**{part: seconds / FRAMES * 1e6 for part, seconds in spent.items()}, **rest}.items():
-        table.add_row(f"  {name}", f"{us:.0f}", "", "")
+    render = split.share * times.us("floor")
+    for name, us in {
+        "physics": times.us("floor") - render,
+        "render": render,
+        "network": times.us("loop") - times.us("floor"),
+        "camera noise": times.us("noise") - times.us("floor"),
+    }.items():
+        table.add_row(f"  {name}", f"{us:.0f}", f"{us / times.us('floor'):.2f}", "")
     return table
 
 
-class _split:
-    """While entered, adds what `Camera.expose` takes to ``spent['render']`` and the rest of `advance` to physics."""
+class _Split:
+    """Which share of a crossing its renders take, in the best of the rounds it is asked ``of``."""
 
-    def __init__(self, sim: Simulation, spent: dict[str, float]) -> None:
-        self._sim, self._spent = sim, spent
-        self._expose, self._advance = sim.camera.expose, sim.advance
+    def __init__(self, sim: Simulation) -> None:
+        self._sim, self._rounds = sim, list[tuple[float, float]]()
 
-    def __enter__(self) -> None:
-        self._sim.camera.expose = self._timed(self._expose, "render")  # type: ignore[method-assign]
-        self._sim.advance = self._timed(self._advance, "physics")  # type: ignore[method-assign]
+    @property
+    def share(self) -> float:
+        """The renders' share of the shortest round."""
+        whole, renders = min(self._rounds)
+        return renders / whole
 
-    def __exit__(self, *error: object) -> None:
-        self._sim.camera.expose, self._sim.advance = self._expose, self._advance  # type: ignore[method-assign]
-        self._spent["physics"] -= self._spent["render"]
+    def of(self, work: Callable[[], int]) -> int:
+        """Do ``work`` with a clock on every render, develop and read-back included."""
+        camera, spent = self._sim.camera, 0.0
+        plain = camera.expose, camera.develop
 
-    def _timed(self, call, part: str):  # type: ignore[no-untyped-def]
-        def timed(*arguments):  # type: ignore[no-untyped-def]
-            began = time.perf_counter()
-            call(*arguments)
-            self._spent[part] += time.perf_counter() - began
+        def clocked(call: Callable[..., Any]) -> Callable[..., Any]:
+            def timed(*arguments: Any) -> Any:
+                nonlocal spent
+                began = time.perf_counter()
+                result = call(*arguments)
+                spent += time.perf_counter() - began
+                return result
 
-        return timed
+            return timed
+
+        camera.expose, camera.develop = map(clocked, plain)  # type: ignore[method-assign]
+        began = time.perf_counter()
+        try:
+            return work()
+        finally:
+            self._rounds.append((time.perf_counter() - began, spent))
+            camera.expose, camera.develop = plain  # type: ignore[method-assign]
 
 
 def recording_table() -> Table:
@@ -110,7 +120,7 @@ def recording_table() -> Table:
         for recordings in (False, True):
             with tempfile.TemporaryDirectory() as name:
                 folder = RunFolder(Path(name) / "run")
-                folder.create()
+                folder.create(describe(plan))
                 began, worked = time.perf_counter(), time.process_time()
                 run(plan, folder, lambda result: None, recordings=recordings)
                 wall[recordings].append(time.perf_counter() - began)

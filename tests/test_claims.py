@@ -2,13 +2,15 @@
 
 import pytest
 
-from experiments.bench.claims import JUDGES, claim_texts, judge
+from experiments.bench.claims import JUDGES, judge
+from experiments.bench.paper import claim_texts
 
 
-def rows(spikes_by, column, direction="rightward", **fixed):
+def rows(spikes_by, column, direction="rightward", achieved=1.0, **fixed):
     return [
         {"motion": "translation", "direction": direction, "speed_cm_s": 6.0, "distance_cm": 8.0, "peak_hs": 0.5,
-         "trough_hs": -0.01, **fixed, column: float(level), "spikes": count}
+         "trough_hs": -0.01, "path_error_mm": 0.1, **fixed, column: float(level), "spikes": count}
+        | {"achieved_speed_cm_s": (float(level) if column == "speed_cm_s" else 6.0) * achieved}
         for level, counts in spikes_by.items()
         for count in counts
     ]  # fmt: skip
@@ -51,6 +53,23 @@ def test_c14_needs_both_directions_and_every_trial():
 def test_no_trials_no_verdict(claim):
     assert judge(claim, [], 0.2).verdict == "untested"
     assert judge(claim, rows({3: [1]}, "speed_cm_s", "leftward"), 0.2).verdict in ("untested", "fails")
+
+
+def test_trials_that_were_not_what_they_say_are_not_judged():
+    spikes = dict(zip((2, 4, 6, 10), ([m, m, m] for m in (0, 40, 60, 45)), strict=True))
+    slow = judge("C15", rows(spikes, "speed_cm_s", achieved=0.97), 0.2)
+    assert (slow.verdict, slow.n) == ("untested", 12)
+    assert "12 of 12 trials were off the commanded speed, by up to 3%" in slow.measured
+    astray = judge("C15", rows(spikes, "speed_cm_s", path_error_mm=1.5), 0.2)
+    assert astray.verdict == "untested" and "up to 1.5 mm" in astray.measured
+
+
+def test_n_counts_the_trials_judged():
+    spikes = dict(zip((2, 4, 6, 10), ([m, m, m] for m in (0, 40, 60, 45)), strict=True))
+    other = rows({6: [1, 1]}, "speed_cm_s", "leftward")
+    verdict = judge("C15", rows(spikes, "speed_cm_s") + other, 0.2)
+    assert verdict.n == 12
+    assert "(n = 3 each)" in verdict.measured
 
 
 def test_conditions_of_the_other_direction_do_not_count():

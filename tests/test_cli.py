@@ -165,6 +165,9 @@ WRONG = {
     "seed": (("run", "speed", "--seed", "-1"), "from 0 up"),
     "model": (("run", "speed", "--model", "dsn"), "nearest: dsnn"),
     "folder": (("run", "speed", "--out", "/dev/null/x"), "/dev/null/x"),
+    "twice": (("run", "speed", "--set", "experiment.speeds_cm_s=6,6"), "is there twice"),
+    "top speed": (("run", "speed", "--set", "robot.max_speed_cm_s=10"), "up to 9.5 cm/s"),
+    "touch": (("run", "distance", "--set", "experiment.distances_cm=3", "--set", "camera.forward_cm=0.5"), "touch"),
     "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "arena ends"),
     "file": (("run", "absent.py"), "no such experiment file"),
     "view": (("view", "absent"), "absent"),
@@ -184,6 +187,13 @@ def test_wrong_uses_end_in_one_line(colias, case):
     assert not (colias.folder / "runs").exists()
 
 
+OWN = """from experiments.bench.declaration import Experiment, Translation
+
+EXPERIMENT = Experiment(name="mine", summary="", varies="speed_cm_s", {more},
+    design=Translation(speeds_cm_s=(20,), distances_cm=(8,)))
+""".replace(", {more}", ", **dict({more})")
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -191,6 +201,13 @@ def test_wrong_uses_end_in_one_line(colias, case):
         ("import math\nmath.sqrt(-1)\n", "mine.py, line 2: ValueError"),
         ("x = 1\n", "declares no EXPERIMENT"),
         ("EXPERIMENT = 3\n", "expected an Experiment"),
+        ("import sys\nsys.exit('no')\n", "mine.py, line 2: SystemExit: no"),
+        (OWN.format(more="repeats=0"), "mine.py, line 3: ValueError: experiment mine: repeats=0"),
+        (OWN.format(more="claims='C15'"), "legal is a tuple"),
+        (OWN.format(more="claims=('C99',)"), "unknown claim 'C99'"),
+        (OWN.format(more="repeats=2.5"), "a whole number from 1 up"),
+        (OWN.replace("speed_cm_s", "angle_deg", 1).format(more=""), "not a number in every condition"),
+        (OWN.replace("Translation(speeds_cm_s=(20,), distances_cm=(8,))", "7").format(more=""), "design=7"),
     ],
 )
 def test_a_broken_experiment_file_is_one_line(colias, text, says):
@@ -209,6 +226,43 @@ def test_an_experiment_file_of_one_s_own_runs_by_path(colias):
     assert done.returncode == 0, done.stderr
     trials = pq.read_table(colias.folder / "out" / "trials.parquet")
     assert set(trials["experiment"].to_pylist()) == {"my_experiment"}
+
+
+PLAIN_DESIGN = """from __future__ import annotations
+from dataclasses import dataclass
+from beside import SPEED
+from experiments.bench.declaration import Condition, Experiment
+
+@dataclass(frozen=True)
+class Fast:
+    count: int = 1
+    pose_sd_mm: float = 1.0
+    heading_sd_deg: float = 1.0
+
+    def conditions(self):
+        return tuple(Condition("translation", SPEED - i, 8.0, None, "rightward") for i in range(self.count))
+
+EXPERIMENT = Experiment("mine", "fast", Fast(), "speed_cm_s", repeats=1)
+"""
+
+
+def test_a_design_of_one_s_own_may_be_a_plain_dataclass(colias):
+    """Beside another module of the user's; in a folder whose name looks like markup."""
+    (colias.folder / "beside.py").write_text("SPEED = 30.0\n")
+    (colias.folder / "mine.py").write_text(PLAIN_DESIGN)
+    done = colias("run", "mine.py", "--set", "experiment.count=2", "--no-recordings", "--out", "[b]out")
+    assert done.returncode == 0, done.stderr
+    assert "[b]out/figure.png" in done.stdout
+    assert pq.read_table(colias.folder / "[b]out" / "trials.parquet")["speed_cm_s"].to_pylist() == [30.0, 29.0]
+    wrong = colias("run", "mine.py", "--set", "experiment.count=two")
+    assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)
+    assert "experiment.count=two: legal is a whole number" in wrong.stderr
+
+
+def test_one_trial_of_a_condition_has_no_interval(colias):
+    assert colias("run", "speed", *QUICK[:2], "--repeats", "1", "--no-recordings", "--out", "one").returncode == 0
+    with (colias.folder / "one" / "summary.csv").open() as file:
+        assert {(row["n"], row["sd"], row["ci_low"]) for row in csv.DictReader(file)} == {("1", "", "")}
 
 
 def test_the_readme_s_python_example_runs(tmp_path):

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import datetime
 import os
+import shlex
 import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from experiments.bench.runner import Plan, Report
+    from experiments.bench.plan import Plan
+    from experiments.bench.runner import Report
 
 EXIT_USAGE, EXIT_INTERRUPTED = 2, 130
 LINE_EVERY_S = 60.0  # progress where there is no terminal to draw a bar on
@@ -78,7 +80,7 @@ def run(
     Trials already finished stay readable if the run is interrupted.
     """
     from experiments.bench import catalogue, settings
-    from experiments.bench.runner import Plan
+    from experiments.bench.plan import Plan, check
 
     declared = catalogue.load(experiment)
     count = declared.repeats if repeats is None else repeats
@@ -91,24 +93,25 @@ def run(
     if assumed != rate:
         error_console.print(f"note: the network assumes {assumed:g} frames/s, the camera gives {rate:g}")
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
-    _run(Plan(declared, chosen, count, seed), out or Path("runs") / f"{declared.name}-{stamp}", recordings)
+    plan = Plan(declared, chosen, count, seed)
+    check(plan)
+    _run(plan, out or Path("runs") / f"{declared.name}-{stamp}", recordings)
 
 
 def _run(plan: Plan, out: Path, recordings: bool) -> None:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+    from experiments.bench.plan import describe
     from experiments.bench.results import RunFolder
-    from experiments.bench.runner import check
     from experiments.bench.runner import run as run_plan
     from experiments.bench.trial import TrialResult
 
-    check(plan)
     folder = RunFolder(out)
-    folder.create()
+    folder.create(describe(plan))
     total, done, told = len(plan.specs()), 0, time.monotonic()
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     if not error_console.is_terminal:
-        error_console.print(f"{plan.experiment.name}: {total} trials into {out}", soft_wrap=True)
+        error_console.print(f"{plan.experiment.name}: {total} trials into {out}", soft_wrap=True, markup=False)
     with Progress(*columns, console=error_console, transient=True) as progress:
         task = progress.add_task(f"{plan.experiment.name}: trials", total=total)
 
@@ -124,7 +127,8 @@ def _run(plan: Plan, out: Path, recordings: bool) -> None:
             report = run_plan(plan, folder, on_trial, recordings=recordings)
         except BaseException:
             progress.stop()
-            error_console.print(f"stopped after {done} of {total} trials; they are in {out}", soft_wrap=True)
+            said = f"stopped after {done} of {total} trials; they are in {out}"
+            error_console.print(said, soft_wrap=True, markup=False)
             raise
     _show(report, recordings)
 
@@ -142,7 +146,7 @@ def _show(report: Report, recordings: bool) -> None:
             f"{distance:g}",
             f"{spikes['n']}",
             f"{spikes['mean']:.1f}",
-            f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
+            "-" if spikes["ci_low"] is None else f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
             f"{rows['firing_rate_hz']['mean']:.1f}",
             f"{rows['peak_hs']['mean']:+.2f}",
             f"{rows['trough_hs']['mean']:+.2f}",
@@ -152,15 +156,19 @@ def _show(report: Report, recordings: bool) -> None:
         colour = {"holds": "green", "fails": "red", "untested": "yellow"}[verdict.verdict]
         out_console.print(f"\n[b]{verdict.id}[/b] [{colour}]{verdict.verdict}[/{colour}]: {verdict.says}")
         out_console.print(f"    {verdict.measured}" + (f"\n    {verdict.effect}" if verdict.effect else ""))
-    out_console.print(f"\nfigure      {report.folder / 'figure.png'}", soft_wrap=True)
-    out_console.print(f"tables      {report.folder / 'trials.parquet'}", soft_wrap=True)
+    if report.flaws:
+        out_console.print(f"\n[red]beware[/red]: {report.flaws}")
+    places: dict[str, object] = {"figure": report.folder / "figure.png", "tables": report.folder / "trials.parquet"}
     if recordings:
-        out_console.print(f"recordings  colias view {report.folder}", soft_wrap=True)
+        places["recordings"] = f"colias view {shlex.quote(str(report.folder))}"
+    out_console.print()
+    for name, place in places.items():
+        out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
 
 
-def _conditions(report: Report) -> dict[tuple[str, float, float], dict[str, dict[str, float]]]:
+def _conditions(report: Report) -> dict[tuple[str, float, float], dict[str, dict[str, Any]]]:
     """Condition -> quantity -> its row of the summary."""
-    conditions: dict[tuple[str, float, float], dict[str, dict[str, float]]] = {}
+    conditions: dict[tuple[str, float, float], dict[str, dict[str, Any]]] = {}
     for row in report.summary:
         key = (row["direction"], row["speed_cm_s"], row["distance_cm"])
         conditions.setdefault(key, {})[row["quantity"]] = row

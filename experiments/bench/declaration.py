@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass as plain_dataclass
 from typing import Annotated, Any, Literal, Protocol
@@ -32,6 +33,9 @@ class Condition:
     def label(self) -> str:
         """The condition in a person's words."""
         return f"{self.motion} {self.direction}, {self.speed_cm_s:g} cm/s at {self.distance_cm:g} cm"
+
+
+CONDITION_COLUMNS = tuple(field.name for field in dataclasses.fields(Condition))
 
 
 class Design(Protocol):
@@ -76,7 +80,10 @@ class Translation:
 
 @plain_dataclass(frozen=True, slots=True)
 class Experiment:
-    """A declaration: ``repeats`` trials of each condition of ``design``, drawn against the column ``varies``."""
+    """A declaration: ``repeats`` trials of each condition of ``design``, drawn against the column ``varies``.
+
+    Raises ``ValueError`` on a declaration that cannot be run as it stands.
+    """
 
     name: str
     summary: str
@@ -84,6 +91,24 @@ class Experiment:
     varies: Literal["speed_cm_s", "distance_cm", "angle_deg"]
     repeats: int = 10
     claims: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.repeats, int) or isinstance(self.repeats, bool) or self.repeats < 1:
+            raise ValueError(f"experiment {self.name}: repeats={self.repeats!r}: legal is a whole number from 1 up")
+        if not isinstance(self.claims, tuple):
+            raise ValueError(f"experiment {self.name}: claims={self.claims!r}: legal is a tuple of names")
+        if not dataclasses.is_dataclass(self.design) or not hasattr(self.design, "conditions"):
+            raise ValueError(f"experiment {self.name}: design={self.design!r}: legal is a dataclass with conditions()")
+        self._check_conditions(self.design.conditions())
+
+    def _check_conditions(self, conditions: tuple[Condition, ...]) -> None:
+        if not conditions:
+            raise ValueError(f"experiment {self.name}: its design has no conditions")
+        twice = next((c for i, c in enumerate(conditions) if c in conditions[:i]), None)
+        if twice is not None:
+            raise ValueError(f"experiment {self.name}: the condition '{twice.label()}' is there twice")
+        if self.varies not in CONDITION_COLUMNS or any(getattr(c, self.varies) is None for c in conditions):
+            raise ValueError(f"experiment {self.name}: varies={self.varies!r}: not a number in every condition")
 
 
 @plain_dataclass(frozen=True, slots=True)

@@ -11,7 +11,9 @@ import numpy as np
 import pyarrow as pa
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
+from experiments.bench.declaration import CONDITION_COLUMNS
 from experiments.bench.results import group
 from experiments.bench.statistics import summarise
 
@@ -23,6 +25,7 @@ AXIS_LABELS = {
     "angle_deg": "angle to the optical axis (degrees)",
 }
 UNITS = {"speed_cm_s": "cm/s", "distance_cm": "cm", "angle_deg": "°"}
+LINES = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)))
 COLOURS = ("#3b6fb6", "#2a9d8f", "#d98324", "#b5485d", "#6c5b9e", "#7a7a7a")
 STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -34,21 +37,48 @@ STYLE: dict[Any, Any] = {
 
 
 def draw(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float) -> Figure:
-    """Left: spikes of every trial, with means and 95 % intervals. Right: HS against the stimulus's bearing."""
+    """Left: spikes of every trial, with means and 95 % intervals. Right: HS against the stimulus's bearing.
+
+    One colour per level of ``varies``; one line style for each combination of the conditions that differ beside it.
+    """
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.4, 3.6), layout="constrained")
         counts, traces = figure.subplots(1, 2, width_ratios=[1, 1.25])
-        directions = list(group(rows, "direction"))
         levels = sorted({row[varies] for row in rows})
-        colours = {level: COLOURS[i % len(COLOURS)] for i, level in enumerate(levels)}
-        for shift, (direction,) in zip(_spread(len(directions)), directions, strict=True):
-            chosen = [row for row in rows if row["direction"] == direction]
-            _counts(counts, chosen, varies, levels, colours, shift, direction if len(directions) > 1 else None)
+        colours = _colours(levels)
+        series = _series(rows, varies)
+        for place, (label, chosen) in enumerate(series.items()):
+            style = LINES[place % len(LINES)]
+            _counts(counts, chosen, varies, colours, _place(place, len(series)), style, label)
+            _traces(traces, chosen, frames, varies, colours, style)
+        if len(series) > 1:
+            counts.legend(frameon=False, loc="upper left", fontsize=7, handlelength=3)
         counts.set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
         counts.set(xlabel=AXIS_LABELS[varies], ylabel="HS spikes per trial", ylim=(-2, None))
-        _traces(traces, rows, frames, varies, colours, threshold)
+        _frame(traces, colours, UNITS[varies], threshold)
         figure.suptitle(title, fontsize=10, x=0.01, ha="left")
     return figure
+
+
+def _colours(levels: Sequence[float]) -> dict[float, Any]:
+    """A colour for each level, none twice."""
+    if len(levels) <= len(COLOURS):
+        return dict(zip(levels, COLOURS, strict=False))
+    return dict(zip(levels, mpl.colormaps["viridis"](np.linspace(0, 0.92, len(levels))), strict=True))
+
+
+def _series(rows: Rows, varies: str) -> dict[str, Rows]:
+    """Label -> its rows, for every combination of the other conditions that differ between trials."""
+    others = [c for c in CONDITION_COLUMNS if c != varies and len({row[c] for row in rows}) > 1]
+    return {
+        ", ".join(f"{v:g} {UNITS[c]}" if c in UNITS else str(v) for c, v in zip(others, values, strict=True)): chosen
+        for values, chosen in group(rows, *others).items()
+    }
+
+
+def _place(index: int, count: int) -> float:
+    """Offset of the dots of series ``index`` of ``count`` from their tick."""
+    return 0.0 if count == 1 else 0.6 * (index / (count - 1) - 0.5)
 
 
 def save(figure: Figure, folder: Path) -> Path:
@@ -61,55 +91,39 @@ def save(figure: Figure, folder: Path) -> Path:
     return folder / "figure.png"
 
 
-def _spread(count: int) -> list[float]:
-    """Offsets of ``count`` series side by side at one tick."""
-    return [0.0] if count == 1 else list(np.linspace(-0.15, 0.15, count))
-
-
 def _counts(
-    axes: Axes,
-    rows: Rows,
-    varies: str,
-    levels: Sequence[float],
-    colours: Mapping[float, str],
-    shift: float,
-    label: str | None,
+    axes: Axes, rows: Rows, varies: str, colours: Mapping[float, Any], shift: float, style: Any, label: str
 ) -> None:
-    means, ticks = [], []
-    for tick, level in enumerate(levels):
+    means: dict[float, float] = {}
+    for tick, (level, colour) in enumerate(colours.items()):
         spikes = [row["spikes"] for row in rows if row[varies] == level]
         if not spikes:
             continue
         place = tick + shift
         wobble = np.linspace(-0.06, 0.06, len(spikes)) if len(spikes) > 1 else np.zeros(1)
-        axes.scatter(place + wobble, spikes, s=11, color=colours[level], alpha=0.65, linewidths=0, zorder=3)
+        axes.scatter(place + wobble, spikes, s=11, color=colour, alpha=0.65, linewidths=0, zorder=3)
         summary = summarise(spikes)
-        error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
-        axes.errorbar(place + 0.12, summary.mean, yerr=error, fmt="_", color="black", capsize=3, lw=1.2, zorder=4)
-        means.append(summary.mean)
-        ticks.append(place + 0.12)
-    axes.plot(ticks, means, color="black", lw=0.9, ls=":" if label == "leftward" else "-", label=label, zorder=2)
-    if label:
-        axes.legend(frameon=False, loc="upper left")
+        means[place + 0.12] = summary.mean
+        if summary.n > 1:
+            error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
+            axes.errorbar(place + 0.12, summary.mean, yerr=error, fmt="_", color="black", capsize=3, lw=1.2, zorder=4)
+    axes.plot(list(means), list(means.values()), color="black", lw=0.9, ls=style, label=label, zorder=2)
 
 
-def _traces(
-    axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[float, str], threshold: float
-) -> None:
+def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[float, Any], style: Any) -> None:
     columns = {name: frames[name].to_numpy() for name in ("trial", "hs", "stimulus_bearing_deg")}
-    level_of = {row["trial"]: row[varies] for row in rows}
-    seen: set[float] = set()
-    for trial, level in level_of.items():
-        chosen = columns["trial"] == trial
+    for row in rows:
+        chosen = columns["trial"] == row["trial"]
         # Bearing is left positive; drawn as in the image, rightward to the right.
-        name = f"{level:g} {UNITS[varies]}" if level not in seen else None
-        axes.plot(-columns["stimulus_bearing_deg"][chosen], columns["hs"][chosen], color=colours[level], lw=0.6,
-                  alpha=0.6, label=name)  # fmt: skip
-        seen.add(level)
+        bearing, hs = -columns["stimulus_bearing_deg"][chosen], columns["hs"][chosen]
+        axes.plot(bearing, hs, color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
+
+
+def _frame(axes: Axes, colours: Mapping[float, Any], unit: str, threshold: float) -> None:
+    """Thresholds, labels and the colours' legend about the traces."""
     for sign in (1, -1):
         axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
     axes.annotate(f"±T = {threshold:g}", (0.01, threshold), xycoords=("axes fraction", "data"), va="bottom")
     axes.set(xlabel="bearing of the stimulus (degrees, right positive)", ylabel="HS membrane potential", ylim=(-1, 1))
-    legend = axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 0.99), ncols=6, columnspacing=1.2)
-    for line in legend.get_lines():
-        line.set_linewidth(2)
+    keys = [Line2D([], [], color=colour, lw=2, label=f"{level:g} {unit}") for level, colour in colours.items()]
+    axes.legend(handles=keys, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 0.99), ncols=6, columnspacing=1.2)

@@ -6,6 +6,7 @@ cheap per frame, and a crash costs at most the trial under way.
 
 from __future__ import annotations
 
+import hashlib
 import math
 from pathlib import Path
 from typing import Any
@@ -40,8 +41,7 @@ def write_recording(result: TrialResult, folder: Path) -> Path:
         raise ValueError(f"trial {result.spec.index} kept no media to record")
     path = folder / recording_name(result.spec.index)
     partial = path.with_suffix(".rrd.part")
-    name = f"{result.spec.experiment}-{result.spec.seed}-{result.spec.index:04d}"
-    with rr.RecordingStream(APPLICATION, recording_id=name) as recording:
+    with rr.RecordingStream(APPLICATION, recording_id=_identity(result)) as recording:
         recording.save(partial, default_blueprint=blueprint(result))
         _properties(recording, result)
         times = _timelines(result.columns.sim_time_s, np.arange(result.frames))
@@ -52,6 +52,12 @@ def write_recording(result: TrialResult, folder: Path) -> Path:
         recording.disconnect()
     partial.replace(path)
     return path
+
+
+def _identity(result: TrialResult) -> str:
+    """Equal for equal trials alone: the viewer merges recordings of one identity."""
+    digest = hashlib.blake2s(repr(result.spec).encode(), digest_size=6).hexdigest()
+    return f"{result.spec.experiment}-{result.spec.index:04d}-{digest}"
 
 
 def _timelines(sim_time_s: npt.NDArray[np.float64], frame: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:

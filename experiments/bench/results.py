@@ -64,11 +64,20 @@ class RunFolder:
         self._trials: list[dict[str, Any]] = []
         self._frames: list[pa.Table] = []
 
-    def create(self) -> None:
-        """Make the folder; ``FileExistsError`` if it holds a run already, which is never overwritten."""
-        if self.path("experiment.json").exists():
-            raise FileExistsError(f"{self.folder} already holds a run: choose another --out, or remove it")
+    def create(self, description: Mapping[str, Any]) -> None:
+        """Make the folder with its ``experiment.json``.
+
+        Raises ``FileExistsError`` if it holds a run already, which is never overwritten; of two runs that begin
+        at once, one gets it.
+        """
         self.recordings.mkdir(parents=True, exist_ok=True)
+        try:
+            if self.path("trials.parquet").exists():
+                raise FileExistsError
+            with self.path("experiment.json").open("x", encoding="utf-8") as file:
+                file.write(_json(description))
+        except FileExistsError:
+            raise FileExistsError(f"{self.folder} already holds a run: choose another --out, or remove it") from None
 
     def path(self, name: str) -> Path:
         """Path of a file in the folder."""
@@ -99,7 +108,7 @@ class RunFolder:
 
     def write_json(self, name: str, value: Mapping[str, Any]) -> None:
         """Write a JSON file atomically, indented for reading."""
-        self.write_text(name, json.dumps(value, indent=2, default=_plain) + "\n")
+        self.write_text(name, _json(value))
 
     def write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
         """Write rows as CSV atomically."""
@@ -146,6 +155,10 @@ def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...]
     for row in rows:
         groups.setdefault(tuple(row[key] for key in keys), []).append(row)
     return groups
+
+
+def _json(value: Mapping[str, Any]) -> str:
+    return json.dumps(value, indent=2, default=_plain) + "\n"
 
 
 def _plain(value: Any) -> Any:

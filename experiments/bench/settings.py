@@ -43,7 +43,10 @@ def configure(experiment: Experiment, model: str, assignments: Iterable[str]) ->
         pose_sd_mm=design.pose_sd_mm,
         heading_sd_deg=design.heading_sd_deg,
     )
-    return dataclasses.replace(experiment, design=design), settings
+    try:
+        return dataclasses.replace(experiment, design=design), settings
+    except ValueError as error:
+        raise UsageError(f"--set: {error}") from None
 
 
 def _collect(assignments: Iterable[str], values: Mapping[str, Any]) -> dict[str, dict[str, str]]:
@@ -66,8 +69,9 @@ def _changed(section: str, value: Any, changes: Mapping[str, str]) -> Any:
     """``value`` with ``changes`` applied together and validated."""
     properties = _properties(type(value))
     parsed = {name: _split(text, properties[name]) for name, text in changes.items()}
-    try:
-        return dataclasses.replace(value, **parsed)
+    present = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    try:  # by the adapter, not the constructor: it checks a design that is a plain dataclass too
+        return TypeAdapter(type(value)).validate_python({**present, **parsed})
     except ValidationError as error:
         problem = error.errors()[0]
         name = str(problem["loc"][0])
@@ -107,10 +111,13 @@ def _legal(schema: Mapping[str, Any]) -> str:
         return "true or false"
     if schema.get("type") in ("number", "integer"):
         kind = "a whole number" if schema["type"] == "integer" else "a number"
-        low = f"{schema['minimum']:g}" if "minimum" in schema else f"above {schema.get('exclusiveMinimum', '-inf'):g}"
-        high = f"{schema['maximum']:g}" if "maximum" in schema else f"below {schema.get('exclusiveMaximum', 'inf'):g}"
-        return f"{kind} from {low} to {high}"
+        return " ".join([kind, *_bounds(schema)])
     return ""
+
+
+def _bounds(schema: Mapping[str, Any]) -> Iterator[str]:
+    words = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "exclusiveMaximum": "below"}
+    return (f"{word} {schema[bound]:g}" for bound, word in words.items() if bound in schema)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

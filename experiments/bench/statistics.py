@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ SEED = 0  # of the bootstrap alone: summaries of equal trials are equal
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """Sample size, location, spread and the 95 % bootstrap interval of the mean."""
+    """Sample size, location, spread and the 95 % bootstrap interval of the mean; of one value, no spread: NaN."""
 
     n: int
     mean: float
@@ -42,14 +43,15 @@ def summarise(values: Sequence[float]) -> Summary:
     """Summary of at least one value. The interval is the percentile bootstrap's; equal values give a point."""
     sample = np.asarray(values, float)
     mean = float(sample.mean())
+    if sample.size == 1:
+        return Summary(1, mean, math.nan, mean, math.nan, math.nan)
     low = high = mean
     if np.ptp(sample) > 0:
         interval = stats.bootstrap(
             (sample,), np.mean, n_resamples=RESAMPLES, method="percentile", rng=np.random.default_rng(SEED)
         ).confidence_interval
         low, high = float(interval.low), float(interval.high)
-    sd = float(sample.std(ddof=1)) if sample.size > 1 else 0.0
-    return Summary(sample.size, mean, sd, float(np.median(sample)), low, high)
+    return Summary(sample.size, mean, float(sample.std(ddof=1)), float(np.median(sample)), low, high)
 
 
 def trend(groups: Sequence[tuple[float, Sequence[float]]]) -> Test:

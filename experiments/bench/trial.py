@@ -17,7 +17,7 @@ from dsnn import Response, model_entry
 from experiments.bench.declaration import Condition, Settings, TrialSpec, half_crossing
 from experiments.bench.media import Media, collect
 
-STIMULUS_RADIUS_CM = 2.0
+ROBOT_RADIUS_CM = 2.0
 MARGIN_CM = 0.6
 """How far beyond the edge of the view a crossing starts and ends: room for the errors of the start pose."""
 
@@ -79,7 +79,7 @@ def reach_cm(condition: Condition, settings: Settings) -> float:
     nominal = dataclasses.replace(settings, pose_sd_mm=0.0, heading_sd_deg=0.0)
     line = course(condition, nominal, np.random.default_rng(0)).line
     ends = (line.start, line.point(line.length))
-    return 100 * max(math.hypot(end.x, end.y) for end in ends) + STIMULUS_RADIUS_CM
+    return 100 * max(math.hypot(end.x, end.y) for end in ends) + ROBOT_RADIUS_CM
 
 
 class _Kept(threading.local):
@@ -111,7 +111,7 @@ def course(condition: Condition, settings: Settings, rng: np.random.Generator) -
     """The stimulus's path, with the errors of its start pose: it drives straight where it was set down pointing."""
     camera = settings.camera
     distance, speed = condition.distance_cm / 100, condition.speed_cm_s / 100
-    half = half_crossing(distance, STIMULUS_RADIUS_CM / 100, math.radians(camera.hfov_deg)) + MARGIN_CM / 100
+    half = half_crossing(distance, ROBOT_RADIUS_CM / 100, math.radians(camera.hfov_deg)) + MARGIN_CM / 100
     run_up = PathFollower.run_up(speed)
     side = 1.0 if condition.direction == "rightward" else -1.0  # y is the observer's left
     dx, dy = rng.normal(0.0, settings.pose_sd_mm / 1000, 2)
