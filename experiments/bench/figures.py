@@ -27,6 +27,7 @@ AXIS_LABELS = {
 UNITS = {"speed_cm_s": "cm/s", "distance_cm": "cm", "angle_deg": "°"}
 LINES = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)))
 COLOURS = ("#3b6fb6", "#2a9d8f", "#d98324", "#b5485d", "#6c5b9e", "#7a7a7a")
+LEGEND: dict[str, Any] = {"frameon": False, "loc": "lower center", "bbox_to_anchor": (0.5, 0.99)}
 STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
@@ -52,7 +53,7 @@ def draw(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float
             _counts(counts, chosen, varies, colours, _place(place, len(series)), style, label)
             _traces(traces, chosen, frames, varies, colours, style)
         if len(series) > 1:
-            counts.legend(frameon=False, loc="upper left", fontsize=7, handlelength=3)
+            counts.legend(fontsize=7, handlelength=3, **LEGEND, ncols=2)
         counts.set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
         counts.set(xlabel=AXIS_LABELS[varies], ylabel="HS spikes per trial", ylim=(-2, None))
         _frame(traces, colours, UNITS[varies], threshold)
@@ -78,7 +79,7 @@ def _series(rows: Rows, varies: str) -> dict[str, Rows]:
 
 def _place(index: int, count: int) -> float:
     """Offset of the dots of series ``index`` of ``count`` from their tick."""
-    return 0.0 if count == 1 else 0.6 * (index / (count - 1) - 0.5)
+    return 0.0 if count == 1 else min(0.6, 0.3 * (count - 1)) * (index / (count - 1) - 0.5)
 
 
 def save(figure: Figure, folder: Path) -> Path:
@@ -123,7 +124,7 @@ def _frame(axes: Axes, colours: Mapping[float, Any], unit: str, threshold: float
     """Thresholds, labels and the colours' legend about the traces."""
     for sign in (1, -1):
         axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
-    axes.annotate(f"±T = {threshold:g}", (0.01, threshold), xycoords=("axes fraction", "data"), va="bottom")
+    axes.annotate(f"±T = {threshold:g}", (0.01, -threshold - 0.02), xycoords=("axes fraction", "data"), va="top")
     axes.set(xlabel="bearing of the stimulus (degrees, right positive)", ylabel="HS membrane potential", ylim=(-1, 1))
     keys = [Line2D([], [], color=colour, lw=2, label=f"{level:g} {unit}") for level, colour in colours.items()]
-    axes.legend(handles=keys, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 0.99), ncols=6, columnspacing=1.2)
+    axes.legend(handles=keys, columnspacing=1.2, **LEGEND, ncols=6 if len(keys) <= 6 else 4)
