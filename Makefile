@@ -26,7 +26,7 @@ $(READY): requirements.lock pyproject.toml tools/setup.sh
 	sh tools/setup.sh
 
 lock: $(READY) ## Renew requirements.lock from pyproject.toml (needs uv)
-	uv pip compile pyproject.toml --group dev --universal --generate-hashes --no-header --no-annotate \
+	uv pip compile pyproject.toml --extra cluster --group dev --universal --generate-hashes --no-header --no-annotate \
 		--python-version 3.11 --upgrade -q -o requirements.lock
 
 clean:

@@ -36,32 +36,43 @@ class PathFollower:
 
     Steering is the linear law ``turn = -v (k_heading e_heading + k_offset offset)``, critically damped in the
     distance travelled. The speed ramps up from rest, and once near has an integral term, because a velocity
-    servo alone settles a little low.
+    servo alone settles a little low. With ``stop`` it brakes to rest at the line's end.
     """
 
     HEADING_GAIN = 40.0  # per metre travelled
     OFFSET_GAIN = 400.0  # per square metre: (HEADING_GAIN / 2)^2 is critical
-    ACCELERATION = 1.0  # m/s^2
+    ACCELERATION = 1.0  # m/s^2, unless told otherwise
     INTEGRAL_GAIN = 6.0  # 1/s
     NEAR = 0.1  # share of the speed within which the integral works: no wind-up while the motors lag
 
-    def __init__(self, robot: Robot, line: Line, speed: float) -> None:
-        self._robot, self._line, self._speed = robot, line, speed
+    def __init__(
+        self, robot: Robot, line: Line, speed: float, *, acceleration: float = ACCELERATION, stop: bool = False
+    ) -> None:
+        self._robot, self._line, self._speed, self._stop = robot, line, speed, stop
+        self._acceleration = acceleration
         self._ramp = self._surplus = 0.0
 
     @classmethod
-    def run_up(cls, speed: float) -> float:
+    def run_up(cls, speed: float, acceleration: float = ACCELERATION) -> float:
         """Metres after which a robot started from rest keeps ``speed`` (m/s) within 2 %."""
-        return speed**2 / (2 * cls.ACCELERATION) + 0.2 * speed + 0.002
+        return speed**2 / (2 * acceleration) + 0.2 * speed + 0.002
+
+    @classmethod
+    def braking(cls, speed: float, acceleration: float = ACCELERATION) -> float:
+        """Metres before the line's end at which a robot that stops there may be slower than ``speed`` (m/s)."""
+        return speed**2 / (2 * acceleration) + 0.03 * speed + 0.001
 
     def wheels(self, dt: float) -> WheelSpeeds:
         """The wheel speeds to command for the next ``dt`` seconds."""
         pose, heading = self._robot.pose, self._line.start.heading
         vx, vy = self._robot.velocity
-        self._ramp = min(self._ramp + self.ACCELERATION * dt, self._speed)
+        self._ramp = min(self._ramp + self._acceleration * dt, self._speed)
+        if self._stop:
+            left = max(self._line.length - self._line.along(pose), 0.0)
+            self._ramp = min(self._ramp, math.sqrt(2 * self._acceleration * left))
         error = self._speed - (vx * math.cos(heading) + vy * math.sin(heading))
         if abs(error) < self.NEAR * self._speed:
             self._surplus += self.INTEGRAL_GAIN * error * dt
         skew = math.remainder(pose.heading - heading, 2 * math.pi)
         turn = -self._ramp * (self.HEADING_GAIN * skew + self.OFFSET_GAIN * self._line.offset(pose))
-        return self._robot.wheels_for(self._ramp + self._surplus, turn)
+        return self._robot.wheels_for(self._ramp * (1.0 + self._surplus / self._speed), turn)

@@ -27,6 +27,7 @@ class ModelEntry:
 
 _ENTRIES = (
     ModelEntry("dsnn", "directionally selective neural network (Fu et al. 2018)", DSNN, DSNNParams.robot()),
+    ModelEntry("dsn2017", "its forerunner (Fu and Yue 2017): no FDSR", DSNN, DSNNParams.robot(fdsr=False)),
     ModelEntry("dsnn-reference", "the same, plain float64 form to test against", ReferenceDSNN, DSNNParams.robot()),
 )
 

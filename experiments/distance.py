@@ -1,6 +1,7 @@
 """Systematic translation, distances (the paper's robot-sys-trans b): 6 cm/s at 5, 10 and 15 cm."""
 
-from experiments.bench.declaration import Experiment, Translation
+from experiments.bench.declaration import Experiment
+from experiments.bench.designs import Translation
 
 EXPERIMENT = Experiment(
     name="distance",

@@ -1,6 +1,7 @@
 """Systematic translation, speeds (the paper's robot-sys-trans a): 8 cm away at 2, 4, 6 and 10 cm/s."""
 
-from experiments.bench.declaration import Experiment, Translation
+from experiments.bench.declaration import Experiment
+from experiments.bench.designs import Translation
 
 EXPERIMENT = Experiment(
     name="speed",

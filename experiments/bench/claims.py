@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from experiments.bench.paper import claim_texts
-from experiments.bench.statistics import contrast, trend
+from experiments.bench.statistics import contrast, summarise, trend
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -35,6 +35,7 @@ class Verdict:
     """A claim's answer: ``measured`` says the numbers, ``effect`` the test and its effect size."""
 
     id: str
+    model: str
     says: str
     source: str
     verdict: Literal["holds", "fails", "untested"]
@@ -43,14 +44,14 @@ class Verdict:
     n: int
 
 
-def judge(claim: str, rows: Rows, threshold: float) -> Verdict:
-    """The verdict of one claim on the trials given; ``threshold`` is the model's spiking threshold."""
+def judge(claim: str, rows: Rows, threshold: float, model: str = "dsnn") -> Verdict:
+    """The verdict of one claim on one model's trials; ``threshold`` is that model's spiking threshold."""
     says, source = claim_texts()[claim]
     outcome = JUDGES.get(claim, _no_judge)(rows, threshold)
     wrong = flaws(rows)
     if outcome.verdict != "untested" and wrong:
         outcome = replace(outcome, verdict="untested", measured=f"{wrong}; measured: {outcome.measured}")
-    return Verdict(claim, says, source, outcome.verdict, outcome.measured, outcome.effect, outcome.n)
+    return Verdict(claim, model, says, source, outcome.verdict, outcome.measured, outcome.effect, outcome.n)
 
 
 def flaws(rows: Rows) -> str:
@@ -71,30 +72,67 @@ def _no_judge(rows: Rows, threshold: float) -> Outcome:
     return Outcome("untested", "no judge for this claim yet")
 
 
+DEFAULTS: Mapping[str, Any] = {
+    "shell_grey": None, "wall_contrast": None, "observer_speed_cm_s": 0.0, "observer_turn_deg_s": 0.0,
+}  # fmt: skip
+"""What the paper's trials leave as it is: those of other experiments do not count."""
+
+
+def _chosen(rows: Rows, **fixed: Any) -> list[Mapping[str, Any]]:
+    """The paper's own trials with the ``fixed`` values."""
+    return [row for row in rows if all(row[name] == value for name, value in {**DEFAULTS, **fixed}.items())]
+
+
 def _mean_spikes(rows: Rows, column: str, **fixed: Any) -> dict[float, list[int]]:
     """Spike counts per level of ``column`` in the rows where the ``fixed`` columns have the given values."""
-    chosen = [row for row in rows if all(row[name] == value for name, value in fixed.items())]
+    chosen = _chosen(rows, **fixed)
     levels = sorted({row[column] for row in chosen})
     return {level: [row["spikes"] for row in chosen if row[column] == level] for level in levels}
 
 
 def _listed(groups: Mapping[float, Sequence[float]], unit: str) -> str:
-    means = ", ".join(f"{np.mean(v):.1f}" for v in groups.values())
-    counts = sorted({len(v) for v in groups.values()})
-    n = f"n = {'..'.join(map(str, counts))} each"
-    return f"mean spikes {means} at {', '.join(f'{k:g}' for k in groups)} {unit} ({n})"
+    """Mean spikes of each group with its 95 % bootstrap interval, and how many trials each mean is of."""
+    said = []
+    for level, spikes in groups.items():
+        summary = summarise(spikes)
+        interval = f" [{summary.ci_low:.1f}, {summary.ci_high:.1f}]" if summary.n > 1 else ""
+        said.append(f"{level:g} {unit}: {summary.mean:.1f}{interval}")
+    counts = sorted({len(spikes) for spikes in groups.values()})
+    return f"mean spikes at {', '.join(said)} (n = {'..'.join(map(str, counts))} each)"
 
 
 def _count(groups: Mapping[float, Sequence[float]]) -> int:
     return sum(map(len, groups.values()))
 
 
+def _c13(rows: Rows, threshold: float) -> Outcome:
+    kinds = {kind: _chosen(rows, motion=kind, angle_deg=0.0) for kind in ("approach", "recession")}
+    tested = {kind: chosen for kind, chosen in kinds.items() if chosen}
+    if not tested:
+        return Outcome("untested", "needs straight approach and recession")
+    parts = []
+    for kind, chosen in tested.items():
+        firing = sum(row["spikes"] > 0 for row in chosen)
+        peak = max(max(row["peak_hs"], -row["trough_hs"]) for row in chosen)
+        parts.append(f"{kind}: spikes in {firing} of {len(chosen)} trials, |HS| up to {peak:.2f}")
+    measured = f"{'; '.join(parts)} (T = {threshold:g})"
+    every = [row for chosen in tested.values() for row in chosen]
+    firing = sum(row["spikes"] > 0 for row in every)
+    effect = f"{sum(row['spikes'] for row in every) / len(every):.2f} spikes a trial"
+    if firing:
+        return Outcome("fails", measured, effect, len(every))
+    if len(tested) < len(kinds):
+        return Outcome("untested", f"{measured}; the other motion was not run", effect, len(every))
+    return Outcome("holds", measured, effect, len(every))
+
+
 def _c14(rows: Rows, threshold: float) -> Outcome:
     """At 6 cm/s and the nearest tested distance: slow or far crossings stay under the threshold in the paper too."""
-    chosen = [row for row in rows if row["motion"] == "translation" and row["speed_cm_s"] == 6.0]
+    chosen = _chosen(rows, motion="translation", speed_cm_s=6.0)
     if not chosen:
         return Outcome("untested", "needs translations at 6 cm/s")
-    near = min(row["distance_cm"] for row in chosen)
+    ways = [{row["distance_cm"] for row in chosen if row["direction"] == way} for way in ("rightward", "leftward")]
+    near = min(ways[0] & ways[1] or ways[0] | ways[1])  # the nearest tested both ways
     right, left = (
         [row for row in chosen if row["direction"] == way and row["distance_cm"] == near]
         for way in ("rightward", "leftward")
@@ -142,4 +180,44 @@ def _c16(rows: Rows, threshold: float) -> Outcome:
     return Outcome("holds" if holds else "fails", _listed(groups, "cm"), effect, _count(groups))
 
 
-JUDGES: Mapping[str, Callable[[Rows, float], Outcome]] = {"C14": _c14, "C15": _c15, "C16": _c16}
+ANGLES = (-30.0, -15.0, 0.0, 15.0, 30.0)
+
+
+def _angles(rows: Rows, motion: str) -> dict[float, list[int]]:
+    groups = _mean_spikes(rows, "angle_deg", motion=motion, speed_cm_s=6.0)
+    return {angle: groups[angle] for angle in ANGLES} if set(ANGLES) <= groups.keys() else {}
+
+
+def _fewest_ahead(rows: Rows, motion: str) -> Outcome:
+    """Fewest spikes at 0 degrees, more at 30 than at 15 on each side."""
+    groups = _angles(rows, motion)
+    if not groups:
+        return Outcome("untested", f"needs {motion} at -30, -15, 0, 15 and 30 degrees, 6 cm/s")
+    mean = {angle: float(np.mean(spikes)) for angle, spikes in groups.items()}
+    holds = all(mean[0.0] < mean[a] for a in mean if a) and mean[-30.0] > mean[-15.0] and mean[30.0] > mean[15.0]
+    size = trend([(abs(a), groups[a]) for a in sorted(groups, key=abs)])
+    measured = _listed(groups, "degrees")
+    return Outcome("holds" if holds else "fails", measured, f"against |angle|: {size}", _count(groups))
+
+
+def _sides(rows: Rows, motion: str, more: float, name: str) -> Outcome:
+    """More spikes on the side of the sign ``more`` than at the same angles on the other."""
+    groups = _angles(rows, motion)
+    if not groups:
+        return Outcome("untested", f"needs {motion} at -30, -15, 0, 15 and 30 degrees, 6 cm/s")
+    here, there = ([n for a in (15.0, 30.0) for n in groups[side * a]] for side in (more, -more))
+    measured = f"{name}: {np.mean(here):.1f} against {np.mean(there):.1f} spikes a trial; {_listed(groups, 'degrees')}"
+    holds = np.mean(here) > np.mean(there)
+    return Outcome("holds" if holds else "fails", measured, str(contrast(here, there)), len(here) + len(there))
+
+
+JUDGES: Mapping[str, Callable[[Rows, float], Outcome]] = {
+    "C13": _c13,
+    "C14": _c14,
+    "C15": _c15,
+    "C16": _c16,
+    "C17": lambda rows, threshold: _fewest_ahead(rows, "approach"),
+    "C18": lambda rows, threshold: _sides(rows, "approach", -1.0, "from the left against from the right"),
+    "C19": lambda rows, threshold: _fewest_ahead(rows, "recession"),
+    "C20": lambda rows, threshold: _sides(rows, "recession", 1.0, "to the right against to the left"),
+}

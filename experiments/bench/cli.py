@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import datetime
 import os
-import shlex
 import subprocess
 import sys
-import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 if TYPE_CHECKING:
     from experiments.bench.plan import Plan
-    from experiments.bench.runner import Report
 
-EXIT_USAGE, EXIT_INTERRUPTED = 2, 130
-LINE_EVERY_S = 60.0  # progress where there is no terminal to draw a bar on
+EXIT_FAILED, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
 
 app = typer.Typer(
     rich_markup_mode="rich",
@@ -38,9 +33,12 @@ paper (Fu, Bellotto and Yue 2018) reports.
 
   colias run speed                   the paper's speed tests, 40 trials
   colias run distance --repeats 3 --seed 7
-  colias run speed --set experiment.direction=both
-  colias run speed --set dsnn.n_con=6 --set camera.read_noise=0
+  colias run speed --set experiment.direction=both --set dsnn.n_con=6
+  colias run general --model dsnn --model dsn2017 --model my_model.py
   colias run my_experiment.py        your own declaration
+  colias run speed --resume runs/speed-...     just what is missing
+  colias sweep speed --over dsnn.n_con=4,6,8 --over dsnn.d=1,2
+  colias reproduce                   which of the paper's claims hold
   colias parameters                  everything that --set reaches
   colias view runs/speed-...         a run's recordings in Rerun
 
@@ -52,127 +50,161 @@ paper (Fu, Bellotto and Yue 2018) reports.
   figure.svg, .png   spikes per condition, every repeat visible
   recordings/        one .rrd per trial
 
-Equal seeds and parameters give equal numbers. Exit status: 0 done, 2 a wrong
-use or a missing library, 130 interrupted.""",
+Equal seeds and parameters give equal numbers, on any number of workers. Exit
+status: 0 done, 1 trials failed, 2 a wrong use or a missing library, 130
+interrupted.""",
 )
 
 out_console = Console(highlight=False)
 error_console = Console(stderr=True, highlight=False)
 
 
+Models = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--model", help="A vision model on the observer: a name or a .py file. Repeatable; the default: dsnn."
+    ),
+]
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; see [b]colias parameters[/b]. Repeatable."),
+]
+Workers = Annotated[
+    int | None, typer.Option(help="Worker processes; otherwise one for each core. 0: none, for debuggers.")
+]
+Cluster = Annotated[str | None, typer.Option(help="Run on the Dask scheduler at this address (tcp://...) instead.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Neither progress nor tables, only errors.")]
+Seed = Annotated[int, typer.Option(help="Seed of the whole run, 0 or more.")]
+Repeats = Annotated[int | None, typer.Option(help="Trials of each condition; otherwise the experiment's own number.")]
+
+
 @app.command(short_help="Run an experiment: trials, recordings, tables, figure, verdicts.")
 def run(
     experiment: Annotated[str, typer.Argument(help="A name that [b]colias list[/b] shows, or the path of a .py file.")],
-    repeats: Annotated[
-        int | None, typer.Option(help="Trials of each condition; otherwise the experiment's own number.")
-    ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the whole run, 0 or more.")] = 0,
+    repeats: Repeats = None,
+    seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/NAME-TIME.")] = None,
-    assignments: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; see [b]colias parameters[/b]. Repeatable."),
+    resume: Annotated[
+        Path | None, typer.Option(help="Go on with the run in this folder: do just what is missing.")
     ] = None,
-    model: Annotated[str, typer.Option(help="The vision model on the observer.")] = "dsnn",
+    assignments: Assignments = None,
+    model: Models = None,
     recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    quiet: Quiet = False,
 ) -> None:
     """Run an experiment and write its results into a folder.
 
-    Trials already finished stay readable if the run is interrupted.
+    Every model sees the same frames. Trials already finished stay readable if the run is interrupted, and
+    --resume with the same parameters does the rest. Results do not depend on the number of workers.
     """
-    from experiments.bench import catalogue, settings
-    from experiments.bench.plan import Plan, check
+    from experiments.bench import catalogue, console, settings
+    from experiments.bench.files import UsageError
 
     declared = catalogue.load(experiment)
-    count = declared.repeats if repeats is None else repeats
-    if count < 1:
-        raise settings.UsageError(f"--repeats {count}: legal is a whole number from 1 up")
-    if seed < 0:
-        raise settings.UsageError(f"--seed {seed}: legal is a whole number from 0 up")
-    declared, chosen = settings.configure(declared, model, assignments or ())
-    rate, assumed = chosen.camera.fps, getattr(chosen.network, "fps", chosen.camera.fps)
-    if assumed != rate:
-        error_console.print(f"note: the network assumes {assumed:g} frames/s, the camera gives {rate:g}")
+    if resume is not None and out is not None:
+        raise UsageError("--out and --resume name one folder each: give one of them")
+    plan = settings.plan(declared, model or ["dsnn"], assignments or (), repeats, seed)
+    _note_rates(plan)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
-    plan = Plan(declared, chosen, count, seed)
-    check(plan)
-    _run(plan, out or Path("runs") / f"{declared.name}-{stamp}", recordings)
+    folder = resume or out or Path("runs") / f"{declared.name}-{stamp}"
+    report = console.run(plan, folder, console.Means(_workers(workers), cluster, quiet), resume is not None, recordings)
+    if report.failures:
+        raise typer.Exit(EXIT_FAILED)
 
 
-def _run(plan: Plan, out: Path, recordings: bool) -> None:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+@app.command(short_help="Run an experiment over a grid of parameters, on the same stimuli.")
+def sweep(
+    experiment: Annotated[str, typer.Argument(help="A name that [b]colias list[/b] shows, or the path of a .py file.")],
+    over: Annotated[list[str], typer.Option(metavar="KEY=V1,V2", help="Values of a parameter. Repeatable: a grid.")],
+    repeats: Repeats = None,
+    seed: Seed = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="New folder for the results; otherwise runs/sweep-NAME-TIME.")
+    ] = None,
+    assignments: Assignments = None,
+    model: Annotated[str, typer.Option(help="The vision model on the observer.")] = "dsnn",
+    workers: Workers = None,
+    cluster: Cluster = None,
+    quiet: Quiet = False,
+) -> None:
+    """Run every combination of the values; tabulate (sweep.csv) and draw (figure.svg, .png) them together.
 
-    from experiments.bench.plan import describe
-    from experiments.bench.results import RunFolder
-    from experiments.bench.runner import run as run_plan
-    from experiments.bench.trial import TrialResult
+    Equal trials of different points have equal seeds: the same stimuli, start poses and noise.
+    """
+    from experiments.bench import catalogue, console
+    from experiments.bench import sweep as grids
 
-    folder = RunFolder(out)
-    folder.create(describe(plan))
-    total, done, told = len(plan.specs()), 0, time.monotonic()
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    if not error_console.is_terminal:
-        error_console.print(f"{plan.experiment.name}: {total} trials into {out}", soft_wrap=True, markup=False)
-    with Progress(*columns, console=error_console, transient=True) as progress:
-        task = progress.add_task(f"{plan.experiment.name}: trials", total=total)
-
-        def on_trial(result: TrialResult) -> None:
-            nonlocal done, told
-            done += 1
-            progress.advance(task)
-            if not error_console.is_terminal and time.monotonic() - told > LINE_EVERY_S:
-                told = time.monotonic()
-                error_console.print(f"{done} of {total} trials")
-
-        try:
-            report = run_plan(plan, folder, on_trial, recordings=recordings)
-        except BaseException:
-            progress.stop()
-            said = f"stopped after {done} of {total} trials; they are in {out}"
-            error_console.print(said, soft_wrap=True, markup=False)
-            raise
-    _show(report, recordings)
+    declared = catalogue.load(experiment)
+    points = grids.grid(over)
+    parts = grids.parts(declared, model, points, assignments or (), repeats, seed)
+    stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
+    folder = out or Path("runs") / f"sweep-{declared.name}-{stamp}"
+    means = console.Means(_workers(workers), cluster, quiet)
+    if console.sweep(parts, points, declared.varies, folder, means):
+        raise typer.Exit(EXIT_FAILED)
 
 
-def _show(report: Report, recordings: bool) -> None:
-    """The table of conditions, the verdicts, and where everything is."""
-    table = Table(title="HS spikes per trial", title_justify="left", box=None, header_style="bold", pad_edge=False)
-    for name in ("direction", "cm/s", "cm", "n", "mean", "95 % interval", "rate Hz", "peak HS", "trough HS"):
-        table.add_column(name, justify="left" if name == "direction" else "right", no_wrap=True)
-    for (direction, speed, distance), rows in _conditions(report).items():
-        spikes = rows["spikes"]
-        table.add_row(
-            direction,
-            f"{speed:g}",
-            f"{distance:g}",
-            f"{spikes['n']}",
-            f"{spikes['mean']:.1f}",
-            "-" if spikes["ci_low"] is None else f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
-            f"{rows['firing_rate_hz']['mean']:.1f}",
-            f"{rows['peak_hs']['mean']:+.2f}",
-            f"{rows['trough_hs']['mean']:+.2f}",
-        )
-    out_console.print(table)
-    for verdict in report.verdicts:
-        colour = {"holds": "green", "fails": "red", "untested": "yellow"}[verdict.verdict]
-        out_console.print(f"\n[b]{verdict.id}[/b] [{colour}]{verdict.verdict}[/{colour}]: {verdict.says}")
-        out_console.print(f"    {verdict.measured}" + (f"\n    {verdict.effect}" if verdict.effect else ""))
-    if report.flaws:
-        out_console.print(f"\n[red]beware[/red]: {report.flaws}")
-    places: dict[str, object] = {"figure": report.folder / "figure.png", "tables": report.folder / "trials.parquet"}
-    if recordings:
-        places["recordings"] = f"colias view {shlex.quote(str(report.folder))}"
-    out_console.print()
-    for name, place in places.items():
-        out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
+@app.command(short_help="Run the paper's robot experiments and report which claims hold.")
+def reproduce(
+    quick: Annotated[bool, typer.Option("--quick", help="A taste: few repeats and seeds.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Ten repeats at every seed and move: some ten minutes.")] = False,
+    seed: Seed = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the report, otherwise runs/reproduce-TIME; goes on with one begun.")
+    ] = None,
+    model: Annotated[
+        list[str] | None, typer.Option(help="A model to show beside the DSNN: a name or a .py file. Repeatable.")
+    ] = None,
+    experiment: Annotated[
+        list[str] | None, typer.Option(help="An experiment to add: a name or a .py file. Repeatable.")
+    ] = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    quiet: Quiet = False,
+) -> None:
+    """Run the robot experiments, the same at other seeds, and with everything moved; write one page about it.
+
+    report.html needs no network; claims.json has the verdicts. The exit status is 0 whatever they are.
+    """
+    from experiments.bench import console
+    from experiments.bench.files import UsageError
+
+    if quick and full:
+        raise UsageError("--quick and --full: give one of them")
+    if seed < 0:
+        raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+    means = console.Means(_workers(workers), cluster, quiet)
+    from experiments.bench import report
+    from experiments.bench import reproduce as whole
+
+    scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
+    stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
+    folder = out or Path("runs") / f"reproduce-{stamp}"
+    result = whole.reproduce(folder, scale, seed, model or ["dsn2017"], means, experiment or ())
+    page = report.write(result)
+    if not quiet:
+        console.show_claims(result.claims)
+        out_console.print(f"\nreport      {page}", soft_wrap=True, markup=False)
 
 
-def _conditions(report: Report) -> dict[tuple[str, float, float], dict[str, dict[str, Any]]]:
-    """Condition -> quantity -> its row of the summary."""
-    conditions: dict[tuple[str, float, float], dict[str, dict[str, Any]]] = {}
-    for row in report.summary:
-        key = (row["direction"], row["speed_cm_s"], row["distance_cm"])
-        conditions.setdefault(key, {})[row["quantity"]] = row
-    return conditions
+def _workers(given: int | None) -> int:
+    from experiments.bench.files import UsageError
+
+    if given is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if not 0 <= given <= 256:
+        raise UsageError(f"--workers {given}: legal is a whole number from 0 to 256")
+    return given
+
+
+def _note_rates(plan: Plan) -> None:
+    rate = plan.settings.camera.fps
+    for chosen in plan.settings.models:
+        assumed = getattr(chosen.network, "fps", rate)
+        if assumed != rate:
+            error_console.print(f"note: {chosen.label} assumes {assumed:g} frames/s, the camera gives {rate:g}")
 
 
 @app.command("list", short_help="Name the experiments, models and scenes.")
@@ -194,12 +226,12 @@ def list_all() -> None:
 @app.command(short_help="List every parameter that --set reaches.")
 def parameters(
     experiment: Annotated[str, typer.Argument(help="The experiment whose parameters to list.")] = "speed",
-    model: Annotated[str, typer.Option(help="The vision model on the observer.")] = "dsnn",
+    model: Models = None,
 ) -> None:
     """List every parameter that --set reaches: key, default, legal range, meaning."""
     from experiments.bench import catalogue, settings
 
-    for row in settings.parameters(catalogue.load(experiment), model):
+    for row in settings.parameters(catalogue.load(experiment), model or ["dsnn"]):
         legal = f"  [dim]({row.legal})[/dim]" if row.legal else ""
         out_console.print(f"{row.key}=[b]{row.value}[/b]{legal}\n    {row.description}", soft_wrap=True)
 
@@ -210,7 +242,7 @@ def view(
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
 ) -> None:
     """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer."""
-    from experiments.bench.settings import UsageError
+    from experiments.bench.files import UsageError
     from scenes import ARENAS
 
     if str(path) in ARENAS and not path.exists():
@@ -231,7 +263,7 @@ def _view_scene(arena: str) -> None:
     from colias_sim import CameraConfig, RobotConfig, SceneConfig
     from colias_sim.scene import compose
     from colias_sim.simulation import TRIAL_ROBOTS
-    from experiments.bench.settings import UsageError
+    from experiments.bench.files import UsageError
 
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise UsageError(f"view {arena}: MuJoCo's viewer needs a screen (DISPLAY is not set)")
@@ -268,7 +300,7 @@ def _is_plain(error: Exception) -> bool:
     """Whether the message alone tells a user what to do; anything else is a defect and keeps its traceback."""
     if isinstance(error, OSError):  # a missing OpenGL too, whose package cannot then be imported to ask
         return True
-    from experiments.bench.settings import UsageError
+    from experiments.bench.files import UsageError
     from experiments.bench.trial import TrialError
 
     return isinstance(error, UsageError | TrialError)

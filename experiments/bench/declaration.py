@@ -3,36 +3,55 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from dataclasses import dataclass as plain_dataclass
-from typing import Annotated, Any, Literal, Protocol
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
 
 import numpy as np
-from pydantic import ConfigDict, Field
-from pydantic.dataclasses import dataclass
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from experiments.bench.models import Chosen
 
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-SpeedCmS = Annotated[float, Field(ge=0.5, le=35.0)]
-DistanceCm = Annotated[float, Field(ge=3.0, le=20.0)]
-Direction = Literal["rightward", "leftward"]
+Motion = Literal["translation", "approach", "recession"]
+Direction = Literal["rightward", "leftward", "straight"]
 
 
-@plain_dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Condition:
-    """What a trial sets: how the stimulus moves past the observer. ``None`` where a motion has no such quantity."""
+    """What a trial sets. ``None`` where a motion has no such quantity, or where the settings decide.
 
-    motion: Literal["translation"]
+    Crossings (``translation``) pass perpendicular to the optical axis at ``distance_cm``. ``approach`` drives
+    straight from ``far_cm`` away to the point ``distance_cm`` before the camera, along a line at ``angle_deg`` to
+    the axis, negative on the robot's left; ``recession`` drives the same line the other way.
+    """
+
+    motion: Motion
+    direction: Direction
+    """Of the image of the stimulus; ``straight`` on the axis."""
     speed_cm_s: float
     distance_cm: float
-    angle_deg: float | None
-    direction: Direction
+    far_cm: float | None = None
+    angle_deg: float | None = None
+    shell_grey: float | None = None
+    wall_contrast: float | None = None
+    observer_speed_cm_s: float = 0.0
+    observer_turn_deg_s: float = 0.0
+    """Left positive."""
+    acceleration_cm_s2: float = 100.0
+    """With which the stimulus starts, and stops."""
 
     def label(self) -> str:
         """The condition in a person's words."""
-        return f"{self.motion} {self.direction}, {self.speed_cm_s:g} cm/s at {self.distance_cm:g} cm"
+        where = f"at {self.distance_cm:g} cm" if self.angle_deg is None else f"along {self.angle_deg:g} degrees"
+        parts = [f"{self.motion} {self.direction}, {self.speed_cm_s:g} cm/s {where}"]
+        if self.shell_grey is not None:
+            parts.append(f"shell grey {self.shell_grey:g}")
+        if self.wall_contrast is not None:
+            parts.append(f"wall contrast {self.wall_contrast:g}")
+        if self.observer_speed_cm_s:
+            parts.append(f"observer driving {self.observer_speed_cm_s:g} cm/s")
+        if self.observer_turn_deg_s:
+            parts.append(f"observer turning {self.observer_turn_deg_s:g} degrees/s")
+        return ", ".join(parts)
 
 
 CONDITION_COLUMNS = tuple(field.name for field in dataclasses.fields(Condition))
@@ -56,29 +75,7 @@ class Design(Protocol):
         ...
 
 
-@dataclass(frozen=True, config=_STRICT)
-class Translation:
-    """Straight crossings of the field of view, perpendicular to the optical axis, all speeds at all distances."""
-
-    speeds_cm_s: tuple[SpeedCmS, ...] = Field(min_length=1, description="speeds of the stimulus")
-    distances_cm: tuple[DistanceCm, ...] = Field(min_length=1, description="camera to path")
-    direction: Literal["rightward", "leftward", "both"] = Field(default="rightward", description="in the image")
-    pose_sd_mm: float = Field(default=1.0, ge=0.0, le=5.0, description="spread of the start position, along both axes")
-    heading_sd_deg: float = Field(default=1.0, ge=0.0, le=5.0, description="spread of the path's heading")
-
-    def conditions(self) -> tuple[Condition, ...]:
-        """Speeds within distances within directions."""
-        both: tuple[Direction, ...] = ("rightward", "leftward")
-        return tuple(
-            Condition("translation", speed, distance, None, direction)
-            for direction in both
-            if self.direction in (direction, "both")
-            for distance in self.distances_cm
-            for speed in self.speeds_cm_s
-        )
-
-
-@plain_dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Experiment:
     """A declaration: ``repeats`` trials of each condition of ``design``, drawn against the column ``varies``.
 
@@ -88,7 +85,8 @@ class Experiment:
     name: str
     summary: str
     design: Design
-    varies: Literal["speed_cm_s", "distance_cm", "angle_deg"]
+    varies: str
+    """A column of conditions: speed_cm_s, distance_cm, angle_deg, motion, ..."""
     repeats: int = 10
     claims: tuple[str, ...] = ()
 
@@ -108,15 +106,14 @@ class Experiment:
         if twice is not None:
             raise ValueError(f"experiment {self.name}: the condition '{twice.label()}' is there twice")
         if self.varies not in CONDITION_COLUMNS or any(getattr(c, self.varies) is None for c in conditions):
-            raise ValueError(f"experiment {self.name}: varies={self.varies!r}: not a number in every condition")
+            raise ValueError(f"experiment {self.name}: varies={self.varies!r}: no value of it in every condition")
 
 
-@plain_dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Settings:
-    """Everything a trial needs beside its condition and seed."""
+    """Everything a trial needs beside its condition and seed. Every model of ``models`` sees the same frames."""
 
-    model: str
-    network: Any
+    models: tuple[Chosen, ...]
     robot: RobotConfig
     camera: CameraConfig
     scene: SceneConfig
@@ -124,7 +121,7 @@ class Settings:
     heading_sd_deg: float
 
 
-@plain_dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class TrialSpec:
     """One trial, wholly determined: `experiments.bench.trial.run_trial` is a pure function of it."""
 
@@ -153,6 +150,8 @@ def trial_specs(experiment: Experiment, settings: Settings, repeats: int, seed: 
     ]
 
 
-def half_crossing(distance: float, radius: float, hfov: float) -> float:
-    """Sideways distance from the optical axis at which a disc of ``radius`` just leaves the view (m, m, rad)."""
-    return distance * math.tan(hfov / 2) + radius / math.cos(hfov / 2)
+def plain(value: Any) -> Any:
+    """What JSON does not know: dataclasses become objects, anything else text."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    return str(value)

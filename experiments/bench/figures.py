@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from experiments.bench.declaration import CONDITION_COLUMNS
-from experiments.bench.results import group
+from experiments.bench.plan import Plan
+from experiments.bench.results import group, varying
 from experiments.bench.statistics import summarise
 
 Rows = Sequence[Mapping[str, Any]]
@@ -22,9 +22,27 @@ Rows = Sequence[Mapping[str, Any]]
 AXIS_LABELS = {
     "speed_cm_s": "speed of the stimulus (cm/s)",
     "distance_cm": "distance camera to path (cm)",
-    "angle_deg": "angle to the optical axis (degrees)",
+    "far_cm": "distance camera to the far end (cm)",
+    "angle_deg": "angle to the optical axis (degrees, right positive)",
+    "shell_grey": "reflectance of the stimulus's shell",
+    "wall_contrast": "contrast of the wall against the arena's own",
+    "observer_speed_cm_s": "observer driving (cm/s)",
+    "observer_turn_deg_s": "observer turning (degrees/s, left positive)",
+    "acceleration_cm_s2": "acceleration of the stimulus (cm/s2)",
+    "motion": "motion of the stimulus",
+    "direction": "direction in the image",
 }
-UNITS = {"speed_cm_s": "cm/s", "distance_cm": "cm", "angle_deg": "°"}
+UNITS = {
+    "speed_cm_s": "cm/s",
+    "distance_cm": "cm",
+    "far_cm": "cm far",
+    "angle_deg": "°",
+    "shell_grey": "grey",
+    "wall_contrast": "of wall",
+    "observer_speed_cm_s": "cm/s own",
+    "observer_turn_deg_s": "°/s own",
+    "acceleration_cm_s2": "cm/s2",
+}
 LINES = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)))
 COLOURS = ("#3b6fb6", "#2a9d8f", "#d98324", "#b5485d", "#6c5b9e", "#7a7a7a")
 LEGEND: dict[str, Any] = {"frameon": False, "loc": "lower center", "bbox_to_anchor": (0.5, 0.99)}
@@ -37,31 +55,54 @@ STYLE: dict[Any, Any] = {
 }
 
 
-def draw(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float) -> Figure:
-    """Left: spikes of every trial, with means and 95 % intervals. Right: HS against the stimulus's bearing.
+def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
+    """`figure` of a run: its first model's traces, every model's counts."""
+    settings, varies = plan.settings, plan.experiment.varies
+    labels = ", ".join(model.label for model in settings.models)
+    title = f"{plan.experiment.name}: {labels}, {settings.scene.arena} arena, n = {plan.repeats}"
+    return figure(rows, frames, varies, title, settings.models[0].threshold)
+
+
+def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float) -> Figure:
+    """Left: spikes of every trial, with means and 95 % intervals. Right: HS against bearing, or against time.
 
     One colour per level of ``varies``; one line style for each combination of the conditions that differ beside it.
     """
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8.4, 3.6), layout="constrained")
-        counts, traces = figure.subplots(1, 2, width_ratios=[1, 1.25])
-        levels = sorted({row[varies] for row in rows})
+        drawn = Figure(figsize=(8.4, 3.6), layout="constrained")
+        counts, traces = drawn.subplots(1, 2, width_ratios=[1, 1.25])
+        levels = list(dict.fromkeys(row[varies] for row in rows))
+        if not isinstance(levels[0], str):
+            levels.sort()
         colours = _colours(levels)
         series = _series(rows, varies)
+        axis = _trace_axis(rows)
         for place, (label, chosen) in enumerate(series.items()):
             style = LINES[place % len(LINES)]
             _counts(counts, chosen, varies, colours, _place(place, len(series)), style, label)
-            _traces(traces, chosen, frames, varies, colours, style)
+            shown = [row for row in chosen if row["model"] == rows[0]["model"]]
+            _traces(traces, shown, frames, varies, colours, style, axis)
         if len(series) > 1:
             counts.legend(fontsize=7, handlelength=3, **LEGEND, ncols=2)
-        counts.set_xticks(range(len(levels)), [f"{level:g}" for level in levels])
+        counts.set_xticks(range(len(levels)), [_said(level) for level in levels])
         counts.set(xlabel=AXIS_LABELS[varies], ylabel="HS spikes per trial", ylim=(-2, None))
-        _frame(traces, colours, UNITS[varies], threshold)
-        figure.suptitle(title, fontsize=10, x=0.01, ha="left")
-    return figure
+        _frame(traces, colours, UNITS.get(varies, ""), threshold, axis)
+        drawn.suptitle(title, fontsize=10, x=0.01, ha="left")
+    return drawn
 
 
-def _colours(levels: Sequence[float]) -> dict[float, Any]:
+def _said(level: Any) -> str:
+    return level if isinstance(level, str) else f"{level:g}"
+
+
+def _trace_axis(rows: Rows) -> str:
+    """Bearing where the stimulus crosses the view and the observer stands; else time."""
+    crossing = all(row["motion"] == "translation" for row in rows)
+    still = not any(row["observer_speed_cm_s"] or row["observer_turn_deg_s"] for row in rows)
+    return "stimulus_bearing_deg" if crossing and still else "sim_time_s"
+
+
+def _colours(levels: Sequence[Any]) -> dict[Any, Any]:
     """A colour for each level, none twice."""
     if len(levels) <= len(COLOURS):
         return dict(zip(levels, COLOURS, strict=False))
@@ -69,12 +110,13 @@ def _colours(levels: Sequence[float]) -> dict[float, Any]:
 
 
 def _series(rows: Rows, varies: str) -> dict[str, Rows]:
-    """Label -> its rows, for every combination of the other conditions that differ between trials."""
-    others = [c for c in CONDITION_COLUMNS if c != varies and len({row[c] for row in rows}) > 1]
+    """Label -> its rows, for every combination of model and other conditions that differ between trials."""
+    others = [name for name in varying(rows, varies) if name != varies]
     return {
-        ", ".join(f"{v:g} {UNITS[c]}" if c in UNITS else str(v) for c, v in zip(others, values, strict=True)): chosen
+        ", ".join(f"{v:g} {UNITS[c]}" if c in UNITS and v is not None else str(v) for c, v in zip(others, values,
+                                                                                            strict=True)): chosen
         for values, chosen in group(rows, *others).items()
-    }
+    }  # fmt: skip
 
 
 def _place(index: int, count: int) -> float:
@@ -82,18 +124,18 @@ def _place(index: int, count: int) -> float:
     return 0.0 if count == 1 else min(0.6, 0.3 * (count - 1)) * (index / (count - 1) - 0.5)
 
 
-def save(figure: Figure, folder: Path) -> Path:
+def save(drawn: Figure, folder: Path) -> Path:
     """Write ``figure.svg`` and ``figure.png`` atomically; return the path of the latter."""
     with mpl.rc_context(STYLE):
         for kind in ("svg", "png"):
             partial = folder / f"figure.{kind}.part"
-            figure.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
+            drawn.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
             partial.replace(folder / f"figure.{kind}")
     return folder / "figure.png"
 
 
 def _counts(
-    axes: Axes, rows: Rows, varies: str, colours: Mapping[float, Any], shift: float, style: Any, label: str
+    axes: Axes, rows: Rows, varies: str, colours: Mapping[Any, Any], shift: float, style: Any, label: str
 ) -> None:
     means: dict[float, float] = {}
     for tick, (level, colour) in enumerate(colours.items()):
@@ -111,20 +153,29 @@ def _counts(
     axes.plot(list(means), list(means.values()), color="black", lw=0.9, ls=style, label=label, zorder=2)
 
 
-def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[float, Any], style: Any) -> None:
-    columns = {name: frames[name].to_numpy() for name in ("trial", "hs", "stimulus_bearing_deg")}
+def _traces(
+    axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[Any, Any], style: Any, axis: str
+) -> None:
+    if not rows:
+        return
+    own = frames.filter(np.asarray(frames["model"]) == rows[0]["model"])
+    trial, hs, place = (own[name].to_numpy() for name in ("trial", "hs", axis))
+    # Bearing is left positive; drawn as in the image, rightward to the right.
+    place = -place if axis == "stimulus_bearing_deg" else place
     for row in rows:
-        chosen = columns["trial"] == row["trial"]
-        # Bearing is left positive; drawn as in the image, rightward to the right.
-        bearing, hs = -columns["stimulus_bearing_deg"][chosen], columns["hs"][chosen]
-        axes.plot(bearing, hs, color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
+        chosen = trial == row["trial"]
+        axes.plot(place[chosen], hs[chosen], color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
 
 
-def _frame(axes: Axes, colours: Mapping[float, Any], unit: str, threshold: float) -> None:
+def _frame(axes: Axes, colours: Mapping[Any, Any], unit: str, threshold: float, axis: str) -> None:
     """Thresholds, labels and the colours' legend about the traces."""
     for sign in (1, -1):
         axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
     axes.annotate(f"±T = {threshold:g}", (0.01, -threshold - 0.02), xycoords=("axes fraction", "data"), va="top")
-    axes.set(xlabel="bearing of the stimulus (degrees, right positive)", ylabel="HS membrane potential", ylim=(-1, 1))
-    keys = [Line2D([], [], color=colour, lw=2, label=f"{level:g} {unit}") for level, colour in colours.items()]
+    bearing = axis == "stimulus_bearing_deg"
+    xlabel = "bearing of the stimulus (degrees, right positive)" if bearing else "time in the trial (s)"
+    axes.set(xlabel=xlabel, ylabel="HS membrane potential", ylim=(-1, 1))
+    keys = [
+        Line2D([], [], color=colour, lw=2, label=f"{_said(level)} {unit}".strip()) for level, colour in colours.items()
+    ]
     axes.legend(handles=keys, columnspacing=1.2, **LEGEND, ncols=6 if len(keys) <= 6 else 4)

@@ -1,13 +1,15 @@
 """One Rerun recording per trial. The only module that imports rerun.
 
-Everything is sent in columns when the trial is over, into a file that takes its name only once it is complete:
+Everything is sent in columns when the trial is over, and the file is whole before it gets its place in a run:
 cheap per frame, and a crash costs at most the trial under way.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import math
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -18,40 +20,40 @@ import rerun.blueprint as rrb
 
 from colias_sim.config import CameraConfig
 from experiments.bench.media import Media
+from experiments.bench.results import recording_name
 from experiments.bench.trial import TrialResult
 from scenes import ARENA_RADIUS_CM
 
 APPLICATION = "colias-sim"
-HS_COLOUR, VS_COLOUR, LIMIT_COLOUR = (31, 119, 180), (214, 124, 30), (140, 140, 140)
+Floats = npt.NDArray[np.float64]
+LIMIT_COLOUR = (140, 140, 140)
+HS_COLOURS = ((31, 119, 180), (44, 160, 44), (148, 103, 189), (23, 190, 207), (100, 100, 100))
+VS_COLOURS = ((214, 124, 30), (214, 39, 40), (227, 119, 194), (188, 189, 34), (160, 160, 160))
+"""Of the first model, the second, ..."""
+
 ROBOT_RADIUS_CM, ROBOT_HEIGHT_CM = 2.0, 3.0
 MAP_TITLES = {"p": "retina P", "la": "lamina LA", "f_on": "ON after FDSR", "f_off": "OFF after FDSR"}
 
 
-def recording_name(index: int) -> str:
-    """File name of the recording of trial ``index``."""
-    return f"trial-{index:04d}.rrd"
-
-
-def write_recording(result: TrialResult, folder: Path) -> Path:
-    """Write the recording of one finished trial into ``folder`` and return its path.
+def record(result: TrialResult) -> bytes:
+    """The recording of one finished trial, as the bytes of an .rrd file.
 
     Raises ``ValueError`` if the trial kept no media.
     """
     if result.media is None:
         raise ValueError(f"trial {result.spec.index} kept no media to record")
-    path = folder / recording_name(result.spec.index)
-    partial = path.with_suffix(".rrd.part")
-    with rr.RecordingStream(APPLICATION, recording_id=_identity(result)) as recording:
-        recording.save(partial, default_blueprint=blueprint(result))
-        _properties(recording, result)
-        times = _timelines(result.columns.sim_time_s, np.arange(result.frames))
-        _images(recording, result.media, times)
-        _potentials(recording, result, times)
-        _scene(recording, result, times)
-        recording.flush()
-        recording.disconnect()
-    partial.replace(path)
-    return path
+    with tempfile.TemporaryDirectory(prefix="colias-") as folder:
+        path = Path(folder) / recording_name(result.spec.index)
+        with rr.RecordingStream(APPLICATION, recording_id=_identity(result)) as recording:
+            recording.save(path, default_blueprint=blueprint(result))
+            _properties(recording, result)
+            times = _timelines(result.columns.sim_time_s, np.arange(result.frames))
+            _images(recording, result.media, times)
+            _potentials(recording, result, times)
+            _scene(recording, result, times)
+            recording.flush()
+            recording.disconnect()
+        return path.read_bytes()
 
 
 def _identity(result: TrialResult) -> str:
@@ -72,12 +74,8 @@ def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
         "trial": spec.index,
         "repeat": spec.repeat,
         "seed": spec.seed,
-        "model": spec.settings.model,
-        "motion": condition.motion,
-        "direction": condition.direction,
-        "speed_cm_s": condition.speed_cm_s,
-        "distance_cm": condition.distance_cm,
-        "spikes": result.spikes,
+        **{name: value for name, value in dataclasses.asdict(condition).items() if value is not None},
+        **{f"{answer.model}_spikes": answer.spikes for answer in result.answers},
         "achieved_speed_cm_s": result.achieved_speed_cm_s,
         "path_error_mm": result.path_error_mm,
     }
@@ -95,19 +93,21 @@ def _images(recording: rr.RecordingStream, media: Media, times: list[rr.TimeColu
 
 def _potentials(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:
     columns = result.columns
-    threshold = getattr(result.spec.settings.network, "t_sp", 0.0)
-    series = {
-        "potential/hs": (columns.hs, "HS", HS_COLOUR),
-        "potential/vs": (columns.vs, "VS", VS_COLOUR),
-        "spikes/hs": (columns.hs_spikes, "HS spikes", HS_COLOUR),
-        "spikes/vs": (columns.vs_spikes, "VS spikes", VS_COLOUR),
-    }
-    for entity, (values, name, colour) in series.items():
-        recording.log(entity, rr.SeriesLines(colors=colour, names=name, widths=1.5), static=True)
-        recording.send_columns(entity, times, rr.Scalars.columns(scalars=values))
+    for place, answer in enumerate(result.answers):
+        series, hs, vs = answer.series, HS_COLOURS[place % 5], VS_COLOURS[place % 5]
+        prefix = f"{answer.model} " if len(result.answers) > 1 else ""
+        for entity, values, name, colour in (
+            (f"potential/{answer.model}/hs", series.hs, "HS", hs),
+            (f"potential/{answer.model}/vs", series.vs, "VS", vs),
+            (f"spikes/{answer.model}/hs", series.hs_spikes, "HS spikes", hs),
+            (f"spikes/{answer.model}/vs", series.vs_spikes, "VS spikes", vs),
+        ):
+            recording.log(entity, rr.SeriesLines(colors=colour, names=prefix + name, widths=1.5), static=True)
+            recording.send_columns(entity, times, rr.Scalars.columns(scalars=values))
     ends = _timelines(columns.sim_time_s[[0, -1]], np.array([0, result.frames - 1]))
-    for entity, level, name in (("plus", threshold, "T"), ("minus", -threshold, "-T")):
-        entity = f"potential/threshold/{entity}"
+    for level in sorted({sign * answer.threshold for answer in result.answers for sign in (1, -1)}):
+        entity = f"potential/threshold/{'plus' if level > 0 else 'minus'}_{abs(level):g}".replace(".", "_")
+        name = f"{'' if level > 0 else '-'}T = {level:g}"
         recording.log(entity, rr.SeriesLines(colors=LIMIT_COLOUR, names=name, widths=1.0), static=True)
         recording.send_columns(entity, ends, rr.Scalars.columns(scalars=[level, level]))
 
@@ -127,17 +127,22 @@ def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.Ti
         static=True,
     )
     recording.log("scene/stimulus", _body((25, 25, 25)), static=True)
-    half = np.radians(columns.stimulus_heading_deg) / 2
-    zero = np.zeros_like(half)
-    position = np.column_stack([columns.stimulus_x_cm, columns.stimulus_y_cm, zero])
-    recording.log("scene/path", rr.LineStrips3D([position], colors=[LIMIT_COLOUR], radii=[0.05]), static=True)
-    recording.send_columns(
-        "scene/stimulus",
-        times,
-        rr.Transform3D.columns(
-            translation=position, quaternion=np.column_stack([zero, zero, np.sin(half), np.cos(half)])
-        ),
+    _move(
+        recording, "scene/observer", columns.observer_x_cm, columns.observer_y_cm, columns.observer_heading_deg, times
     )
+    _move(
+        recording, "scene/stimulus", columns.stimulus_x_cm, columns.stimulus_y_cm, columns.stimulus_heading_deg, times
+    )
+    path = np.column_stack([columns.stimulus_x_cm, columns.stimulus_y_cm, np.zeros(result.frames)])
+    recording.log("scene/path", rr.LineStrips3D([path], colors=[LIMIT_COLOUR], radii=[0.05]), static=True)
+
+
+def _move(
+    recording: rr.RecordingStream, entity: str, x: Floats, y: Floats, heading: Floats, times: list[rr.TimeColumn]
+) -> None:
+    half, zero = np.radians(heading) / 2, np.zeros_like(x)
+    place, turn = np.column_stack([x, y, zero]), np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+    recording.send_columns(entity, times, rr.Transform3D.columns(translation=place, quaternion=turn))
 
 
 def _plane(camera: CameraConfig) -> float:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import importlib.metadata
-import math
 import platform
 from typing import Any
 
-from experiments.bench.declaration import Experiment, Settings, TrialSpec, trial_specs
-from experiments.bench.settings import UsageError
-from experiments.bench.trial import ROBOT_RADIUS_CM, reach_cm
+from experiments.bench.courses import clearance_cm, nominal, reach_cm
+from experiments.bench.declaration import Condition, Experiment, Settings, TrialSpec, trial_specs
+from experiments.bench.files import UsageError
 from scenes import ARENA_RADIUS_CM
 
 LIBRARIES = ("colias-sim", "mujoco", "numpy", "opencv-python-headless", "rerun-sdk", "scipy", "pyarrow")
 
 STEERING_SHARE = 0.95
 """How much of a wheel's top speed a straight drive may use; the rest keeps it on its line."""
+
+
+SHORTEST_STEADY_CM = 2.0
+"""Of a line, what must be left at constant speed: the speed is measured there."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -32,30 +35,45 @@ class Plan:
         """Every trial of the run."""
         return trial_specs(self.experiment, self.settings, self.repeats, self.seed)
 
+    def frames(self) -> int:
+        """About how many frames the trials have, as planned."""
+        conditions = self.experiment.design.conditions()
+        seconds = sum(nominal(condition, self.settings).seconds for condition in conditions)
+        return round(self.repeats * seconds * self.settings.camera.fps)
+
 
 def check(plan: Plan) -> None:
     """Raise `UsageError` for a plan that the robot, the arena or the observer's own body make impossible."""
-    top = STEERING_SHARE * plan.settings.robot.max_speed_cm_s
     for condition in plan.experiment.design.conditions():
-        said, camera = condition.label(), plan.settings.camera
-        if condition.speed_cm_s > top:
-            raise UsageError(
-                f"{said}: too fast for robot.max_speed_cm_s={plan.settings.robot.max_speed_cm_s:g}, of which "
-                f"{STEERING_SHARE:.0%} is left beside steering: up to {top:g} cm/s"
-            )
-        reach = reach_cm(condition, plan.settings)
-        if reach > ARENA_RADIUS_CM:
-            raise UsageError(
-                f"{said}: seen through {camera.hfov_deg:g} degrees the crossing reaches "
-                f"{reach:.0f} cm from the centre; the arena ends at {ARENA_RADIUS_CM:g} cm"
-            )
-        room = camera.forward_cm + condition.distance_cm - 2 * ROBOT_RADIUS_CM
-        spread = 0.3 * plan.settings.pose_sd_mm + reach * math.sin(math.radians(3 * plan.settings.heading_sd_deg))
-        if room < spread:
-            raise UsageError(
-                f"{said}: passes the observer's body at {room:.1f} cm, and the start pose's errors (3 sd) may take "
-                f"{spread:.1f} cm of that: the robots would touch"
-            )
+        _check_condition(condition, plan.settings)
+
+
+def _check_condition(condition: Condition, settings: Settings) -> None:
+    said, robot = condition.label(), settings.robot
+    top = STEERING_SHARE * robot.max_speed_cm_s
+    if condition.speed_cm_s > top:
+        raise UsageError(
+            f"{said}: too fast for robot.max_speed_cm_s={robot.max_speed_cm_s:g}, of which "
+            f"{STEERING_SHARE:.0%} is left beside steering: up to {top:g} cm/s"
+        )
+    route = nominal(condition, settings)
+    if route.leave - route.enter < SHORTEST_STEADY_CM / 100:
+        raise UsageError(
+            f"{said}: with {condition.acceleration_cm_s2:g} cm/s2 it takes {100 * route.enter:.1f} cm to reach that "
+            f"speed, and the line has {100 * route.line.length:.1f}"
+        )
+    reach = reach_cm(route)
+    if reach > ARENA_RADIUS_CM:
+        raise UsageError(
+            f"{said}: seen through {settings.camera.hfov_deg:g} degrees the stimulus reaches "
+            f"{reach:.0f} cm from the centre; the arena ends at {ARENA_RADIUS_CM:g} cm"
+        )
+    room = clearance_cm(condition, settings, route)
+    if room <= 0:
+        raise UsageError(
+            f"{said}: counting 3 sd of the start pose's errors the bodies come within {room:.1f} cm: "
+            "the robots would touch"
+        )
 
 
 def describe(plan: Plan) -> dict[str, Any]:

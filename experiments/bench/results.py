@@ -1,10 +1,12 @@
-"""Tables of a run: one row per trial, one per frame, written whole and atomically after every trial."""
+"""Tables of a run: a row per trial and model, a row per frame and model, whole and atomically written."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
+import time
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +14,12 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 
+from dsnn import ResponseSeries
+from experiments.bench.declaration import CONDITION_COLUMNS, plain
+from experiments.bench.files import UsageError
 from experiments.bench.trial import FrameColumns, TrialResult
 
+_TEXT = ("motion", "direction")
 TRIAL_SCHEMA = pa.schema(
     {
         "experiment": pa.string(),
@@ -21,11 +27,7 @@ TRIAL_SCHEMA = pa.schema(
         "repeat": pa.int64(),
         "seed": pa.int64(),
         "model": pa.string(),
-        "motion": pa.string(),
-        "speed_cm_s": pa.float64(),
-        "distance_cm": pa.float64(),
-        "angle_deg": pa.float64(),
-        "direction": pa.string(),
+        **{name: pa.string() if name in _TEXT else pa.float64() for name in CONDITION_COLUMNS},
         "spikes": pa.int64(),
         "firing_rate_hz": pa.float64(),
         "peak_hs": pa.float64(),
@@ -43,13 +45,82 @@ TRIAL_SCHEMA = pa.schema(
 FRAME_SCHEMA = pa.schema(
     {
         "trial": pa.int64(),
+        "model": pa.string(),
         "frame": pa.int64(),
+        "sim_time_s": pa.float64(),
         **{
             field.name: pa.int64() if field.name.endswith("spikes") else pa.float64()
-            for field in dataclasses.fields(FrameColumns)
+            for field in dataclasses.fields(ResponseSeries)
         },
+        **{field.name: pa.float64() for field in dataclasses.fields(FrameColumns) if field.name != "sim_time_s"},
     }
 )
+
+WRITING_SHARE = 0.05
+"""Of a run's time, what rewriting the tables may take: they are brought up to date as often as this allows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """What a worker hands back of a trial: rows ready for the tables, and the recording's bytes."""
+
+    index: int
+    rows: tuple[dict[str, Any], ...]
+    frames: pa.Table
+    recording: bytes | None
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A trial that could not be finished, and why."""
+
+    trial: int
+    condition: str
+    seed: int
+    attempts: int
+    reason: str
+
+
+def recording_name(index: int) -> str:
+    """File name of the recording of trial ``index``."""
+    return f"trial-{index:04d}.rrd"
+
+
+def finished(result: TrialResult, recording: bytes | None, *, frames: bool = True) -> Finished:
+    """A trial's result as table rows, one per model, and frame rows if wanted."""
+    table = _frame_table(result) if frames else FRAME_SCHEMA.empty_table()
+    return Finished(result.spec.index, tuple(_rows(result)), table, recording)
+
+
+def _rows(result: TrialResult) -> Iterable[dict[str, Any]]:
+    spec = result.spec
+    shared = {
+        "experiment": spec.experiment,
+        "trial": spec.index,
+        "repeat": spec.repeat,
+        "seed": spec.seed,
+        **dataclasses.asdict(spec.condition),
+    }
+    for answer in result.answers:
+        values = {name: getattr(answer, name, None) for name in TRIAL_SCHEMA.names}
+        yield {
+            name: shared[name] if name in shared else getattr(result, name) if hasattr(result, name) else values[name]
+            for name in TRIAL_SCHEMA.names
+        }
+
+
+def _frame_table(result: TrialResult) -> pa.Table:
+    columns = {field.name: getattr(result.columns, field.name) for field in dataclasses.fields(FrameColumns)}
+    tables = []
+    for answer in result.answers:
+        own = {field.name: getattr(answer.series, field.name) for field in dataclasses.fields(ResponseSeries)}
+        index = {
+            "trial": [result.spec.index] * result.frames,
+            "model": [answer.model] * result.frames,
+            "frame": range(result.frames),
+        }
+        tables.append(pa.table({**index, **columns, **own}).select(FRAME_SCHEMA.names).cast(FRAME_SCHEMA))
+    return pa.concat_tables(tables)
 
 
 class RunFolder:
@@ -61,8 +132,10 @@ class RunFolder:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.recordings = folder / "recordings"
-        self._trials: list[dict[str, Any]] = []
-        self._frames: list[pa.Table] = []
+        self._rows: dict[int, tuple[dict[str, Any], ...]] = {}
+        self._frames: dict[int, pa.Table] = {}
+        self._due = 0.0
+        self._stale = False
 
     def create(self, description: Mapping[str, Any]) -> None:
         """Make the folder with its ``experiment.json``.
@@ -75,40 +148,78 @@ class RunFolder:
             if self.path("trials.parquet").exists():
                 raise FileExistsError
             with self.path("experiment.json").open("x", encoding="utf-8") as file:
-                file.write(_json(description))
+                file.write(to_json(description))
         except FileExistsError:
-            raise FileExistsError(f"{self.folder} already holds a run: choose another --out, or remove it") from None
+            raise FileExistsError(
+                f"{self.folder} already holds a run: choose another --out, remove it, or go on with it by --resume"
+            ) from None
+
+    def reopen(self, description: Mapping[str, Any]) -> None:
+        """Go on with the run that the folder holds.
+
+        Raises `UsageError` if it holds none, or one with other parameters, naming the first that differs.
+        """
+        try:
+            there = json.loads(self.path("experiment.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            raise UsageError(f"--resume {self.folder}: no readable experiment.json there") from None
+        difference = _difference(there, json.loads(to_json(description)))
+        if difference:
+            raise UsageError(f"--resume {self.folder}: {difference}")
+        self.recordings.mkdir(exist_ok=True)
+        if self.path("trials.parquet").exists():
+            for row in pq.read_table(self.path("trials.parquet")).to_pylist():
+                self._rows[row["trial"]] = (*self._rows.get(row["trial"], ()), row)
+            frames = pq.read_table(self.path("frames.parquet"))
+            trials = frames["trial"].to_numpy()
+            self._frames = {trial: frames.filter(trials == trial) for trial in self._rows}
 
     def path(self, name: str) -> Path:
         """Path of a file in the folder."""
         return self.folder / name
 
-    def add(self, result: TrialResult) -> None:
-        """Append a finished trial and bring both tables up to date."""
-        self._trials.append(trial_row(result))
-        self._frames.append(frame_table(result))
-        order = sorted(range(len(self._trials)), key=lambda i: self._trials[i]["trial"])
-        # Frames first: whenever this is cut short, a trial that has its row has its frames.
-        self._write_table("frames.parquet", pa.concat_tables([self._frames[i] for i in order]))
-        self._write_table("trials.parquet", pa.Table.from_pylist([self._trials[i] for i in order], TRIAL_SCHEMA))
+    def done(self) -> frozenset[int]:
+        """The trials that are finished."""
+        return frozenset(self._rows)
 
-    def trials(self) -> list[dict[str, Any]]:
-        """The rows so far, in order of trial."""
-        return sorted(self._trials, key=lambda row: row["trial"])
+    def add(self, trial: Finished, recording_name: str) -> None:
+        """Append a finished trial: its recording, then the tables as soon as they may take the time."""
+        if trial.recording is not None:
+            self._replace(self.recordings / recording_name, trial.recording)
+        self._rows[trial.index] = trial.rows
+        self._frames[trial.index] = trial.frames
+        self._stale = True
+        if time.monotonic() >= self._due:
+            self.flush()
+
+    def flush(self) -> None:
+        """Bring both tables up to date."""
+        if not self._stale:
+            return
+        began = time.monotonic()
+        # Frames first: whenever this is cut short, a trial that has its row has its frames.
+        self._write_table("frames.parquet", self.frames())
+        self._write_table("trials.parquet", pa.Table.from_pylist(self.rows(), TRIAL_SCHEMA))
+        self._stale = False
+        ended = time.monotonic()
+        self._due = ended + (ended - began) / WRITING_SHARE
+
+    def rows(self) -> list[dict[str, Any]]:
+        """The rows so far, in order of trial, then model."""
+        return [row for trial in sorted(self._rows) for row in self._rows[trial]]
 
     def frames(self) -> pa.Table:
-        """The per-frame table so far."""
-        return pa.concat_tables(self._frames) if self._frames else FRAME_SCHEMA.empty_table()
+        """The per-frame table so far, in the same order."""
+        tables = [self._frames[trial] for trial in sorted(self._frames)]
+        return pa.concat_tables(tables) if tables else FRAME_SCHEMA.empty_table()
 
     def write_text(self, name: str, text: str) -> None:
         """Write a text file atomically."""
-        partial = self.path(name + ".part")
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(self.path(name))
+        self._replace(self.path(name), text.encode())
 
-    def write_json(self, name: str, value: Mapping[str, Any]) -> None:
+    def write_json(self, name: str, value: Any) -> None:
         """Write a JSON file atomically, indented for reading."""
-        self.write_text(name, _json(value))
+        self.write_text(name, to_json(value))
 
     def write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
         """Write rows as CSV atomically."""
@@ -118,29 +229,21 @@ class RunFolder:
 
     def _write_table(self, name: str, table: pa.Table) -> None:
         partial = self.path(name + ".part")
-        pq.write_table(table, partial)
+        try:
+            pq.write_table(table, partial)
+        except OSError:
+            partial.unlink(missing_ok=True)
+            raise
         partial.replace(self.path(name))
 
-
-def trial_row(result: TrialResult) -> dict[str, Any]:
-    """The row of ``trials.parquet``: what was set, then what came out."""
-    spec, condition = result.spec, result.spec.condition
-    set_values = {
-        "experiment": spec.experiment,
-        "trial": spec.index,
-        "repeat": spec.repeat,
-        "seed": spec.seed,
-        "model": spec.settings.model,
-        **dataclasses.asdict(condition),
-    }
-    return {name: set_values[name] if name in set_values else getattr(result, name) for name in TRIAL_SCHEMA.names}
-
-
-def frame_table(result: TrialResult) -> pa.Table:
-    """The rows of ``frames.parquet`` of one trial."""
-    columns = {field.name: getattr(result.columns, field.name) for field in dataclasses.fields(FrameColumns)}
-    index = {"trial": [result.spec.index] * result.frames, "frame": range(result.frames)}
-    return pa.table({**index, **columns}, schema=FRAME_SCHEMA)
+    def _replace(self, path: Path, data: bytes) -> None:
+        partial = path.with_name(path.name + ".part")
+        try:
+            partial.write_bytes(data)
+        except OSError:
+            partial.unlink(missing_ok=True)
+            raise
+        partial.replace(path)
 
 
 def read_trials(folder: Path) -> list[dict[str, Any]]:
@@ -157,12 +260,31 @@ def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...]
     return groups
 
 
-def _json(value: Mapping[str, Any]) -> str:
-    return json.dumps(value, indent=2, default=_plain) + "\n"
+def varying(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:
+    """``varies``, and the other columns that tell the conditions apart, model included."""
+    implied = {"motion": {"angle_deg", "distance_cm", "far_cm", "acceleration_cm_s2"}, "angle_deg": {"direction"}}
+    others = [
+        name
+        for name in ("model", *CONDITION_COLUMNS)
+        if name != varies and name not in implied.get(varies, ()) and len({row[name] for row in rows}) > 1
+    ]
+    return [*(["model"] if "model" in others else []), varies, *(name for name in others if name != "model")]
 
 
-def _plain(value: Any) -> Any:
-    """What JSON does not know: dataclasses become objects, paths text."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return dataclasses.asdict(value)
-    return str(value)
+def to_json(value: Any) -> str:
+    """Indented JSON; dataclasses become objects."""
+    return json.dumps(value, indent=2, default=plain) + "\n"
+
+
+def _difference(there: Any, here: Any, path: str = "") -> str:
+    """The first parameter in which two descriptions differ, in words; empty if none does."""
+    if path == "versions.python":
+        return ""  # another patch of Python changes no number
+    if isinstance(there, dict) and isinstance(here, dict):
+        keys = [*there, *(key for key in here if key not in there)]
+        found = (_difference(there.get(k), here.get(k), f"{path}.{k}".lstrip(".")) for k in keys)
+        return next(filter(None, found), "")
+    if isinstance(there, list) and isinstance(here, list) and len(there) == len(here):
+        found = (_difference(a, b, f"{path}[{i}]") for i, (a, b) in enumerate(zip(there, here, strict=True)))
+        return next(filter(None, found), "")
+    return "" if there == here else f"{path} is {json.dumps(there)} there and {json.dumps(here)} now"

@@ -4,39 +4,41 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from dsnn import model_entry
 from experiments.bench.declaration import Experiment, Settings
+from experiments.bench.files import UsageError
+from experiments.bench.models import Chosen, choose, family
+from experiments.bench.plan import Plan, check
 
 
-class UsageError(Exception):
-    """A wrong use, told in one line: what was given, what is legal, where it came from."""
+def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, Any]:
+    """Section name -> its default value: each model under its family's name, the apparatus, then the design.
 
-
-def sections(experiment: Experiment | None, model: str) -> dict[str, Any]:
-    """Section name -> its default value: the model under its family's name, then the apparatus, then the design."""
-    network = model_entry(model).robot
-    table = {model.split("-")[0]: network, "robot": RobotConfig(), "camera": CameraConfig(), "scene": SceneConfig()}
+    Models of one family (``dsnn``, ``dsnn-reference``) share a section: the first one's defaults.
+    """
+    table: dict[str, Any] = {}
+    for name in models:
+        chosen = choose(name)
+        table.setdefault(family(chosen.label), chosen.network)
+    table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": SceneConfig()}
     return table if experiment is None else {**table, "experiment": experiment.design}
 
 
-def configure(experiment: Experiment, model: str, assignments: Iterable[str]) -> tuple[Experiment, Settings]:
+def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:
     """Apply ``SECTION.NAME=VALUE`` texts; raises `UsageError` naming the value, its range and its origin."""
-    try:
-        values = sections(experiment, model)
-    except ValueError as error:
-        raise UsageError(f"--model {model}: {error}") from None
-    for section, changes in _collect(assignments, values).items():
-        values[section] = _changed(section, values[section], changes)
+    values = sections(experiment, models)
+    collected = _collect(assignments, values)
+    chosen = _chosen(models, collected)
+    for section in ("robot", "camera", "scene", "experiment"):
+        values[section] = changed(section, values[section], collected.get(section, {}))
     design = values["experiment"]
     settings = Settings(
-        model=model,
-        network=values[model.split("-")[0]],
+        models=chosen,
         robot=values["robot"],
         camera=values["camera"],
         scene=values["scene"],
@@ -47,6 +49,33 @@ def configure(experiment: Experiment, model: str, assignments: Iterable[str]) ->
         return dataclasses.replace(experiment, design=design), settings
     except ValueError as error:
         raise UsageError(f"--set: {error}") from None
+
+
+def _chosen(models: Sequence[str], collected: Mapping[str, Mapping[str, str]]) -> tuple[Chosen, ...]:
+    chosen = tuple(choose(name) for name in models)
+    labels = [model.label for model in chosen]
+    for label in labels:
+        if labels.count(label) > 1:
+            raise UsageError(f"--model {label}: given twice")
+    return tuple(
+        dataclasses.replace(model, network=changed(section, model.network, collected.get(section, {})))
+        for model in chosen
+        for section in [family(model.label)]
+    )
+
+
+def plan(
+    experiment: Experiment, models: Sequence[str], assignments: Iterable[str], repeats: int | None, seed: int
+) -> Plan:
+    """A checked plan from what a person typed; `UsageError` for what cannot be run."""
+    count = experiment.repeats if repeats is None else repeats
+    if count < 1:
+        raise UsageError(f"--repeats {count}: legal is a whole number from 1 up")
+    if seed < 0:
+        raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+    made = Plan(*configure(experiment, models, assignments), count, seed)
+    check(made)
+    return made
 
 
 def _collect(assignments: Iterable[str], values: Mapping[str, Any]) -> dict[str, dict[str, str]]:
@@ -65,8 +94,10 @@ def _collect(assignments: Iterable[str], values: Mapping[str, Any]) -> dict[str,
     return collected
 
 
-def _changed(section: str, value: Any, changes: Mapping[str, str]) -> Any:
-    """``value`` with ``changes`` applied together and validated."""
+def changed(section: str, value: Any, changes: Mapping[str, str]) -> Any:
+    """``value`` with ``changes`` (name -> text) applied together and validated; `UsageError` if one is not legal."""
+    if not changes:
+        return value
     properties = _properties(type(value))
     parsed = {name: _split(text, properties[name]) for name, text in changes.items()}
     present = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
@@ -79,13 +110,6 @@ def _changed(section: str, value: Any, changes: Mapping[str, str]) -> Any:
         said = problem["msg"].removeprefix("Value error, ")
         reason = f"legal is {legal}" if legal else said
         raise UsageError(f"--set {section}.{name}={changes.get(name, '')}: {reason}") from None
-
-
-def explain(error: ValidationError) -> str:
-    """The first problem of a failed validation in one line: object, attribute, value, bound."""
-    problem = error.errors()[0]
-    where = ".".join([error.title, *(str(part) for part in problem["loc"])])
-    return f"{where}={problem['input']!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}"
 
 
 def _split(text: str, schema: Mapping[str, Any]) -> str | list[str]:
@@ -130,9 +154,9 @@ class Parameter:
     description: str
 
 
-def parameters(experiment: Experiment, model: str) -> Iterator[Parameter]:
+def parameters(experiment: Experiment, models: Sequence[str]) -> Iterator[Parameter]:
     """Every key that ``--set`` takes, with its present value."""
-    for section, value in sections(experiment, model).items():
+    for section, value in sections(experiment, models).items():
         properties = _properties(type(value))
         for field in dataclasses.fields(value):
             present = getattr(value, field.name)

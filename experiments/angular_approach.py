@@ -1,0 +1,18 @@
+"""Approaches at five angles (the paper's robot-sys-ar): from 20 cm to 5 cm before the camera."""
+
+from experiments.bench.declaration import Experiment
+from experiments.bench.designs import Angular
+
+EXPERIMENT = Experiment(
+    name="angular-approach",
+    summary="from 20 cm to 5 cm before the camera, at five angles",
+    design=Angular("approach"),
+    varies="angle_deg",
+    repeats=10,
+    claims=("C13", "C17", "C18", "C21"),
+)
+
+if __name__ == "__main__":
+    from experiments.bench.cli import run_file
+
+    run_file(__file__)

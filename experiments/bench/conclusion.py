@@ -1,0 +1,83 @@
+"""What a run amounts to: summary, claims and figure of its trials."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+from experiments.bench import figures
+from experiments.bench.claims import Verdict, flaws, judge
+from experiments.bench.declaration import CONDITION_COLUMNS
+from experiments.bench.plan import Plan
+from experiments.bench.results import Failure, RunFolder, group
+from experiments.bench.statistics import holm, paired, summarise
+
+QUANTITIES = ("spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Report:
+    """What a run amounts to: a row per condition, the verdicts, any flaws of its trials, and those that failed."""
+
+    folder: Path
+    varies: str
+    rows: list[dict[str, Any]]
+    summary: list[dict[str, Any]]
+    verdicts: list[Verdict]
+    flaws: str
+    failures: list[Failure]
+
+
+def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:
+    """Write summary, claims and figure of the trials in ``folder``."""
+    rows = folder.rows()
+    verdicts = [
+        judge(claim, [row for row in rows if row["model"] == model.label], model.threshold, model.label)
+        for model in plan.settings.models
+        for claim in plan.experiment.claims
+    ]
+    summary = summary_rows(rows)
+    if rows:
+        folder.write_rows("summary.csv", summary)
+        compared = compare(rows)
+        if compared:
+            folder.write_rows("comparisons.csv", compared)
+        figures.save(figures.draw(rows, folder.frames(), plan), folder.folder)
+    folder.write_json("claims.json", verdicts)
+    return Report(folder.folder, plan.experiment.varies, rows, summary, verdicts, flaws(rows), list(failures))
+
+
+def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:
+    """One row per model, condition and quantity: n, mean, sd, median, 95 % bootstrap interval of the mean."""
+    keys = ("model", *CONDITION_COLUMNS)
+    table = []
+    for condition, chosen in group(rows, *keys).items():
+        for quantity in QUANTITIES:
+            summary = summarise([row[quantity] for row in chosen])
+            numbers = {k: None if math.isnan(v) else v for k, v in dataclasses.asdict(summary).items()}
+            table.append({**dict(zip(keys, condition, strict=True)), "quantity": quantity, **numbers})
+    return table
+
+
+def compare(rows: Sequence[Any]) -> list[dict[str, Any]]:
+    """Every two models on the same trials, per condition: a paired test of their spikes, p by Holm over all rows."""
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    table: list[dict[str, Any]] = []
+    for condition, chosen in group(rows, *CONDITION_COLUMNS).items():
+        spikes = {m: [row["spikes"] for row in chosen if row["model"] == m] for m in models}
+        for one, other in combinations(models, 2):
+            test = paired(spikes[one], spikes[other])
+            difference = sum(spikes[one]) / len(spikes[one]) - sum(spikes[other]) / len(spikes[other])
+            table.append(
+                {
+                    **dict(zip(CONDITION_COLUMNS, condition, strict=True)), "model": one, "against": other,
+                    "n": len(spikes[one]), "mean_difference": difference, "rank_biserial": test.effect, "p": test.p,
+                }
+            )  # fmt: skip
+    for row, p in zip(table, holm([row["p"] for row in table]), strict=True):
+        row["p_holm"] = p
+    return table

@@ -1,0 +1,227 @@
+"""What a run shows of itself on the terminal: the plan, progress, the table of conditions, the verdicts."""
+
+from __future__ import annotations
+
+import shlex
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from experiments.bench.declaration import CONDITION_COLUMNS
+from experiments.bench.plan import Plan, describe
+from experiments.bench.pool import Pool, open_pool
+from experiments.bench.results import RunFolder, group, varying
+from experiments.bench.runner import Keep, run_trials
+
+if TYPE_CHECKING:
+    from experiments.bench.conclusion import Report
+    from experiments.bench.reproduce import ClaimReport
+    from experiments.bench.sweep import Part, Point
+
+LINE_EVERY_S = 60.0  # progress where there is no terminal to draw a bar on
+FRAME_MS, MODEL_MS, RECORDING_MS, START_S = 1.3, 0.25, 0.6, 2.0
+"""What a frame costs one core, each further model, and its recording; what starting workers takes: for estimates."""
+
+SHORT = {
+    "speed_cm_s": "cm/s", "distance_cm": "cm", "far_cm": "far cm", "angle_deg": "deg", "shell_grey": "shell",
+    "wall_contrast": "wall", "observer_speed_cm_s": "own cm/s", "observer_turn_deg_s": "own deg/s",
+    "acceleration_cm_s2": "cm/s2",
+}  # fmt: skip
+
+out_console = Console(highlight=False)
+error_console = Console(stderr=True, highlight=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Means:
+    """What to run with: worker processes or a cluster's address, and whether to keep quiet."""
+
+    workers: int
+    cluster: str | None = None
+    quiet: bool = False
+
+
+class _Rate(ProgressColumn):
+    def render(self, task: Task) -> Text:
+        return Text(f"{task.speed:.1f}/s" if task.speed else "")
+
+
+@contextmanager
+def progress(name: str, total: int, quiet: bool) -> Iterator[Callable[[], None]]:
+    """A bar with rate and time left, or a line a minute where there is no terminal; yields what to call per trial."""
+    began = told = time.monotonic()
+    done = 0
+    columns = (
+        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), _Rate(),
+        TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=error_console, transient=True, disable=quiet) as bar:
+        task = bar.add_task(f"{name}: trials", total=total)
+
+        def advance() -> None:
+            nonlocal done, told
+            done += 1
+            bar.advance(task)
+            now = time.monotonic()
+            if not quiet and not error_console.is_terminal and now - told > LINE_EVERY_S:
+                told, rate = now, done / (now - began)
+                left = (total - done) / rate
+                error_console.print(f"{done} of {total} trials, {rate:.1f}/s, {left:.0f} s left")
+
+        yield advance
+
+
+def estimate(plans: list[Plan], means: Means, recordings: bool) -> str:
+    """The design check: trials, frames, expected time."""
+    trials = sum(len(plan.specs()) for plan in plans)
+    frames = sum(plan.frames() for plan in plans)
+    ms = sum(plan.frames() * (FRAME_MS + MODEL_MS * (len(plan.settings.models) - 1)) for plan in plans)
+    seconds = (ms + recordings * RECORDING_MS * frames) / 1e3 / max(means.workers, 1) + START_S
+    where = f"on {means.cluster}" if means.cluster else f"about {seconds:.0f} s on {max(means.workers, 1)} workers"
+    return f"{trials} trials, about {frames:,} frames, {where}"
+
+
+def run(plan: Plan, out: Path, means: Means, resume: bool, recordings: bool) -> Report:
+    """Run a checked plan with a pool of its own, and show it."""
+    folder = open_folder(plan, out, resume)
+    with open_pool(means.workers, means.cluster) as pool:
+        failures = run_with(plan, folder, pool, means, recordings)
+    # Not before: it loads libraries that the trials do without.
+    from experiments.bench.conclusion import conclude
+
+    report = conclude(plan, folder, failures)
+    if not means.quiet:
+        show(report, recordings)
+    return report
+
+
+def open_folder(plan: Plan, out: Path, resume: bool) -> RunFolder:
+    """The run's folder, made or reopened."""
+    folder = RunFolder(out)
+    if resume:
+        folder.reopen(describe(plan))
+    else:
+        folder.create(describe(plan))
+    return folder
+
+
+def run_with(plan: Plan, folder: RunFolder, pool: Pool, means: Means, recordings: bool) -> list[Any]:
+    """Run what a plan has left to do, with progress; says how far it got if it is cut short."""
+    total = len(plan.specs())
+    before = len(folder.done())
+    if not means.quiet:
+        resumed = f"; {before} of them done already" if before else ""
+        said = f"{plan.experiment.name}: {estimate([plan], means, recordings)}{resumed}, into {folder.folder}"
+        error_console.print(said, soft_wrap=True, markup=False)
+    with progress(plan.experiment.name, total - before, means.quiet) as advance:
+        try:
+            failures = run_trials(plan.specs(), folder, pool, advance, Keep(recordings))
+        except BaseException:
+            said = f"stopped after {len(folder.done())} of {total} trials; they are in {folder.folder}"
+            error_console.print(said, soft_wrap=True, markup=False)
+            raise
+    for failure in failures:
+        said = f"trial {failure.trial} ({failure.condition}) failed after {failure.attempts} attempts: {failure.reason}"
+        error_console.print(said, soft_wrap=True, markup=False)
+    return failures
+
+
+def show(report: Report, recordings: bool) -> None:
+    """The table of conditions, the verdicts, and where everything is."""
+    if report.rows:
+        out_console.print(_conditions_table(report))
+    several = len({row["model"] for row in report.rows}) > 1
+    for verdict in report.verdicts:
+        colour = {"holds": "green", "fails": "red", "untested": "yellow"}[verdict.verdict]
+        who = f" ({verdict.model})" if several else ""
+        out_console.print(f"\n[b]{verdict.id}[/b]{who} [{colour}]{verdict.verdict}[/{colour}]: {verdict.says}")
+        out_console.print(f"    {verdict.measured}" + (f"\n    {verdict.effect}" if verdict.effect else ""))
+    if report.flaws:
+        out_console.print(f"\n[red]beware[/red]: {report.flaws}")
+    places: dict[str, object] = {"figure": report.folder / "figure.png", "tables": report.folder / "trials.parquet"}
+    if recordings:
+        places["recordings"] = f"colias view {shlex.quote(str(report.folder))}"
+    out_console.print()
+    for name, place in places.items():
+        out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
+
+
+def show_claims(claims: Sequence[ClaimReport]) -> None:
+    """The claims tested, a line each, with at how many seeds they hold."""
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    for name in ("claim", "verdict", "seeds", "the paper says"):
+        table.add_column(name, no_wrap=name != "the paper says")
+    for claim in claims:
+        if claim.seeds is not None:
+            colour = {"holds": "green", "fails": "red", "untested": "yellow"}[claim.verdict]
+            seeds = f"{claim.seeds_holding} of {claim.seeds}"
+            table.add_row(claim.id, f"[{colour}]{claim.verdict}[/{colour}]", seeds, claim.says)
+    out_console.print(table)
+
+
+def sweep(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path, means: Means) -> bool:
+    """Run a sweep's parts, write table and figure, show them; true if trials failed."""
+    rows: list[dict[str, Any]] = []
+    failed = False
+    if (out / "sweep.csv").exists():
+        raise FileExistsError(f"{out} already holds a sweep: choose another --out, or remove it")
+    with open_pool(means.workers, means.cluster) as pool:
+        for part in parts:
+            folder = open_folder(part.plan, out / part.folder, resume=False)
+            failed |= bool(run_with(part.plan, folder, pool, means, recordings=False))
+            rows += folder.rows()
+    from experiments.bench import sweep as grids
+
+    table = grids.table(rows, points)
+    whole = RunFolder(out)
+    whole.write_rows("sweep.csv", table)
+    title = f"{parts[0].plan.experiment.name}, n = {parts[0].plan.repeats}"
+    picture = grids.write_figure(grids.draw(rows, points, varies, title), out)
+    if not means.quiet:
+        out_console.print(_sweep_table(table, [key for key, _ in points[0].values], varies))
+        for name, place in {"figure": picture, "table": out / "sweep.csv"}.items():
+            out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
+    return failed
+
+
+def _sweep_table(rows: Sequence[dict[str, Any]], keys: Sequence[str], varies: str) -> Table:
+    table = Table(title="mean HS spikes per trial", title_justify="left", box=None, header_style="bold", pad_edge=False)
+    levels = list(dict.fromkeys(row[varies] for row in rows))
+    for name in (*keys, *(v if isinstance(v, str) else f"{v:g} {SHORT.get(varies, varies)}" for v in levels)):
+        table.add_column(name, justify="right")
+    for values, chosen in group(rows, *keys).items():
+        means = {level: [r["spikes_mean"] for r in chosen if r[varies] == level] for level in levels}
+        table.add_row(*values, *(f"{sum(m) / len(m):.1f}" for m in means.values()))
+    return table
+
+
+def _conditions_table(report: Report) -> Table:
+    table = Table(title="HS spikes per trial", title_justify="left", box=None, header_style="bold", pad_edge=False)
+    conditions = group(report.summary, "model", *CONDITION_COLUMNS)
+    names = varying(report.rows, report.varies)
+    for name in names:
+        text = name in ("model", "motion", "direction")
+        table.add_column(SHORT.get(name, name), justify="left" if text else "right", no_wrap=True)
+    for name in ("n", "mean", "95 % interval", "rate Hz", "peak HS", "trough HS"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for chosen in conditions.values():
+        values, rows = chosen[0], {row["quantity"]: row for row in chosen}
+        spikes = rows["spikes"]
+        table.add_row(
+            *("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names)),
+            f"{spikes['n']}",
+            f"{spikes['mean']:.1f}",
+            "-" if spikes["ci_low"] is None else f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
+            f"{rows['firing_rate_hz']['mean']:.1f}",
+            f"{rows['peak_hs']['mean']:+.2f}",
+            f"{rows['trough_hs']['mean']:+.2f}",
+        )
+    return table

@@ -1,0 +1,68 @@
+"""Run a user's own Python file, which they asked for by name, and take what it declares."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import traceback
+from pathlib import Path
+from types import ModuleType
+
+from pydantic import ValidationError
+
+
+class UsageError(Exception):
+    """A wrong use, told in one line: what was given, what is legal, where it came from."""
+
+
+def is_file(name: str) -> bool:
+    """Whether ``name`` means a file rather than something registered."""
+    return name.endswith(".py") or "/" in name
+
+
+def declared(path: Path, name: str) -> object:
+    """What the file at ``path`` declares as ``name``.
+
+    Modules beside the file can be imported, and what it defines can be found again by name, as dataclasses and
+    pickles need. Raises `UsageError` on a file that cannot be read, has an error, or declares no such name.
+    """
+    if not path.is_file():
+        raise UsageError(f"{path}: no such file")
+    module = _module(path.resolve(), path)
+    if not hasattr(module, name):
+        raise UsageError(f"{path}: declares no {name}")
+    return getattr(module, name)
+
+
+def _module(path: Path, shown: Path) -> ModuleType:
+    alias = f"colias_user_{path.stem}"
+    known = sys.modules.get(alias)
+    if known is not None and known.__file__ == str(path):
+        return known
+    spec = importlib.util.spec_from_file_location(alias, path)
+    if spec is None or spec.loader is None:
+        raise UsageError(f"{shown}: the file's name should end in .py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[alias] = module
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))
+    try:
+        spec.loader.exec_module(module)
+    except SyntaxError as error:
+        del sys.modules[alias]
+        raise UsageError(f"{shown}, line {error.lineno}: {error.msg}") from None
+    except (Exception, SystemExit) as error:
+        del sys.modules[alias]
+        frames = traceback.extract_tb(error.__traceback__)
+        lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == path]
+        where = f", line {lines[-1]}" if lines else ""
+        said = explain(error) if isinstance(error, ValidationError) else f"{type(error).__name__}: {error}"
+        raise UsageError(f"{shown}{where}: {' '.join(said.split())}") from None
+    return module
+
+
+def explain(error: ValidationError) -> str:
+    """The first problem of a failed validation in one line: object, attribute, value, bound."""
+    problem = error.errors()[0]
+    where = ".".join([error.title, *(str(part) for part in problem["loc"])])
+    return f"{where}={problem['input']!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}"

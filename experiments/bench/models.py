@@ -1,0 +1,73 @@
+"""The models of a run: registered ones by name, a user's own by the path of the file that declares it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dsnn import ModelEntry, VisionModel, model_entry
+from experiments.bench.files import UsageError, declared, is_file
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """A model with its parameters, under the ``label`` that tables and figures show.
+
+    It crosses to other processes as its source and the values of its parameters, so that a user's own file is
+    found there too.
+    """
+
+    label: str
+    source: str
+    """A registered name, or the absolute path of a .py file."""
+    network: Any
+    """Its parameters, a frozen dataclass."""
+
+    @property
+    def threshold(self) -> float:
+        """The spiking threshold on its membrane potentials; 0 where it has none."""
+        return float(getattr(self.network, "t_sp", 0.0))
+
+    def build(self, shape: tuple[int, int]) -> VisionModel:
+        """The model itself, for frames of ``shape`` (R, C)."""
+        return load_model(self.source).build(shape, self.network)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        fields = {field.name: getattr(self.network, field.name) for field in dataclasses.fields(self.network)}
+        return _again, (self.label, self.source, fields)
+
+
+def _again(label: str, source: str, fields: Mapping[str, Any]) -> Chosen:
+    return Chosen(label, source, dataclasses.replace(load_model(source).robot, **fields))
+
+
+def load_model(source: str) -> ModelEntry:
+    """The registered model called ``source``, or the one that the file ``source`` declares as ``MODEL``.
+
+    Raises `UsageError` on an unknown name, and on a file that declares no `dsnn.ModelEntry`.
+    """
+    if not is_file(source):
+        try:
+            return model_entry(source)
+        except ValueError as error:
+            raise UsageError(f"--model {source}: {error}, or a .py file") from None
+    entry = declared(Path(source), "MODEL")
+    if not isinstance(entry, ModelEntry):
+        raise UsageError(f"{source}: MODEL is a {type(entry).__name__}, expected a dsnn.ModelEntry")
+    if not dataclasses.is_dataclass(entry.robot) or isinstance(entry.robot, type):
+        raise UsageError(f"{source}: MODEL.robot is a {type(entry.robot).__name__}, expected a frozen dataclass")
+    return entry
+
+
+def choose(source: str) -> Chosen:
+    """The model ``source`` with its parameters for the robot."""
+    entry = load_model(source)
+    return Chosen(entry.name, str(Path(source).resolve()) if is_file(source) else source, entry.robot)
+
+
+def family(name: str) -> str:
+    """The section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``."""
+    return name.split("-")[0]

@@ -1,0 +1,101 @@
+"""The report of a reproduction: one self-contained page."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from experiments.bench import study
+from experiments.bench.conclusion import Report, compare
+from experiments.bench.declaration import plain
+from experiments.bench.figures import STYLE
+from experiments.bench.plan import Plan
+from experiments.bench.reproduce import Reproduction
+from experiments.bench.results import RunFolder, varying
+
+SHADES = {"holds": "#2a9d8f", "fails": "#b5485d", "untested": "#cfcfcf"}
+SIGNS = {"holds": "holds", "fails": "fails", "untested": "-"}
+
+
+def write(result: Reproduction) -> Path:
+    """Write ``report.html`` and ``sensitivity.svg`` into the reproduction's folder; return the former's path."""
+    folder = RunFolder(result.folder)
+    matrix = sensitivity_figure(result.sensitivity)
+    folder.write_text("sensitivity.svg", matrix)
+    environment = jinja2.Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
+    source = files("experiments.bench").joinpath("report.html.j2").read_text(encoding="utf-8")
+    page = environment.from_string(source).render(
+        result=result,
+        holding=sum(claim.verdict == "holds" for claim in result.claims),
+        tested=sum(claim.verdict != "untested" for claim in result.claims),
+        runs=[_run(plan, report) for plan, report in result.runs],
+        matrix=_inline(matrix.encode()),
+        parameters=json.dumps(result.description, indent=2, default=plain),
+        versions=result.description["versions"],
+    )
+    folder.write_text("report.html", page)
+    return result.folder / "report.html"
+
+
+def sensitivity_figure(verdicts: Mapping[str, Mapping[str, str]]) -> str:
+    """One matrix as SVG: what was moved, down; claims, across; holds or fails in words and colour."""
+    claims, names = study.ROBOT_CLAIMS, list(verdicts)
+    with mpl.rc_context(STYLE):
+        drawn = Figure(figsize=(7.2, 0.6 + 0.3 * len(names)), layout="constrained")
+        axes = drawn.subplots()
+        for row, name in enumerate(names):
+            for column, claim in enumerate(claims):
+                verdict = verdicts[name][claim]
+                axes.barh(row, 0.94, left=column - 0.47, height=0.88, color=SHADES[verdict])
+                axes.text(column, row, SIGNS[verdict], ha="center", va="center", fontsize=8,
+                          color="black" if verdict == "untested" else "white")  # fmt: skip
+        axes.set_xticks(range(len(claims)), claims)
+        axes.set_yticks(range(len(names)), ["defaults" if name == study.MODEL else name for name in names])
+        axes.xaxis.tick_top()
+        axes.tick_params(length=0)
+        axes.spines[:].set_visible(False)
+        axes.set(xlim=(-0.5, len(claims) - 0.5), ylim=(len(names) - 0.5, -0.5))
+        stream = io.StringIO()
+        drawn.savefig(stream, format="svg", metadata={"Date": None})
+    return stream.getvalue()
+
+
+def _run(plan: Plan, report: Report) -> dict[str, Any]:
+    """What the page shows of one experiment."""
+    figure = report.folder / "figure.svg"
+    names = varying(report.rows, report.varies) if report.rows else []
+    spikes = [row for row in report.summary if row["quantity"] == "spikes"]
+    return {
+        "name": plan.experiment.name,
+        "summary": plan.experiment.summary,
+        "figure": _inline(figure.read_bytes()) if report.rows else "",
+        "columns": names,
+        "conditions": [[_cell(row[name]) for name in names] for row in spikes],
+        "spikes": spikes,
+        "comparisons": compare(report.rows),
+        "condition_names": [name for name in names if name != "model"],
+        "recordings": sorted(f"{plan.experiment.name}/recordings/{path.name}" for path in
+                             (report.folder / "recordings").glob("*.rrd")),
+        "failures": report.failures,
+        "flaws": report.flaws,
+    }  # fmt: skip
+
+
+def _cell(value: Any) -> str:
+    return "" if value is None else value if isinstance(value, str) else f"{value:g}"
+
+
+def _inline(svg: bytes) -> str:
+    """A picture inside the page, under no name that could clash with another's."""
+    return "data:image/svg+xml;base64," + base64.b64encode(svg).decode()

@@ -1,0 +1,119 @@
+"""Do the claims survive? The paper's trials again at other seeds, and with parameters and apparatus moved."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from experiments.bench import catalogue
+from experiments.bench.claims import judge
+from experiments.bench.declaration import Experiment, TrialSpec
+from experiments.bench.designs import Translation
+from experiments.bench.models import choose
+from experiments.bench.settings import changed, plan
+
+PAPER = ("general", "speed", "distance", "angular-approach", "angular-recession")
+ROBOT_CLAIMS = ("C13", "C14", "C15", "C16", "C17", "C18", "C19", "C20")
+MODEL = "dsnn"
+
+NETWORK_MOVES: Mapping[str, Mapping[str, str]] = {
+    "N_p = 0": {"n_p": "0"},
+    "N_p = 6": {"n_p": "6"},
+    "d = 4": {"d": "4"},
+    "N_con = 4": {"n_con": "4"},
+    "tau_s = 10 for all": {"tau_s": "10,10"},
+    "tau_s = 200 for all": {"tau_s": "200,200"},
+    "tau_s falling, 200..10": {"tau_s": "200,10"},
+    "K_sp = 3": {"k_sp": "3"},
+    "T_sp = 0.16": {"t_sp": "0.16"},
+    "no FDSR": {"fdsr": "false"},
+}
+"""Each parameter at the end of the paper's own range that the default is not at; the last is its forerunner."""
+
+APPARATUS_MOVES: Mapping[str, Sequence[str]] = {
+    "no camera noise": ("camera.shot_noise=0", "camera.read_noise=0"),
+    "camera noise x 2": ("camera.shot_noise=2.56", "camera.read_noise=1.28"),
+    "light x 0.7": ("scene.light=0.7",),
+    "light x 1.3": ("scene.light=1.3",),
+    "dim arena": ("scene.arena=dim",),
+    "plain wall": ("scene.arena=plain",),
+    "wall contrast x 2": ("scene.wall_contrast=2",),
+    "sudden starts": ("experiment.acceleration_cm_s2=100",),
+}
+"""The apparatus, one thing moved at a time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """The trials of one case of a study, a seed or a move; ``labels`` are its models' if there are several."""
+
+    name: str
+    specs: tuple[TrialSpec, ...]
+    labels: tuple[str, ...] = (MODEL,)
+
+
+def study_experiments() -> list[Experiment]:
+    """The paper's conditions, each once: straight depth motion is in the angular ones, crossings in the others."""
+    leftward = Experiment("leftward", "", Translation((6.0,), (8.0,), "leftward"), "speed_cm_s")
+    return [*(catalogue.load(name) for name in PAPER if name != "general"), leftward]
+
+
+def seed_cases(seeds: Iterable[int], repeats: int) -> list[Case]:
+    """One case per seed, with the defaults."""
+    return [Case(str(seed), _specs((), repeats, seed)) for seed in seeds]
+
+
+def sensitivity_cases(repeats: int, seed: int) -> list[Case]:
+    """All moves of the network on one rendering, the defaults among them; then one case per move of the apparatus."""
+    base = choose(MODEL)
+    models = [base] + [
+        dataclasses.replace(base, label=name, network=changed(MODEL, base.network, changes))
+        for name, changes in NETWORK_MOVES.items()
+    ]
+    network = tuple(
+        dataclasses.replace(spec, settings=dataclasses.replace(spec.settings, models=tuple(models)))
+        for spec in _specs((), repeats, seed)
+    )
+    cases = [Case("network", network, tuple(model.label for model in models))]
+    return cases + [Case(name, _specs(moves, repeats, seed)) for name, moves in APPARATUS_MOVES.items()]
+
+
+def _specs(assignments: Sequence[str], repeats: int, seed: int) -> tuple[TrialSpec, ...]:
+    specs: list[TrialSpec] = []
+    for experiment in study_experiments():
+        known = {field.name for field in dataclasses.fields(experiment.design)}  # type: ignore[arg-type]
+        own = [text for text in assignments if _applies(text, known)]
+        specs += plan(experiment, [MODEL], own, repeats, seed).specs()
+    return tuple(specs)
+
+
+def _applies(assignment: str, known: set[str]) -> bool:
+    section, _, rest = assignment.partition(".")
+    return section != "experiment" or rest.partition("=")[0] in known
+
+
+def numbered(cases: Sequence[Case]) -> list[TrialSpec]:
+    """All trials of the cases under one numbering; their seeds stay their own."""
+    specs = [spec for case in cases for spec in case.specs]
+    return [dataclasses.replace(spec, index=index) for index, spec in enumerate(specs)]
+
+
+def verdicts(cases: Sequence[Case], rows: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, str]]:
+    """Case (or label of its models) -> claim -> holds, fails, untested; ``rows`` are those of `numbered` trials."""
+    found: dict[str, dict[str, str]] = {}
+    start = 0
+    for case in cases:
+        mine = [row for row in rows if start <= row["trial"] < start + len(case.specs)]
+        start += len(case.specs)
+        complete = len({row["trial"] for row in mine}) == len(case.specs)
+        thresholds = {model.label: model.threshold for model in case.specs[0].settings.models}
+        for label in case.labels:
+            own = [row for row in mine if row["model"] == label]
+            name = label if len(case.labels) > 1 else case.name
+            found[name] = {
+                claim: judge(claim, own, thresholds[label]).verdict if complete else "untested"
+                for claim in ROBOT_CLAIMS
+            }
+    return found

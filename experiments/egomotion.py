@@ -1,0 +1,18 @@
+"""Crossings while the observer itself turns or drives. Not in the paper."""
+
+from experiments.bench.declaration import Experiment
+from experiments.bench.designs import Egomotion
+
+EXPERIMENT = Experiment(
+    name="egomotion",
+    summary="crossings while the observer turns or drives",
+    design=Egomotion(),
+    varies="observer_turn_deg_s",
+    repeats=10,
+    claims=(),
+)
+
+if __name__ == "__main__":
+    from experiments.bench.cli import run_file
+
+    run_file(__file__)

@@ -1,0 +1,18 @@
+"""One of each motion (the paper's robot-general-tests): straight approach and recession, a crossing each way."""
+
+from experiments.bench.declaration import Experiment
+from experiments.bench.designs import General
+
+EXPERIMENT = Experiment(
+    name="general",
+    summary="straight approach and recession, a crossing each way",
+    design=General(),
+    varies="motion",
+    repeats=10,
+    claims=("C13", "C14"),
+)
+
+if __name__ == "__main__":
+    from experiments.bench.cli import run_file
+
+    run_file(__file__)
