@@ -18,8 +18,9 @@ from colias_sim.path import Line
 from dsnn import DSNN, DSNNParams
 from experiments.bench import catalogue
 from experiments.bench.plan import Plan, describe
+from experiments.bench.pool import InProcess
 from experiments.bench.results import RunFolder
-from experiments.bench.runner import run
+from experiments.bench.runner import Keep, run_trials
 from experiments.bench.settings import configure
 
 FRAMES = 60
@@ -110,8 +111,8 @@ class _Split:
 
 
 def recording_table() -> Table:
-    """What recording adds to `colias run speed --repeats 1`: to its wall time, and to the work of both cores."""
-    experiment, settings = configure(catalogue.load("speed"), "dsnn", ())
+    """What recording adds to `colias run speed --repeats 1` in one process: to its wall time, and to its work."""
+    experiment, settings = configure(catalogue.load("speed"), ["dsnn"], ())
     plan = Plan(experiment, settings, repeats=1, seed=0)
     wall: dict[bool, list[float]] = {False: [], True: []}
     work: dict[bool, list[float]] = {False: [], True: []}
@@ -122,7 +123,7 @@ def recording_table() -> Table:
                 folder = RunFolder(Path(name) / "run")
                 folder.create(describe(plan))
                 began, worked = time.perf_counter(), time.process_time()
-                run(plan, folder, lambda result: None, recordings=recordings)
+                run_trials(plan.specs(), folder, InProcess(), lambda: None, Keep(recordings))
                 wall[recordings].append(time.perf_counter() - began)
                 work[recordings].append(time.process_time() - worked)
                 frames = folder.frames().num_rows

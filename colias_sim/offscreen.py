@@ -41,6 +41,7 @@ class Offscreen:
         self._model = model
         self._pixels = np.empty((rows, columns, 3), np.uint8)
         self._free = weakref.finalize(self, _free, self._context, self._mjr)
+        self._free.atexit = False  # by then MuJoCo has closed the display under it
 
     def render(self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption) -> npt.NDArray[np.uint8]:
         """The view of a camera, fixed in the scene or free: RGB (rows, columns, 3), *bottom row first*.

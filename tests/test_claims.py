@@ -9,7 +9,9 @@ from experiments.bench.paper import claim_texts
 def rows(spikes_by, column, direction="rightward", achieved=1.0, **fixed):
     return [
         {"motion": "translation", "direction": direction, "speed_cm_s": 6.0, "distance_cm": 8.0, "peak_hs": 0.5,
-         "trough_hs": -0.01, "path_error_mm": 0.1, **fixed, column: float(level), "spikes": count}
+         "trough_hs": -0.01, "path_error_mm": 0.1, "shell_grey": None, "wall_contrast": None,
+         "observer_speed_cm_s": 0.0, "observer_turn_deg_s": 0.0, "angle_deg": None,
+         **fixed, column: float(level), "spikes": count}
         | {"achieved_speed_cm_s": (float(level) if column == "speed_cm_s" else 6.0) * achieved}
         for level, counts in spikes_by.items()
         for count in counts
@@ -82,3 +84,40 @@ def test_the_words_are_the_paper_s_list():
     assert len(texts) == 21
     assert set(JUDGES) <= set(texts)
     assert judge("C1", [], 0.2).verdict == "untested"
+
+
+def depth(motion, spikes_by_angle, **changed):
+    return rows(spikes_by_angle, "angle_deg", "straight", motion=motion, **changed)
+
+
+def test_c13_counts_every_spike():
+    silent = depth("approach", {0: [0, 0]}) + depth("recession", {0: [0, 0]})
+    assert judge("C13", silent, 0.2).verdict == "holds"
+    assert judge("C13", silent + depth("recession", {0: [1]}), 0.2).verdict == "fails"
+    assert judge("C13", depth("approach", {0: [0]}), 0.2).verdict == "untested"
+    assert judge("C13", depth("approach", {0: [3]}), 0.2).verdict == "fails", "one motion is enough to fail"
+
+
+@pytest.mark.parametrize(
+    ("means", "fewest", "sides"),
+    [
+        ((11, 8, 0, 2, 8), "holds", True),
+        ((11, 8, 3, 2, 8), "fails", True),  # fewer at 15 than ahead
+        ((11, 8, 0, 0, 8), "fails", True),  # as few at 15 as ahead
+        ((8, 11, 0, 2, 8), "fails", True),  # more at -15 than at -30
+        ((8, 2, 0, 8, 11), "holds", False),
+    ],
+)
+def test_c17_to_c20(means, fewest, sides):
+    counts = dict(zip((-30, -15, 0, 15, 30), ([m, m] for m in means), strict=True))
+    assert judge("C17", depth("approach", counts), 0.2).verdict == fewest
+    assert judge("C18", depth("approach", counts), 0.2).verdict == ("holds" if sides else "fails")
+    assert judge("C19", depth("recession", counts), 0.2).verdict == fewest
+    assert judge("C20", depth("recession", counts), 0.2).verdict == ("fails" if sides else "holds")
+    assert judge("C17", depth("recession", counts), 0.2).verdict == "untested"
+
+
+def test_other_experiments_trials_do_not_count():
+    spikes = dict(zip((2, 4, 6, 10), ([m, m, m] for m in (0, 40, 60, 45)), strict=True))
+    mixed = rows(spikes, "speed_cm_s") + rows({6: [0] * 9}, "speed_cm_s", observer_turn_deg_s=5.0)
+    assert judge("C15", mixed, 0.2).verdict == "holds"

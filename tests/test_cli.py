@@ -80,7 +80,7 @@ def test_experiment_json_holds_every_parameter(finished):
     folder, _ = finished
     said = json.loads((folder / "experiment.json").read_text())
     assert (said["seed"], said["repeats"], said["trials"]) == (3, 2, 8)
-    assert said["settings"]["network"]["tau_s"] == [10.0, 200.0]
+    assert said["settings"]["models"][0]["network"]["tau_s"] == [10.0, 200.0]
     assert said["settings"]["camera"]["read_noise"] == 0.64
     assert said["experiment"]["design"]["direction"] == "both"
     assert {"mujoco", "numpy", "colias-sim"} <= said["versions"].keys()
@@ -111,7 +111,7 @@ def test_recordings_verify_and_read_back(finished):
     verify(*recordings)
     frames = pq.read_table(folder / "frames.parquet")
     first = frames.filter(np.asarray(frames["trial"]) == 0)
-    (potential,) = entity(recordings[0], "/potential/hs")
+    (potential,) = entity(recordings[0], "/potential/dsnn/hs")
     column = next(name for name in potential.schema.names if "Scalars" in name)
     np.testing.assert_array_equal(np.concatenate(potential[column].to_pylist()), first["hs"])
     times = potential["sim_time"].cast("int64").to_numpy() / 1e9
@@ -169,7 +169,7 @@ WRONG = {
     "top speed": (("run", "speed", "--set", "robot.max_speed_cm_s=10"), "up to 9.5 cm/s"),
     "touch": (("run", "distance", "--set", "experiment.distances_cm=3", "--set", "camera.forward_cm=0.5"), "touch"),
     "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "arena ends"),
-    "file": (("run", "absent.py"), "no such experiment file"),
+    "file": (("run", "absent.py"), "no such file"),
     "view": (("view", "absent"), "absent"),
     "screen": (("view", "bright"), "needs a screen"),
     "command": (("rum",), "run"),
@@ -187,8 +187,8 @@ def test_wrong_uses_end_in_one_line(colias, case):
     assert not (colias.folder / "runs").exists()
 
 
-OWN = """from experiments.bench.declaration import Experiment, Translation
-
+OWN = """from experiments.bench.declaration import Experiment
+from experiments.bench.designs import Translation
 EXPERIMENT = Experiment(name="mine", summary="", varies="speed_cm_s", {more},
     design=Translation(speeds_cm_s=(20,), distances_cm=(8,)))
 """.replace(", {more}", ", **dict({more})")
@@ -206,7 +206,7 @@ EXPERIMENT = Experiment(name="mine", summary="", varies="speed_cm_s", {more},
         (OWN.format(more="claims='C15'"), "legal is a tuple"),
         (OWN.format(more="claims=('C99',)"), "unknown claim 'C99'"),
         (OWN.format(more="repeats=2.5"), "a whole number from 1 up"),
-        (OWN.replace("speed_cm_s", "angle_deg", 1).format(more=""), "not a number in every condition"),
+        (OWN.replace("speed_cm_s", "angle_deg", 1).format(more=""), "no value of it in every condition"),
         (OWN.replace("Translation(speeds_cm_s=(20,), distances_cm=(8,))", "7").format(more=""), "design=7"),
     ],
 )
@@ -240,7 +240,7 @@ class Fast:
     heading_sd_deg: float = 1.0
 
     def conditions(self):
-        return tuple(Condition("translation", SPEED - i, 8.0, None, "rightward") for i in range(self.count))
+        return tuple(Condition("translation", "rightward", SPEED - i, 8.0) for i in range(self.count))
 
 EXPERIMENT = Experiment("mine", "fast", Fast(), "speed_cm_s", repeats=1)
 """

@@ -4,23 +4,25 @@ import pyarrow as pa
 import pytest
 from matplotlib.collections import PathCollection
 
-from experiments.bench.figures import draw
+from experiments.bench.figures import figure
 
 
 def drawn(conditions, varies="speed_cm_s", repeats=3):
     rows = [
         {"trial": i, "motion": "translation", "direction": direction, "speed_cm_s": speed, "distance_cm": distance,
-         "angle_deg": None, "spikes": i}
+         "angle_deg": None, "far_cm": None, "shell_grey": None, "wall_contrast": None, "acceleration_cm_s2": 100.0,
+         "observer_speed_cm_s": 0.0, "observer_turn_deg_s": 0.0, "model": "dsnn", "spikes": i}
         for i, (direction, speed, distance) in enumerate(conditions * repeats)
     ]  # fmt: skip
     frames = pa.table(
         {
             "trial": [row["trial"] for row in rows for _ in range(4)],
+            "model": ["dsnn"] * 4 * len(rows),
             "hs": [0.1] * 4 * len(rows),
             "stimulus_bearing_deg": [20.0, 5.0, -5.0, -20.0] * len(rows),
         }
     )
-    return draw(rows, frames, varies, "title", 0.2).axes
+    return figure(rows, frames, varies, "title", 0.2).axes
 
 
 def series(axes):
@@ -38,7 +40,7 @@ def test_conditions_beside_the_varied_one_stay_apart():
     """Two directions at two distances: four means at each speed, never one of all."""
     kinds = [(way, speed, far) for way in ("rightward", "leftward") for speed in (2.0, 4.0) for far in (5.0, 10.0)]
     counts, _ = drawn(kinds)
-    assert series(counts) == ["5 cm, rightward", "10 cm, rightward", "5 cm, leftward", "10 cm, leftward"]
+    assert series(counts) == ["rightward, 5 cm", "rightward, 10 cm", "leftward, 5 cm", "leftward, 10 cm"]
     means = [line for line in counts.get_lines() if line.get_label() in series(counts)]
     assert len({line.get_linestyle() for line in means}) == 4
     assert len({tuple(line.get_xdata()) for line in means}) == 4

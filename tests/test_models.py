@@ -33,11 +33,22 @@ def test_a_still_scene_is_silent(model):
     assert (answer.hs, answer.vs, answer.hs_spikes, answer.vs_spikes) == (0, 0, 0, 0)
 
 
-def test_rightward_is_positive_and_the_other_axis_quiet(model):
+def test_rightward_is_positive(model):
     series = model.run(crossing())
     assert series.hs.max() > model.params.t_sp
     assert series.hs.min() > -model.params.t_sp / 10
+
+
+@pytest.mark.parametrize("name", ["dsnn", "dsnn-reference"])
+def test_the_other_axis_is_quiet(name):
+    """The DSNN's; its forerunner without FDSR answers by both axes, as the paper says of it (C6)."""
+    series = MODELS[name].build(SHAPE, MODELS[name].robot).run(crossing())
     assert np.abs(series.vs).max() < series.hs.max() / 2
+
+
+def test_without_fdsr_the_other_axis_answers_too():
+    series = MODELS["dsn2017"].build(SHAPE, MODELS["dsn2017"].robot).run(crossing())
+    assert np.abs(series.vs).max() > MODELS["dsn2017"].robot.t_sp
 
 
 @pytest.mark.parametrize("dark", [True, False])
@@ -45,8 +56,8 @@ def test_mirror_left_right_swaps_the_sign_of_hs_and_keeps_vs(entry, dark):
     model = entry.build(SHAPE, dataclasses.replace(entry.robot, w_i=1.0))  # balanced, so exactly odd
     frames = crossing(dark=dark)
     there, back = model.run(frames), model.run(frames[:, :, ::-1])
-    np.testing.assert_allclose(back.hs, -there.hs, atol=1e-5)
-    np.testing.assert_allclose(back.vs, there.vs, atol=1e-5)
+    np.testing.assert_allclose(back.hs, -there.hs, atol=1e-4)
+    np.testing.assert_allclose(back.vs, there.vs, atol=1e-3)  # what cancels is a hundred times larger without FDSR
     np.testing.assert_array_equal(back.hs_spikes, -there.hs_spikes)
     assert np.abs(there.hs).max() > 0.2
 
@@ -98,7 +109,7 @@ def test_colour_and_float_frames_mean_the_same_grey(model):
 
 def test_rgb_and_bgr_differ_by_their_order(model):
     rng = np.random.default_rng(2)
-    rgb = rng.integers(0, 256, (8, *SHAPE, 3), np.uint8)
+    rgb = rng.integers(120, 136, (8, *SHAPE, 3), np.uint8)  # faint: none saturates
     there = model.run(rgb, channels="rgb")
     np.testing.assert_array_equal(there.hs, model.run(rgb[..., ::-1].copy(), channels="bgr").hs)
     assert not np.array_equal(there.hs, model.run(rgb, channels="bgr").hs)

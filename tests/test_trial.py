@@ -8,33 +8,33 @@ import pytest
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from dsnn import DSNN, DSNNParams
 from experiments.bench import trial
-from experiments.bench.declaration import Condition, Experiment, Settings, Translation, trial_seed, trial_specs
+from experiments.bench.declaration import Condition, Experiment, Settings, trial_seed, trial_specs
+from experiments.bench.designs import Angular, Egomotion, Translation, angular
+from experiments.bench.models import choose
+from experiments.bench.results import finished
 from experiments.bench.trial import run_trial
 
 
 def settings(**changes) -> Settings:
-    base = Settings("dsnn", DSNNParams.robot(), RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
+    base = Settings((choose("dsnn"),), RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
     return dataclasses.replace(base, **changes)
 
 
 def spec(speed=10.0, distance=8.0, direction="rightward", seed=7, index=0, **changes):
-    condition = Condition("translation", speed, distance, None, direction)
+    condition = Condition("translation", direction, speed, distance)
     return trial.TrialSpec("test", index, 0, seed, condition, settings(**changes))
 
 
 def same(a: trial.TrialResult, b: trial.TrialResult) -> bool:
-    scalars = [f.name for f in dataclasses.fields(a) if f.name not in ("wall_s", "columns", "media", "spec")]
-    columns = [f.name for f in dataclasses.fields(a.columns)]
-    return all(getattr(a, n) == getattr(b, n) for n in scalars) and all(
-        np.array_equal(getattr(a.columns, n), getattr(b.columns, n)) for n in columns
-    )
+    rows = [[{**row, "wall_s": 0.0} for row in finished(r, None).rows] for r in (a, b)]
+    return rows[0] == rows[1] and finished(a, None).frames.equals(finished(b, None).frames)
 
 
 def test_same_specification_same_numbers_whatever_ran_before():
     first = run_trial(spec())
     run_trial(spec(speed=20.0, direction="leftward", seed=99))
     assert same(run_trial(spec()), first)
-    trial.forget_simulation()  # a newly compiled scene, a new OpenGL context
+    trial.forget_simulations()  # a newly compiled scene, a new OpenGL context
     assert same(run_trial(spec(), keep_media=True), first)
 
 
@@ -64,28 +64,104 @@ def test_a_crossing_starts_and_ends_outside_the_view():
 def test_direction_decides_the_sign():
     """C14: rightward past +T and nothing past -T; leftward the other way round; spikes likewise."""
     right, left = run_trial(spec(6.0)), run_trial(spec(6.0, direction="leftward"))
-    assert right.peak_hs > 0.2 and right.trough_hs > -0.1
-    assert left.trough_hs < -0.2 and left.peak_hs < 0.1
-    assert right.columns.hs_spikes.sum() == right.spikes > 0
-    assert left.columns.hs_spikes.sum() == -left.spikes < 0
+    (rightward,), (leftward,) = right.answers, left.answers
+    assert rightward.peak_hs > 0.2 and rightward.trough_hs > -0.1
+    assert leftward.trough_hs < -0.2 and leftward.peak_hs < 0.1
+    assert rightward.series.hs_spikes.sum() == rightward.spikes > 0
+    assert leftward.series.hs_spikes.sum() == -leftward.spikes < 0
 
 
 def test_the_response_is_the_model_s_on_the_recorded_frames():
     """What the recording shows is what the network saw: a fresh model on those frames answers the same."""
     result = run_trial(spec(), keep_media=True)
     series = DSNN((72, 99), DSNNParams.robot()).run(result.media.camera)
-    np.testing.assert_array_equal(series.hs, result.columns.hs)
-    np.testing.assert_array_equal(series.hs_spikes, result.columns.hs_spikes)
+    np.testing.assert_array_equal(series.hs, result.answers[0].series.hs)
+    np.testing.assert_array_equal(series.hs_spikes, result.answers[0].series.hs_spikes)
 
 
 def test_numbers_are_those_of_the_frames():
     result = run_trial(spec())
-    columns = result.columns
-    assert result.frames == len(columns.hs) == len(columns.sim_time_s)
+    (answer,), columns = result.answers, result.columns
+    assert result.frames == len(answer.series.hs) == len(columns.sim_time_s)
     np.testing.assert_allclose(np.diff(columns.sim_time_s), 1 / 30, atol=1e-9)
-    assert result.spikes == np.abs(columns.hs_spikes).sum()
-    assert result.firing_rate_hz == pytest.approx(result.spikes / columns.sim_time_s[-1])
-    assert (result.peak_hs, result.trough_vs) == (columns.hs.max(), columns.vs.min())
+    assert answer.spikes == np.abs(answer.series.hs_spikes).sum()
+    assert answer.firing_rate_hz == pytest.approx(answer.spikes / columns.sim_time_s[-1])
+    assert (answer.peak_hs, answer.trough_vs) == (answer.series.hs.max(), answer.series.vs.min())
+
+
+def test_every_model_sees_the_same_frames():
+    """Beside another, in any order, a model answers as it does alone."""
+    one, other = choose("dsnn"), choose("dsn2017")
+    alone = run_trial(spec()).answers[0]
+    together, swapped = run_trial(spec(models=(one, other))), run_trial(spec(models=(other, one)))
+    for answer in (together.answers[0], swapped.answers[1]):
+        np.testing.assert_array_equal(answer.series.hs, alone.series.hs)
+    np.testing.assert_array_equal(together.answers[1].series.hs, swapped.answers[0].series.hs)
+    assert [a.model for a in together.answers] == ["dsnn", "dsn2017"]
+    assert not np.array_equal(together.answers[1].series.hs, alone.series.hs)
+
+
+def depth_trial(motion, angle, acceleration=15.0, seed=5):
+    condition = angular(motion, angle, 6.0, 5.0, 20.0, acceleration)
+    return run_trial(trial.TrialSpec("test", 0, 0, seed, condition, settings()))
+
+
+@pytest.mark.parametrize("motion", ["approach", "recession"])
+@pytest.mark.parametrize("angle", [-30.0, 0.0, 15.0])
+def test_approach_and_recession_go_where_they_say(motion, angle):
+    """Between a point 5 cm before the lens and 20 cm from it, on the robot's left for negative angles."""
+    result = depth_trial(motion, angle)
+    columns, lens = result.columns, 1.95
+    x, y = columns.stimulus_x_cm - lens, columns.stimulus_y_cm
+    near, far = (-1, 0) if motion == "approach" else (0, -1)
+    assert (x[near], y[near]) == (pytest.approx(5.0, abs=0.35), pytest.approx(0.0, abs=0.35))
+    assert np.hypot(x[far], y[far]) == pytest.approx(20.0, abs=0.4)
+    slope = np.degrees(np.arctan2(y[far] - y[near], x[far] - x[near]))
+    assert slope == pytest.approx(-angle, abs=2.0)
+    assert result.achieved_speed_cm_s == pytest.approx(6.0, rel=0.02)
+    assert result.path_error_mm < 1.0
+
+
+def test_it_stands_still_before_and_after():
+    """Half a second each; in between it starts and stops no harder than told."""
+    columns = depth_trial("approach", 0.0).columns
+    moved = np.hypot(np.diff(columns.stimulus_x_cm), np.diff(columns.stimulus_y_cm)) * 30  # cm/s
+    assert (moved[:14] < 0.05).all() and (moved[-14:] < 0.1).all()
+    assert moved.max() == pytest.approx(6.0, rel=0.03)
+    quick = np.flatnonzero(moved > 5.4)
+    started = np.flatnonzero(moved > 0.6)[0]
+    assert (quick[0] - started) / 30 == pytest.approx(4.8 / 15.0, abs=0.07)
+
+
+def test_mirrored_angles_mirror_the_image():
+    """Image directions: an approach from the left moves right; a recession to the right moves right."""
+    directions = {c.angle_deg: c.direction for c in Angular("approach").conditions()}
+    assert directions == {-30: "rightward", -15: "rightward", 0: "straight", 15: "leftward", 30: "leftward"}
+    directions = {c.angle_deg: c.direction for c in Angular("recession").conditions()}
+    assert directions == {-30: "leftward", -15: "leftward", 0: "straight", 15: "rightward", 30: "rightward"}
+    left, right = depth_trial("approach", -30.0).answers[0], depth_trial("approach", 30.0).answers[0]
+    assert left.peak_hs > 0.2 > -left.trough_hs
+    assert -right.trough_hs > 0.2 > right.peak_hs
+
+
+def test_the_observer_moves_as_told():
+    """Turning 10 degrees/s, driving 1 cm/s; in mid-crossing it is where it stands otherwise."""
+    turning, driving = (c for c in Egomotion(turns_deg_s=(10.0,), drives_cm_s=(1.0,)).conditions())
+    turned = run_trial(trial.TrialSpec("test", 0, 0, 5, turning, settings())).columns
+    driven = run_trial(trial.TrialSpec("test", 0, 0, 5, driving, settings())).columns
+    rate = np.polyfit(turned.sim_time_s[5:], turned.observer_heading_deg[5:], 1)[0]
+    speed = np.polyfit(driven.sim_time_s[5:], driven.observer_x_cm[5:], 1)[0]
+    assert rate == pytest.approx(10.0, rel=0.05)
+    assert speed == pytest.approx(1.0, rel=0.05)
+    middle = np.argmin(np.abs(turned.stimulus_y_cm))
+    assert turned.observer_heading_deg[middle] == pytest.approx(0.0, abs=1.0)
+    assert driven.observer_x_cm[middle] == pytest.approx(0.0, abs=0.1)
+
+
+def test_conditions_set_the_scene():
+    grey = trial.scene_of(Condition("translation", "rightward", 6.0, 8.0, shell_grey=0.5), settings())
+    wall = trial.scene_of(Condition("translation", "rightward", 6.0, 8.0, wall_contrast=2.0), settings())
+    assert (grey.shell_grey, grey.wall_contrast, wall.wall_contrast) == (0.5, 1.0, 2.0)
 
 
 def test_without_a_stimulus_in_view_noise_alone_fires_nothing():

@@ -15,6 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColum
 from rich.table import Table
 from rich.text import Text
 
+from colias_sim.gl import require_backend
 from experiments.bench.declaration import CONDITION_COLUMNS
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
@@ -91,6 +92,8 @@ def estimate(plans: list[Plan], means: Means, recordings: bool) -> str:
 
 def run(plan: Plan, out: Path, means: Means, resume: bool, recordings: bool) -> Report:
     """Run a checked plan with a pool of its own, and show it."""
+    if means.cluster is None:
+        require_backend()
     folder = open_folder(plan, out, resume)
     with open_pool(means.workers, means.cluster) as pool:
         failures = run_with(plan, folder, pool, means, recordings)
@@ -173,6 +176,8 @@ def sweep(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path
     failed = False
     if (out / "sweep.csv").exists():
         raise FileExistsError(f"{out} already holds a sweep: choose another --out, or remove it")
+    if means.cluster is None:
+        require_backend()
     with open_pool(means.workers, means.cluster) as pool:
         for part in parts:
             folder = open_folder(part.plan, out / part.folder, resume=False)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from colias_sim.gl import require_backend
 from experiments.bench import catalogue, console, study
 from experiments.bench.conclusion import Report, conclude
 from experiments.bench.paper import claim_texts
@@ -80,6 +81,8 @@ def reproduce(
     plans = [plan(catalogue.load(name), [study.MODEL, *models], (), scale.repeats, seed) for name in names]
     seeds = study.seed_cases(range(seed, seed + scale.seeds), scale.seed_repeats)
     moves = study.sensitivity_cases(scale.sensitivity_repeats, seed)
+    if means.cluster is None:
+        require_backend()
     folder.mkdir(parents=True, exist_ok=True)
     runs: list[tuple[Plan, Report]] = []
     failures: list[tuple[Plan, RunFolder, list[Failure]]] = []

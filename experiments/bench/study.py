@@ -36,11 +36,10 @@ APPARATUS_MOVES: Mapping[str, Sequence[str]] = {
     "no camera noise": ("camera.shot_noise=0", "camera.read_noise=0"),
     "camera noise x 2": ("camera.shot_noise=2.56", "camera.read_noise=1.28"),
     "light x 0.7": ("scene.light=0.7",),
-    "light x 1.3": ("scene.light=1.3",),
     "dim arena": ("scene.arena=dim",),
     "plain wall": ("scene.arena=plain",),
     "wall contrast x 2": ("scene.wall_contrast=2",),
-    "sudden starts": ("experiment.acceleration_cm_s2=100",),
+    "sudden starts, 100 cm/s2": ("experiment.acceleration_cm_s2=100",),
 }
 """The apparatus, one thing moved at a time."""
 
