@@ -2,12 +2,16 @@
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run test lint types bench setup lock clean
+.PHONY: run reproduce test lint types bench setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
 
-test: $(READY) ## Every test
+reproduce: $(READY) ## The paper's robot experiments, and which of its claims hold
+	$(BIN)/colias reproduce
+
+test: $(READY) ## Every test; the report's needs Debian's chromium, and is skipped where that cannot be had
+	sh tools/setup.sh --browser
 	$(BIN)/python -m pytest
 
 lint: $(READY)

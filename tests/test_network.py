@@ -12,7 +12,6 @@ from dsnn.filters import FLUSH_EVERY
 from tests.conftest import crossing
 
 
-
 def decimals(low: float, high: float) -> st.SearchStrategy[float]:
     """Values as people type them: single precision rounds 1e-200 to zero, which is another network."""
     return st.integers(round(low * 1000), round(high * 1000)).map(lambda thousandths: thousandths / 1000)

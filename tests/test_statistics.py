@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.stats import rankdata
 
-from experiments.bench.statistics import contrast, summarise, trend
+from experiments.bench.statistics import contrast, holm, paired, summarise, trend
 
 
 def test_summary_of_known_numbers():
@@ -71,3 +72,26 @@ def test_contrast_is_cliff_s_delta():
     assert contrast([4, 5, 6], [1, 2, 3]).effect == pytest.approx(1.0)
     assert contrast([1, 2, 3], [4, 5, 6]).effect == pytest.approx(-1.0)
     assert contrast([1, 4], [2, 3]).effect == pytest.approx(0.0)
+
+
+def test_paired_test_counts_signs_and_sizes():
+    assert paired([5, 6, 7, 9], [1, 2, 3, 4]).effect == pytest.approx(1.0)
+    assert paired([1, 2], [1, 2]) == paired([4], [4])
+    assert paired([1, 2], [1, 2]).p == 1.0
+    # ranks of |difference| 1, 2, 3, 4: (1 + 2 + 4 - 3) / 10
+    assert paired([1, 2, 0, 4], [0, 0, 3, 0]).effect == pytest.approx(0.4)
+
+
+def test_paired_p_is_near_that_of_flipped_signs():
+    rng = np.random.default_rng(1)
+    difference = rng.integers(-3, 8, 12)
+    ranks = rankdata(np.abs(difference[difference != 0]))
+    signs = np.sign(difference[difference != 0])
+    flipped = rng.choice([-1, 1], (20000, len(ranks))) @ ranks
+    assert paired(difference, np.zeros(12)).p == pytest.approx(np.mean(np.abs(flipped) >= abs(signs @ ranks)), abs=0.03)
+
+
+def test_holm_by_hand():
+    """Smallest times 4, next times 3, ...; never falling; at most 1."""
+    assert holm([0.01, 0.04, 0.03, 0.5]) == pytest.approx([0.04, 0.09, 0.09, 0.5])
+    assert holm([0.6, 0.7]) == pytest.approx([1.0, 1.0])

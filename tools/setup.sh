@@ -36,6 +36,11 @@ make_venv() { # Debian's python3 comes without the module that puts pip into a n
     fail "$python cannot make virtual environments: on Debian run 'apt-get install python3-venv'"
 }
 
+if [ "${1:-}" = --browser ]; then # for the tests of the report alone
+    command -v chromium >/dev/null || apt_install chromium || say "no chromium: the report's test in it will be skipped"
+    exit 0
+fi
+
 python=$(find_python)
 if ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
     say "making $venv with $($python --version)"

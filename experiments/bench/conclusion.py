@@ -28,6 +28,7 @@ class Report:
     rows: list[dict[str, Any]]
     summary: list[dict[str, Any]]
     verdicts: list[Verdict]
+    comparisons: list[dict[str, Any]]
     flaws: str
     failures: list[Failure]
 
@@ -41,14 +42,14 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
         for claim in plan.experiment.claims
     ]
     summary = summary_rows(rows)
+    compared = compare(rows)
     if rows:
         folder.write_rows("summary.csv", summary)
-        compared = compare(rows)
-        if compared:
-            folder.write_rows("comparisons.csv", compared)
         figures.save(figures.draw(rows, folder.frames(), plan), folder.folder)
+    if compared:
+        folder.write_rows("comparisons.csv", compared)
     folder.write_json("claims.json", verdicts)
-    return Report(folder.folder, plan.experiment.varies, rows, summary, verdicts, flaws(rows), list(failures))
+    return Report(folder.folder, plan.experiment.varies, rows, summary, verdicts, compared, flaws(rows), list(failures))
 
 
 def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:

@@ -15,7 +15,7 @@ ROBOT_RADIUS_CM = 2.0
 MARGIN_CM = 0.6
 """How far beyond the edge of the view a crossing starts and ends: room for the errors of the start pose."""
 
-STILL_S = 0.5
+STILL_S = 0.3
 """How long the stimulus stands in view before an approach or recession, and after it."""
 
 

@@ -15,7 +15,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from experiments.bench import study
-from experiments.bench.conclusion import Report, compare
+from experiments.bench.conclusion import Report
 from experiments.bench.declaration import plain
 from experiments.bench.figures import STYLE
 from experiments.bench.plan import Plan
@@ -38,6 +38,7 @@ def write(result: Reproduction) -> Path:
     page = environment.from_string(source).render(
         result=result,
         holding=sum(claim.verdict == "holds" for claim in result.claims),
+        listed=sum(claim.seeds is not None for claim in result.claims),
         tested=sum(claim.verdict != "untested" for claim in result.claims),
         runs=[_run(plan, report) for plan, report in result.runs],
         matrix=_inline(matrix.encode()),
@@ -83,7 +84,7 @@ def _run(plan: Plan, report: Report) -> dict[str, Any]:
         "columns": names,
         "conditions": [[_cell(row[name]) for name in names] for row in spikes],
         "spikes": spikes,
-        "comparisons": compare(report.rows),
+        "comparisons": report.comparisons,
         "condition_names": [name for name in names if name != "model"],
         "recordings": sorted(f"{plan.experiment.name}/recordings/{path.name}" for path in
                              (report.folder / "recordings").glob("*.rrd")),

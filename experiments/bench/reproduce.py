@@ -35,8 +35,8 @@ class Scale:
     sensitivity_repeats: int
 
 
-QUICK = Scale(repeats=3, seeds=3, seed_repeats=2, sensitivity_repeats=1)
-USUAL = Scale(repeats=10, seeds=20, seed_repeats=3, sensitivity_repeats=3)
+QUICK = Scale(repeats=2, seeds=2, seed_repeats=1, sensitivity_repeats=1)
+USUAL = Scale(repeats=10, seeds=20, seed_repeats=2, sensitivity_repeats=2)
 FULL = Scale(repeats=10, seeds=20, seed_repeats=10, sensitivity_repeats=10)
 
 

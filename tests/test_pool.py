@@ -1,0 +1,96 @@
+"""The runner under fire: workers killed, jobs that fail, a driver killed, a full disk."""
+
+import multiprocessing
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from experiments.bench.pool import ATTEMPTS, InProcess, Jobs, open_pool
+
+
+def double(job):
+    return 2 * job[0]
+
+
+def die_or_double(job):
+    """Kill this process: always for 13; once, leaving a mark, for 7."""
+    number, folder = job
+    mark = Path(folder) / f"died-{number}"
+    with (Path(folder) / f"tried-{number}").open("a") as tries:
+        tries.write("x")
+    if number == 13 or (number == 7 and not mark.exists()):
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 2 * number
+
+
+def complain(job):
+    if job[0] == 3:
+        raise ValueError("three is not a number I like")
+    return 2 * job[0]
+
+
+def run(pool, work, numbers, folder="", fatal=()):
+    done, failed = [], {}
+    Jobs(
+        pool, work, done.append, lambda job, attempts, error: failed.update({job[0]: (attempts, str(error))}), fatal
+    ).run([(number, str(folder)) for number in numbers])
+    return sorted(done), failed
+
+
+@pytest.mark.parametrize("workers", [0, 1, 2])
+def test_every_job_is_done_once(workers):
+    with open_pool(workers) as pool:
+        assert run(pool, double, range(20)) == ([2 * n for n in range(20)], {})
+
+
+def test_a_job_whose_worker_dies_runs_again_and_the_rest_go_on(tmp_path):
+    with open_pool(2) as pool:
+        done, failed = run(pool, die_or_double, range(20), tmp_path)
+    assert done == [2 * n for n in range(20) if n != 13]
+    assert failed == {13: (ATTEMPTS, "its worker process died each time")}
+    assert len((tmp_path / "tried-7").read_text()) == 2
+    assert len((tmp_path / "tried-13").read_text()) <= ATTEMPTS + 1, "once among others, then alone"
+
+
+def test_a_job_that_raises_fails_alone():
+    with open_pool(1) as pool:
+        done, failed = run(pool, complain, range(6))
+    assert done == [0, 2, 4, 8, 10]
+    assert failed == {3: (1, "three is not a number I like")}
+
+
+def test_a_fatal_error_ends_the_run():
+    with pytest.raises(ValueError, match="three"), open_pool(1) as pool:
+        run(pool, complain, range(6), fatal=(ValueError,))
+    with pytest.raises(ValueError, match="three"):
+        run(InProcess(), complain, range(6), fatal=(ValueError,))
+
+
+def sleep_long(job):
+    Path(job[1], f"{os.getpid()}.pid").touch()
+    time.sleep(600)
+
+
+def test_closing_a_pool_leaves_no_process(tmp_path):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    before = set(multiprocessing.active_children())
+    old = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 4.0)
+    try:
+        with pytest.raises(KeyboardInterrupt), open_pool(2) as pool:
+            run(pool, sleep_long, range(4), tmp_path)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, old)
+    assert set(multiprocessing.active_children()) <= before
+    pids = [int(path.stem) for path in tmp_path.glob("*.pid")]
+    assert len(pids) == 2
+    for pid in pids:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)

@@ -1,0 +1,151 @@
+"""Runs cut short: what is there is readable, and --resume does just the rest."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--no-recordings", "--workers", "2")
+COMMAND = [sys.executable, "-m", "experiments.bench.cli", "run", "speed"]
+
+
+def trials(folder: Path):
+    return pq.read_table(folder / "trials.parquet").drop_columns(["wall_s"])
+
+
+def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    return subprocess.Popen([*COMMAND, *arguments], cwd=folder, stderr=subprocess.PIPE, text=True, preexec_fn=heed)
+
+
+def wait_for_trials(folder: Path, count: int, process: subprocess.Popen[str]) -> None:
+    deadline = time.monotonic() + 60
+    while not ((folder / "trials.parquet").exists() and trials(folder).num_rows >= count):
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def children_of(pid: int) -> list[int]:
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        if int(fields[1]) == pid:
+            found.append(int(stat.parent.name))
+    return found
+
+
+def alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def gone(pids: list[int], seconds: float) -> bool:
+    deadline = time.monotonic() + seconds
+    while any(map(alive, pids)):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.05)
+    return True
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The run as it is when nothing goes wrong, on one worker."""
+    folder = tmp_path_factory.mktemp("whole")
+    subprocess.run([*COMMAND, *QUICK[:-1], "1", "--repeats", "10", "--out", "out", "-q"], cwd=folder, check=True)
+    return trials(folder / "out")
+
+
+@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT])
+def test_a_killed_driver_leaves_no_workers_and_resumes(tmp_path, whole, blow):
+    process = start(tmp_path, *QUICK, "--repeats", "10", "--out", "out")
+    wait_for_trials(tmp_path / "out", 3, process)
+    workers = children_of(process.pid)
+    began = time.monotonic()
+    process.send_signal(blow)
+    process.communicate(timeout=20)
+    assert time.monotonic() - began < 5
+    assert len(workers) >= 2 and gone(workers, 5)
+    left = trials(tmp_path / "out")
+    assert 3 <= left.num_rows < 20
+    resumed = subprocess.run(
+        [*COMMAND, *QUICK, "--repeats", "10", "--resume", "out"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert f"{left.num_rows} of them done already" in resumed.stderr
+    assert trials(tmp_path / "out").equals(whole), "every trial once, with the values of an undisturbed run"
+    assert (tmp_path / "out" / "figure.png").exists()
+
+
+def test_a_killed_worker_costs_nothing(tmp_path, whole):
+    process = start(tmp_path, *QUICK, "--repeats", "10", "--out", "out", "-q")
+    wait_for_trials(tmp_path / "out", 2, process)
+    victims = [pid for pid in children_of(process.pid) if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text()]
+    os.kill(victims[0], signal.SIGKILL)
+    process.communicate(timeout=120)
+    assert process.returncode == 0
+    assert trials(tmp_path / "out").equals(whole)
+    assert not (tmp_path / "out" / "failures.json").exists()
+
+
+def test_resume_refuses_other_parameters_and_names_them(colias):
+    assert colias("run", "speed", *QUICK, "--repeats", "1", "--out", "out", "-q").returncode == 0
+    for change, says in {
+        ("--seed", "7"): "seed is 0 there and 7 now",
+        ("--repeats", "2"): "repeats is 1 there and 2 now",
+        ("--set", "camera.read_noise=0"): "settings.camera.read_noise is 0.64 there and 0.0 now",
+        ("--set", "dsnn.n_con=6"): "settings.models[0].network.n_con is 8 there and 6 now",
+    }.items():
+        done = colias("run", "speed", *QUICK, "--repeats", "1", *change, "--resume", "out")
+        assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+        assert says in done.stderr
+    for arguments in (("--resume", "absent"), ("--resume", "out", "--out", "other")):
+        done = colias("run", "speed", *QUICK, *arguments)
+        assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+
+
+def test_a_full_disk_ends_in_one_line_and_keeps_what_was_finished(tmp_path):
+    """Files may not grow past 48 KB: the table of frames fails to, as on a full disk."""
+    limit = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (48_000, 48_000))
+    command = [*COMMAND, *QUICK, "--repeats", "60", "--out", "out", "-q"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, preexec_fn=limit, timeout=120)
+    assert done.returncode == 2
+    assert "too large" in done.stderr and "Traceback" not in done.stderr
+    left = trials(tmp_path / "out").num_rows
+    assert 1 <= left < 120
+    assert not list((tmp_path / "out").glob("*.part"))
+    frames = pq.read_table(tmp_path / "out" / "frames.parquet")
+    assert set(range(left)) <= set(frames["trial"].to_pylist())
+
+
+def test_a_cluster_computes_the_same(tmp_path, whole):
+    from distributed import LocalCluster
+
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, protocol="tcp://"
+    ) as cluster:
+        command = [*COMMAND, *QUICK, "--repeats", "10", "--out", "out", "--cluster", cluster.scheduler_address]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=200)
+        assert done.returncode == 0, done.stderr
+    assert trials(tmp_path / "out").equals(whole)
+
+
+def test_no_cluster_there_is_one_line(colias):
+    done = colias("run", "speed", *QUICK, "--cluster", "tcp://127.0.0.1:9", "--out", "out")
+    assert (done.returncode, done.stderr.splitlines()[-1].count("no Dask scheduler answers")) == (2, 1)
+    assert "Traceback" not in done.stderr
