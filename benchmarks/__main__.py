@@ -4,10 +4,12 @@ import cv2
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-from benchmarks import antialiasing, loop, network
+from benchmarks import antialiasing, loop, network, runner
 
-console = Console()
-cv2.setNumThreads(1)
-with threadpool_limits(1):
-    for part in (network.table, loop.loop_table, loop.recording_table, antialiasing.table):
-        console.print(part())
+if __name__ == "__main__":  # workers started by spawn read this file too
+    console = Console()
+    cv2.setNumThreads(1)
+    with threadpool_limits(1):
+        for part in (network.table, loop.loop_table, loop.recording_table, antialiasing.table):
+            console.print(part())
+    console.print(runner.table())

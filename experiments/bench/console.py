@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -37,7 +38,7 @@ SHORT = {
     "acceleration_cm_s2": "cm/s2",
 }  # fmt: skip
 
-out_console = Console(highlight=False)
+out_console = Console(highlight=False, width=None if sys.stdout.isatty() else 100)
 error_console = Console(stderr=True, highlight=False)
 
 
@@ -147,6 +148,8 @@ def show(report: Report, recordings: bool) -> None:
         who = f" ({verdict.model})" if several else ""
         out_console.print(f"\n[b]{verdict.id}[/b]{who} [{colour}]{verdict.verdict}[/{colour}]: {verdict.says}")
         out_console.print(f"    {verdict.measured}" + (f"\n    {verdict.effect}" if verdict.effect else ""))
+    if report.comparisons:
+        out_console.print(_comparisons_table(report))
     if report.flaws:
         out_console.print(f"\n[red]beware[/red]: {report.flaws}")
     places: dict[str, object] = {"figure": report.folder / "figure.png", "tables": report.folder / "trials.parquet"}
@@ -155,6 +158,26 @@ def show(report: Report, recordings: bool) -> None:
     out_console.print()
     for name, place in places.items():
         out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
+
+
+def _comparisons_table(report: Report) -> Table:
+    table = Table(
+        title="\nmodels on the same frames (Wilcoxon signed-rank, p after Holm)", title_justify="left", box=None,
+        header_style="bold", pad_edge=False,
+    )  # fmt: skip
+    names = [name for name in varying(report.rows, report.varies) if name != "model"]
+    for name in (*(SHORT.get(name, name) for name in names), "models", "n", "difference", "rank-biserial", "p"):
+        table.add_column(name, no_wrap=True)
+    for row in report.comparisons:
+        table.add_row(
+            *("-" if row[n] is None else row[n] if isinstance(row[n], str) else f"{row[n]:g}" for n in names),
+            f"{row['model']} - {row['against']}",
+            f"{row['n']}",
+            f"{row['mean_difference']:+.1f}",
+            f"{row['rank_biserial']:+.2f}",
+            f"{row['p_holm']:.4f}",
+        )
+    return table
 
 
 def show_claims(claims: Sequence[ClaimReport]) -> None:
@@ -209,13 +232,20 @@ def _sweep_table(rows: Sequence[dict[str, Any]], keys: Sequence[str], varies: st
 
 
 def _conditions_table(report: Report) -> Table:
-    table = Table(title="HS spikes per trial", title_justify="left", box=None, header_style="bold", pad_edge=False)
+    table = Table(
+        title="HS spikes per trial; highest and lowest HS",
+        title_justify="left",
+        box=None,
+        header_style="bold",
+        pad_edge=False,
+    )
     conditions = group(report.summary, "model", *CONDITION_COLUMNS)
     names = varying(report.rows, report.varies)
     for name in names:
         text = name in ("model", "motion", "direction")
         table.add_column(SHORT.get(name, name), justify="left" if text else "right", no_wrap=True)
-    for name in ("n", "mean", "95 % interval", "rate Hz", "peak HS", "trough HS"):
+    several = "model" in names  # then there is no room for the rate
+    for name in ("n", "mean", "95 %", *([] if several else ["rate Hz"]), "peak", "trough"):
         table.add_column(name, justify="right", no_wrap=True)
     for chosen in conditions.values():
         values, rows = chosen[0], {row["quantity"]: row for row in chosen}
@@ -225,7 +255,7 @@ def _conditions_table(report: Report) -> Table:
             f"{spikes['n']}",
             f"{spikes['mean']:.1f}",
             "-" if spikes["ci_low"] is None else f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
-            f"{rows['firing_rate_hz']['mean']:.1f}",
+            *([] if several else [f"{rows['firing_rate_hz']['mean']:.1f}"]),
             f"{rows['peak_hs']['mean']:+.2f}",
             f"{rows['trough_hs']['mean']:+.2f}",
         )

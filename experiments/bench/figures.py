@@ -43,7 +43,7 @@ UNITS = {
     "observer_turn_deg_s": "°/s own",
     "acceleration_cm_s2": "cm/s2",
 }
-LINES = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)))
+LINES = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3)), (0, (6, 3)), (0, (6, 2, 1, 2)))
 COLOURS = ("#3b6fb6", "#2a9d8f", "#d98324", "#b5485d", "#6c5b9e", "#7a7a7a")
 LEGEND: dict[str, Any] = {"frameon": False, "loc": "lower center", "bbox_to_anchor": (0.5, 0.99)}
 STYLE: dict[Any, Any] = {
@@ -167,6 +167,11 @@ def _traces(
         axes.plot(place[chosen], hs[chosen], color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
 
 
+def _columns(labels: Sequence[Any]) -> int:
+    """How many columns of a legend fit above the traces."""
+    return max(1, min(6, 44 // (6 + max(len(str(label)) for label in labels))))
+
+
 def _frame(axes: Axes, colours: Mapping[Any, Any], unit: str, threshold: float, axis: str) -> None:
     """Thresholds, labels and the colours' legend about the traces."""
     for sign in (1, -1):
@@ -178,4 +183,4 @@ def _frame(axes: Axes, colours: Mapping[Any, Any], unit: str, threshold: float, 
     keys = [
         Line2D([], [], color=colour, lw=2, label=f"{_said(level)} {unit}".strip()) for level, colour in colours.items()
     ]
-    axes.legend(handles=keys, columnspacing=1.2, **LEGEND, ncols=6 if len(keys) <= 6 else 4)
+    axes.legend(handles=keys, columnspacing=1.2, **LEGEND, ncols=_columns([key.get_label() for key in keys]))

@@ -1,0 +1,59 @@
+"""Two workers against one, and a Dask cluster of two against them: the same 170 trials, start-up included."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.table import Table
+
+from experiments.bench import catalogue
+from experiments.bench.plan import Plan
+from experiments.bench.pool import open_pool
+from experiments.bench.results import RunFolder
+from experiments.bench.runner import Keep, run_trials
+from experiments.bench.settings import plan
+
+TRIALS = 170
+
+
+def table() -> Table:
+    """The paper's angular approaches, 34 repeats at 5 angles, without recordings."""
+    work = plan(catalogue.load("angular-approach"), ["dsnn"], (), TRIALS // 5, 0)
+    taken = {
+        "1 worker": _timed(work, lambda: open_pool(1)),
+        "2 workers": _timed(work, lambda: open_pool(2)),
+        "Dask, 2 workers": _on_cluster(work),
+    }
+    made = Table(title=f"{TRIALS} trials, seconds")
+    for name in ("where", "s", "trials a second", "times 1 worker", "times 2 workers"):
+        made.add_column(name, justify="left" if name == "where" else "right")
+    for name, seconds in taken.items():
+        made.add_row(
+            name,
+            f"{seconds:.1f}",
+            f"{TRIALS / seconds:.1f}",
+            f"{seconds / taken['1 worker']:.2f}",
+            f"{seconds / taken['2 workers']:.2f}",
+        )
+    return made
+
+
+def _timed(work: Plan, opened: Callable) -> float:  # type: ignore[type-arg]
+    with tempfile.TemporaryDirectory() as name:
+        folder = RunFolder(Path(name) / "run")
+        folder.create({})
+        began = time.perf_counter()
+        with opened() as pool:
+            run_trials(work.specs(), folder, pool, lambda: None, Keep(recordings=False))
+        return time.perf_counter() - began
+
+
+def _on_cluster(work: Plan) -> float:
+    """A cluster's own start is not counted: it is there before the run."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster:
+        return _timed(work, lambda: open_pool(0, cluster.scheduler_address))
