@@ -39,8 +39,8 @@ class PathFollower:
     servo alone settles a little low. With ``stop`` it brakes to rest at the line's end.
     """
 
-    HEADING_GAIN = 40.0  # per metre travelled
-    OFFSET_GAIN = 400.0  # per square metre: (HEADING_GAIN / 2)^2 is critical
+    HEADING_GAIN = 80.0  # per metre travelled
+    OFFSET_GAIN = 1600.0  # per square metre: (HEADING_GAIN / 2)^2 is critical
     ACCELERATION = 1.0  # m/s^2, unless told otherwise
     INTEGRAL_GAIN = 6.0  # 1/s
     NEAR = 0.1  # share of the speed within which the integral works: no wind-up while the motors lag

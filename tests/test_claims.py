@@ -64,6 +64,8 @@ def test_trials_that_were_not_what_they_say_are_not_judged():
     assert "12 of 12 trials were off the commanded speed, by up to 3%" in slow.measured
     astray = judge("C15", rows(spikes, "speed_cm_s", path_error_mm=1.5), 0.2)
     assert astray.verdict == "untested" and "up to 1.5 mm" in astray.measured
+    elsewhere = rows(spikes, "speed_cm_s") + depth("approach", {0: [1]}, path_error_mm=1.5)
+    assert judge("C15", elsewhere, 0.2).verdict == "holds", "another motion's flaw is not this claim's"
 
 
 def test_n_counts_the_trials_judged():

@@ -7,7 +7,7 @@ import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from dsnn import DSNN, DSNNParams
-from experiments.bench import trial
+from experiments.bench import courses, trial
 from experiments.bench.declaration import Condition, Experiment, Settings, trial_seed, trial_specs
 from experiments.bench.designs import Angular, Egomotion, Translation, angular
 from experiments.bench.models import choose
@@ -120,6 +120,20 @@ def test_approach_and_recession_go_where_they_say(motion, angle):
     assert slope == pytest.approx(-angle, abs=2.0)
     assert result.achieved_speed_cm_s == pytest.approx(6.0, rel=0.02)
     assert result.path_error_mm < 1.0
+
+
+def test_a_heading_error_is_corrected_within_a_millimetre():
+    """Set down 3.5 sd askew, an approach or recession stays within 1 mm of its line (skew / (e rate) = 0.56 mm)."""
+    for motion in ("approach", "recession"):
+        spec = trial.TrialSpec(
+            "test", 0, 0, 5, angular(motion, 15.0, 6.0, 5.0, 20.0, 17.0), settings(heading_sd_deg=0.0)
+        )
+        route = courses.nominal(spec.condition, spec.settings)
+        askew = dataclasses.replace(route, start=dataclasses.replace(route.start, heading=route.start.heading + 0.061))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(trial, "course", lambda *_, askew=askew: askew)
+            result = run_trial(spec)
+        assert 0.1 < result.path_error_mm < 1.0
 
 
 def test_it_stands_still_before_and_after():

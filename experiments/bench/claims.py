@@ -48,7 +48,7 @@ def judge(claim: str, rows: Rows, threshold: float, model: str = "dsnn") -> Verd
     """The verdict of one claim on one model's trials; ``threshold`` is that model's spiking threshold."""
     says, source = claim_texts()[claim]
     outcome = JUDGES.get(claim, _no_judge)(rows, threshold)
-    wrong = flaws(rows)
+    wrong = flaws([row for row in rows if row["motion"] in MOTIONS.get(claim, ())])
     if outcome.verdict != "untested" and wrong:
         outcome = replace(outcome, verdict="untested", measured=f"{wrong}; measured: {outcome.measured}")
     return Verdict(claim, model, says, source, outcome.verdict, outcome.measured, outcome.effect, outcome.n)
@@ -210,6 +210,13 @@ def _sides(rows: Rows, motion: str, more: float, name: str) -> Outcome:
     holds = np.mean(here) > np.mean(there)
     return Outcome("holds" if holds else "fails", measured, str(contrast(here, there)), len(here) + len(there))
 
+
+_DEPTH, _ACROSS = ("approach", "recession"), ("translation",)
+MOTIONS: Mapping[str, tuple[str, ...]] = {
+    "C13": _DEPTH, "C14": _ACROSS, "C15": _ACROSS, "C16": _ACROSS,
+    "C17": _DEPTH[:1], "C18": _DEPTH[:1], "C19": _DEPTH[1:], "C20": _DEPTH[1:],
+}  # fmt: skip
+"""Claim -> the motions it is judged on: flaws of other trials do not touch it."""
 
 JUDGES: Mapping[str, Callable[[Rows, float], Outcome]] = {
     "C13": _c13,

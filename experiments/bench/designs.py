@@ -32,7 +32,7 @@ def _heading_sd() -> float:
 def _acceleration() -> float:
     """Starts and stops happen in view here, and an abrupt start 5 cm away is a flash of motion of its own."""
     said = "with which approach and recession start and stop"
-    return Field(default=18.0, ge=5.0, le=200.0, description=said)
+    return Field(default=17.0, ge=5.0, le=200.0, description=said)
 
 
 def _ways(chosen: str) -> tuple[Direction, ...]:
