@@ -60,7 +60,7 @@ def test_a_job_that_raises_fails_alone():
     with open_pool(1) as pool:
         done, failed = run(pool, complain, range(6))
     assert done == [0, 2, 4, 8, 10]
-    assert failed == {3: (1, "three is not a number I like")}
+    assert failed == {3: (1, "ValueError: three is not a number I like")}
 
 
 def test_a_fatal_error_ends_the_run():

@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from experiments.bench.paper import claim_texts
-from experiments.bench.statistics import contrast, summarise, trend
+from experiments.bench.statistics import contrast, proportion_interval, summarise, trend
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -44,8 +44,8 @@ class Verdict:
     n: int
 
 
-def judge(claim: str, rows: Rows, threshold: float, model: str = "dsnn") -> Verdict:
-    """The verdict of one claim on one model's trials; ``threshold`` is that model's spiking threshold."""
+def judge(claim: str, rows: Rows, threshold: float | None, model: str = "dsnn") -> Verdict:
+    """The verdict of one claim on one model's trials; ``threshold`` is that model's spiking threshold, if any."""
     says, source = claim_texts()[claim]
     outcome = JUDGES.get(claim, _no_judge)(rows, threshold)
     wrong = flaws([row for row in rows if row["motion"] in MOTIONS.get(claim, ())])
@@ -68,7 +68,7 @@ def flaws(rows: Rows) -> str:
     return "; ".join(found)
 
 
-def _no_judge(rows: Rows, threshold: float) -> Outcome:
+def _no_judge(rows: Rows, threshold: float | None) -> Outcome:
     return Outcome("untested", "no judge for this claim yet")
 
 
@@ -94,18 +94,23 @@ def _listed(groups: Mapping[float, Sequence[float]], unit: str) -> str:
     """Mean spikes of each group with its 95 % bootstrap interval, and how many trials each mean is of."""
     said = []
     for level, spikes in groups.items():
-        summary = summarise(spikes)
-        interval = f" [{summary.ci_low:.1f}, {summary.ci_high:.1f}]" if summary.n > 1 else ""
-        said.append(f"{level:g} {unit}: {summary.mean:.1f}{interval}")
+        said.append(f"{level:g} {unit}: {_mean(spikes)}")
     counts = sorted({len(spikes) for spikes in groups.values()})
     return f"mean spikes at {', '.join(said)} (n = {'..'.join(map(str, counts))} each)"
+
+
+def _mean(values: Sequence[float], digits: int = 1) -> str:
+    """A mean with its 95 % bootstrap interval."""
+    summary = summarise(values)
+    low, high = f"{summary.ci_low:.{digits}f}", f"{summary.ci_high:.{digits}f}"
+    return f"{summary.mean:.{digits}f}" + (f" [{low}, {high}]" if summary.n > 1 else "")
 
 
 def _count(groups: Mapping[float, Sequence[float]]) -> int:
     return sum(map(len, groups.values()))
 
 
-def _c13(rows: Rows, threshold: float) -> Outcome:
+def _c13(rows: Rows, threshold: float | None) -> Outcome:
     kinds = {kind: _chosen(rows, motion=kind, angle_deg=0.0) for kind in ("approach", "recession")}
     tested = {kind: chosen for kind, chosen in kinds.items() if chosen}
     if not tested:
@@ -114,11 +119,12 @@ def _c13(rows: Rows, threshold: float) -> Outcome:
     for kind, chosen in tested.items():
         firing = sum(row["spikes"] > 0 for row in chosen)
         peak = max(max(row["peak_hs"], -row["trough_hs"]) for row in chosen)
-        parts.append(f"{kind}: spikes in {firing} of {len(chosen)} trials, |HS| up to {peak:.2f}")
-    measured = f"{'; '.join(parts)} (T = {threshold:g})"
+        share = " [{:.0%}, {:.0%}]".format(*proportion_interval(firing, len(chosen)))
+        parts.append(f"{kind}: spikes in {firing} of {len(chosen)} trials{share}, |HS| up to {peak:.2f}")
+    measured = "; ".join(parts) + ("" if threshold is None else f" (T = {threshold:g})")
     every = [row for chosen in tested.values() for row in chosen]
     firing = sum(row["spikes"] > 0 for row in every)
-    effect = f"{sum(row['spikes'] for row in every) / len(every):.2f} spikes a trial"
+    effect = f"{_mean([row['spikes'] for row in every])} spikes a trial"
     if firing:
         return Outcome("fails", measured, effect, len(every))
     if len(tested) < len(kinds):
@@ -126,8 +132,10 @@ def _c13(rows: Rows, threshold: float) -> Outcome:
     return Outcome("holds", measured, effect, len(every))
 
 
-def _c14(rows: Rows, threshold: float) -> Outcome:
+def _c14(rows: Rows, threshold: float | None) -> Outcome:
     """At 6 cm/s and the nearest tested distance: slow or far crossings stay under the threshold in the paper too."""
+    if threshold is None:
+        return Outcome("untested", "this model has no spiking threshold")
     chosen = _chosen(rows, motion="translation", speed_cm_s=6.0)
     if not chosen:
         return Outcome("untested", "needs translations at 6 cm/s")
@@ -140,10 +148,12 @@ def _c14(rows: Rows, threshold: float) -> Outcome:
     parts, good = [], []
     if right:
         good += [row["peak_hs"] > threshold and row["trough_hs"] >= -threshold for row in right]
-        parts.append(f"rightward HS peaks {min(r['peak_hs'] for r in right):.2f} or higher")
+        peaks = [row["peak_hs"] for row in right]
+        parts.append(f"rightward HS peaks {min(peaks):.2f} or higher, mean {_mean(peaks, 2)}")
     if left:
         good += [row["trough_hs"] < -threshold and row["peak_hs"] <= threshold for row in left]
-        parts.append(f"leftward HS troughs {max(r['trough_hs'] for r in left):.2f} or lower")
+        troughs = [row["trough_hs"] for row in left]
+        parts.append(f"leftward HS troughs {max(troughs):.2f} or lower, mean {_mean(troughs, 2)}")
     measured = f"{'; '.join(parts)} at 6 cm/s, {near:g} cm (T = {threshold:g})"
     effect = f"{sum(good)} of {len(good)} trials"
     if not all(good):
@@ -153,7 +163,7 @@ def _c14(rows: Rows, threshold: float) -> Outcome:
     return Outcome("holds", measured, effect, len(good))
 
 
-def _c15(rows: Rows, threshold: float) -> Outcome:
+def _c15(rows: Rows, threshold: float | None) -> Outcome:
     groups = _mean_spikes(rows, "speed_cm_s", motion="translation", distance_cm=8.0, direction="rightward")
     if not {2.0, 4.0, 6.0, 10.0} <= groups.keys():
         return Outcome("untested", "needs rightward translations at 8 cm, 2, 4, 6 and 10 cm/s")
@@ -170,7 +180,7 @@ def _c15(rows: Rows, threshold: float) -> Outcome:
     return Outcome("holds" if rising and falling else "fails", measured, effect, _count(groups))
 
 
-def _c16(rows: Rows, threshold: float) -> Outcome:
+def _c16(rows: Rows, threshold: float | None) -> Outcome:
     groups = _mean_spikes(rows, "distance_cm", motion="translation", speed_cm_s=6.0, direction="rightward")
     if not {5.0, 10.0, 15.0} <= groups.keys():
         return Outcome("untested", "needs rightward translations at 6 cm/s, 5, 10 and 15 cm")
@@ -206,7 +216,7 @@ def _sides(rows: Rows, motion: str, more: float, name: str) -> Outcome:
     if not groups:
         return Outcome("untested", f"needs {motion} at -30, -15, 0, 15 and 30 degrees, 6 cm/s")
     here, there = ([n for a in (15.0, 30.0) for n in groups[side * a]] for side in (more, -more))
-    measured = f"{name}: {np.mean(here):.1f} against {np.mean(there):.1f} spikes a trial; {_listed(groups, 'degrees')}"
+    measured = f"{name}: {_mean(here)} against {_mean(there)} spikes a trial; {_listed(groups, 'degrees')}"
     holds = np.mean(here) > np.mean(there)
     return Outcome("holds" if holds else "fails", measured, str(contrast(here, there)), len(here) + len(there))
 
@@ -218,7 +228,7 @@ MOTIONS: Mapping[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Claim -> the motions it is judged on: flaws of other trials do not touch it."""
 
-JUDGES: Mapping[str, Callable[[Rows, float], Outcome]] = {
+JUDGES: Mapping[str, Callable[[Rows, float | None], Outcome]] = {
     "C13": _c13,
     "C14": _c14,
     "C15": _c15,

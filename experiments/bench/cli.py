@@ -121,7 +121,7 @@ def sweep(
     repeats: Repeats = None,
     seed: Seed = 0,
     out: Annotated[
-        Path | None, typer.Option(help="New folder for the results; otherwise runs/sweep-NAME-TIME.")
+        Path | None, typer.Option(help="Folder of the results, otherwise runs/sweep-NAME-TIME; goes on with one begun.")
     ] = None,
     assignments: Assignments = None,
     model: Annotated[str, typer.Option(help="The vision model on the observer.")] = "dsnn",

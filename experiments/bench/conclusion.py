@@ -37,8 +37,10 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     """Write summary, claims and figure of the trials in ``folder``."""
     rows = folder.rows()
     verdicts = [
-        judge(claim, [row for row in rows if row["model"] == model.label], model.threshold, model.label)
+        _admitting(judge(claim, own, model.threshold, model.label), lost)
         for model in plan.settings.models
+        for own in [[row for row in rows if row["model"] == model.label]]
+        for lost in [sum(failure.model in ("", model.label) for failure in failures)]
         for claim in plan.experiment.claims
     ]
     summary = summary_rows(rows)
@@ -50,6 +52,13 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
         folder.write_rows("comparisons.csv", compared)
     folder.write_json("claims.json", verdicts)
     return Report(folder.folder, plan.experiment.varies, rows, summary, verdicts, compared, flaws(rows), list(failures))
+
+
+def _admitting(verdict: Verdict, lost: int) -> Verdict:
+    """The verdict saying too how many trials of the run it could not be judged on."""
+    if not lost:
+        return verdict
+    return dataclasses.replace(verdict, measured=f"{verdict.measured}; {lost} trials of the run failed")
 
 
 def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:
@@ -69,14 +78,18 @@ def compare(rows: Sequence[Any]) -> list[dict[str, Any]]:
     models = list(dict.fromkeys(row["model"] for row in rows))
     table: list[dict[str, Any]] = []
     for condition, chosen in group(rows, *CONDITION_COLUMNS).items():
-        spikes = {m: [row["spikes"] for row in chosen if row["model"] == m] for m in models}
+        spikes = {m: {row["trial"]: row["spikes"] for row in chosen if row["model"] == m} for m in models}
         for one, other in combinations(models, 2):
-            test = paired(spikes[one], spikes[other])
-            difference = sum(spikes[one]) / len(spikes[one]) - sum(spikes[other]) / len(spikes[other])
+            both = [trial for trial in spikes[one] if trial in spikes[other]]  # one may have failed in some
+            if not both:
+                continue
+            first, second = ([spikes[m][trial] for trial in both] for m in (one, other))
+            test = paired(first, second)
             table.append(
                 {
                     **dict(zip(CONDITION_COLUMNS, condition, strict=True)), "model": one, "against": other,
-                    "n": len(spikes[one]), "mean_difference": difference, "rank_biserial": test.effect, "p": test.p,
+                    "n": len(both), "mean_difference": (sum(first) - sum(second)) / len(both),
+                    "rank_biserial": test.effect, "p": test.p,
                 }
             )  # fmt: skip
     for row, p in zip(table, holm([row["p"] for row in table]), strict=True):

@@ -20,7 +20,7 @@ from colias_sim.gl import require_backend
 from experiments.bench.declaration import CONDITION_COLUMNS
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
-from experiments.bench.results import RunFolder, group, varying
+from experiments.bench.results import Failure, RunFolder, group, varying
 from experiments.bench.runner import Keep, run_trials
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from experiments.bench.reproduce import ClaimReport
     from experiments.bench.sweep import Part, Point
 
+SHOWN_FAILURES = 10
 LINE_EVERY_S = 60.0  # progress where there is no terminal to draw a bar on
 FRAME_MS, MODEL_MS, RECORDING_MS, START_S = 1.3, 0.25, 0.6, 2.0
 """What a frame costs one core, each further model, and its recording; what starting workers takes: for estimates."""
@@ -91,12 +92,18 @@ def estimate(plans: list[Plan], means: Means, recordings: bool) -> str:
     return f"{trials} trials, about {frames:,} frames, {where}"
 
 
+def announce(plans: list[Plan], more: int, folder: Path, means: Means) -> None:
+    """The design check of a reproduction: its experiments, and how many trials its studies have."""
+    said = f"{len(plans)} experiments: {estimate(plans, means, recordings=True)}; then {more} trials of the studies"
+    error_console.print(f"{said}, into {folder}", soft_wrap=True, markup=False)
+
+
 def run(plan: Plan, out: Path, means: Means, resume: bool, recordings: bool) -> Report:
     """Run a checked plan with a pool of its own, and show it."""
     if means.cluster is None:
         require_backend()
-    folder = open_folder(plan, out, resume)
     with open_pool(means.workers, means.cluster) as pool:
+        folder = open_folder(plan, out, resume)
         failures = run_with(plan, folder, pool, means, recordings)
     # Not before: it loads libraries that the trials do without.
     from experiments.bench.conclusion import conclude
@@ -117,7 +124,7 @@ def open_folder(plan: Plan, out: Path, resume: bool) -> RunFolder:
     return folder
 
 
-def run_with(plan: Plan, folder: RunFolder, pool: Pool, means: Means, recordings: bool) -> list[Any]:
+def run_with(plan: Plan, folder: RunFolder, pool: Pool, means: Means, recordings: bool) -> list[Failure]:
     """Run what a plan has left to do, with progress; says how far it got if it is cut short."""
     total = len(plan.specs())
     before = len(folder.done())
@@ -132,10 +139,16 @@ def run_with(plan: Plan, folder: RunFolder, pool: Pool, means: Means, recordings
             said = f"stopped after {len(folder.done())} of {total} trials; they are in {folder.folder}"
             error_console.print(said, soft_wrap=True, markup=False)
             raise
-    for failure in failures:
-        said = f"trial {failure.trial} ({failure.condition}) failed after {failure.attempts} attempts: {failure.reason}"
-        error_console.print(said, soft_wrap=True, markup=False)
+    tell(failures)
     return failures
+
+
+def tell(failures: Sequence[Failure]) -> None:
+    """Name what failed, the first few each."""
+    for failure in failures[:SHOWN_FAILURES]:
+        error_console.print(str(failure), soft_wrap=True, markup=False)
+    if len(failures) > SHOWN_FAILURES:
+        error_console.print(f"... {len(failures) - SHOWN_FAILURES} more: see failures.json")
 
 
 def show(report: Report, recordings: bool) -> None:
@@ -152,8 +165,11 @@ def show(report: Report, recordings: bool) -> None:
         out_console.print(_comparisons_table(report))
     if report.flaws:
         out_console.print(f"\n[red]beware[/red]: {report.flaws}")
-    places: dict[str, object] = {"figure": report.folder / "figure.png", "tables": report.folder / "trials.parquet"}
-    if recordings:
+    places: dict[str, object] = {"figure": report.folder / "figure.png"} if report.rows else {}
+    places["tables"] = report.folder / "trials.parquet"
+    if report.failures:
+        places["failures"] = report.folder / "failures.json"
+    if recordings and report.rows:
         places["recordings"] = f"colias view {shlex.quote(str(report.folder))}"
     out_console.print()
     for name, place in places.items():
@@ -188,33 +204,41 @@ def show_claims(claims: Sequence[ClaimReport]) -> None:
     for claim in claims:
         if claim.seeds is not None:
             colour = {"holds": "green", "fails": "red", "untested": "yellow"}[claim.verdict]
-            seeds = f"{claim.seeds_holding} of {claim.seeds}"
+            unjudged = f" ({claim.seeds_untested} untested)" if claim.seeds_untested else ""
+            seeds = f"{claim.seeds_holding} of {claim.seeds}{unjudged}"
             table.add_row(claim.id, f"[{colour}]{claim.verdict}[/{colour}]", seeds, claim.says)
     out_console.print(table)
 
 
 def sweep(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path, means: Means) -> bool:
-    """Run a sweep's parts, write table and figure, show them; true if trials failed."""
+    """Run what is missing of a sweep's parts, write table and figure, show them; true if trials failed."""
     rows: list[dict[str, Any]] = []
     failed = False
     if (out / "sweep.csv").exists():
         raise FileExistsError(f"{out} already holds a sweep: choose another --out, or remove it")
     if means.cluster is None:
         require_backend()
+    if not means.quiet and len(parts) > 1:
+        whole_plan = estimate([part.plan for part in parts], means, recordings=False)
+        error_console.print(f"{len(points)} points: {whole_plan}, into {out}", soft_wrap=True, markup=False)
     with open_pool(means.workers, means.cluster) as pool:
         for part in parts:
-            folder = open_folder(part.plan, out / part.folder, resume=False)
+            begun = out / part.folder
+            folder = open_folder(part.plan, begun, resume=(begun / "experiment.json").exists())
             failed |= bool(run_with(part.plan, folder, pool, means, recordings=False))
             rows += folder.rows()
     from experiments.bench import sweep as grids
 
+    if not rows:
+        return failed
     table = grids.table(rows, points)
     whole = RunFolder(out)
     whole.write_rows("sweep.csv", table)
     title = f"{parts[0].plan.experiment.name}, n = {parts[0].plan.repeats}"
     picture = grids.write_figure(grids.draw(rows, points, varies, title), out)
     if not means.quiet:
-        out_console.print(_sweep_table(table, [key for key, _ in points[0].values], varies))
+        keys = [*(key for key, _ in points[0].values), *grids.other_conditions(rows, varies)]
+        out_console.print(_sweep_table(table, keys, varies))
         for name, place in {"figure": picture, "table": out / "sweep.csv"}.items():
             out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
     return failed
@@ -223,11 +247,15 @@ def sweep(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path
 def _sweep_table(rows: Sequence[dict[str, Any]], keys: Sequence[str], varies: str) -> Table:
     table = Table(title="mean HS spikes per trial", title_justify="left", box=None, header_style="bold", pad_edge=False)
     levels = list(dict.fromkeys(row[varies] for row in rows))
-    for name in (*keys, *(v if isinstance(v, str) else f"{v:g} {SHORT.get(varies, varies)}" for v in levels)):
+    for name in (
+        *(SHORT.get(key, key) for key in keys),
+        *(v if isinstance(v, str) else f"{v:g} {SHORT.get(varies, varies)}" for v in levels),
+    ):
         table.add_column(name, justify="right")
     for values, chosen in group(rows, *keys).items():
         means = {level: [r["spikes_mean"] for r in chosen if r[varies] == level] for level in levels}
-        table.add_row(*values, *(f"{sum(m) / len(m):.1f}" for m in means.values()))
+        said = ("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in values)
+        table.add_row(*said, *(f"{sum(m) / len(m):.1f}" if m else "-" for m in means.values()))
     return table
 
 

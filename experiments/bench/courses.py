@@ -83,15 +83,61 @@ def _crossing(condition: Condition, settings: Settings) -> Course:
     acceleration = condition.acceleration_cm_s2 / 100
     run_up = PathFollower.run_up(speed, acceleration)
     side = 1.0 if condition.direction == "rightward" else -1.0  # y is the observer's left
-    start = Pose(camera.forward_cm / 100 + distance, side * (half + run_up), -side * math.pi / 2)
-    length = run_up + 2 * half
-    middle = (run_up + half) / speed  # when the stimulus is before the observer, which is then at the origin
-    drive, turn = condition.observer_speed_cm_s / 100, math.radians(condition.observer_turn_deg_s)
-    observer = Pose(-drive * middle, 0.0, -turn * middle)
+    before, after = half, half
+    if condition.observer_speed_cm_s or condition.observer_turn_deg_s:
+        before, after = _seen_from_moving(condition, settings, run_up, side)
+    start = Pose(camera.forward_cm / 100 + distance, side * (before + run_up), -side * math.pi / 2)
+    length = run_up + before + after
+    # When the stimulus is on the axis, the observer is at the origin.
+    observer = _observer(condition, -(run_up + before) / speed)
     return Course(
         Line(start, length), start, run_up, length, speed, acceleration, stop=False, wait=0.0, rest=0.0,
         observer=observer,
     )  # fmt: skip
+
+
+def _observer(condition: Condition, seconds: float) -> Pose:
+    """Where the observer is ``seconds`` after mid-crossing: straight ahead or turning on the spot."""
+    drive, turn = condition.observer_speed_cm_s / 100, math.radians(condition.observer_turn_deg_s)
+    return Pose(drive * seconds, 0.0, turn * seconds)
+
+
+def _seen_from_moving(condition: Condition, settings: Settings, run_up: float, side: float) -> tuple[float, float]:
+    """How far from the middle the stimulus is out of a moving observer's view: when it starts, and when it has crossed.
+
+    The view's edge moves while the stimulus drives up to it, so the distances are found by iteration. Raises
+    ``ValueError`` where there is no such distance: the observer turns with the stimulus and never loses it.
+    """
+    speed = condition.speed_cm_s / 100
+    found = []
+    for sign, extra in ((-1.0, run_up), (1.0, 0.0)):  # on the side it comes from, on the side it leaves to
+        reach = 0.0
+        for _ in range(200):
+            seen_from = _observer(condition, sign * (reach + extra) / speed)
+            edge = _view_edge(condition, settings, seen_from, -sign * side)
+            if edge is None or edge > 1.0:
+                raise ValueError(
+                    f"the observer's turn of {condition.observer_turn_deg_s:g} degrees/s keeps a stimulus of "
+                    f"{condition.speed_cm_s:g} cm/s in view"
+                )
+            if abs(edge - reach) < 1e-6:
+                break
+            reach = edge
+        found.append(max(reach, 0.0))
+    return found[0], found[1]
+
+
+def _view_edge(condition: Condition, settings: Settings, seen_from: Pose, side: float) -> float | None:
+    """How far out, on that ``side`` of the path (1: left), the stimulus just leaves the view; ``None`` if it cannot."""
+    camera, radius = settings.camera, ROBOT_RADIUS_CM / 100
+    forward = camera.forward_cm / 100
+    ray = side * seen_from.heading + math.radians(camera.hfov_deg) / 2
+    if not -math.pi / 2.2 < ray < math.pi / 2.2:
+        return None
+    lens_x = seen_from.x + forward * math.cos(seen_from.heading)
+    lens_y = side * (seen_from.y + forward * math.sin(seen_from.heading))
+    ahead = forward + condition.distance_cm / 100 - lens_x
+    return lens_y + ahead * math.tan(ray) + radius / math.cos(ray) + MARGIN_CM / 100
 
 
 def _angular(condition: Condition, settings: Settings) -> Course:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 
@@ -15,6 +16,15 @@ Motion = Literal["translation", "approach", "recession"]
 Direction = Literal["rightward", "leftward", "straight"]
 
 
+WORDS = {"motion": get_args(Motion), "direction": get_args(Direction)}
+LIMITS = {
+    "speed_cm_s": (0.1, 100.0), "distance_cm": (0.5, 100.0), "far_cm": (1.0, 100.0), "angle_deg": (-80.0, 80.0),
+    "shell_grey": (0.0, 1.0), "wall_contrast": (0.0, 4.0), "observer_speed_cm_s": (-35.0, 35.0),
+    "observer_turn_deg_s": (-360.0, 360.0), "acceleration_cm_s2": (1.0, 1000.0),
+}  # fmt: skip
+OPTIONAL = {"far_cm", "angle_deg", "shell_grey", "wall_contrast"}
+
+
 @dataclass(frozen=True, slots=True)
 class Condition:
     """What a trial sets. ``None`` where a motion has no such quantity, or where the settings decide.
@@ -22,6 +32,9 @@ class Condition:
     Crossings (``translation``) pass perpendicular to the optical axis at ``distance_cm``. ``approach`` drives
     straight from ``far_cm`` away to the point ``distance_cm`` before the camera, along a line at ``angle_deg`` to
     the axis, negative on the robot's left; ``recession`` drives the same line the other way.
+
+    Raises ``ValueError`` on a value no trial can have; whether robots and arena allow it is checked when a run is
+    planned.
     """
 
     motion: Motion
@@ -38,6 +51,25 @@ class Condition:
     """Left positive."""
     acceleration_cm_s2: float = 100.0
     """With which the stimulus starts, and stops."""
+
+    def __post_init__(self) -> None:
+        for name, said in WORDS.items():
+            if getattr(self, name) not in said:
+                raise ValueError(f"condition: {name}={getattr(self, name)!r}: legal is {', '.join(said)}")
+        depth = self.motion != "translation"
+        needed = {"angle_deg", "far_cm"} if depth else set()
+        for name, (low, high) in LIMITS.items():
+            value = getattr(self, name)
+            if value is None and name in OPTIONAL - needed:
+                continue
+            if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+                why = f" ({self.motion} needs it)" if value is None else ""
+                raise ValueError(f"condition: {name}={value!r}: legal is a number from {low:g} to {high:g}{why}")
+            object.__setattr__(self, name, float(value))  # whole numbers too: a column has one type
+        if (self.direction == "straight") and not depth:
+            raise ValueError(f"condition: direction={self.direction!r}: a translation goes rightward or leftward")
+        if depth and self.far_cm is not None and self.far_cm <= self.distance_cm:
+            raise ValueError(f"condition: far_cm={self.far_cm:g}: legal is above distance_cm={self.distance_cm:g}")
 
     def label(self) -> str:
         """The condition in a person's words."""
@@ -91,12 +123,18 @@ class Experiment:
     claims: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", self.name):
+            raise ValueError(f"experiment {self.name!r}: its name: legal are letters, digits, - and _")
         if not isinstance(self.repeats, int) or isinstance(self.repeats, bool) or self.repeats < 1:
             raise ValueError(f"experiment {self.name}: repeats={self.repeats!r}: legal is a whole number from 1 up")
         if not isinstance(self.claims, tuple):
             raise ValueError(f"experiment {self.name}: claims={self.claims!r}: legal is a tuple of names")
         if not dataclasses.is_dataclass(self.design) or not hasattr(self.design, "conditions"):
             raise ValueError(f"experiment {self.name}: design={self.design!r}: legal is a dataclass with conditions()")
+        for spread in ("pose_sd_mm", "heading_sd_deg"):
+            value = getattr(self.design, spread, None)
+            if not isinstance(value, int | float) or not 0 <= value <= 100:
+                raise ValueError(f"experiment {self.name}: design.{spread}={value!r}: legal is a number from 0 to 100")
         self._check_conditions(self.design.conditions())
 
     def _check_conditions(self, conditions: tuple[Condition, ...]) -> None:

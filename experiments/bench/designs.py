@@ -159,7 +159,7 @@ class Egomotion:
     """Crossings while the observer itself turns or drives; in mid-crossing it is where it stands otherwise."""
 
     turns_deg_s: tuple[TurnDegS, ...] = Field(
-        default=(-10.0, -5.0, 0.0, 5.0, 10.0), min_length=1, description="turning of the observer, left positive"
+        default=(-5.0, -2.5, 0.0, 2.5, 5.0), min_length=1, description="turning of the observer, left positive"
     )
     drives_cm_s: tuple[DriveCmS, ...] = Field(
         default=(-1.0, 1.0), description="driving of the observer where it does not turn, forward positive"

@@ -63,7 +63,7 @@ def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
     return figure(rows, frames, varies, title, settings.models[0].threshold)
 
 
-def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float) -> Figure:
+def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float | None) -> Figure:
     """Left: spikes of every trial, with means and 95 % intervals. Right: HS against bearing, or against time.
 
     One colour per level of ``varies``; one line style for each combination of the conditions that differ beside it.
@@ -172,11 +172,12 @@ def _columns(labels: Sequence[Any]) -> int:
     return max(1, min(6, 44 // (6 + max(len(str(label)) for label in labels))))
 
 
-def _frame(axes: Axes, colours: Mapping[Any, Any], unit: str, threshold: float, axis: str) -> None:
+def _frame(axes: Axes, colours: Mapping[Any, Any], unit: str, threshold: float | None, axis: str) -> None:
     """Thresholds, labels and the colours' legend about the traces."""
-    for sign in (1, -1):
-        axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
-    axes.annotate(f"±T = {threshold:g}", (0.01, -threshold - 0.02), xycoords=("axes fraction", "data"), va="top")
+    if threshold is not None:
+        for sign in (1, -1):
+            axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
+        axes.annotate(f"±T = {threshold:g}", (0.01, -threshold - 0.02), xycoords=("axes fraction", "data"), va="top")
     bearing = axis == "stimulus_bearing_deg"
     xlabel = "bearing of the stimulus (degrees, right positive)" if bearing else "time in the trial (s)"
     axes.set(xlabel=xlabel, ylabel="HS membrane potential", ylim=(-1, 1))

@@ -10,6 +10,9 @@ from types import ModuleType
 
 from pydantic import ValidationError
 
+USER_MODULE = "colias_user_"
+"""What the names of modules made from users' files begin with."""
+
 
 class UsageError(Exception):
     """A wrong use, told in one line: what was given, what is legal, where it came from."""
@@ -35,7 +38,7 @@ def declared(path: Path, name: str) -> object:
 
 
 def _module(path: Path, shown: Path) -> ModuleType:
-    alias = f"colias_user_{path.stem}"
+    alias = USER_MODULE + path.stem
     known = sys.modules.get(alias)
     if known is not None and known.__file__ == str(path):
         return known

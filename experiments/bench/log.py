@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 import rerun.blueprint as rrb
+import rerun_bindings
 
 from colias_sim.config import CameraConfig
 from experiments.bench.media import Media
@@ -44,16 +45,38 @@ def record(result: TrialResult) -> bytes:
         raise ValueError(f"trial {result.spec.index} kept no media to record")
     with tempfile.TemporaryDirectory(prefix="colias-") as folder:
         path = Path(folder) / recording_name(result.spec.index)
-        with rr.RecordingStream(APPLICATION, recording_id=_identity(result)) as recording:
-            recording.save(path, default_blueprint=blueprint(result))
-            _properties(recording, result)
-            times = _timelines(result.columns.sim_time_s, np.arange(result.frames))
-            _images(recording, result.media, times)
-            _potentials(recording, result, times)
-            _scene(recording, result, times)
-            recording.flush()
-            recording.disconnect()
+        _write(path, result, result.media)
+        rerun_bindings.flush_and_cleanup_orphaned_recordings()  # or Rerun keeps megabytes a trial (rerun#2116)
         return path.read_bytes()
+
+
+def _write(path: Path, result: TrialResult, media: Media) -> None:
+    recording = rr.RecordingStream(APPLICATION, recording_id=_identity(result))
+    _save(recording, path, blueprint(result))
+    _properties(recording, result)
+    times = _timelines(result.columns.sim_time_s, np.arange(result.frames))
+    _images(recording, media, times)
+    _potentials(recording, result, times)
+    _scene(recording, result, times)
+    recording.flush()
+    recording.disconnect()
+
+
+def _save(recording: rr.RecordingStream, path: Path, layout: rrb.Blueprint) -> None:
+    """What ``recording.save(path, layout)`` does, and then ends the layout's own stream.
+
+    That call leaves it alive, with two threads, in every recording made: a worker would collect thousands.
+    """
+    own = rr.RecordingStream._from_native(
+        rerun_bindings.new_blueprint(
+            application_id=APPLICATION, make_default=False, make_thread_default=False, default_enabled=True
+        )
+    )
+    own.set_time("blueprint", sequence=0)
+    layout._log_to_stream(own)
+    memory: Any = own.memory_recording()
+    rerun_bindings.save(path=str(path), default_blueprint=memory.storage, recording=recording.to_native())
+    own.disconnect()
 
 
 def _identity(result: TrialResult) -> str:
@@ -105,7 +128,8 @@ def _potentials(recording: rr.RecordingStream, result: TrialResult, times: list[
             recording.log(entity, rr.SeriesLines(colors=colour, names=prefix + name, widths=1.5), static=True)
             recording.send_columns(entity, times, rr.Scalars.columns(scalars=values))
     ends = _timelines(columns.sim_time_s[[0, -1]], np.array([0, result.frames - 1]))
-    for level in sorted({sign * answer.threshold for answer in result.answers for sign in (1, -1)}):
+    thresholds = {answer.threshold for answer in result.answers if answer.threshold is not None}
+    for level in sorted({sign * threshold for threshold in thresholds for sign in (1, -1)}):
         entity = f"potential/threshold/{'plus' if level > 0 else 'minus'}_{abs(level):g}".replace(".", "_")
         name = f"{'' if level > 0 else '-'}T = {level:g}"
         recording.log(entity, rr.SeriesLines(colors=LIMIT_COLOUR, names=name, widths=1.0), static=True)

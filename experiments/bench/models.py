@@ -27,16 +27,19 @@ class Chosen:
     """Its parameters, a frozen dataclass."""
 
     @property
-    def threshold(self) -> float:
-        """The spiking threshold on its membrane potentials; 0 where it has none."""
-        return float(getattr(self.network, "t_sp", 0.0))
+    def threshold(self) -> float | None:
+        """The spiking threshold on its membrane potentials; ``None`` where it has none."""
+        own = getattr(self.network, "t_sp", None)
+        return None if own is None else float(own)
 
     def build(self, shape: tuple[int, int]) -> VisionModel:
         """The model itself, for frames of ``shape`` (R, C)."""
         return load_model(self.source).build(shape, self.network)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        fields = {field.name: getattr(self.network, field.name) for field in dataclasses.fields(self.network)}
+        fields = {
+            field.name: getattr(self.network, field.name) for field in dataclasses.fields(self.network) if field.init
+        }
         return _again, (self.label, self.source, fields)
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import importlib.metadata
 import platform
+import sys
+from pathlib import Path
 from typing import Any
 
 from experiments.bench.courses import clearance_cm, nominal, reach_cm
 from experiments.bench.declaration import Condition, Experiment, Settings, TrialSpec, trial_specs
-from experiments.bench.files import UsageError
+from experiments.bench.files import USER_MODULE, UsageError, is_file
 from scenes import ARENA_RADIUS_CM
 
 LIBRARIES = ("colias-sim", "mujoco", "numpy", "opencv-python-headless", "rerun-sdk", "scipy", "pyarrow")
@@ -56,7 +59,10 @@ def _check_condition(condition: Condition, settings: Settings) -> None:
             f"{said}: too fast for robot.max_speed_cm_s={robot.max_speed_cm_s:g}, of which "
             f"{STEERING_SHARE:.0%} is left beside steering: up to {top:g} cm/s"
         )
-    route = nominal(condition, settings)
+    try:
+        route = nominal(condition, settings)
+    except ValueError as error:
+        raise UsageError(f"{said}: {error}") from None
     if route.leave - route.enter < SHORTEST_STEADY_CM / 100:
         raise UsageError(
             f"{said}: with {condition.acceleration_cm_s2:g} cm/s2 it takes {100 * route.enter:.1f} cm to reach that "
@@ -76,14 +82,24 @@ def _check_condition(condition: Condition, settings: Settings) -> None:
         )
 
 
+def _own_files(plan: Plan) -> dict[str, str]:
+    """SHA-256 of the user's own files that the numbers depend on, by path."""
+    design = sys.modules[type(plan.experiment.design).__module__]
+    sources = [model.source for model in plan.settings.models if is_file(model.source)]
+    if design.__name__.startswith(USER_MODULE):
+        sources.append(str(design.__file__))
+    return {source: hashlib.sha256(Path(source).read_bytes()).hexdigest() for source in sources}
+
+
 def describe(plan: Plan) -> dict[str, Any]:
-    """What ``experiment.json`` holds: every parameter, the seed, the versions that computed the numbers."""
+    """What ``experiment.json`` holds: every parameter, the seed, the user's files, the versions of what computed it."""
     return {
         "experiment": plan.experiment,
         "repeats": plan.repeats,
         "seed": plan.seed,
         "trials": len(plan.specs()),
         "settings": plan.settings,
+        "files": _own_files(plan),
         "versions": {
             "python": platform.python_version(),
             **{name: importlib.metadata.version(name) for name in LIBRARIES},

@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import multiprocessing
 import os
+import pickle
+import re
 import signal
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 Job = TypeVar("Job")
@@ -18,6 +31,22 @@ Done = TypeVar("Done")
 ATTEMPTS = 3
 QUEUED = 2
 """Jobs handed out for each worker: one under way, one waiting, so that nobody idles and little is lost."""
+
+LOOK_EVERY_S = 2.0
+"""How often to see whether the pool is still there while nothing comes back."""
+
+DIED = "its worker process died each time"
+
+
+@dataclass(frozen=True, slots=True)
+class Raised:
+    """What a job raised, in words: not every exception survives the way back from a worker."""
+
+    kind: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.kind}: {self.text}" if self.kind else self.text
 
 
 class Pool(Protocol):
@@ -28,6 +57,10 @@ class Pool(Protocol):
 
     def renew(self) -> None:
         """Replace an executor that lost a worker."""
+        ...
+
+    def look(self) -> None:
+        """Raise ``OSError`` if there is nothing left that could do a job."""
         ...
 
     def close(self) -> None:
@@ -58,6 +91,9 @@ class InProcess:
     def renew(self) -> None:
         """Nothing to replace."""
 
+    def look(self) -> None:
+        """This process is there."""
+
     def close(self) -> None:
         """Nothing to stop."""
 
@@ -80,6 +116,9 @@ class LocalPool:
         self.close()
         self._open()
 
+    def look(self) -> None:
+        """A worker that dies breaks the executor, which says so itself."""
+
     def close(self) -> None:
         """Kill the workers, whatever they are doing: nothing of a trial is kept in them."""
         for child in set(multiprocessing.active_children()) - self._before:
@@ -88,33 +127,60 @@ class LocalPool:
 
 
 class ClusterPool:
-    """The workers of a Dask scheduler. Raises ``OSError`` if none answers at ``address``."""
+    """The workers of a Dask scheduler. Raises ``OSError`` if none answers at ``address``, or none is left."""
+
+    PATIENCE_S = 20.0
+    """How long a cluster may be without workers, which it may be replacing, before a run gives up."""
 
     def __init__(self, address: str) -> None:
+        if not re.fullmatch(r"(tcp|tls|ws|wss|ucx)://\S+:\d+", address):
+            raise OSError(
+                f"--cluster {address}: expected the address of a Dask scheduler, such as tcp://127.0.0.1:8786"
+            )
         try:
             from distributed import Client
         except ImportError:
             raise OSError("--cluster needs Dask: install colias-sim[cluster]") from None
+        for name in ("distributed", "tornado"):  # they tell of a lost connection by pages of traceback
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+        self._address = address
+        client: Any = Client  # untyped
         try:
-            client: Any = Client  # untyped
             self._client = client(address, timeout="10s", set_as_default=False)
-        except (OSError, ValueError) as error:
-            raise OSError(f"--cluster {address}: no Dask scheduler answers there ({error})") from None
+        except Exception as error:  # of many kinds: unknown host, refused, another protocol, another version
+            said = " ".join(str(error).split())
+            raise OSError(f"--cluster {address}: no Dask scheduler answers there ({said})") from None
         threads = self._client.nthreads()
         if not threads:
             self._client.close()
             raise OSError(f"--cluster {address}: that scheduler has no workers")
         self.width = sum(threads.values())
+        self._seen = time.monotonic()
         self.executor: Executor = self._client.get_executor(pure=False, retries=0)
 
     def renew(self) -> None:
         """Dask replaces its own workers."""
 
+    def look(self) -> None:
+        """Raise ``OSError`` if the scheduler is gone, or has had no worker for `PATIENCE_S`."""
+        now = time.monotonic()
+        try:
+            threads = self._client.nthreads() if self._client.status == "running" else None
+        except Exception:  # the connection broke in mid-question, in one of many ways
+            threads = None
+        if threads is None:
+            raise OSError(f"--cluster {self._address}: lost the scheduler")
+        if threads:
+            self._seen = now
+        elif now - self._seen > self.PATIENCE_S:
+            raise OSError(f"--cluster {self._address}: the scheduler has lost all its workers")
+
     def close(self) -> None:
         """Cancel what is under way and leave the cluster."""
         with contextlib.suppress(Exception):
             self.executor.shutdown(wait=False)
-        self._client.close()
+        with contextlib.suppress(Exception):
+            self._client.close(timeout=2)
 
 
 @contextlib.contextmanager
@@ -131,7 +197,8 @@ class Jobs(Generic[Job, Done]):
     """Runs jobs on a pool and hands over what comes back, in order of completion.
 
     When a worker dies, every job under way is suspect. Each suspect then runs alone, so that its deaths are its
-    own: after `ATTEMPTS` it counts as failed. A job that raises counts as failed at once, unless it is ``fatal``.
+    own: after `ATTEMPTS` it counts as failed. A job that raises counts as failed at once, unless what it raises
+    is ``fatal``, which ends the run.
     """
 
     def __init__(
@@ -139,20 +206,23 @@ class Jobs(Generic[Job, Done]):
         pool: Pool,
         work: Callable[[Job], Done],
         deliver: Callable[[Done], None],
-        fail: Callable[[Job, int, BaseException], None],
-        fatal: tuple[type[BaseException], ...] = (),
+        fail: Callable[[Job, int, str], None],
+        fatal: tuple[type[Exception], ...] = (),
     ) -> None:
         self._pool, self._work, self._deliver, self._fail, self._fatal = pool, work, deliver, fail, fatal
         self._suspects: deque[tuple[Job, int]] = deque()
-        self._under_way: dict[Future[Done], tuple[Job, int]] = {}
+        self._under_way: dict[Future[Done | Raised], tuple[Job, int]] = {}
 
     def run(self, jobs: Iterable[Job]) -> None:
-        """Run them all."""
+        """Run them all. Raises ``OSError`` when the pool is lost for good."""
         waiting = deque((job, 0) for job in jobs)
         while waiting or self._suspects or self._under_way:
             self._hand_out(waiting)
-            done, _ = wait(self._under_way, return_when=FIRST_COMPLETED)
-            self._take_in(done)
+            done, _ = wait(self._under_way, timeout=LOOK_EVERY_S, return_when=FIRST_COMPLETED)
+            if done:
+                self._take_in(done)
+            else:
+                self._pool.look()
 
     def _hand_out(self, waiting: deque[tuple[Job, int]]) -> None:
         if self._suspects:
@@ -163,45 +233,72 @@ class Jobs(Generic[Job, Done]):
             self._submit(*waiting.popleft())
 
     def _submit(self, job: Job, deaths: int) -> None:
+        # Pickled here and unpickled in `_attempt`: a job that cannot be is then that job's failure, not a dead worker.
+        parcel = pickle.dumps(job)
         try:
-            future = self._pool.executor.submit(self._work, job)
+            future = self._pool.executor.submit(_attempt, self._work, parcel, self._fatal)
         except BrokenExecutor:  # it broke between two jobs
             self._pool.renew()
-            future = self._pool.executor.submit(self._work, job)
+            future = self._pool.executor.submit(_attempt, self._work, parcel, self._fatal)
         self._under_way[future] = (job, deaths)
 
-    def _take_in(self, done: Iterable[Future[Done]]) -> None:
-        broken: list[tuple[Job, int, BaseException]] = []
+    def _take_in(self, done: Iterable[Future[Done | Raised]]) -> None:
+        broken: list[tuple[Job, int]] = []
         alone = len(self._under_way) == 1
         for future in done:
             job, deaths = self._under_way.pop(future)
-            error = future.exception()
+            error = self._error(future)
             if error is None:
-                self._deliver(future.result())
-            elif isinstance(error, self._fatal):
-                raise error
+                self._settle(job, deaths, future.result())
             elif isinstance(error, BrokenExecutor):
-                broken.append((job, deaths, error))
+                broken.append((job, deaths))
+            elif type(error).__name__ == "KilledWorker":  # Dask has tried again by itself
+                self._fail(job, getattr(error, "allowed_failures", ATTEMPTS - 1) + 1, DIED)
             else:
-                self._fail(job, deaths + 1, error)
+                raise error
         if broken:
             self._recover(broken, alone)
 
-    def _recover(self, broken: list[tuple[Job, int, BaseException]], alone: bool) -> None:
+    def _error(self, future: Future[Done | Raised]) -> BaseException | None:
+        try:
+            return future.exception()
+        except CancelledError:
+            self._pool.look()
+            return OSError("the pool dropped a trial under way")
+
+    def _settle(self, job: Job, deaths: int, result: Done | Raised) -> None:
+        if isinstance(result, Raised):
+            self._fail(job, deaths + 1, str(result))
+        else:
+            self._deliver(result)
+
+    def _recover(self, broken: list[tuple[Job, int]], alone: bool) -> None:
         """A worker died: whatever was handed out is suspect; a job that was alone is the culprit."""
         for future, (job, deaths) in self._under_way.items():
             if future.done() and future.exception() is None:
-                self._deliver(future.result())
+                self._settle(job, deaths, future.result())
             else:
-                broken.append((job, deaths, BrokenExecutor()))
+                broken.append((job, deaths))
         self._under_way.clear()
         self._pool.renew()
-        for job, deaths, _ in broken:
+        for job, deaths in broken:
             deaths += alone
             if deaths >= ATTEMPTS:
-                self._fail(job, deaths, RuntimeError("its worker process died each time"))
+                self._fail(job, deaths, DIED)
             else:
                 self._suspects.append((job, deaths))
+
+
+def _attempt(work: Callable[[Job], Done], parcel: bytes, fatal: tuple[type[Exception], ...]) -> Done | Raised:
+    """In the worker: do the job, and put what it raises into words."""
+    try:
+        return work(pickle.loads(parcel))
+    except fatal:
+        raise
+    except (Exception, SystemExit) as error:
+        return Raised(
+            "" if isinstance(error, RuntimeError) else type(error).__name__, " ".join(str(error).split()) or repr(error)
+        )
 
 
 def _prepare_worker() -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from colias_sim.gl import require_backend
 from experiments.bench import catalogue, console, study
+from experiments.bench.claims import Verdict
 from experiments.bench.conclusion import Report, conclude
+from experiments.bench.files import UsageError
 from experiments.bench.paper import claim_texts
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
@@ -35,6 +38,11 @@ class Scale:
     sensitivity_repeats: int
 
 
+SEEDS, SENSITIVITY = "seeds", "sensitivity"
+RELIABLE = 0.9
+"""The share of seeds a claim should hold at."""
+NOTHING_TRIED = "nothing yet: it held at 18 of 20 seeds or more when the defaults were chosen"
+
 QUICK = Scale(repeats=2, seeds=2, seed_repeats=1, sensitivity_repeats=1)
 USUAL = Scale(repeats=10, seeds=20, seed_repeats=2, sensitivity_repeats=2)
 FULL = Scale(repeats=10, seeds=20, seed_repeats=10, sensitivity_repeats=10)
@@ -54,6 +62,12 @@ class ClaimReport:
     experiment: str
     seeds_holding: int | None
     seeds: int | None
+    """How many seeds the claim was to be judged at; ``seeds_untested`` of them could not."""
+    seeds_untested: int | None
+    pooled: str
+    """The same on the trials of all seeds together."""
+    tried: str
+    """What was tried, if it does not hold at nine seeds of ten."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +80,8 @@ class Reproduction:
     claims: list[ClaimReport]
     runs: list[tuple[Plan, Report]]
     sensitivity: dict[str, dict[str, str]]
+    failures: Mapping[str, Sequence[Failure]]
+    """Those of the two studies."""
     description: Mapping[str, Any]
 
 
@@ -77,34 +93,45 @@ def reproduce(
     ``models`` see the experiments' frames beside the DSNN, on which the claims are judged; ``extra`` experiments
     (names or files) are run and shown too.
     """
-    names = [*study.PAPER, *extra]
-    plans = [plan(catalogue.load(name), [study.MODEL, *models], (), scale.repeats, seed) for name in names]
+    shown = [study.MODEL, *(name for name in models if name != study.MODEL)]
+    plans = [plan(catalogue.load(name), shown, (), scale.repeats, seed) for name in (*study.PAPER, *extra)]
+    _check_names(plans)
     seeds = study.seed_cases(range(seed, seed + scale.seeds), scale.seed_repeats)
     moves = study.sensitivity_cases(scale.sensitivity_repeats, seed)
     if means.cluster is None:
         require_backend()
-    folder.mkdir(parents=True, exist_ok=True)
-    runs: list[tuple[Plan, Report]] = []
-    failures: list[tuple[Plan, RunFolder, list[Failure]]] = []
+    if not means.quiet:
+        console.announce(plans, sum(len(case.specs) for case in (*seeds, *moves)), folder, means)
+    done: list[tuple[Plan, RunFolder, list[Failure]]] = []
     with open_pool(means.workers, means.cluster) as pool:
+        folder.mkdir(parents=True, exist_ok=True)
         for each in plans:
             out = folder / each.experiment.name
             run = console.open_folder(each, out, resume=(out / "experiment.json").exists())
-            failures.append((each, run, console.run_with(each, run, pool, means, recordings=True)))
-        seed_rows = _study(folder / "seeds", "other seeds", seeds, plans[0], pool, means)
-        move_rows = _study(folder / "sensitivity", "sensitivity", moves, plans[0], pool, means)
-    runs = [(each, conclude(each, run, failed)) for each, run, failed in failures]
-    by_seed = study.verdicts(seeds, seed_rows)
-    claims = _claims(runs, by_seed)
-    result = Reproduction(folder, scale, seed, claims, runs, study.verdicts(moves, move_rows), describe(plans[0]))
+            done.append((each, run, console.run_with(each, run, pool, means, recordings=True)))
+        seed_rows, seed_failures = _study(folder / SEEDS, "other seeds", seeds, plans[0], pool, means)
+        move_rows, move_failures = _study(folder / SENSITIVITY, "sensitivity", moves, plans[0], pool, means)
+    runs = [(each, conclude(each, run, failed)) for each, run, failed in done]
+    claims = _claims(runs, study.verdicts(seeds, seed_rows), study.pooled(seeds, seed_rows))
+    failures = {SEEDS: seed_failures, SENSITIVITY: move_failures}
+    sensitivity = study.verdicts(moves, move_rows)
+    result = Reproduction(folder, scale, seed, claims, runs, sensitivity, failures, describe(plans[0]))
     RunFolder(folder).write_json("claims.json", claims)
     return result
 
 
+def _check_names(plans: Sequence[Plan]) -> None:
+    """Every experiment has a folder of its own."""
+    names = [each.experiment.name for each in plans]
+    for name in names:
+        if names.count(name) > 1 or name in (SEEDS, SENSITIVITY):
+            raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
+
+
 def _study(
     folder: Path, name: str, cases: Sequence[study.Case], example: Plan, pool: Pool, means: console.Means
-) -> list[dict[str, Any]]:
-    """The rows of a study's trials, which keep neither recordings nor frames."""
+) -> tuple[list[dict[str, Any]], list[Failure]]:
+    """The rows of a study's trials, which keep neither recordings nor frames, and what failed."""
     specs = study.numbered(cases)
     run = RunFolder(folder)
     listed = [{"case": case.name, "trials": len(case.specs), "settings": case.specs[0].settings} for case in cases]
@@ -117,33 +144,43 @@ def _study(
     if not means.quiet:
         console.error_console.print(f"{name}: {len(specs)} trials, {left} of them to do", markup=False)
     with console.progress(name, left, means.quiet) as advance:
-        run_trials(specs, run, pool, advance, Keep(recordings=False, frames=False))
-    return run.rows()
+        failures = run_trials(specs, run, pool, advance, Keep(recordings=False, frames=False))
+    console.tell(failures)
+    return run.rows(), failures
 
 
-def _claims(runs: Sequence[tuple[Plan, Report]], by_seed: Mapping[str, Mapping[str, str]]) -> list[ClaimReport]:
+def _claims(
+    runs: Sequence[tuple[Plan, Report]],
+    by_seed: Mapping[str, Mapping[str, str]],
+    pooled: Mapping[str, Verdict],
+) -> list[ClaimReport]:
     """Every claim of the paper, in its order; those that nothing here tests yet say so."""
     reports = {each.experiment.name: report for each, report in runs}
     lines = []
     for claim, (says, source) in claim_texts().items():
         if claim not in JUDGED_IN:
             missing = "needs looming detectors" if claim == "C21" else "needs the off-line stimuli"
-            lines.append(
-                ClaimReport(claim, says, source, "untested", f"{missing}, not built yet", "", 0, "", None, None)
-            )
+            lines.append(_untested(claim, says, source, f"{missing}, not built yet"))
             continue
         name = JUDGED_IN[claim]
         (verdict,) = [v for v in reports[name].verdicts if v.id == claim and v.model == study.MODEL]
-        judged = [seed[claim] for seed in by_seed.values() if seed[claim] != "untested"]
+        found = [seed[claim] for seed in by_seed.values()]
+        whole = pooled[claim]
+        rare = found.count("holds") < RELIABLE * len(found)
         lines.append(
             ClaimReport(
                 claim, says, source, verdict.verdict, verdict.measured, verdict.effect, verdict.n, name,
-                judged.count("holds"), len(judged),
+                found.count("holds"), len(found), found.count("untested"),
+                f"{whole.verdict}: {whole.measured}", _tried().get(claim, NOTHING_TRIED) if rare else "",
             )
         )  # fmt: skip
     return lines
 
 
-def as_json(result: Reproduction) -> list[dict[str, Any]]:
-    """The claims as plain values."""
-    return [dataclasses.asdict(claim) for claim in result.claims]
+def _untested(claim: str, says: str, source: str, why: str) -> ClaimReport:
+    return ClaimReport(claim, says, source, "untested", why, "", 0, "", None, None, None, "", "")
+
+
+def _tried() -> dict[str, str]:
+    """Claim -> what was tried to make it hold, from ``tried.toml``."""
+    return tomllib.loads(files("experiments.bench").joinpath("tried.toml").read_text(encoding="utf-8"))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
+import os
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import pyarrow as pa
 import pyarrow.csv
@@ -18,6 +20,11 @@ from dsnn import ResponseSeries
 from experiments.bench.declaration import CONDITION_COLUMNS, plain
 from experiments.bench.files import UsageError
 from experiments.bench.trial import FrameColumns, TrialResult
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 _TEXT = ("motion", "direction")
 TRIAL_SCHEMA = pa.schema(
@@ -68,17 +75,26 @@ class Finished:
     rows: tuple[dict[str, Any], ...]
     frames: pa.Table
     recording: bytes | None
+    failures: tuple[Failure, ...] = ()
+    """Those of single models, which the others' answers outlive."""
 
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A trial that could not be finished, and why."""
+    """A trial that could not be finished, or a ``model`` that broke in one that otherwise was, and why."""
 
     trial: int
+    model: str
+    """Empty for a whole trial."""
     condition: str
     seed: int
     attempts: int
     reason: str
+
+    def __str__(self) -> str:
+        what = f"{self.model} failed in trial {self.trial}" if self.model else f"trial {self.trial} failed"
+        times = f" after {self.attempts} attempts" if self.attempts > 1 else ""
+        return f"{what}{times} ({self.condition}): {self.reason}"
 
 
 def recording_name(index: int) -> str:
@@ -89,7 +105,12 @@ def recording_name(index: int) -> str:
 def finished(result: TrialResult, recording: bytes | None, *, frames: bool = True) -> Finished:
     """A trial's result as table rows, one per model, and frame rows if wanted."""
     table = _frame_table(result) if frames else FRAME_SCHEMA.empty_table()
-    return Finished(result.spec.index, tuple(_rows(result)), table, recording)
+    spec = result.spec
+    broken = tuple(
+        Failure(spec.index, label, spec.condition.label(), spec.seed, 1, reason)
+        for label, reason in result.broken.items()
+    )
+    return Finished(spec.index, tuple(_rows(result)), table, recording, broken)
 
 
 def _rows(result: TrialResult) -> Iterable[dict[str, Any]]:
@@ -134,6 +155,8 @@ class RunFolder:
         self.recordings = folder / "recordings"
         self._rows: dict[int, tuple[dict[str, Any], ...]] = {}
         self._frames: dict[int, pa.Table] = {}
+        self._failures: list[Failure] = []
+        self._lock: IO[str] | None = None
         self._due = 0.0
         self._stale = False
 
@@ -144,6 +167,7 @@ class RunFolder:
         at once, one gets it.
         """
         self.recordings.mkdir(parents=True, exist_ok=True)
+        self._take()
         try:
             if self.path("trials.parquet").exists():
                 raise FileExistsError
@@ -166,13 +190,47 @@ class RunFolder:
         difference = _difference(there, json.loads(to_json(description)))
         if difference:
             raise UsageError(f"--resume {self.folder}: {difference}")
+        self._take()
         self.recordings.mkdir(exist_ok=True)
-        if self.path("trials.parquet").exists():
-            for row in pq.read_table(self.path("trials.parquet")).to_pylist():
-                self._rows[row["trial"]] = (*self._rows.get(row["trial"], ()), row)
-            frames = pq.read_table(self.path("frames.parquet"))
-            trials = frames["trial"].to_numpy()
-            self._frames = {trial: frames.filter(trials == trial) for trial in self._rows}
+        try:
+            self._read()
+        except (pa.ArrowException, OSError, ValueError, TypeError, KeyError) as error:
+            said = " ".join(str(error).split())[:200]
+            raise UsageError(f"--resume {self.folder}: its tables cannot be read ({said})") from None
+
+    def _read(self) -> None:
+        """Take in the tables, and the failures of models in trials that are there; others will run again."""
+        if not self.path("trials.parquet").exists():
+            return
+        for row in pq.read_table(self.path("trials.parquet"), schema=TRIAL_SCHEMA).to_pylist():
+            self._rows[row["trial"]] = (*self._rows.get(row["trial"], ()), row)
+        frames = pq.read_table(self.path("frames.parquet"), schema=FRAME_SCHEMA)
+        trials = frames["trial"].to_numpy()
+        self._frames = {trial: frames.filter(trials == trial) for trial in self._rows}
+        if self.path("failures.json").exists():
+            listed = json.loads(self.path("failures.json").read_text(encoding="utf-8"))
+            self._failures = [f for f in (Failure(**item) for item in listed) if f.model and f.trial in self._rows]
+
+    def _take(self) -> None:
+        """Keep other processes from writing here as long as this one does."""
+        if fcntl is None:
+            return
+        lock = self.path(".lock").open("w", encoding="utf-8")
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            lock.close()
+            raise UsageError(f"{self.folder}: another process is writing its run there") from None
+        except OSError:  # a file system without locks
+            lock.close()
+            return
+        self._lock = lock
+
+    def close(self) -> None:
+        """Let other processes write here."""
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
 
     def path(self, name: str) -> Path:
         """Path of a file in the folder."""
@@ -188,18 +246,30 @@ class RunFolder:
             self._replace(self.recordings / recording_name, trial.recording)
         self._rows[trial.index] = trial.rows
         self._frames[trial.index] = trial.frames
+        self._failures += trial.failures
         self._stale = True
         if time.monotonic() >= self._due:
             self.flush()
 
+    def fail(self, failure: Failure) -> None:
+        """Note a trial that could not be finished."""
+        self._failures.append(failure)
+        self._stale = True
+
+    def failures(self) -> list[Failure]:
+        """What failed so far, in order of trial."""
+        return sorted(self._failures, key=lambda failure: (failure.trial, failure.model))
+
     def flush(self) -> None:
-        """Bring both tables up to date."""
+        """Bring the tables up to date, and the list of failures."""
         if not self._stale:
             return
         began = time.monotonic()
         # Frames first: whenever this is cut short, a trial that has its row has its frames.
         self._write_table("frames.parquet", self.frames())
         self._write_table("trials.parquet", pa.Table.from_pylist(self.rows(), TRIAL_SCHEMA))
+        if self._failures or self.path("failures.json").exists():
+            self.write_json("failures.json", self.failures())
         self._stale = False
         ended = time.monotonic()
         self._due = ended + (ended - began) / WRITING_SHARE
@@ -223,23 +293,25 @@ class RunFolder:
 
     def write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
         """Write rows as CSV atomically."""
-        partial = self.path(name + ".part")
-        pa.csv.write_csv(pa.Table.from_pylist(list(rows)), partial)
-        partial.replace(self.path(name))
+        with self._replacing(self.path(name)) as partial:
+            pa.csv.write_csv(pa.Table.from_pylist(list(rows)), partial)
 
     def _write_table(self, name: str, table: pa.Table) -> None:
-        partial = self.path(name + ".part")
-        try:
+        with self._replacing(self.path(name)) as partial:
             pq.write_table(table, partial)
-        except OSError:
-            partial.unlink(missing_ok=True)
-            raise
-        partial.replace(self.path(name))
 
     def _replace(self, path: Path, data: bytes) -> None:
+        with self._replacing(path) as partial:
+            partial.write_bytes(data)
+
+    @contextlib.contextmanager
+    def _replacing(self, path: Path) -> Iterator[Path]:
+        """A file to write beside ``path``, which it then replaces, whole and on the disk, or not at all."""
         partial = path.with_name(path.name + ".part")
         try:
-            partial.write_bytes(data)
+            yield partial
+            with partial.open("rb") as file:
+                os.fsync(file.fileno())
         except OSError:
             partial.unlink(missing_ok=True)
             raise

@@ -41,17 +41,16 @@ def run_trials(
 ) -> list[Failure]:
     """Do those trials that ``folder`` does not hold, telling ``on_trial`` of each one finished or failed.
 
-    What was finished stays readable whenever this ends, by an exception or a kill too.
+    Returns every failure of the run, of whole trials and of single models. What was finished stays readable
+    whenever this ends, by an exception or a kill too.
     """
-    failures: list[Failure] = []
 
     def deliver(trial: Finished) -> None:
         folder.add(trial, recording_name(trial.index))
         on_trial()
 
-    def fail(spec: TrialSpec, attempts: int, error: BaseException) -> None:
-        reason = f"{type(error).__name__}: {error}" if not isinstance(error, RuntimeError) else str(error)
-        failures.append(Failure(spec.index, spec.condition.label(), spec.seed, attempts, " ".join(reason.split())))
+    def fail(spec: TrialSpec, attempts: int, reason: str) -> None:
+        folder.fail(Failure(spec.index, "", spec.condition.label(), spec.seed, attempts, reason))
         on_trial()
 
     done = folder.done()
@@ -60,7 +59,4 @@ def run_trials(
         Jobs(pool, partial(work, keep=keep), deliver, fail, fatal=(GLUnavailable,)).run(left)
     finally:
         folder.flush()
-    failures.sort(key=lambda failure: failure.trial)
-    if failures or folder.path("failures.json").exists():
-        folder.write_json("failures.json", failures)
-    return failures
+    return folder.failures()

@@ -19,14 +19,29 @@ from experiments.bench.plan import Plan, check
 def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, Any]:
     """Section name -> its default value: each model under its family's name, the apparatus, then the design.
 
-    Models of one family (``dsnn``, ``dsnn-reference``) share a section: the first one's defaults.
+    Models of one family with the same parameters (``dsnn``, ``dsnn-reference``) share a section: the first one's
+    defaults.
     """
+    chosen = [choose(name) for name in models]
     table: dict[str, Any] = {}
-    for name in models:
-        chosen = choose(name)
-        table.setdefault(family(chosen.label), chosen.network)
+    for model, section in zip(chosen, _sections_of(chosen), strict=True):
+        table.setdefault(section, model.network)
     table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": SceneConfig()}
     return table if experiment is None else {**table, "experiment": experiment.design}
+
+
+def _sections_of(chosen: Sequence[Chosen]) -> list[str]:
+    """The section of each model: its family's name, or its own if another of the family has other parameters."""
+    kinds: dict[str, type] = {}
+    names = []
+    for model in chosen:
+        kind, name = type(model.network), family(model.label)
+        if kinds.setdefault(name, kind) is not kind:
+            name = model.label
+        if name in ("robot", "camera", "scene", "experiment"):
+            raise UsageError(f"--model {model.label}: that name is a section of --set; give it another")
+        names.append(name)
+    return names
 
 
 def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:
@@ -59,8 +74,7 @@ def _chosen(models: Sequence[str], collected: Mapping[str, Mapping[str, str]]) -
             raise UsageError(f"--model {label}: given twice")
     return tuple(
         dataclasses.replace(model, network=changed(section, model.network, collected.get(section, {})))
-        for model in chosen
-        for section in [family(model.label)]
+        for model, section in zip(chosen, _sections_of(chosen), strict=True)
     )
 
 

@@ -54,6 +54,12 @@ def summarise(values: Sequence[float]) -> Summary:
     return Summary(sample.size, mean, float(sample.std(ddof=1)), float(np.median(sample)), low, high)
 
 
+def proportion_interval(count: int, of: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of the share ``count`` of ``of`` independent trials."""
+    interval = stats.binomtest(count, of).proportion_ci(method="wilson")
+    return float(interval.low), float(interval.high)
+
+
 def trend(groups: Sequence[tuple[float, Sequence[float]]]) -> Test:
     """Does the value rise (or fall) over the ordered groups, given as (level, values)?
 

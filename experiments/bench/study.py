@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench import catalogue
-from experiments.bench.claims import judge
+from experiments.bench.claims import MOTIONS, Verdict, judge
 from experiments.bench.declaration import Experiment, TrialSpec
 from experiments.bench.designs import Translation
 from experiments.bench.models import choose
+from experiments.bench.results import group
 from experiments.bench.settings import changed, plan
 
 PAPER = ("general", "speed", "distance", "angular-approach", "angular-recession")
@@ -99,20 +100,30 @@ def numbered(cases: Sequence[Case]) -> list[TrialSpec]:
     return [dataclasses.replace(spec, index=index) for index, spec in enumerate(specs)]
 
 
+def pooled(cases: Sequence[Case], rows: Sequence[Mapping[str, Any]]) -> dict[str, Verdict]:
+    """Claim -> its verdict on the trials of all cases together: what the claim comes to when sampling is no excuse."""
+    threshold = cases[0].specs[0].settings.models[0].threshold
+    return {claim: judge(claim, rows, threshold) for claim in ROBOT_CLAIMS}
+
+
 def verdicts(cases: Sequence[Case], rows: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, str]]:
-    """Case (or label of its models) -> claim -> holds, fails, untested; ``rows`` are those of `numbered` trials."""
+    """Case (or label of its models) -> claim -> holds, fails, untested; ``rows`` are those of `numbered` trials.
+
+    A claim some of whose trials failed is not judged on the rest of them.
+    """
     found: dict[str, dict[str, str]] = {}
+    by_trial = group(rows, "trial", "model")
     start = 0
     for case in cases:
-        mine = [row for row in rows if start <= row["trial"] < start + len(case.specs)]
+        numbers = range(start, start + len(case.specs))
         start += len(case.specs)
-        complete = len({row["trial"] for row in mine}) == len(case.specs)
         thresholds = {model.label: model.threshold for model in case.specs[0].settings.models}
         for label in case.labels:
-            own = [row for row in mine if row["model"] == label]
-            name = label if len(case.labels) > 1 else case.name
-            found[name] = {
-                claim: judge(claim, own, thresholds[label]).verdict if complete else "untested"
+            own = [row for trial in numbers for row in by_trial.get((trial, label), ())]
+            there = {row["trial"] for row in own}
+            lost = {s.condition.motion for n, s in zip(numbers, case.specs, strict=True) if n not in there}
+            found[label if len(case.labels) > 1 else case.name] = {
+                claim: "untested" if lost & set(MOTIONS[claim]) else judge(claim, own, thresholds[label]).verdict
                 for claim in ROBOT_CLAIMS
             }
     return found

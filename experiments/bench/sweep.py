@@ -14,14 +14,15 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.bench.declaration import CONDITION_COLUMNS, Experiment
-from experiments.bench.figures import AXIS_LABELS, STYLE, save
+from experiments.bench.figures import AXIS_LABELS, LINES, STYLE, UNITS, save
 from experiments.bench.files import UsageError
 from experiments.bench.models import Chosen, choose, family
 from experiments.bench.plan import Plan
-from experiments.bench.results import group
+from experiments.bench.results import group, varying
 from experiments.bench.settings import changed, plan
 from experiments.bench.statistics import summarise
 
@@ -121,28 +122,49 @@ def table(rows: Sequence[Mapping[str, Any]], points: Sequence[Point]) -> list[di
     return made
 
 
+def other_conditions(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:
+    """The columns, beside ``varies``, that tell trials of one point apart."""
+    by_point = group(rows, "model").values()
+    return [
+        name
+        for name in varying(rows, varies)
+        if name not in ("model", varies) and any(len({row[name] for row in own}) > 1 for own in by_point)
+    ]
+
+
 def draw(rows: Sequence[Mapping[str, Any]], points: Sequence[Point], varies: str, title: str) -> Figure:
-    """Mean spikes against the condition, a line per point, with 95 % intervals."""
+    """Mean spikes against the condition, with 95 % intervals: a line per point and other condition that differs."""
+    others = other_conditions(rows, varies)
+    lines = group(rows, "model", *others)
+    levels = sorted({row[varies] for row in rows})
+    shades = mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(points), 2)))
+    colours = {point.label: shade for point, shade in zip(points, shades, strict=False)}
+    styles = {key: LINES[i % len(LINES)] for i, key in enumerate(dict.fromkeys(key[1:] for key in lines))}
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(8.4, 4.2), layout="constrained")
         axes = drawn.subplots()
-        levels = sorted({row[varies] for row in rows})
-        colours = mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(points), 2)))
-        for place, (point, colour) in enumerate(zip(points, colours, strict=False)):
-            summaries = [
-                summarise([r["spikes"] for r in rows if r["model"] == point.label and r[varies] == level])
-                for level in levels
-            ]
-            means = np.array([s.mean for s in summaries])
-            spread = np.nan_to_num([[s.mean - s.ci_low, s.ci_high - s.mean] for s in summaries]).T
-            shift = 0.3 * (place / max(len(points) - 1, 1) - 0.5)
-            axes.errorbar(np.arange(len(levels)) + shift, means, yerr=spread, color=colour, fmt="o-", ms=3, lw=1,
-                          capsize=2, label=point.label)  # fmt: skip
+        for place, ((point, *rest), chosen) in enumerate(lines.items()):
+            shift = 0.3 * (place / max(len(lines) - 1, 1) - 0.5)
+            said = [f"{v:g} {UNITS[c]}" if c in UNITS and v is not None else str(v)
+                    for c, v in zip(others, rest, strict=True)]  # fmt: skip
+            _line(axes, chosen, varies, levels, shift, color=colours[point], ls=styles[tuple(rest)],
+                  label=", ".join([point, *said]))  # fmt: skip
         axes.set_xticks(range(len(levels)), [v if isinstance(v, str) else f"{v:g}" for v in levels])
         axes.set(xlabel=AXIS_LABELS[varies], ylabel="HS spikes per trial", title=title)
-        if len(points) <= 24:
+        if len(lines) <= 24:
             drawn.legend(loc="outside right upper", frameon=False, fontsize=7)
     return drawn
+
+
+def _line(
+    axes: Axes, rows: Sequence[Mapping[str, Any]], varies: str, levels: Sequence[Any], shift: float, **style: Any
+) -> None:
+    """Means with intervals at the levels that these rows have."""
+    spikes = {tick: [row["spikes"] for row in rows if row[varies] == level] for tick, level in enumerate(levels)}
+    summaries = {tick + shift: summarise(values) for tick, values in spikes.items() if values}
+    spread = np.nan_to_num([[s.mean - s.ci_low, s.ci_high - s.mean] for s in summaries.values()]).T
+    means = [summary.mean for summary in summaries.values()]
+    axes.errorbar(list(summaries), means, yerr=spread, fmt="o", ms=3, lw=1, capsize=2, **style)
 
 
 def write_figure(drawn: Figure, folder: Path) -> Path:

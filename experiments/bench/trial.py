@@ -6,6 +6,7 @@ import dataclasses
 import threading
 import time
 from collections import OrderedDict
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,13 +18,14 @@ from dsnn import Response, ResponseSeries
 from experiments.bench.courses import Course, course
 from experiments.bench.declaration import Condition, Settings, TrialSpec
 from experiments.bench.media import Media, collect
+from experiments.bench.models import Chosen
 
 KEPT_SCENES = 6
 AT_REST_M_S = 0.002
 
 
 class TrialError(RuntimeError):
-    """A trial that could not be completed: it names the trial and what went wrong."""
+    """A trial that could not be completed: what went wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +48,7 @@ class Answer:
     """What one model made of the trial's frames."""
 
     model: str
-    threshold: float
+    threshold: float | None
     spikes: int
     firing_rate_hz: float
     peak_hs: float
@@ -62,6 +64,8 @@ class TrialResult:
 
     spec: TrialSpec
     answers: tuple[Answer, ...]
+    broken: Mapping[str, str]
+    """Models that raised, or answered with something else than numbers: label -> what went wrong."""
     achieved_speed_cm_s: float
     path_error_mm: float
     closest_cm: float
@@ -108,7 +112,7 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     """Run one trial; the same specification gives the same result, wall time aside, in any process.
 
     ``keep_media`` also returns camera frames and the first model's layer maps, for a recording. Raises
-    `TrialError` if the stimulus does not get to the end of its path.
+    `TrialError` if the stimulus does not get to the end of its path, or every model breaks.
     """
     began = time.perf_counter()
     settings = spec.settings
@@ -117,24 +121,63 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     route = course(spec.condition, settings, placing)
     sim.reset({"observer": route.observer, "stimulus": route.start}, scenery)
     shape = (settings.camera.height, settings.camera.width)
-    models = [chosen.build(shape) for chosen in settings.models]
+    watching = [_Watching(chosen, shape) for chosen in settings.models]
     drive = _Drive(sim, route, spec.condition)
     frames: list[Frame] = []
-    responses: list[list[Response]] = [[] for _ in models]
     poses: list[tuple[Pose, Pose]] = []
     while not drive.over:
         if sim.data.time > 3.0 + 2.0 * route.seconds:
-            raise TrialError(f"trial {spec.index} ({spec.condition.label()}): the stimulus got stuck on its way")
+            raise TrialError("the stimulus got stuck on its way")
         frame = sim.step(noise, drive)
-        for i, model in enumerate(models):
-            responses[i].append(model.step(frame.luma, maps=keep_media and i == 0))
+        for i, each in enumerate(watching):
+            each.see(frame, maps=keep_media and i == 0)
         frames.append(frame)
         poses.append((sim.robots["stimulus"].pose, sim.robots["observer"].pose))
         drive.look()
     wall_s = time.perf_counter() - began
     columns = _columns(frames, poses, settings)
-    shown = collect(frames, responses[0]) if keep_media else None
-    return _result(spec, route, columns, [p for p, _ in poses], responses, shown, wall_s)
+    seconds = len(frames) / settings.camera.fps
+    answers = tuple(filter(None, [each.answer(seconds) for each in watching]))
+    broken = {each.label: each.trouble for each in watching if each.trouble}
+    if not answers:
+        raise TrialError("; ".join(f"{label}: {trouble}" for label, trouble in broken.items()))
+    shown = collect(frames, [] if watching[0].trouble else watching[0].responses) if keep_media else None
+    return _result(spec, route, columns, [p for p, _ in poses], answers, broken, shown, wall_s)
+
+
+class _Watching:
+    """One model on a trial's frames. Whatever it raises ends its own part of the trial, not the others'."""
+
+    def __init__(self, chosen: Chosen, shape: tuple[int, int]) -> None:
+        self.label, self._threshold = chosen.label, chosen.threshold
+        self.responses: list[Response] = []
+        self.trouble = ""
+        try:
+            self._model = chosen.build(shape)
+        except (Exception, SystemExit) as error:
+            self._broke(error)
+
+    def see(self, frame: Frame, *, maps: bool) -> None:
+        """Let it answer the next frame."""
+        if not self.trouble:
+            try:
+                self.responses.append(self._model.step(frame.luma, maps=maps))
+            except (Exception, SystemExit) as error:
+                self._broke(error)
+
+    def answer(self, seconds: float) -> Answer | None:
+        """Its answer to the whole trial of ``seconds``; ``None`` if it broke."""
+        if self.trouble:
+            return None
+        try:
+            return _answer(self.label, self._threshold, ResponseSeries.from_responses(self.responses), seconds)
+        except Exception as error:  # an answer that is no Response, or holds no numbers
+            self._broke(error)
+            return None
+
+    def _broke(self, error: BaseException) -> None:
+        said = " ".join(str(error).split())
+        self.trouble = f"{type(error).__name__}: {said}" if said else type(error).__name__
 
 
 class _Drive:
@@ -173,7 +216,8 @@ def _result(
     route: Course,
     columns: FrameColumns,
     poses: list[Pose],
-    responses: list[list[Response]],
+    answers: tuple[Answer, ...],
+    broken: Mapping[str, str],
     shown: Media | None,
     wall_s: float,
 ) -> TrialResult:
@@ -181,15 +225,13 @@ def _result(
     offset = np.array([route.line.offset(p) for p in poses])
     steady = (along >= route.enter) & (along <= route.leave)
     times = columns.sim_time_s
-    lens = spec.settings.camera.forward_cm
-    seconds = len(poses) / spec.settings.camera.fps
-    models = zip(spec.settings.models, responses, strict=True)
     return TrialResult(
         spec=spec,
-        answers=tuple(_answer(m.label, m.threshold, ResponseSeries.from_responses(r), seconds) for m, r in models),
+        answers=answers,
+        broken=broken,
         achieved_speed_cm_s=100 * float(np.ptp(along[steady]) / np.ptp(times[steady])),
         path_error_mm=1000 * float(np.abs(offset[steady]).max()),
-        closest_cm=float(np.hypot(columns.stimulus_x_cm - lens, columns.stimulus_y_cm).min()),
+        closest_cm=_closest_cm(columns, spec.settings.camera.forward_cm),
         frames=len(poses),
         wall_s=wall_s,
         columns=columns,
@@ -197,7 +239,21 @@ def _result(
     )
 
 
-def _answer(model: str, threshold: float, series: ResponseSeries, seconds: float) -> Answer:
+def _closest_cm(columns: FrameColumns, forward_cm: float) -> float:
+    """How near the stimulus's centre came to the lens, wherever the observer was by then."""
+    heading = np.radians(columns.observer_heading_deg)
+    lens_x = columns.observer_x_cm + forward_cm * np.cos(heading)
+    lens_y = columns.observer_y_cm + forward_cm * np.sin(heading)
+    return float(np.hypot(columns.stimulus_x_cm - lens_x, columns.stimulus_y_cm - lens_y).min())
+
+
+def _answer(model: str, threshold: float | None, series: ResponseSeries, seconds: float) -> Answer:
+    for field in dataclasses.fields(series):
+        values = getattr(series, field.name)
+        if not np.isfinite(values).all():
+            raise ValueError(
+                f"{field.name} is {values[~np.isfinite(values)][0]} in frame {np.argmin(np.isfinite(values))}"
+            )
     spikes = int(np.abs(series.hs_spikes).sum())
     return Answer(
         model=model,
