@@ -198,7 +198,7 @@ def _result(
 
 
 def _answer(model: str, threshold: float, series: ResponseSeries, seconds: float) -> Answer:
-    spikes = int(np.abs(series.hs_spikes).sum())
+    spikes = int(np.abs(series.hs_spikes).sum() + series.looming_spikes.sum())  # a model has the one or the other
     return Answer(
         model=model,
         threshold=threshold,
