@@ -58,10 +58,10 @@ def _dsnn(
 
 _ENTRIES = (
     _dsnn("dsnn", "directionally selective neural network (Fu et al. 2018)"),
-    _dsnn("dsnn-on-blocked", "the same with its ON pathway blocked", on=False),
-    _dsnn("dsnn-off-blocked", "the same with its OFF pathway blocked", off=False),
+    _dsnn("dsnn-on-blocked", "the DSNN with its ON pathway blocked", on=False),
+    _dsnn("dsnn-off-blocked", "the DSNN with its OFF pathway blocked", off=False),
     _dsnn("dsn2017", "its forerunner (Fu and Yue 2017): no FDSR", _DSN2017, fdsr=False),
-    _dsnn("dsnn-reference", "the same, plain float64 form to test against", build=ReferenceDSNN),
+    _dsnn("dsnn-reference", "the DSNN in plain float64 form, to test against", build=ReferenceDSNN),
     ModelEntry(
         "emd",
         "array of Hassenstein-Reichardt detectors, not split by polarity (after Iida 2000)",

@@ -122,6 +122,20 @@ def test_comes_to_rest_when_the_scene_does(entry, model):
         assert potential[-1] == pytest.approx(REST[channel], abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("cls", "states"),
+    [(EMD, lambda m: (m._h, m._d)), (LGMD2, lambda m: (m._on._states, m._off._states))],
+)
+def test_a_clip_that_goes_still_leaves_no_subnormals(cls, states):
+    """In which states that fade would linger, and take a processor many times longer."""
+    frames = oblique()
+    model = cls(SHAPE)
+    model.run([*frames, *[frames[-1]] * 1500])
+    for state in states(model):
+        size = np.abs(state)
+        assert not ((size > 0) & (size < np.finfo(np.float32).tiny)).any()
+
+
 def test_answers_by_its_own_channels_alone(entry, model):
     series = model.run(oblique())
     for name in COLUMNS:
