@@ -10,6 +10,6 @@ if __name__ == "__main__":  # workers started by spawn read this file too
     console = Console()
     cv2.setNumThreads(1)
     with threadpool_limits(1):
-        for part in (network.table, loop.loop_table, loop.recording_table, antialiasing.table):
+        for part in (network.table, network.rivals, loop.loop_table, loop.recording_table, antialiasing.table):
             console.print(part())
     console.print(runner.table())

@@ -1,4 +1,4 @@
-"""The DSNN's step against its plain form and against optical flow, on the same frames in the same run."""
+"""The DSNN's step against its plain form, its rivals and optical flow, on the same frames in the same run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from rich.table import Table
 
 from benchmarks.timing import interleaved
-from dsnn import DSNN, ReferenceDSNN
+from dsnn import DSNN, MODELS, ReferenceDSNN
 
 
 def clip(shape: tuple[int, int], count: int = 24) -> np.ndarray:
@@ -48,4 +48,19 @@ def table() -> Table:
         )
         cells = [f"{times.us(name):.0f} ({times.ratio(name, 'dsnn'):.1f})" for name in ("plain", "farneback", "dis")]
         result.add_row(f"{shape[1]}x{shape[0]}", f"{times.us('dsnn'):.0f}", *cells)
+    return result
+
+
+def rivals() -> Table:
+    """Each registered model on the robot's frames, with its parameters for the robot."""
+    frames = clip((72, 99))
+    models = {name: entry.build((72, 99), entry.robot) for name, entry in MODELS.items()}
+    times = interleaved(
+        {name: lambda m=model: len([m.step(frame) for frame in frames]) for name, model in models.items()}
+    )
+    result = Table(title="Each registered model against the DSNN at 99x72, one thread")
+    for name in ("model", "us a frame", "times the DSNN"):
+        result.add_column(name, justify="left" if name == "model" else "right")
+    for name in models:
+        result.add_row(name, f"{times.us(name):.0f}", f"{times.ratio(name, 'dsnn'):.2f}")
     return result

@@ -1,4 +1,4 @@
-"""Vision models: the DSNN of Fu, Bellotto and Yue (2018), and what any model must offer to stand beside it.
+"""Vision models: the DSNN of Fu, Bellotto and Yue (2018), its rivals, and what any model must offer beside them.
 
 >>> from dsnn import DSNN, DSNNParams
 >>> model = DSNN((72, 99), DSNNParams.robot())
@@ -6,7 +6,11 @@
 >>> response.hs, response.hs_spikes
 """
 
+from dsnn.emd import EMD, EMDParams
+from dsnn.flow import Flow, FlowParams
 from dsnn.frames import FrameError
+from dsnn.lgmd1 import LGMD1, LGMD1Params
+from dsnn.lgmd2 import LGMD2, LGMD2Params
 from dsnn.model import LayerMaps, Response, ResponseSeries, VisionModel
 from dsnn.network import DSNN
 from dsnn.params import DSNNParams
@@ -15,9 +19,17 @@ from dsnn.registry import MODELS, ModelEntry, model_entry
 
 __all__ = [
     "DSNN",
+    "EMD",
+    "LGMD1",
+    "LGMD2",
     "MODELS",
     "DSNNParams",
+    "EMDParams",
+    "Flow",
+    "FlowParams",
     "FrameError",
+    "LGMD1Params",
+    "LGMD2Params",
     "LayerMaps",
     "ModelEntry",
     "ReferenceDSNN",

@@ -12,13 +12,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from numpy.lib.stride_tricks import as_strided
 
 from dsnn.filters import FLUSH_EVERY, alpha, flush
 from dsnn.params import DSNNParams
-
-Floats = npt.NDArray[np.float32]
+from dsnn.retina import Floats
 
 
 class Correlators:

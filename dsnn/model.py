@@ -30,17 +30,22 @@ class LayerMaps:
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """A model's answer to one frame.
+    """A model's answer to one frame; a channel that the model does not have stays at its default.
 
-    ``hs`` and ``vs`` are membrane potentials in (-1, 1): rightward and downward
-    motion positive. Spikes are counts per frame carrying the potential's sign.
+    ``hs`` and ``vs`` are a direction model's membrane potentials: rightward and
+    downward motion positive, in (-1, 1) unless the model names another unit.
+    Their spikes are counts per frame carrying the potential's sign. ``looming``
+    is a looming detector's membrane potential, from 0.5 at rest up to 1.
+    ``maps`` are there if they were asked for and the model has these layers.
     """
 
-    hs: float
-    vs: float
-    hs_spikes: int
-    vs_spikes: int
+    hs: float = 0.0
+    vs: float = 0.0
+    hs_spikes: int = 0
+    vs_spikes: int = 0
     maps: LayerMaps | None = None
+    looming: float = 0.0
+    looming_spikes: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +56,8 @@ class ResponseSeries:
     vs: npt.NDArray[np.float64]
     hs_spikes: npt.NDArray[np.int64]
     vs_spikes: npt.NDArray[np.int64]
+    looming: npt.NDArray[np.float64]
+    looming_spikes: npt.NDArray[np.int64]
 
     @classmethod
     def from_responses(cls, responses: Iterable[Response]) -> ResponseSeries:
@@ -61,6 +68,8 @@ class ResponseSeries:
             vs=np.array([a.vs for a in answers], np.float64),
             hs_spikes=np.array([a.hs_spikes for a in answers], np.int64),
             vs_spikes=np.array([a.vs_spikes for a in answers], np.int64),
+            looming=np.array([a.looming for a in answers], np.float64),
+            looming_spikes=np.array([a.looming_spikes for a in answers], np.int64),
         )
 
 
@@ -70,7 +79,8 @@ class VisionModel(Protocol):
 
     ``shape`` is (R, C), fixed at construction. ``step`` takes the next frame (see
     `dsnn.frames.luma` for what is accepted) and raises `dsnn.frames.FrameError`
-    for anything else. ``reset`` returns to the state before the first frame.
+    for anything else; ``maps`` asks for `LayerMaps`, which only the DSNN's family
+    has. ``reset`` returns to the state before the first frame.
     """
 
     @property

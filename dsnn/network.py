@@ -17,44 +17,14 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn import layers
-from dsnn.correlator import Correlators, Floats
+from dsnn.correlator import Correlators
 from dsnn.filters import alpha, blur, gaussian_kernel, residue
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.model import LayerMaps, Response, ResponseSeries, run_model
 from dsnn.params import DSNNParams
+from dsnn.retina import Floats, Retina
 
 _SIGN_SHIFT = 31
-
-
-class Retina:
-    """Change of luminance with its residue (`high-pass`)."""
-
-    def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
-        self._gains = [residue(params.u, i) for i in range(1, params.n_p + 1)]
-        self._before: npt.NDArray[Any] = np.zeros(shape, np.uint8)
-        self._changes: list[Floats] = [np.zeros(shape, np.float32) for _ in range(params.n_p + 1)]
-        self._first = True
-
-    def reset(self) -> None:
-        """Forget every frame."""
-        self._first = True
-        for change in self._changes:
-            change[:] = 0.0
-
-    def step(self, luminance: npt.NDArray[Any]) -> Floats:
-        """Return P of this frame: a buffer that stays valid until the next step."""
-        self._changes.insert(0, self._changes.pop())
-        p = self._changes[0]
-        before = luminance if self._first else self._before
-        cv2.subtract(luminance, before, p, None, cv2.CV_32F)
-        if luminance.dtype == self._before.dtype:
-            np.copyto(self._before, luminance)
-        else:
-            self._before = luminance.copy()
-        self._first = False
-        for gain, change in zip(self._gains, self._changes[1:], strict=True):
-            cv2.scaleAdd(change, gain, p, p)
-        return p
 
 
 class Lamina:
@@ -156,7 +126,8 @@ class DSNN:
     def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None) -> None:
         self.shape = checked_shape(shape)
         self.params = params or DSNNParams()
-        self._retina = Retina(self.shape, self.params)
+        gains = [residue(self.params.u, i) for i in range(1, self.params.n_p + 1)]
+        self._retina = Retina(self.shape, gains)
         self._lamina = Lamina(self.shape, self.params)
         self._fdsr = Adaptation(self.shape, self.params)
         self._correlators = Correlators(self.shape, self.params)

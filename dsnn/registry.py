@@ -6,12 +6,19 @@ import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
+from dsnn.emd import EMD, EMDParams
+from dsnn.flow import Flow, FlowParams
+from dsnn.lgmd1 import LGMD1, LGMD1Params
+from dsnn.lgmd2 import LGMD2, LGMD2Params
 from dsnn.model import VisionModel
 from dsnn.network import DSNN
 from dsnn.params import DSNNParams
 from dsnn.reference import ReferenceDSNN
+
+DIRECTION = ("hs", "vs")
+LOOMING = ("looming",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,12 +30,68 @@ class ModelEntry:
     build: Callable[[tuple[int, int], Any], VisionModel]
     robot: Any
     """The parameters of the on-board trials: a frozen, validated dataclass."""
+    source: str = ""
+    """The literature that the model is written from."""
+    channels: tuple[str, ...] = DIRECTION
+    """The potentials of its `dsnn.Response` that it answers by: ``hs`` and ``vs``, or ``looming``."""
+    offline: Any = None
+    """The parameters of the off-line tests; None where they are those of the robot."""
+
+    def preset(self, tests: Literal["robot", "offline"]) -> Any:
+        """The parameters for these tests; ``ValueError`` for any other word."""
+        if tests not in ("robot", "offline"):
+            raise ValueError(f"unknown preset '{tests}' of '{self.name}': known are robot, offline")
+        return self.robot if tests == "robot" or self.offline is None else self.offline
+
+
+_DSNN = "Fu, Bellotto and Yue 2018, arXiv 1808.07692"
+_DSN2017 = "Fu and Yue 2017, IJCNN, as the paper of the DSNN tells of it"
+
+
+def _dsnn(
+    name: str, summary: str, source: str = _DSNN, build: type[DSNN | ReferenceDSNN] = DSNN, **changes: Any
+) -> ModelEntry:
+    """A member of the DSNN's family, ``changes`` made to both of its presets."""
+    robot, offline = DSNNParams.robot(**changes), DSNNParams.offline(**changes)
+    return ModelEntry(name, summary, build, robot, source, DIRECTION, offline)
 
 
 _ENTRIES = (
-    ModelEntry("dsnn", "directionally selective neural network (Fu et al. 2018)", DSNN, DSNNParams.robot()),
-    ModelEntry("dsn2017", "its forerunner (Fu and Yue 2017): no FDSR", DSNN, DSNNParams.robot(fdsr=False)),
-    ModelEntry("dsnn-reference", "the same, plain float64 form to test against", ReferenceDSNN, DSNNParams.robot()),
+    _dsnn("dsnn", "directionally selective neural network (Fu et al. 2018)"),
+    _dsnn("dsnn-on-blocked", "the DSNN with its ON pathway blocked", on=False),
+    _dsnn("dsnn-off-blocked", "the DSNN with its OFF pathway blocked", off=False),
+    _dsnn("dsn2017", "its forerunner (Fu and Yue 2017): no FDSR", _DSN2017, fdsr=False),
+    _dsnn("dsnn-reference", "the DSNN in plain float64 form, to test against", build=ReferenceDSNN),
+    ModelEntry(
+        "emd",
+        "array of Hassenstein-Reichardt detectors, not split by polarity (after Iida 2000)",
+        EMD,
+        EMDParams(),
+        "Hassenstein and Reichardt 1956; Iida and Lambrinos 2000",
+    ),
+    ModelEntry(
+        "flow",
+        "mean dense optical flow, px per frame: the engineer's baseline",
+        Flow,
+        FlowParams(),
+        "Kroeger, Timofte, Dai and Van Gool 2016, ECCV (DIS), as OpenCV has it",
+    ),
+    ModelEntry(
+        "lgmd1",
+        "looming detector of the locust (Yue and Rind 2006)",
+        LGMD1,
+        LGMD1Params(),
+        "Yue and Rind 2006, IEEE Transactions on Neural Networks 17",
+        LOOMING,
+    ),
+    ModelEntry(
+        "lgmd2",
+        "looming detector of the locust, for dark objects (Fu, Hu and Yue 2018)",
+        LGMD2,
+        LGMD2Params(),
+        "Fu, Hu and Yue 2018, arXiv 1801.06452",
+        LOOMING,
+    ),
 )
 
 

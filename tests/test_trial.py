@@ -101,6 +101,31 @@ def test_every_model_sees_the_same_frames():
     assert not np.array_equal(together.answers[1].series.hs, alone.series.hs)
 
 
+@pytest.mark.parametrize(("name", "channel"), [("lgmd1", "looming"), ("emd", "hs"), ("flow", "vs")])
+def test_a_model_without_the_layers_is_recorded_all_the_same(name, channel, tmp_path):
+    """First of a run's models, as the one that recordings show the layers of."""
+    import rerun as rr
+
+    from experiments.bench.log import record
+
+    result = run_trial(spec(models=(choose(name), choose("dsnn"))), keep_media=True)
+    assert result.media.camera.any() and not result.media.maps
+    (tmp_path / "trial.rrd").write_bytes(record(result))
+    rows = rr.chunk.RrdReader(tmp_path / "trial.rrd").stream()
+    (potential,) = rows.filter(content=f"/potential/{name}/{channel}", is_static=False).to_chunks()
+    batch = potential.to_record_batch()
+    column = next(c for c in batch.schema.names if "Scalars" in c)
+    shown = np.concatenate(batch[column].to_pylist())
+    np.testing.assert_array_equal(shown, getattr(result.answers[0].series, channel))
+
+
+def test_spikes_of_a_looming_detector_are_its_looming_spikes():
+    (answer,) = run_trial(spec(models=(choose("lgmd1"),))).answers
+    assert answer.spikes == answer.series.looming_spikes.sum() > 0
+    assert not answer.series.hs_spikes.any()
+    assert answer.threshold == 0.78
+
+
 def depth_trial(motion, angle, acceleration=15.0, seed=5):
     condition = angular(motion, angle, 6.0, 5.0, 20.0, acceleration)
     return run_trial(trial.TrialSpec("test", 0, 0, seed, condition, settings()))

@@ -119,12 +119,18 @@ def _potentials(recording: rr.RecordingStream, result: TrialResult, times: list[
     for place, answer in enumerate(result.answers):
         series, hs, vs = answer.series, HS_COLOURS[place % 5], VS_COLOURS[place % 5]
         prefix = f"{answer.model} " if len(result.answers) > 1 else ""
-        for entity, values, name, colour in (
+        lines: tuple[tuple[str, npt.NDArray[Any], str, tuple[int, int, int]], ...] = (
             (f"potential/{answer.model}/hs", series.hs, "HS", hs),
             (f"potential/{answer.model}/vs", series.vs, "VS", vs),
             (f"spikes/{answer.model}/hs", series.hs_spikes, "HS spikes", hs),
             (f"spikes/{answer.model}/vs", series.vs_spikes, "VS spikes", vs),
-        ):
+        )
+        if series.looming.any():  # a looming detector, which rests above 0 and knows no direction
+            lines = (
+                (f"potential/{answer.model}/looming", series.looming, "looming", hs),
+                (f"spikes/{answer.model}/looming", series.looming_spikes, "looming spikes", hs),
+            )
+        for entity, values, name, colour in lines:
             recording.log(entity, rr.SeriesLines(colors=colour, names=prefix + name, widths=1.5), static=True)
             recording.send_columns(entity, times, rr.Scalars.columns(scalars=values))
     ends = _timelines(columns.sim_time_s[[0, -1]], np.array([0, result.frames - 1]))

@@ -250,11 +250,10 @@ def _closest_cm(columns: FrameColumns, forward_cm: float) -> float:
 def _answer(model: str, threshold: float | None, series: ResponseSeries, seconds: float) -> Answer:
     for field in dataclasses.fields(series):
         values = getattr(series, field.name)
-        if not np.isfinite(values).all():
-            raise ValueError(
-                f"{field.name} is {values[~np.isfinite(values)][0]} in frame {np.argmin(np.isfinite(values))}"
-            )
-    spikes = int(np.abs(series.hs_spikes).sum())
+        wrong = np.flatnonzero(~np.isfinite(values))
+        if wrong.size:
+            raise ValueError(f"{field.name} is {values[wrong[0]]} in frame {wrong[0]}")
+    spikes = int(np.abs(series.hs_spikes).sum() + series.looming_spikes.sum())  # a model has the one or the other
     return Answer(
         model=model,
         threshold=threshold,

@@ -1,0 +1,79 @@
+"""Dense optical flow, averaged: what an engineer would try first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from dsnn.frames import Channels, FrameError, checked_shape, luma
+from dsnn.model import Response, ResponseSeries, run_model
+
+PRESETS = {
+    "ultrafast": cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST,
+    "fast": cv2.DISOPTICAL_FLOW_PRESET_FAST,
+    "medium": cv2.DISOPTICAL_FLOW_PRESET_MEDIUM,
+}
+
+MIN_SIZE = 32
+"""Of either side, px: OpenCV's DIS reads outside smaller images, and crashes (its patches are 8 px at quarter size)."""
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+class FlowParams:
+    """Which of OpenCV's settings of DIS to use."""
+
+    preset: Literal["ultrafast", "fast", "medium"] = Field(
+        default="ultrafast", description="OpenCV's preset of DIS, from coarse and quick to fine and slow"
+    )
+
+
+class Flow:
+    """Mean of the dense flow between this frame and the last, by dense inverse search (DIS).
+
+    Source: Kroeger, Timofte, Dai and Van Gool 2016, in OpenCV's form and presets. Channels: ``hs`` and ``vs``, mean
+    horizontal and vertical flow over all pixels in px per frame, right and down positive; they are not potentials,
+    have no bound and no spikes. 0 on the first frame. Floating frames are rounded to 8 bits, which DIS works on. Its
+    patches lie on a grid from the upper left corner, so a mirrored clip gives the mirrored answer only nearly.
+
+    Costs about half a DSNN step at 99x72 with the preset ``ultrafast``. ``shape`` is (R, C), each at least `MIN_SIZE`;
+    raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
+    """
+
+    def __init__(self, shape: tuple[int, int], params: FlowParams | None = None) -> None:
+        self.shape = checked_shape(shape)
+        if min(self.shape) < MIN_SIZE:
+            raise FrameError(f"shape is {self.shape}: optical flow needs at least {MIN_SIZE} rows and columns")
+        self.params = params or FlowParams()
+        self._dis = cv2.DISOpticalFlow.create(PRESETS[self.params.preset])
+        self._before, self._now = np.zeros((2, *self.shape), np.uint8)
+        self._flow = np.zeros((*self.shape, 2), np.float32)
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to the state before the first frame."""
+        self._first = True
+
+    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
+        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be. It has no maps."""
+        luminance = luma(frame, self.shape, channels)
+        self._before, self._now = self._now, self._before
+        if luminance.dtype == np.uint8:
+            np.copyto(self._now, luminance)
+        else:
+            cv2.convertScaleAbs(luminance, self._now)
+        if self._first:
+            self._first = False
+            return Response()
+        self._flow[:] = 0.0  # where the search starts: what the buffer holds
+        hs, vs = cv2.mean(self._dis.calc(self._before, self._now, self._flow))[:2]
+        return Response(hs, vs)
+
+    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
+        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        return run_model(self, frames, channels=channels)
