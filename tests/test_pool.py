@@ -63,6 +63,42 @@ def test_a_job_that_raises_fails_alone():
     assert failed == {3: (1, "ValueError: three is not a number I like")}
 
 
+class Odd(Exception):
+    """Cannot be made again from its arguments: unpickling one fails."""
+
+    def __init__(self, one, two):
+        super().__init__(f"{one} and {two}")
+
+
+class Fragile:
+    """A job that cannot be unpickled where it is to be done."""
+
+    def __init__(self, number):
+        self.number = number
+
+    def __reduce__(self):
+        return explode, (self.number,)
+
+
+def explode(number):
+    raise LookupError(f"no {number} here")
+
+
+def raise_odd(job):
+    raise Odd(job[0], "more")
+
+
+@pytest.mark.parametrize("workers", [0, 1])
+def test_what_cannot_travel_is_told_in_words(workers):
+    failed = []
+    with open_pool(workers) as pool:
+        assert run(pool, raise_odd, range(3))[1] == {n: (1, f"Odd: {n} and more") for n in range(3)}
+        jobs = [Fragile(5), Fragile(6)]
+        Jobs(pool, double, print, lambda job, attempts, why: failed.append((job.number, attempts, why))).run(jobs)
+        assert run(pool, double, range(3)) == ([0, 2, 4], {}), "and the pool is whole"
+    assert sorted(failed) == [(n, 1, f"LookupError: no {n} here") for n in (5, 6)]
+
+
 def test_a_fatal_error_ends_the_run():
     with pytest.raises(ValueError, match="three"), open_pool(1) as pool:
         run(pool, complain, range(6), fatal=(ValueError,))

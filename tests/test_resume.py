@@ -13,6 +13,8 @@ import pyarrow.parquet as pq
 import pytest
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--no-recordings", "--workers", "2")
+SLOW = ("--set", "experiment.speeds_cm_s=5,6", "--no-recordings", "--workers", "2")
+"""Trials long enough, on any machine, for a run to be caught in the middle."""
 COMMAND = [sys.executable, "-m", "experiments.bench.cli", "run", "speed"]
 
 
@@ -64,14 +66,14 @@ def gone(pids: list[int], seconds: float) -> bool:
 def whole(tmp_path_factory):
     """The run as it is when nothing goes wrong, on one worker."""
     folder = tmp_path_factory.mktemp("whole")
-    subprocess.run([*COMMAND, *QUICK[:-1], "1", "--repeats", "10", "--out", "out", "-q"], cwd=folder, check=True)
+    subprocess.run([*COMMAND, *SLOW[:-1], "1", "--repeats", "10", "--out", "out", "-q"], cwd=folder, check=True)
     return trials(folder / "out")
 
 
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT])
 def test_a_killed_driver_leaves_no_workers_and_resumes(tmp_path, whole, blow):
-    process = start(tmp_path, *QUICK, "--repeats", "10", "--out", "out")
-    wait_for_trials(tmp_path / "out", 3, process)
+    process = start(tmp_path, *SLOW, "--repeats", "10", "--out", "out")
+    wait_for_trials(tmp_path / "out", 1, process)
     workers = children_of(process.pid)
     began = time.monotonic()
     process.send_signal(blow)
@@ -79,9 +81,9 @@ def test_a_killed_driver_leaves_no_workers_and_resumes(tmp_path, whole, blow):
     assert time.monotonic() - began < 5
     assert len(workers) >= 2 and gone(workers, 5)
     left = trials(tmp_path / "out")
-    assert 3 <= left.num_rows < 20
+    assert 1 <= left.num_rows < 20
     resumed = subprocess.run(
-        [*COMMAND, *QUICK, "--repeats", "10", "--resume", "out"],
+        [*COMMAND, *SLOW, "--repeats", "10", "--resume", "out"],
         cwd=tmp_path,
         capture_output=True,
         text=True,
@@ -93,8 +95,8 @@ def test_a_killed_driver_leaves_no_workers_and_resumes(tmp_path, whole, blow):
 
 
 def test_a_killed_worker_costs_nothing(tmp_path, whole):
-    process = start(tmp_path, *QUICK, "--repeats", "10", "--out", "out", "-q")
-    wait_for_trials(tmp_path / "out", 2, process)
+    process = start(tmp_path, *SLOW, "--repeats", "10", "--out", "out", "-q")
+    wait_for_trials(tmp_path / "out", 1, process)
     victims = [pid for pid in children_of(process.pid) if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text()]
     os.kill(victims[0], signal.SIGKILL)
     process.communicate(timeout=120)
@@ -139,13 +141,75 @@ def test_a_cluster_computes_the_same(tmp_path, whole):
     with LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, protocol="tcp://"
     ) as cluster:
-        command = [*COMMAND, *QUICK, "--repeats", "10", "--out", "out", "--cluster", cluster.scheduler_address]
+        command = [*COMMAND, *SLOW, "--repeats", "10", "--out", "out", "--cluster", cluster.scheduler_address]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=200)
         assert done.returncode == 0, done.stderr
     assert trials(tmp_path / "out").equals(whole)
 
 
-def test_no_cluster_there_is_one_line(colias):
-    done = colias("run", "speed", *QUICK, "--cluster", "tcp://127.0.0.1:9", "--out", "out")
-    assert (done.returncode, done.stderr.splitlines()[-1].count("no Dask scheduler answers")) == (2, 1)
-    assert "Traceback" not in done.stderr
+@pytest.mark.parametrize(
+    ("address", "says"),
+    [
+        ("tcp://127.0.0.1:9", "no Dask scheduler answers"),
+        ("127.0.0.1:8786", "expected the address of a Dask scheduler"),
+        ("foo://127.0.0.1:8786", "expected the address of a Dask scheduler"),
+    ],
+)
+def test_no_cluster_there_is_one_line(colias, address, says):
+    done = colias("run", "speed", *QUICK, "--cluster", address, "--out", "out")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert says in done.stderr
+    assert not (colias.folder / "out").exists()
+
+
+@pytest.mark.parametrize("lost", ["scheduler", "workers"])
+def test_a_cluster_that_is_lost_ends_in_one_line_and_keeps_what_was_finished(tmp_path, lost, whole):
+    """Its processes are killed in mid-run; on a whole cluster the run then goes on."""
+    from distributed import LocalCluster
+
+    options = {"n_workers": 1, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
+    command = [*COMMAND, *SLOW, "--repeats", "10"]
+    with LocalCluster(**options, protocol="tcp://") as cluster:
+        address = cluster.scheduler_address
+        code = "from experiments.bench import pool, cli; pool.ClusterPool.PATIENCE_S = 2.0; cli.main()"
+        start_it = [sys.executable, "-c", code, *command[3:], "--out", "out", "--cluster", address]
+        process = subprocess.Popen(start_it, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+        wait_for_trials(tmp_path / "out", 1, process)
+        if lost == "workers":
+            cluster.scale(0)
+        else:
+            cluster.close()
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 2, said
+    assert f"--cluster {address}: " in said.splitlines()[-1] and "Traceback" not in said
+    left = trials(tmp_path / "out").num_rows
+    assert 1 <= left < 20
+    resumed = subprocess.run([*command, "--resume", "out", "-q"], cwd=tmp_path, check=True, timeout=120)
+    assert resumed.returncode == 0
+    assert trials(tmp_path / "out").equals(whole)
+
+
+def test_two_runs_into_one_folder_are_refused(tmp_path):
+    process = start(tmp_path, *SLOW, "--repeats", "10", "--out", "out")
+    wait_for_trials(tmp_path / "out", 1, process)
+    second = subprocess.run(
+        [*COMMAND, *SLOW, "--repeats", "10", "--resume", "out"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    process.kill()
+    process.communicate(timeout=20)
+    assert (second.returncode, second.stderr.count("\n")) == (2, 1), second.stderr
+    assert "another process is writing" in second.stderr
+
+
+@pytest.mark.parametrize("name", ["trials.parquet", "frames.parquet", "failures.json"])
+def test_damaged_tables_are_one_line(colias, name):
+    assert colias("run", "speed", *QUICK, "--repeats", "1", "--out", "out", "-q").returncode == 0
+    whole = (colias.folder / "out" / "trials.parquet").read_bytes()
+    (colias.folder / "out" / name).write_bytes(whole[: len(whole) // 2])
+    done = colias("run", "speed", *QUICK, "--repeats", "1", "--resume", "out")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert "--resume out: its tables cannot be read" in done.stderr

@@ -47,7 +47,12 @@ class Verdict:
 def judge(claim: str, rows: Rows, threshold: float | None, model: str = "dsnn") -> Verdict:
     """The verdict of one claim on one model's trials; ``threshold`` is that model's spiking threshold, if any."""
     says, source = claim_texts()[claim]
-    outcome = JUDGES.get(claim, _no_judge)(rows, threshold)
+    if claim not in JUDGES:
+        outcome = Outcome("untested", "no judge for this claim yet")
+    elif threshold is None:
+        outcome = Outcome("untested", "this model does not spike")
+    else:
+        outcome = JUDGES[claim](rows, threshold)
     wrong = flaws([row for row in rows if row["motion"] in MOTIONS.get(claim, ())])
     if outcome.verdict != "untested" and wrong:
         outcome = replace(outcome, verdict="untested", measured=f"{wrong}; measured: {outcome.measured}")
@@ -66,10 +71,6 @@ def flaws(rows: Rows) -> str:
         count = sum(error > PATH_TOLERANCE_MM for error in astray)
         found.append(f"{count} of {len(rows)} trials left their path, by up to {max(astray):.1f} mm")
     return "; ".join(found)
-
-
-def _no_judge(rows: Rows, threshold: float | None) -> Outcome:
-    return Outcome("untested", "no judge for this claim yet")
 
 
 DEFAULTS: Mapping[str, Any] = {
@@ -110,7 +111,7 @@ def _count(groups: Mapping[float, Sequence[float]]) -> int:
     return sum(map(len, groups.values()))
 
 
-def _c13(rows: Rows, threshold: float | None) -> Outcome:
+def _c13(rows: Rows, threshold: float) -> Outcome:
     kinds = {kind: _chosen(rows, motion=kind, angle_deg=0.0) for kind in ("approach", "recession")}
     tested = {kind: chosen for kind, chosen in kinds.items() if chosen}
     if not tested:
@@ -121,7 +122,7 @@ def _c13(rows: Rows, threshold: float | None) -> Outcome:
         peak = max(max(row["peak_hs"], -row["trough_hs"]) for row in chosen)
         share = " [{:.0%}, {:.0%}]".format(*proportion_interval(firing, len(chosen)))
         parts.append(f"{kind}: spikes in {firing} of {len(chosen)} trials{share}, |HS| up to {peak:.2f}")
-    measured = "; ".join(parts) + ("" if threshold is None else f" (T = {threshold:g})")
+    measured = f"{'; '.join(parts)} (T = {threshold:g})"
     every = [row for chosen in tested.values() for row in chosen]
     firing = sum(row["spikes"] > 0 for row in every)
     effect = f"{_mean([row['spikes'] for row in every])} spikes a trial"
@@ -132,10 +133,8 @@ def _c13(rows: Rows, threshold: float | None) -> Outcome:
     return Outcome("holds", measured, effect, len(every))
 
 
-def _c14(rows: Rows, threshold: float | None) -> Outcome:
+def _c14(rows: Rows, threshold: float) -> Outcome:
     """At 6 cm/s and the nearest tested distance: slow or far crossings stay under the threshold in the paper too."""
-    if threshold is None:
-        return Outcome("untested", "this model has no spiking threshold")
     chosen = _chosen(rows, motion="translation", speed_cm_s=6.0)
     if not chosen:
         return Outcome("untested", "needs translations at 6 cm/s")
@@ -163,7 +162,7 @@ def _c14(rows: Rows, threshold: float | None) -> Outcome:
     return Outcome("holds", measured, effect, len(good))
 
 
-def _c15(rows: Rows, threshold: float | None) -> Outcome:
+def _c15(rows: Rows, threshold: float) -> Outcome:
     groups = _mean_spikes(rows, "speed_cm_s", motion="translation", distance_cm=8.0, direction="rightward")
     if not {2.0, 4.0, 6.0, 10.0} <= groups.keys():
         return Outcome("untested", "needs rightward translations at 8 cm, 2, 4, 6 and 10 cm/s")
@@ -180,7 +179,7 @@ def _c15(rows: Rows, threshold: float | None) -> Outcome:
     return Outcome("holds" if rising and falling else "fails", measured, effect, _count(groups))
 
 
-def _c16(rows: Rows, threshold: float | None) -> Outcome:
+def _c16(rows: Rows, threshold: float) -> Outcome:
     groups = _mean_spikes(rows, "distance_cm", motion="translation", speed_cm_s=6.0, direction="rightward")
     if not {5.0, 10.0, 15.0} <= groups.keys():
         return Outcome("untested", "needs rightward translations at 6 cm/s, 5, 10 and 15 cm")
@@ -210,6 +209,19 @@ def _fewest_ahead(rows: Rows, motion: str) -> Outcome:
     return Outcome("holds" if holds else "fails", measured, f"against |angle|: {size}", _count(groups))
 
 
+def _most_ahead(rows: Rows) -> Outcome:
+    """A looming detector's: more spikes at 0 degrees than at any other angle."""
+    groups = _angles(rows, "approach")
+    if not groups:
+        return Outcome("untested", "needs approach at -30, -15, 0, 15 and 30 degrees, 6 cm/s")
+    mean = {angle: float(np.mean(spikes)) for angle, spikes in groups.items()}
+    size = trend([(abs(a), groups[a]) for a in sorted(groups, key=abs)])
+    holds = all(mean[0.0] > mean[angle] for angle in mean if angle)
+    return Outcome(
+        "holds" if holds else "fails", _listed(groups, "degrees"), f"against |angle|: {size}", _count(groups)
+    )
+
+
 def _sides(rows: Rows, motion: str, more: float, name: str) -> Outcome:
     """More spikes on the side of the sign ``more`` than at the same angles on the other."""
     groups = _angles(rows, motion)
@@ -224,11 +236,11 @@ def _sides(rows: Rows, motion: str, more: float, name: str) -> Outcome:
 _DEPTH, _ACROSS = ("approach", "recession"), ("translation",)
 MOTIONS: Mapping[str, tuple[str, ...]] = {
     "C13": _DEPTH, "C14": _ACROSS, "C15": _ACROSS, "C16": _ACROSS,
-    "C17": _DEPTH[:1], "C18": _DEPTH[:1], "C19": _DEPTH[1:], "C20": _DEPTH[1:],
+    "C17": _DEPTH[:1], "C18": _DEPTH[:1], "C19": _DEPTH[1:], "C20": _DEPTH[1:], "C21": _DEPTH[:1],
 }  # fmt: skip
 """Claim -> the motions it is judged on: flaws of other trials do not touch it."""
 
-JUDGES: Mapping[str, Callable[[Rows, float | None], Outcome]] = {
+JUDGES: Mapping[str, Callable[[Rows, float], Outcome]] = {
     "C13": _c13,
     "C14": _c14,
     "C15": _c15,
@@ -237,4 +249,13 @@ JUDGES: Mapping[str, Callable[[Rows, float | None], Outcome]] = {
     "C18": lambda rows, threshold: _sides(rows, "approach", -1.0, "from the left against from the right"),
     "C19": lambda rows, threshold: _fewest_ahead(rows, "recession"),
     "C20": lambda rows, threshold: _sides(rows, "recession", 1.0, "to the right against to the left"),
+    "C21": lambda rows, threshold: _most_ahead(rows),
 }
+
+LOOMING_CLAIMS = frozenset({"C21"})
+"""Those about looming detectors; the others are about models of direction."""
+
+
+def concerns(claim: str, channels: Sequence[str]) -> bool:
+    """Whether a claim is about models that answer by ``channels``."""
+    return ("looming" if claim in LOOMING_CLAIMS else "hs") in channels

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench import figures
-from experiments.bench.claims import Verdict, flaws, judge
+from experiments.bench.claims import Verdict, concerns, flaws, judge
 from experiments.bench.declaration import CONDITION_COLUMNS
 from experiments.bench.plan import Plan
 from experiments.bench.results import Failure, RunFolder, group
@@ -42,6 +42,7 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
         for own in [[row for row in rows if row["model"] == model.label]]
         for lost in [sum(failure.model in ("", model.label) for failure in failures)]
         for claim in plan.experiment.claims
+        if concerns(claim, model.channels)
     ]
     summary = summary_rows(rows)
     compared = compare(rows)

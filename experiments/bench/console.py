@@ -202,10 +202,10 @@ def show_claims(claims: Sequence[ClaimReport]) -> None:
     for name in ("claim", "verdict", "seeds", "the paper says"):
         table.add_column(name, no_wrap=name != "the paper says")
     for claim in claims:
-        if claim.seeds is not None:
+        if claim.experiment:
             colour = {"holds": "green", "fails": "red", "untested": "yellow"}[claim.verdict]
             unjudged = f" ({claim.seeds_untested} untested)" if claim.seeds_untested else ""
-            seeds = f"{claim.seeds_holding} of {claim.seeds}{unjudged}"
+            seeds = "-" if claim.seeds is None else f"{claim.seeds_holding} of {claim.seeds}{unjudged}"
             table.add_row(claim.id, f"[{colour}]{claim.verdict}[/{colour}]", seeds, claim.says)
     out_console.print(table)
 

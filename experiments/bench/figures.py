@@ -85,7 +85,7 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: flo
         if len(series) > 1:
             counts.legend(fontsize=7, handlelength=3, **LEGEND, ncols=2)
         counts.set_xticks(range(len(levels)), [_said(level) for level in levels])
-        counts.set(xlabel=AXIS_LABELS[varies], ylabel="HS spikes per trial", ylim=(-2, None))
+        counts.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial", ylim=(-2, None))
         _frame(traces, colours, UNITS.get(varies, ""), threshold, axis)
         drawn.suptitle(title, fontsize=10, x=0.01, ha="left")
     return drawn

@@ -32,6 +32,11 @@ class Chosen:
         own = getattr(self.network, "t_sp", None)
         return None if own is None else float(own)
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The potentials it answers by: ``hs`` and ``vs``, or ``looming``."""
+        return load_model(self.source).channels
+
     def build(self, shape: tuple[int, int]) -> VisionModel:
         """The model itself, for frames of ``shape`` (R, C)."""
         return load_model(self.source).build(shape, self.network)

@@ -141,8 +141,9 @@ class ClusterPool:
             from distributed import Client
         except ImportError:
             raise OSError("--cluster needs Dask: install colias-sim[cluster]") from None
-        for name in ("distributed", "tornado"):  # they tell of a lost connection by pages of traceback
-            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+        for name in list(logging.root.manager.loggerDict):
+            if name.startswith(("distributed", "tornado", "asyncio")):  # a lost connection is pages of traceback there
+                logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         self._address = address
         client: Any = Client  # untyped
         try:

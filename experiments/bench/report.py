@@ -38,7 +38,7 @@ def write(result: Reproduction) -> Path:
     page = environment.from_string(source).render(
         result=result,
         holding=sum(claim.verdict == "holds" for claim in result.claims),
-        listed=sum(claim.seeds is not None for claim in result.claims),
+        listed=sum(bool(claim.experiment) for claim in result.claims),
         tested=sum(claim.verdict != "untested" for claim in result.claims),
         runs=[_run(plan, report) for plan, report in result.runs],
         matrix=_inline(matrix.encode()),

@@ -41,6 +41,7 @@ TRIAL_SCHEMA = pa.schema(
         "trough_hs": pa.float64(),
         "peak_vs": pa.float64(),
         "trough_vs": pa.float64(),
+        "peak_looming": pa.float64(),
         "achieved_speed_cm_s": pa.float64(),
         "path_error_mm": pa.float64(),
         "closest_cm": pa.float64(),

@@ -55,6 +55,7 @@ class Answer:
     trough_hs: float
     peak_vs: float
     trough_vs: float
+    peak_looming: float
     series: ResponseSeries
 
 
@@ -263,6 +264,7 @@ def _answer(model: str, threshold: float | None, series: ResponseSeries, seconds
         trough_hs=float(series.hs.min()),
         peak_vs=float(series.vs.max()),
         trough_vs=float(series.vs.min()),
+        peak_looming=float(series.looming.max()),
         series=series,
     )
 

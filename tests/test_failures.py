@@ -1,0 +1,106 @@
+"""Models, parameters and trials that break: what is lost is named, what is not goes on."""
+
+import json
+
+import pyarrow.parquet as pq
+import pytest
+
+from tests.test_reproduce import example
+
+QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")
+
+BROKEN_MODELS = {
+    "MODEL = 3\n": "expected a dsnn.ModelEntry",
+    "x = 1\n": "declares no MODEL",
+    "import absent_module\n": "mine.py, line 1: ModuleNotFoundError",
+}
+
+
+@pytest.mark.parametrize("text", BROKEN_MODELS)
+def test_a_broken_model_file_is_one_line(colias, text):
+    (colias.folder / "mine.py").write_text(text)
+    done = colias("run", "speed", "--model", "mine.py")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert BROKEN_MODELS[text] in done.stderr
+
+
+def write_model(colias, instead: str) -> None:
+    """The README's model, with ``instead`` before it takes its gradients."""
+    text = example("my_model.py").replace("        down, right", f"        {instead}\n        down, right")
+    (colias.folder / "my_model.py").write_text(text)
+
+
+BREAKS = {
+    "if now.mean() > 0: raise ValueError('odd')": "ValueError: odd",
+    "class Two(Exception):\n            def __init__(self, a, b): super().__init__(a)\n"
+    "        raise Two('needs', 'both')": "Two: needs",
+    "raise SystemExit(3)": "SystemExit: 3",
+    "raise RuntimeError": "RuntimeError",
+    "return None": "AttributeError: 'NoneType' object has no attribute 'hs'",
+    "return Response(float('nan'), 0.0, 0, 0)": "ValueError: hs is nan in frame 0",
+}
+
+
+@pytest.mark.parametrize("instead", BREAKS)
+def test_a_model_that_breaks_costs_the_others_nothing(colias, instead):
+    """Whatever it raises or answers, even what cannot travel between processes."""
+    write_model(colias, instead)
+    done = colias("run", "speed", *QUICK, "--model", "dsnn", "--model", "my_model.py", "--out", "out")
+    assert done.returncode == 1, done.stderr
+    assert f"gradient failed in trial 0 (translation rightward, 20 cm/s at 8 cm): {BREAKS[instead]}" in done.stderr
+    assert "Traceback" not in done.stderr
+    rows = pq.read_table(colias.folder / "out" / "trials.parquet").to_pylist()
+    assert [row["model"] for row in rows] == ["dsnn"] * 4
+    failures = json.loads((colias.folder / "out" / "failures.json").read_text())
+    assert [(f["trial"], f["model"], f["reason"]) for f in failures] == [
+        (trial, "gradient", BREAKS[instead]) for trial in range(4)
+    ]
+
+
+def test_trials_without_a_working_model_fail_and_resume(colias):
+    write_model(colias, "if frame[0, 0] >= 0: raise ValueError('odd')")
+    arguments = ("run", "speed", *QUICK, "--model", "my_model.py")
+    done = colias(*arguments, "--out", "out")
+    assert done.returncode == 1 and "trial 3 failed (translation rightward, 30 cm/s at 8 cm)" in done.stderr
+    assert "figure" not in done.stdout, "there is none to name"
+    assert pq.read_table(colias.folder / "out" / "trials.parquet").num_rows == 0
+    again = colias(*arguments, "--resume", "out")
+    assert again.returncode == 1 and again.stderr.count("gradient: ValueError: odd") == 4
+
+
+def test_a_claim_says_how_many_trials_it_lost(colias):
+    write_model(colias, "if now.std() > 0 and int(now.sum()) % 5 == 0: raise ValueError('five')")
+    colias("run", "speed", *QUICK, "--model", "dsnn", "--model", "my_model.py", "--out", "out")
+    failed = len(json.loads((colias.folder / "out" / "failures.json").read_text()))
+    claims = json.loads((colias.folder / "out" / "claims.json").read_text())
+    assert failed > 0
+    for claim in claims:
+        assert (f"{failed} trials of the run failed" in claim["measured"]) == (claim["model"] == "gradient")
+
+
+def test_a_model_without_a_threshold_is_drawn_but_not_judged(colias):
+    text = example("my_model.py").replace("    t_sp: float = 0.2  # threshold on the potential\n", "")
+    (colias.folder / "my_model.py").write_text(text.replace("self.parameters.t_sp", "9.0"))
+    done = colias("run", "speed", *QUICK[:-1], "--model", "my_model.py", "--out", "out")
+    assert done.returncode == 0, done.stderr
+    claims = json.loads((colias.folder / "out" / "claims.json").read_text())
+    assert {(claim["verdict"], claim["measured"]) for claim in claims} == {("untested", "this model does not spike")}
+    assert "T =" not in (colias.folder / "out" / "figure.svg").read_text()
+
+
+def test_parameters_that_make_themselves_travel_too(colias):
+    """A field that is not given but computed: workers have to be able to make the parameters anew."""
+    text = example("my_model.py").replace(
+        "from dataclasses import dataclass", "from dataclasses import dataclass, field"
+    )
+    text = text.replace(
+        "    gain: float = 0.05\n",
+        "    gain: float = 0.05\n    twice: float = field(init=False, default=0.0)\n\n"
+        "    def __post_init__(self):\n        object.__setattr__(self, 'twice', 2 * self.gain)\n\n",
+    )
+    (colias.folder / "my_model.py").write_text(text)
+    done = colias("run", "speed", *QUICK, "--model", "my_model.py", "--set", "gradient.gain=0.1", "--out", "out")
+    assert done.returncode == 0, done.stderr
+    described = json.loads((colias.folder / "out" / "experiment.json").read_text())
+    assert described["settings"]["models"][0]["network"]["twice"] == 0.2
+    assert len(described["files"]) == 1
