@@ -91,7 +91,7 @@ def test_figures_are_drawn(finished):
     picture = imread(folder / "figure.png")
     assert picture.shape[0] > 400 and picture.std() > 0.02
     drawn = (folder / "figure.svg").read_text()
-    assert "HS spikes per trial" in drawn and "leftward" in drawn
+    assert "spikes per trial" in drawn and "leftward" in drawn
 
 
 def test_no_half_written_file_is_left(finished):
@@ -299,10 +299,11 @@ def test_an_interrupted_run_leaves_its_finished_trials(tmp_path, blow):
         finally:
             process.kill()
     table, frames = pq.read_table(trials), pq.read_table(tmp_path / "out" / "frames.parquet")
-    count = table.num_rows
-    assert table["trial"].to_pylist() == list(range(count))
-    assert set(range(count)) <= set(frames["trial"].to_pylist())
-    recordings = [tmp_path / "out" / "recordings" / f"trial-{i:04d}.rrd" for i in range(count)]
+    count, there = table.num_rows, table["trial"].to_pylist()
+    assert 3 <= count < 400
+    assert there == sorted(set(there)), "each once; two workers need not finish in order"
+    assert set(there) <= set(frames["trial"].to_pylist())
+    recordings = [tmp_path / "out" / "recordings" / f"trial-{i:04d}.rrd" for i in there]
     verify(*recordings)
     json.loads((tmp_path / "out" / "experiment.json").read_text())
     if blow == signal.SIGINT:

@@ -1,13 +1,15 @@
 """A trial is a pure function of its specification, and its numbers are those of its frames."""
 
 import dataclasses
+import resource
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from dsnn import DSNN, DSNNParams
-from experiments.bench import courses, trial
+from experiments.bench import courses, log, trial
 from experiments.bench.declaration import Condition, Experiment, Settings, trial_seed, trial_specs
 from experiments.bench.designs import Angular, Egomotion, Translation, angular
 from experiments.bench.models import choose
@@ -192,9 +194,38 @@ def test_the_observer_moves_as_told():
     speed = np.polyfit(driven.sim_time_s[5:], driven.observer_x_cm[5:], 1)[0]
     assert rate == pytest.approx(10.0, rel=0.05)
     assert speed == pytest.approx(1.0, rel=0.05)
-    middle = np.argmin(np.abs(turned.stimulus_y_cm))
-    assert turned.observer_heading_deg[middle] == pytest.approx(0.0, abs=1.0)
-    assert driven.observer_x_cm[middle] == pytest.approx(0.0, abs=0.1)
+    for columns in (turned, driven):
+        middle = int(np.argmin(np.abs(columns.stimulus_y_cm)))
+        assert columns.observer_heading_deg[middle] == pytest.approx(0.0, abs=1.0)
+        assert columns.observer_x_cm[middle] == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.parametrize("direction", ["rightward", "leftward"])
+@pytest.mark.parametrize(("drive", "turn"), [(0.0, -5.0), (0.0, 5.0), (0.0, 20.0), (-1.0, 0.0), (2.0, 0.0)])
+def test_a_crossing_is_out_of_a_moving_observer_s_view_at_both_ends(direction, drive, turn):
+    """By the poses that physics gives: the stimulus's whole disc beyond the edge of the view, on the right sides."""
+    sign = 1.0 if direction == "rightward" else -1.0
+    condition = Condition(
+        "translation", direction, 6.0, 8.0, observer_speed_cm_s=drive, observer_turn_deg_s=sign * turn
+    )
+    moving = settings()
+    result = run_trial(trial.TrialSpec("test", 0, 0, 5, condition, moving))
+    columns = result.columns
+    heading = np.radians(columns.observer_heading_deg)
+    forward = moving.camera.forward_cm
+    lens_x = columns.observer_x_cm + forward * np.cos(heading)
+    lens_y = columns.observer_y_cm + forward * np.sin(heading)
+    distance = np.hypot(columns.stimulus_x_cm - lens_x, columns.stimulus_y_cm - lens_y)
+    beyond = np.abs(columns.stimulus_bearing_deg) - np.degrees(np.arcsin(2.0 / distance)) - 35.0
+    assert beyond[0] > 0 and beyond[-1] > 0 and beyond[len(beyond) // 2] < 0
+    assert sign * columns.stimulus_bearing_deg[0] > 0 > sign * columns.stimulus_bearing_deg[-1]
+    assert result.closest_cm == pytest.approx(distance.min(), abs=1e-9)
+
+
+def test_turning_with_the_stimulus_is_refused():
+    condition = Condition("translation", "rightward", 6.0, 8.0, observer_turn_deg_s=-20.0)
+    with pytest.raises(ValueError, match=r"turn of -20 degrees/s keeps a stimulus of 6 cm/s in view"):
+        courses.nominal(condition, settings())
 
 
 def test_conditions_set_the_scene():
@@ -250,3 +281,20 @@ def test_conditions_of_both_directions():
     assert [(c.direction, c.distance_cm) for c in design.conditions()] == [
         ("rightward", 5), ("rightward", 10), ("leftward", 5), ("leftward", 10),
     ]  # fmt: skip
+
+
+def test_recordings_leave_neither_threads_nor_memory_behind():
+    """Rerun would keep two threads and all data of every recording made."""
+    result = run_trial(spec(), keep_media=True)
+
+    def state() -> tuple[int, float]:
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        return len(list(Path("/proc/self/task").iterdir())), pages * resource.getpagesize() / 1e6
+
+    for _ in range(3):
+        log.record(result)
+    threads, memory = state()
+    for _ in range(20):
+        log.record(result)
+    assert state()[0] <= threads
+    assert state()[1] - memory < 10.0, "MB; what it was sent is 2 MB a time"

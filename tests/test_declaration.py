@@ -1,0 +1,98 @@
+"""What an experiment may declare, refused in one line otherwise."""
+
+import dataclasses
+
+import pytest
+
+from experiments.bench.declaration import Condition, Experiment
+from experiments.bench.designs import Translation
+from experiments.bench.files import UsageError
+from experiments.bench.settings import configure, parameters
+
+GOOD = {"motion": "translation", "direction": "rightward", "speed_cm_s": 6.0, "distance_cm": 8.0}
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"motion": "teleport"}, "motion='teleport': legal is translation, approach, recession"),
+        ({"direction": "up"}, "direction='up': legal is rightward, leftward, straight"),
+        ({"direction": "straight"}, "a translation goes rightward or leftward"),
+        ({"speed_cm_s": 0.0}, "speed_cm_s=0.0: legal is a number from 0.1 to 100"),
+        ({"speed_cm_s": float("nan")}, "speed_cm_s=nan"),
+        ({"speed_cm_s": "6"}, "speed_cm_s='6'"),
+        ({"distance_cm": None}, "distance_cm=None: legal is a number"),
+        ({"shell_grey": 1.5}, "shell_grey=1.5: legal is a number from 0 to 1"),
+        ({"motion": "approach"}, "far_cm=None: legal is a number from 1 to 100 (approach needs it)"),
+        ({"motion": "recession", "far_cm": 20.0}, "angle_deg=None"),
+        ({"motion": "approach", "far_cm": 8.0, "angle_deg": 0.0}, "far_cm=8: legal is above distance_cm=8"),
+    ],
+)
+def test_a_condition_no_trial_can_have(changes, says):
+    with pytest.raises(ValueError) as caught:
+        Condition(**{**GOOD, **changes})
+    assert says in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_whole_numbers_become_what_the_column_holds():
+    condition = Condition("approach", "straight", 6, 5, 20, 0)
+    numbers = [v for v in dataclasses.astuple(condition) if not isinstance(v, str) and v is not None]
+    assert all(type(value) is float for value in numbers)
+    assert condition == Condition("approach", "straight", 6.0, 5.0, 20.0, 0.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Bare:
+    """A design without the errors of the start pose."""
+
+    def conditions(self):
+        return (Condition(**GOOD),)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"name": "../up"}, "legal are letters, digits"),
+        ({"name": ""}, "legal are letters, digits"),
+        ({"name": ".hidden"}, "legal are letters, digits"),
+        ({"design": Bare()}, "design.pose_sd_mm=None: legal is a number from 0 to 100"),
+    ],
+)
+def test_an_experiment_that_cannot_be_run(changes, says):
+    good = {"name": "mine", "summary": "", "design": Translation((6.0,), (8.0,)), "varies": "speed_cm_s"}
+    assert Experiment(**good).repeats == 10
+    with pytest.raises(ValueError) as caught:
+        Experiment(**{**good, **changes})
+    assert says in str(caught.value) and "\n" not in str(caught.value)
+
+
+MODEL = """
+from dataclasses import dataclass
+from dsnn import ModelEntry
+
+@dataclass(frozen=True)
+class Own:
+    gain: float = 1.0
+
+MODEL = ModelEntry("{name}", "", lambda shape, own: None, Own())
+"""
+
+
+def test_a_model_named_like_a_family_with_other_parameters_has_a_section_of_its_own(tmp_path):
+    path = tmp_path / "kin.py"
+    path.write_text(MODEL.format(name="dsnn-mine"))
+    experiment = Experiment("mine", "", Translation((6.0,), (8.0,)), "speed_cm_s")
+    models = ["dsnn", "dsn2017", str(path)]
+    keys = {row.key for row in parameters(experiment, models)}
+    assert {"dsnn.n_con", "dsnn-mine.gain"} <= keys and "dsnn.gain" not in keys
+    _, settings = configure(experiment, models, ["dsnn-mine.gain=2", "dsnn.n_con=6"])
+    assert settings.models[2].network.gain == 2.0
+    assert settings.models[0].network.n_con == 6
+
+
+def test_a_model_named_like_a_section_is_refused(tmp_path):
+    path = tmp_path / "clash.py"
+    path.write_text(MODEL.format(name="camera"))
+    experiment = Experiment("mine", "", Translation((6.0,), (8.0,)), "speed_cm_s")
+    with pytest.raises(UsageError, match="--model camera: that name is a section"):
+        configure(experiment, [str(path)], [])
