@@ -12,7 +12,7 @@ reproduce: $(READY) ## The paper's robot experiments, and which of its claims ho
 
 test: $(READY) ## Every test; the report's needs Debian's chromium, and is skipped where that cannot be had
 	sh tools/setup.sh --browser
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
 
 lint: $(READY)
 	$(BIN)/ruff check .

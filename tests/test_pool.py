@@ -3,6 +3,8 @@
 import multiprocessing
 import os
 import signal
+import struct
+import sys
 import time
 from pathlib import Path
 
@@ -54,6 +56,25 @@ def test_a_job_whose_worker_dies_runs_again_and_the_rest_go_on(tmp_path):
     assert failed == {13: (ATTEMPTS, "its worker process died each time")}
     assert len((tmp_path / "tried-7").read_text()) == 2
     assert len((tmp_path / "tried-13").read_text()) <= ATTEMPTS + 1, "once among others, then alone"
+
+
+def send_half(job):
+    """Be killed while a result is on its way: once, leaving a mark."""
+    mark = Path(job[1]) / f"sent-{job[0]}"
+    if job[0] == 2 and not mark.exists():
+        mark.touch()
+        frame = sys._getframe()
+        while "result_queue" not in frame.f_locals:  # the executor's own, up the stack
+            frame = frame.f_back
+        os.write(frame.f_locals["result_queue"]._writer.fileno(), struct.pack("!i", 1_000_000) + b"half")
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 2 * job[0]
+
+
+def test_a_worker_killed_while_it_sends_its_result_is_noticed(tmp_path):
+    with open_pool(2) as pool:
+        assert run(pool, send_half, range(5), tmp_path) == ([0, 2, 4, 6, 8], {})
+    assert (tmp_path / "sent-2").exists()
 
 
 def test_a_job_that_raises_fails_alone():

@@ -107,9 +107,17 @@ class LocalPool:
         self._open()
 
     def _open(self) -> None:
-        self.executor: Executor = ProcessPoolExecutor(
+        executor = ProcessPoolExecutor(
             self.width, mp_context=multiprocessing.get_context("spawn"), initializer=_prepare_worker
         )
+        self.executor: Executor = executor
+        for _ in range(self.width):
+            executor.submit(os.getpid)  # a worker starts for each job that finds none idle: start them all
+        # Of a worker killed while it sends its result the executor waits for the rest until the pipe ends, which is
+        # when nobody holds its sending end: not this process, which has no use for it, and no worker: see `look`.
+        if len(executor._processes) == self.width:
+            queue: Any = executor._result_queue
+            queue._writer.close()
 
     def renew(self) -> None:
         """Start anew after a worker died, which ends them all."""
@@ -117,13 +125,21 @@ class LocalPool:
         self._open()
 
     def look(self) -> None:
-        """A worker that dies breaks the executor, which says so itself."""
+        """Where a worker is dead and the executor has not noticed, kill the others: then it does."""
+        if len(self._workers()) < self.width:
+            self._kill()
 
     def close(self) -> None:
         """Kill the workers, whatever they are doing: nothing of a trial is kept in them."""
-        for child in set(multiprocessing.active_children()) - self._before:
-            child.kill()
+        self._kill()
         self.executor.shutdown(wait=True, cancel_futures=True)
+
+    def _kill(self) -> None:
+        for worker in self._workers():
+            worker.kill()
+
+    def _workers(self) -> set[Any]:
+        return set(multiprocessing.active_children()) - self._before
 
 
 class ClusterPool:
