@@ -78,7 +78,8 @@ def _photograph(rows: int) -> Floats:
     data = np.frombuffer(resources.files("dsnn.stimuli").joinpath("photograph.png").read_bytes(), np.uint8)
     picture = np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), np.float32)
     height, width = picture.shape
-    return np.pad(picture, ((0, max(rows - height, 0)), (0, width)), mode="symmetric")[:rows]
+    whole = np.pad(picture, ((0, max(rows - height, 0)), (0, width)), mode="symmetric")
+    return np.asarray(whole[:rows], np.float32)
 
 
 def pink(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
@@ -87,4 +88,4 @@ def pink(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
     frequency = np.hypot(np.fft.fftfreq(rows)[:, np.newaxis], np.fft.rfftfreq(columns))
     frequency[0, 0] = np.inf  # no constant part
     noise = np.fft.irfft2(np.fft.rfft2(rng.standard_normal(shape)) / frequency, shape)
-    return np.clip(PINK_MEAN + PINK_SD * noise / noise.std(), 0.0, 255.0).astype(np.float32)
+    return np.asarray(np.clip(PINK_MEAN + PINK_SD * noise / noise.std(), 0.0, 255.0), np.float32)

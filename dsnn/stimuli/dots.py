@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 class DotsParams(TimedParams):
     """Square dots on an even ground. At every frame a new random share of them moves, the others are thrown anew."""
 
-    count: int = Field(default=200, ge=1, le=20_000, description="dots in the frame")
+    count: int = Field(default=60, ge=1, le=20_000, description="dots in the frame")
     size: float = Field(default=4.0, gt=0.0, le=64.0, description="side of a dot, px")
     coherence: float = Field(default=1.0, ge=0.0, le=1.0, description="share of the dots that moves together")
     motion: Direction = Field(default="rightward", description="their direction")
