@@ -1,4 +1,4 @@
-"""One Rerun recording per trial. The only module that imports rerun.
+"""One Rerun recording per trial. With `log_clip`, the only module that imports rerun.
 
 Everything is sent in columns when the trial is over, and the file is whole before it gets its place in a run:
 cheap per frame, and a crash costs at most the trial under way.
@@ -10,8 +10,9 @@ import dataclasses
 import hashlib
 import math
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from colias_sim.config import CameraConfig
-from experiments.bench.media import Media
+from dsnn import ResponseSeries
+from experiments.bench.media import Images
 from experiments.bench.results import recording_name
 from experiments.bench.trial import TrialResult
 from scenes import ARENA_RADIUS_CM
@@ -47,9 +49,11 @@ def record(result: TrialResult) -> bytes:
         with rr.RecordingStream(APPLICATION, recording_id=_identity(result)) as recording:
             recording.save(path, default_blueprint=blueprint(result))
             _properties(recording, result)
-            times = _timelines(result.columns.sim_time_s, np.arange(result.frames))
-            _images(recording, result.media, times)
-            _potentials(recording, result, times)
+            times = timelines(result.columns.sim_time_s, np.arange(result.frames))
+            pictures = {"camera": result.media.camera, **{f"maps/{k}": v for k, v in result.media.maps.items()}}
+            for entity, images in pictures.items():
+                video(recording, entity, images, times)
+            potentials(recording, result.answers, result.columns.sim_time_s)
             _scene(recording, result, times)
             recording.flush()
             recording.disconnect()
@@ -62,7 +66,8 @@ def _identity(result: TrialResult) -> str:
     return f"{result.spec.experiment}-{result.spec.index:04d}-{digest}"
 
 
-def _timelines(sim_time_s: npt.NDArray[np.float64], frame: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:
+def timelines(sim_time_s: Floats, frame: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:
+    """Time and number of each frame, (T,), the timelines of every recording."""
     return [rr.TimeColumn("sim_time", duration=sim_time_s), rr.TimeColumn("frame", sequence=frame)]
 
 
@@ -83,19 +88,40 @@ def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
     recording.send_property("trial", rr.AnyValues(**values))
 
 
-def _images(recording: rr.RecordingStream, media: Media, times: list[rr.TimeColumn]) -> None:
-    for entity, images in {"camera": media.camera, **{f"maps/{k}": v for k, v in media.maps.items()}}.items():
-        count, rows, columns = images.shape
-        shape = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
-        recording.log(entity, rr.Image.from_fields(format=shape), static=True)
-        recording.send_columns(entity, times, rr.Image.columns(buffer=images.reshape(count, -1)))
+def video(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn]) -> None:
+    """Grey frames, (T, R, C)."""
+    count, rows, columns = images.shape
+    shape = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
+    recording.log(entity, rr.Image.from_fields(format=shape), static=True)
+    recording.send_columns(entity, times, rr.Image.columns(buffer=images.reshape(count, -1)))
 
 
-def _potentials(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:
-    columns = result.columns
-    for place, answer in enumerate(result.answers):
+class Answered(Protocol):
+    """What a model answered to the frames of a recording."""
+
+    @property
+    def model(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def threshold(self) -> float:
+        """The spiking threshold on its potentials."""
+        ...
+
+    @property
+    def series(self) -> ResponseSeries:
+        """An entry for each frame."""
+        ...
+
+
+def potentials(recording: rr.RecordingStream, answers: Sequence[Answered], time_s: Floats) -> None:
+    """Potentials and spikes of each model at ``time_s`` (T,), and their thresholds as grey lines."""
+    frames = np.arange(len(time_s))
+    times = timelines(time_s, frames)
+    for place, answer in enumerate(answers):
         series, hs, vs = answer.series, HS_COLOURS[place % 5], VS_COLOURS[place % 5]
-        prefix = f"{answer.model} " if len(result.answers) > 1 else ""
+        prefix = f"{answer.model} " if len(answers) > 1 else ""
         for entity, values, name, colour in (
             (f"potential/{answer.model}/hs", series.hs, "HS", hs),
             (f"potential/{answer.model}/vs", series.vs, "VS", vs),
@@ -104,8 +130,8 @@ def _potentials(recording: rr.RecordingStream, result: TrialResult, times: list[
         ):
             recording.log(entity, rr.SeriesLines(colors=colour, names=prefix + name, widths=1.5), static=True)
             recording.send_columns(entity, times, rr.Scalars.columns(scalars=values))
-    ends = _timelines(columns.sim_time_s[[0, -1]], np.array([0, result.frames - 1]))
-    for level in sorted({sign * answer.threshold for answer in result.answers for sign in (1, -1)}):
+    ends = timelines(time_s[[0, -1]], frames[[0, -1]])
+    for level in sorted({sign * answer.threshold for answer in answers for sign in (1, -1)}):
         entity = f"potential/threshold/{'plus' if level > 0 else 'minus'}_{abs(level):g}".replace(".", "_")
         name = f"{'' if level > 0 else '-'}T = {level:g}"
         recording.log(entity, rr.SeriesLines(colors=LIMIT_COLOUR, names=name, widths=1.0), static=True)
