@@ -270,7 +270,7 @@ def test_the_object_hides_the_background():
     box = whole[index].truth.box
     inside = np.zeros(whole.shape, bool)
     inside[math.ceil(box.top) : int(box.top + box.height), math.ceil(box.left) : int(box.left + box.width)] = True
-    assert (whole[index].luma[inside] == 40).all()
+    assert (whole[index].luma[inside] == 0).all()
     outside = ~cv2.dilate(inside.astype(np.uint8), np.ones((3, 3))).astype(bool)
     np.testing.assert_array_equal(whole[index].luma[outside], alone[index].luma[outside])
 

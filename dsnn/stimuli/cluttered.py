@@ -22,6 +22,9 @@ class ClutteredParams(ObjectParams):
     """
 
     columns: int = Field(default=540, ge=8, le=4096, description="columns of a frame, px (paper: 540)")
+    grey: float = Field(
+        default=0.0, ge=0.0, le=255.0, description="grey level of the object; black is darker than all that it passes"
+    )
     background: Image = Field(default="photograph", description="palm leaves, or noise of 1/f amplitude")
     background_speed: float = Field(
         default=-8.0, ge=-10_000.0, le=10_000.0, description="of the background, rightward positive, in speed_unit"

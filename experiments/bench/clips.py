@@ -36,10 +36,10 @@ def write(clip: Stimulus[ClipParams], video: Path, advance: Callable[[], None]) 
     parts = video.with_name(f"{video.stem}.part.avi"), video.with_name(f"{table.name}.part")
     try:
         with parts[1].open("w", newline="") as file:
-            rows = csv.writer(file)
-            rows.writerow(COLUMNS)
+            lines = csv.writer(file)
+            lines.writerow(COLUMNS)
             for index, frame in enumerate(_encoded(clip, parts[0])):
-                rows.writerow(_row(index, index / clip.fps, frame.truth))
+                lines.writerow(_row(index, index / clip.fps, frame.truth))
                 advance()
         for part, place in zip(parts, (video, table), strict=True):
             part.replace(place)
