@@ -1,6 +1,7 @@
 """The commands for stimuli, through real processes: what they write is what was painted, and what they refuse."""
 
 import csv
+import itertools
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +13,7 @@ import rerun as rr
 
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import STIMULI, Jittered, stimulus
-from experiments.bench import clips
+from experiments.bench import cli_offline, clips
 from experiments.bench.files import UsageError
 from experiments.bench.models import choose
 from experiments.bench.play import offline, play
@@ -165,6 +166,15 @@ def test_play_records_frames_object_potentials_and_thresholds(colias):
     again = colias("play", "plain", "--record", "a.rrd", "--no-view")
     assert (again.returncode, again.stderr.count("\n")) == (2, 1)
     assert "is there already" in again.stderr
+
+
+def test_progress_is_told_after_two_seconds_and_now_and_then(monkeypatch, capsys):
+    seconds = itertools.count()
+    monkeypatch.setattr(cli_offline.time, "monotonic", lambda: next(seconds))
+    with cli_offline._progress("clip: frames", 30) as advance:
+        for _ in range(30):
+            advance()
+    assert capsys.readouterr().err.splitlines() == [f"clip: frames: {n} of 30" for n in (3, 14, 25)]
 
 
 def test_clips_are_not_written_over(tmp_path):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -35,10 +36,11 @@ def write(clip: Stimulus[ClipParams], video: Path, advance: Callable[[], None]) 
     # OpenCV chooses the container by the name's end.
     parts = video.with_name(f"{video.stem}.part.avi"), video.with_name(f"{table.name}.part")
     try:
-        with parts[1].open("w", newline="") as file:
+        # Closed before the parts are removed: an open video would be written to once more.
+        with parts[1].open("w", newline="") as file, closing(_encoded(clip, parts[0])) as frames:
             lines = csv.writer(file)
             lines.writerow(COLUMNS)
-            for index, frame in enumerate(_encoded(clip, parts[0])):
+            for index, frame in enumerate(frames):
                 lines.writerow(_row(index, index / clip.fps, frame.truth))
                 advance()
         for part, place in zip(parts, (video, table), strict=True):
@@ -56,7 +58,7 @@ def refuse(*places: Path) -> None:
             raise UsageError(f"{place} is there already: choose another name, or remove it")
 
 
-def _encoded(clip: Stimulus[ClipParams], path: Path) -> Iterator[StimulusFrame]:
+def _encoded(clip: Stimulus[ClipParams], path: Path) -> Generator[StimulusFrame, None, None]:
     """Write each frame to the video at ``path``, and pass it on."""
     rows, columns = clip.shape
     fourcc = cv2.VideoWriter.fourcc(*"FFV1")
