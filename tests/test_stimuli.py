@@ -1,6 +1,7 @@
 """Laws of the stimuli: what is painted is what the truth beside it says, to fractions of a pixel."""
 
 import dataclasses
+import doctest
 import hashlib
 import math
 import subprocess
@@ -11,6 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
+import dsnn.stimuli
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import STIMULI, Box, Jittered, stimulus, stimulus_entry
 from dsnn.stimuli.background import panorama, pink
@@ -434,3 +436,8 @@ def test_a_box_touches_a_frame_only_if_it_overlaps_it():
     assert Box(-5, -5, 5.1, 5.1).touches((10, 10))
     assert not Box(-5, 0, 5, 5).touches((10, 10))
     assert not Box(0, 10, 5, 5).touches((10, 10))
+
+
+def test_the_package_s_example_says_what_happens():
+    done = doctest.testmod(dsnn.stimuli)
+    assert (done.failed, done.attempted) == (0, 4)

@@ -3,7 +3,7 @@
 >>> from dsnn.stimuli import stimulus
 >>> clip = stimulus("plain", speed=120.0, motion="leftward")
 >>> len(clip), clip.shape, clip.fps
-(113, (180, 320), 30.0)
+(112, (180, 320), 30.0)
 >>> clip[60].truth.velocity
 Velocity(x=-120.0, y=0.0)
 
