@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from experiments.bench import cli_offline
+
 if TYPE_CHECKING:
     from experiments.bench.plan import Plan
 
@@ -207,17 +209,20 @@ def _note_rates(plan: Plan) -> None:
             error_console.print(f"note: {chosen.label} assumes {assumed:g} frames/s, the camera gives {rate:g}")
 
 
-@app.command("list", short_help="Name the experiments, models and scenes.")
+@app.command("list", short_help="Name the experiments, models, scenes and stimuli.")
 def list_all() -> None:
-    """Name what there is to run: experiments, vision models, arenas."""
+    """Name what there is to run: experiments, vision models, arenas, stimuli."""
     from dsnn import MODELS
+    from dsnn.stimuli import STIMULI
     from experiments import NAMES
     from experiments.bench import catalogue
     from scenes import ARENAS
 
     experiments = {name: catalogue.load(name).summary for name in NAMES}
     models = {name: entry.summary for name, entry in MODELS.items()}
-    for title, items in (("experiments", experiments), ("models", models), ("scenes", ARENAS)):
+    stimuli = {name: entry.summary for name, entry in STIMULI.items()}
+    kinds = {"experiments": experiments, "models": models, "scenes": ARENAS, "stimuli": stimuli}
+    for title, items in kinds.items():
         out_console.print(f"[b]{title}[/b]")
         for name, summary in items.items():
             out_console.print(f"  {name:<18}{summary}", soft_wrap=True)
@@ -270,6 +275,9 @@ def _view_scene(arena: str) -> None:
     spec = compose(SceneConfig(arena=arena), RobotConfig(), CameraConfig(), TRIAL_ROBOTS, "observer")
     spec.body("stimulus/base").pos = [0.10, 0.05, 0.0]
     mujoco.viewer.launch(spec.compile())
+
+
+cli_offline.register(app)
 
 
 def run_file(path: str) -> None:

@@ -1,4 +1,4 @@
-"""One Rerun recording per trial. The only module that imports rerun.
+"""One Rerun recording per trial. With `log_clip`, the only module that imports rerun.
 
 Everything is sent in columns when the trial is over, and the file is whole before it gets its place in a run:
 cheap per frame, and a crash costs at most the trial under way.
@@ -10,8 +10,9 @@ import dataclasses
 import hashlib
 import math
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +21,8 @@ import rerun.blueprint as rrb
 import rerun_bindings
 
 from colias_sim.config import CameraConfig
-from experiments.bench.media import Media
+from dsnn import ResponseSeries
+from experiments.bench.media import Images, Media
 from experiments.bench.results import recording_name
 from experiments.bench.trial import TrialResult
 from scenes import ARENA_RADIUS_CM
@@ -52,17 +54,18 @@ def record(result: TrialResult) -> bytes:
 
 def _write(path: Path, result: TrialResult, media: Media) -> None:
     recording = rr.RecordingStream(APPLICATION, recording_id=_identity(result))
-    _save(recording, path, blueprint(result))
+    save(recording, path, blueprint(result))
     _properties(recording, result)
-    times = _timelines(result.columns.sim_time_s, np.arange(result.frames))
-    _images(recording, media, times)
-    _potentials(recording, result, times)
+    times = timelines(result.columns.sim_time_s, np.arange(result.frames))
+    for entity, images in {"camera": media.camera, **{f"maps/{k}": v for k, v in media.maps.items()}}.items():
+        video(recording, entity, images, times)
+    potentials(recording, result.answers, result.columns.sim_time_s)
     _scene(recording, result, times)
     recording.flush()
     recording.disconnect()
 
 
-def _save(recording: rr.RecordingStream, path: Path, layout: rrb.Blueprint) -> None:
+def save(recording: rr.RecordingStream, path: Path, layout: rrb.Blueprint) -> None:
     """What ``recording.save(path, layout)`` does, and then ends the layout's own stream.
 
     That call leaves it alive, with two threads, in every recording made: a worker would collect thousands.
@@ -85,7 +88,8 @@ def _identity(result: TrialResult) -> str:
     return f"{result.spec.experiment}-{result.spec.index:04d}-{digest}"
 
 
-def _timelines(sim_time_s: npt.NDArray[np.float64], frame: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:
+def timelines(sim_time_s: Floats, frame: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:
+    """Time and number of each frame, (T,), the timelines of every recording."""
     return [rr.TimeColumn("sim_time", duration=sim_time_s), rr.TimeColumn("frame", sequence=frame)]
 
 
@@ -106,19 +110,40 @@ def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
     recording.send_property("trial", rr.AnyValues(**values))
 
 
-def _images(recording: rr.RecordingStream, media: Media, times: list[rr.TimeColumn]) -> None:
-    for entity, images in {"camera": media.camera, **{f"maps/{k}": v for k, v in media.maps.items()}}.items():
-        count, rows, columns = images.shape
-        shape = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
-        recording.log(entity, rr.Image.from_fields(format=shape), static=True)
-        recording.send_columns(entity, times, rr.Image.columns(buffer=images.reshape(count, -1)))
+def video(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn]) -> None:
+    """Grey frames, (T, R, C)."""
+    count, rows, columns = images.shape
+    shape = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
+    recording.log(entity, rr.Image.from_fields(format=shape), static=True)
+    recording.send_columns(entity, times, rr.Image.columns(buffer=images.reshape(count, -1)))
 
 
-def _potentials(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:
-    columns = result.columns
-    for place, answer in enumerate(result.answers):
+class Answered(Protocol):
+    """What a model answered to the frames of a recording."""
+
+    @property
+    def model(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def threshold(self) -> float | None:
+        """The spiking threshold on its potentials, if it has one."""
+        ...
+
+    @property
+    def series(self) -> ResponseSeries:
+        """An entry for each frame."""
+        ...
+
+
+def potentials(recording: rr.RecordingStream, answers: Sequence[Answered], time_s: Floats) -> None:
+    """Potentials and spikes of each model at ``time_s`` (T,), and their thresholds as grey lines."""
+    frames = np.arange(len(time_s))
+    times = timelines(time_s, frames)
+    for place, answer in enumerate(answers):
         series, hs, vs = answer.series, HS_COLOURS[place % 5], VS_COLOURS[place % 5]
-        prefix = f"{answer.model} " if len(result.answers) > 1 else ""
+        prefix = f"{answer.model} " if len(answers) > 1 else ""
         lines: tuple[tuple[str, npt.NDArray[Any], str, tuple[int, int, int]], ...] = (
             (f"potential/{answer.model}/hs", series.hs, "HS", hs),
             (f"potential/{answer.model}/vs", series.vs, "VS", vs),
@@ -133,8 +158,8 @@ def _potentials(recording: rr.RecordingStream, result: TrialResult, times: list[
         for entity, values, name, colour in lines:
             recording.log(entity, rr.SeriesLines(colors=colour, names=prefix + name, widths=1.5), static=True)
             recording.send_columns(entity, times, rr.Scalars.columns(scalars=values))
-    ends = _timelines(columns.sim_time_s[[0, -1]], np.array([0, result.frames - 1]))
-    thresholds = {answer.threshold for answer in result.answers if answer.threshold is not None}
+    ends = timelines(time_s[[0, -1]], frames[[0, -1]])
+    thresholds = {answer.threshold for answer in answers if answer.threshold is not None}
     for level in sorted({sign * threshold for threshold in thresholds for sign in (1, -1)}):
         entity = f"potential/threshold/{'plus' if level > 0 else 'minus'}_{abs(level):g}".replace(".", "_")
         name = f"{'' if level > 0 else '-'}T = {level:g}"

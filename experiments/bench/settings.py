@@ -47,7 +47,7 @@ def _sections_of(chosen: Sequence[Chosen]) -> list[str]:
 def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:
     """Apply ``SECTION.NAME=VALUE`` texts; raises `UsageError` naming the value, its range and its origin."""
     values = sections(experiment, models)
-    collected = _collect(assignments, values)
+    collected = collect(assignments, values)
     chosen = _chosen(models, collected)
     for section in ("robot", "camera", "scene", "experiment"):
         values[section] = changed(section, values[section], collected.get(section, {}))
@@ -92,8 +92,13 @@ def plan(
     return made
 
 
-def _collect(assignments: Iterable[str], values: Mapping[str, Any]) -> dict[str, dict[str, str]]:
-    """Section -> name -> text; each key checked, the last of two values for one key counting."""
+def collect(
+    assignments: Iterable[str], values: Mapping[str, Any], listed_by: str = "colias parameters"
+) -> dict[str, dict[str, str]]:
+    """Section -> name -> text; each key checked, the last of two values for one key counting.
+
+    ``values`` has the sections there are; ``listed_by`` is the command that lists their parameters.
+    """
     known = [f"{section}.{field.name}" for section, value in values.items() for field in dataclasses.fields(value)]
     collected: dict[str, dict[str, str]] = {}
     for assignment in assignments:
@@ -102,7 +107,7 @@ def _collect(assignments: Iterable[str], values: Mapping[str, Any]) -> dict[str,
             raise UsageError(f"--set {assignment}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
         if key not in known:
             near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
-            raise UsageError(f"--set {assignment}: no parameter '{key}' (nearest: {near}; all: colias parameters)")
+            raise UsageError(f"--set {assignment}: no parameter '{key}' (nearest: {near}; all: {listed_by})")
         section, _, name = key.partition(".")
         collected.setdefault(section, {})[name] = text
     return collected
@@ -169,8 +174,13 @@ class Parameter:
 
 
 def parameters(experiment: Experiment, models: Sequence[str]) -> Iterator[Parameter]:
-    """Every key that ``--set`` takes, with its present value."""
-    for section, value in sections(experiment, models).items():
+    """Every key that ``--set`` takes for an experiment, with its present value."""
+    return described(sections(experiment, models))
+
+
+def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
+    """Every parameter of the sections ``values``."""
+    for section, value in values.items():
         properties = _properties(type(value))
         for field in dataclasses.fields(value):
             present = getattr(value, field.name)

@@ -1,0 +1,32 @@
+"""Synthetic stimuli with their ground truth: the paper's off-line ones, and those of the motion-vision laboratory.
+
+>>> from dsnn.stimuli import stimulus
+>>> clip = stimulus("plain", speed=120.0, motion="leftward")
+>>> len(clip), clip.shape, clip.fps
+(112, (180, 320), 30.0)
+>>> clip[60].truth.velocity
+Velocity(x=-120.0, y=0.0)
+
+A clip is painted as it is iterated, any number of times, always alike: `DSNN.run` takes
+``(frame.luma for frame in clip)``. Positions are fractions of a pixel, and every pixel takes the mean of the
+light over its square. Time runs in steps of one frame, without motion blur.
+"""
+
+from dsnn.stimuli.jitter import Jittered
+from dsnn.stimuli.registry import STIMULI, StimulusEntry, stimulus, stimulus_entry
+from dsnn.stimuli.stimulus import Box, ClipParams, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+
+__all__ = [
+    "STIMULI",
+    "Box",
+    "ClipParams",
+    "Jittered",
+    "Stimulus",
+    "StimulusEntry",
+    "StimulusFrame",
+    "TimedParams",
+    "Truth",
+    "Velocity",
+    "stimulus",
+    "stimulus_entry",
+]

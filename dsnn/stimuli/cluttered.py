@@ -1,0 +1,61 @@
+"""An object before a natural image that shifts sidewise (the paper's ``simu-nature-*`` and ``simu-sys-*``)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass as validated
+
+from dsnn.stimuli.background import Image, panorama
+from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint, per_second
+from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, Velocity
+
+
+@validated(frozen=True, config=CONFIG)
+class ClutteredParams(ObjectParams):
+    """A dark object before a textured background.
+
+    Speeds are px/s unless ``speed_unit`` says otherwise; the paper writes px/frame, at which its own numbers
+    would cross the frame in a few steps.
+    """
+
+    columns: int = Field(default=540, ge=8, le=4096, description="columns of a frame, px (paper: 540)")
+    grey: float = Field(
+        default=0.0, ge=0.0, le=255.0, description="grey level of the object; black is darker than all that it passes"
+    )
+    background: Image = Field(default="photograph", description="palm leaves, or noise of 1/f amplitude")
+    background_speed: float = Field(
+        default=-8.0, ge=-10_000.0, le=10_000.0, description="of the background, rightward positive, in speed_unit"
+    )
+    object: Literal["present", "absent"] = Field(
+        default="present", description="absent: the background alone, for as long as the object would take"
+    )
+
+
+class Cluttered(Stimulus[ClutteredParams]):
+    """The seed chooses which part of the background the clip starts at, and makes the noise.
+
+    The background shifts from the first frame to the last, through the object's rest.
+    """
+
+    def __init__(self, params: ClutteredParams, seed: int = 0) -> None:
+        super().__init__(params, seed)
+        self._path = ObjectPath(params)
+        self._panorama = panorama(params.background, self.shape, seed)
+        self._start = np.random.default_rng((seed, 1)).uniform(0, self._panorama.period)
+        self._background = Velocity(per_second(params.background_speed, params.speed_unit, params.fps), 0.0)
+
+    def __len__(self) -> int:
+        return len(self._path)
+
+    def frame(self, index: int) -> StimulusFrame:
+        """Paint frame ``index``."""
+        truth = self._path.truth(index, self._background)
+        canvas = self._panorama.view(self._start - self._background.x * index / self.fps)
+        if self.params.object == "absent":
+            return StimulusFrame(canvas, truth.without_object())
+        if truth.box is not None:
+            paint(canvas, truth.box, self.params.grey)
+        return StimulusFrame(canvas, truth)

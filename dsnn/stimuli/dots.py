@@ -1,0 +1,77 @@
+"""Random dots, of which a given share moves together."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+from pydantic.dataclasses import dataclass as validated
+
+from dsnn.stimuli.moving import DIRECTIONS, Direction
+from dsnn.stimuli.stimulus import CONFIG, Luma, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+
+Floats = npt.NDArray[np.float64]
+
+
+@validated(frozen=True, config=CONFIG)
+class DotsParams(TimedParams):
+    """Square dots on an even ground. At every frame a new random share of them moves, the others are thrown anew."""
+
+    count: int = Field(default=60, ge=1, le=20_000, description="dots in the frame")
+    size: float = Field(default=4.0, gt=0.0, le=64.0, description="side of a dot, px")
+    coherence: float = Field(default=1.0, ge=0.0, le=1.0, description="share of the dots that moves together")
+    motion: Direction = Field(default="rightward", description="their direction")
+    speed: float = Field(default=120.0, ge=0.0, le=10_000.0, description="their speed, px/s")
+    grey: float = Field(default=40.0, ge=0.0, le=255.0, description="grey level of the dots")
+    background_grey: float = Field(default=200.0, ge=0.0, le=255.0, description="grey level of the background")
+
+
+class Dots(Stimulus[DotsParams]):
+    """Dots that leave the frame come in on its other side; during the rest all of them stand."""
+
+    def __init__(self, params: DotsParams, seed: int = 0) -> None:
+        super().__init__(params, seed)
+        x, y = DIRECTIONS[params.motion]
+        self._velocity = Velocity(x * params.speed, y * params.speed)
+        self._places = self._walk(np.random.default_rng(seed))
+
+    def _walk(self, rng: np.random.Generator) -> Floats:
+        """Top left corner (x, y) of every dot after every displacement: (displacements + 1, count, 2), px."""
+        p = self.params
+        field = np.array([p.columns, p.rows], float)
+        places = np.empty((p.moving_frames() + 1, p.count, 2))
+        places[0] = rng.uniform(size=(p.count, 2)) * field
+        together = round(p.coherence * p.count)
+        for before, after in pairwise(places):
+            after[:] = rng.uniform(size=(p.count, 2)) * field
+            chosen = rng.permutation(p.count)[:together]
+            after[chosen] = (before[chosen] + np.array(self._velocity) / p.fps) % field
+        return places
+
+    def __len__(self) -> int:
+        return self.params.rest_frames() + len(self._places)
+
+    def frame(self, index: int) -> StimulusFrame:
+        """Paint frame ``index``."""
+        p = self.params
+        step = index - p.rest_frames()
+        luma = self._painted(self._places[max(step, 0)])
+        if not 0 <= step < p.moving_frames():
+            return StimulusFrame(luma, Truth("still"))
+        return StimulusFrame(luma, Truth(p.motion, background_velocity=self._velocity))
+
+    def _painted(self, places: Floats) -> Luma:
+        """Every dot's share of every pixel it touches, added up; where dots overlap a pixel is covered once."""
+        p = self.params
+        reach = np.arange(int(np.ceil(p.size)) + 1)
+        whole = np.floor(places).astype(np.int64)
+        offset = places - whole
+        # (count, 2, reach): along x and along y.
+        cover = np.clip(np.minimum(reach + 1, offset[..., None] + p.size) - np.maximum(reach, offset[..., None]), 0, 1)
+        at = whole[..., None] + reach
+        cells = (at[:, 1, :, None] % p.rows) * p.columns + at[:, 0, None, :] % p.columns
+        shares = cover[:, 1, :, None] * cover[:, 0, None, :]
+        covered = np.minimum(np.bincount(cells.ravel(), shares.ravel(), p.rows * p.columns), 1.0).reshape(self.shape)
+        return np.rint(p.background_grey + (p.grey - p.background_grey) * covered).astype(np.uint8)

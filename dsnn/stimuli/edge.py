@@ -1,0 +1,100 @@
+"""A single edge and a bar, each of one polarity, that cross the whole field."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass as validated
+
+from dsnn.stimuli.moving import DIRECTIONS, Direction, paint
+from dsnn.stimuli.stimulus import CONFIG, STILL, Box, ClipParams, Stimulus, StimulusFrame, Truth, Velocity
+
+Polarity = Literal["on", "off"]
+
+
+@validated(frozen=True, config=CONFIG)
+class EdgeParams(ClipParams):
+    """An edge across the direction of motion, which it sweeps over the whole field.
+
+    ``on`` brightens every pixel that it passes and darkens none; ``off`` the other way about.
+    """
+
+    motion: Direction = Field(default="rightward", description="the edge's direction")
+    polarity: Polarity = Field(default="on", description="on: brightening; off: darkening")
+    speed: float = Field(default=120.0, gt=0.0, le=10_000.0, description="of the edge, px/s")
+    dark_grey: float = Field(default=40.0, ge=0.0, le=255.0, description="grey level of the dark side")
+    light_grey: float = Field(default=200.0, ge=0.0, le=255.0, description="grey level of the light side")
+    rest_s: float = Field(default=0.3, ge=0.0, le=60.0, description="stillness before and after the motion, s")
+
+
+@validated(frozen=True, config=CONFIG)
+class BarParams(EdgeParams):
+    """A bar as long as the field is wide: its two edges are of opposite polarity, the leading one of ``polarity``."""
+
+    thickness: float = Field(default=20.0, gt=0.0, le=4096.0, description="of the bar along its motion, px")
+
+
+class _Sweep(Stimulus[EdgeParams]):
+    """A band of ``thickness`` px that moves in from outside until its tail is ``beyond`` px past the other side."""
+
+    def __init__(self, params: EdgeParams, seed: int, thickness: float, way: float) -> None:
+        super().__init__(params, seed)
+        if params.dark_grey >= params.light_grey:
+            raise ValueError(
+                f"dark_grey={params.dark_grey:g}: legal is a number below light_grey, {params.light_grey:g}"
+            )
+        self._thickness, self._way = thickness, way
+        self._rest = round(params.rest_s * params.fps)
+        self._steps = int(np.ceil(way / params.speed * params.fps))
+
+    def __len__(self) -> int:
+        return 2 * self._rest + self._steps + 1
+
+    def frame(self, index: int) -> StimulusFrame:
+        """Paint frame ``index``."""
+        p = self.params
+        step = index - self._rest
+        band = self._band(min(max(step, 0) * p.speed / p.fps, self._way))
+        ground, grey = (p.dark_grey, p.light_grey) if p.polarity == "on" else (p.light_grey, p.dark_grey)
+        canvas = np.full(self.shape, round(ground), np.uint8)
+        if not band.touches(self.shape):
+            return StimulusFrame(canvas, Truth("still"))
+        paint(canvas, band, grey)
+        if not 0 <= step < self._steps:
+            return StimulusFrame(canvas, Truth("still", band, STILL))
+        x, y = DIRECTIONS[p.motion]
+        return StimulusFrame(canvas, Truth(p.motion, band, Velocity(x * p.speed, y * p.speed)))
+
+    def _band(self, entered: float) -> Box:
+        """The band whose leading edge is ``entered`` px inside the frame."""
+        (rows, columns), thick = self.shape, self._thickness
+        match self.params.motion:
+            case "rightward":
+                return Box(entered - thick, 0.0, thick, rows)
+            case "leftward":
+                return Box(columns - entered, 0.0, thick, rows)
+            case "downward":
+                return Box(0.0, entered - thick, columns, thick)
+            case "upward":
+                return Box(0.0, rows - entered, columns, thick)
+
+
+def _field(params: EdgeParams) -> int:
+    """The frame's extent along the motion, px."""
+    return params.columns if DIRECTIONS[params.motion][0] else params.rows
+
+
+class Edge(_Sweep):
+    """One edge. Nothing in it is random. The truth's box is the ground it has covered, as wide as the field."""
+
+    def __init__(self, params: EdgeParams, seed: int = 0) -> None:
+        super().__init__(params, seed, thickness=_field(params), way=_field(params))
+
+
+class Bar(_Sweep):
+    """Two edges, one behind the other. Nothing in it is random."""
+
+    def __init__(self, params: BarParams, seed: int = 0) -> None:
+        super().__init__(params, seed, thickness=params.thickness, way=_field(params) + params.thickness)

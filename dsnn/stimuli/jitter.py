@@ -1,0 +1,69 @@
+"""A camera that trembles: any other stimulus, shifted by a fraction of a pixel at every frame."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from dsnn.stimuli.stimulus import ClipParams, Stimulus, StimulusFrame, Truth, Velocity
+
+LARGEST_SD_PX = 10.0
+LIMIT_SD = 4.0
+"""Larger shifts than this many standard deviations are cut off."""
+
+
+class Jittered(Stimulus[ClipParams]):
+    """``inner`` as seen by a camera whose shift at every frame is an independent Gaussian of ``sd_px`` along x and y.
+
+    The seed is that of the shifts, whatever ``inner``'s. Beyond the frame's border its outermost pixels go on.
+    The truth is moved along: boxes by the shift, velocities by its change since the frame before.
+    Raises ``ValueError`` on an ``sd_px`` that is negative or above 10.
+    """
+
+    def __init__(self, inner: Stimulus[ClipParams], sd_px: float = 0.3, seed: int = 0) -> None:
+        super().__init__(inner.params, seed)
+        if not 0.0 <= sd_px <= LARGEST_SD_PX:
+            raise ValueError(f"sd_px={sd_px:g}: legal is a number from 0 to {LARGEST_SD_PX:g}")
+        self.inner = inner
+        rng = np.random.default_rng((seed, 1))  # other numbers than those a stimulus of the same seed is made of
+        drawn = rng.standard_normal((len(inner), 2))
+        self.shifts = sd_px * np.clip(drawn, -LIMIT_SD, LIMIT_SD)
+        """(frames, 2): along x and y, px."""
+
+    def __len__(self) -> int:
+        return len(self.inner)
+
+    def frame(self, index: int) -> StimulusFrame:
+        """Paint frame ``index``."""
+        still = self.inner.frame(index)
+        x, y = self.shifts[index].tolist()
+        before_x, before_y = self.shifts[max(index - 1, 0)].tolist()
+        change = Velocity((x - before_x) * self.fps, (y - before_y) * self.fps)
+        luma = cv2.sepFilter2D(still.luma, -1, _shift(x), _shift(y), borderType=cv2.BORDER_REPLICATE)
+        return StimulusFrame(np.asarray(luma, np.uint8), _moved(still.truth, x, y, change))
+
+
+def _moved(truth: Truth, x: float, y: float, change: Velocity) -> Truth:
+    return replace(
+        truth,
+        box=truth.box and truth.box.shifted(x, y),
+        velocity=truth.velocity and _sum(truth.velocity, change),
+        background_velocity=_sum(truth.background_velocity, change),
+    )
+
+
+def _sum(a: Velocity, b: Velocity) -> Velocity:
+    return Velocity(a.x + b.x, a.y + b.y)
+
+
+def _shift(distance: float) -> npt.NDArray[np.float64]:
+    """The kernel that moves an image ``distance`` px along an axis: cubic convolution (Keys 1981)."""
+    radius = math.ceil(abs(distance)) + 2
+    away = np.abs(np.arange(-radius, radius + 1) + distance)
+    near = 1.5 * away**3 - 2.5 * away**2 + 1.0
+    far = -0.5 * away**3 + 2.5 * away**2 - 4.0 * away + 2.0
+    return np.where(away <= 1.0, near, np.where(away < 2.0, far, 0.0))

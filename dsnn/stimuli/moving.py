@@ -1,0 +1,143 @@
+"""One rectangular object: where it is at every frame, and how it is painted with exact coverage of each pixel."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+from pydantic.dataclasses import dataclass as validated
+
+from dsnn.stimuli.stimulus import CONFIG, STILL, Box, ClipParams, Luma, Truth, Velocity
+
+Direction = Literal["rightward", "leftward", "downward", "upward"]
+Motion = Literal["rightward", "leftward", "downward", "upward", "looming", "receding"]
+SpeedUnit = Literal["px/s", "px/frame"]
+
+DIRECTIONS: dict[str, tuple[int, int]] = {
+    "rightward": (1, 0),
+    "leftward": (-1, 0),
+    "downward": (0, 1),
+    "upward": (0, -1),
+}
+
+
+def per_second(speed: float, unit: SpeedUnit, fps: float) -> float:
+    """``speed`` in px/s."""
+    return speed if unit == "px/s" else speed * fps
+
+
+@validated(frozen=True, config=CONFIG)
+class ObjectParams(ClipParams):
+    """A rectangle that crosses the frame, looms or recedes.
+
+    Looming and receding are at constant speed: its size is inversely proportional to the time to contact.
+    """
+
+    motion: Motion = Field(default="rightward", description="how the object moves")
+    width: float = Field(default=50.0, gt=0.0, le=4096.0, description="of the object, px, at scale 1")
+    height: float = Field(default=90.0, gt=0.0, le=4096.0, description="of the object, px, at scale 1")
+    grey: float = Field(default=40.0, ge=0.0, le=255.0, description="grey level of the object")
+    speed: float = Field(default=120.0, gt=0.0, le=10_000.0, description="of translation, in speed_unit")
+    speed_unit: SpeedUnit = Field(default="px/s", description="of every speed; the paper writes px/frame")
+    enters: bool = Field(
+        default=True, description="cross from outside to outside; false: start and end whole inside the frame, at rest"
+    )
+    offset: float = Field(
+        default=0.0, ge=-4096.0, le=4096.0, description="of the path from the frame's centre, px right or down"
+    )
+    far_scale: float = Field(default=0.2, gt=0.0, le=100.0, description="size at the far end of looming, receding")
+    near_scale: float = Field(default=1.8, gt=0.0, le=100.0, description="size at the near end of looming, receding")
+    duration_s: float = Field(default=2.0, gt=0.0, le=600.0, description="of looming or receding, s")
+    rest_s: float = Field(default=0.3, ge=0.0, le=60.0, description="stillness before and after the motion, s")
+
+
+class ObjectPath:
+    """Where the object of ``params`` is at every frame: at rest, in motion, at rest.
+
+    Raises ``ValueError`` if it has no room to move, or would not come nearer by looming.
+    """
+
+    def __init__(self, params: ObjectParams) -> None:
+        p = self._params = params
+        self._rest = round(p.rest_s * p.fps)
+        self._speed = per_second(p.speed, p.speed_unit, p.fps)
+        if p.motion in DIRECTIONS:
+            self._distance = self._room()
+            self._steps = int(np.ceil(self._distance / self._speed * p.fps))
+        elif p.far_scale >= p.near_scale:
+            raise ValueError(f"far_scale={p.far_scale:g}: legal is a number below near_scale, {p.near_scale:g}")
+        else:
+            self._steps = max(1, round(p.duration_s * p.fps))
+
+    def _room(self) -> float:
+        """The length of the way, px."""
+        p = self._params
+        horizontal = DIRECTIONS[p.motion][0] != 0
+        field, size, name = (p.columns, p.width, "width") if horizontal else (p.rows, p.height, "height")
+        if p.enters:
+            return field + size
+        if size >= field:
+            raise ValueError(f"{name}={size:g}: with enters=false legal is a number below the frame's {field}")
+        return field - size
+
+    def __len__(self) -> int:
+        return 2 * self._rest + self._steps + 1
+
+    def truth(self, index: int, background: Velocity = STILL) -> Truth:
+        """Of frame ``index``, before a background that moves with ``background``."""
+        step = index - self._rest
+        moving = 0 <= step < self._steps
+        done = min(max(step, 0), self._steps) / self._params.fps
+        if self._params.motion in DIRECTIONS:
+            box, velocity, contact = self._across(done), self._velocity(), None
+        else:
+            (box, contact), velocity = self._in_depth(done), STILL
+        if not box.touches((self._params.rows, self._params.columns)):
+            return Truth("still", background_velocity=background)
+        if not moving:
+            return Truth("still", box, STILL, background)
+        return Truth(self._params.motion, box, velocity, background, contact)
+
+    def _velocity(self) -> Velocity:
+        x, y = DIRECTIONS[self._params.motion]
+        return Velocity(x * self._speed, y * self._speed)
+
+    def _across(self, elapsed: float) -> Box:
+        p = self._params
+        x, y = DIRECTIONS[p.motion]
+        # From the middle of the way; the last step may be a part of one, so that it ends where it should.
+        along = min(self._speed * elapsed, self._distance) - self._distance / 2
+        aside_x, aside_y = (0.0, p.offset) if x else (p.offset, 0.0)
+        return Box.about(p.columns / 2 + x * along + aside_x, p.rows / 2 + y * along + aside_y, p.width, p.height)
+
+    def _in_depth(self, elapsed: float) -> tuple[Box, float]:
+        """Box and time to contact: the distance, and with it 1 / size, changes evenly in time."""
+        p = self._params
+        duration = self._steps / p.fps
+        approached = elapsed if p.motion == "looming" else duration - elapsed
+        far, near = 1 / p.far_scale, 1 / p.near_scale
+        distance = far + (near - far) * approached / duration
+        contact = distance * duration / (far - near)
+        box = Box.about(p.columns / 2 + p.offset, p.rows / 2, p.width / distance, p.height / distance)
+        return box, contact if p.motion == "looming" else -contact
+
+
+def paint(canvas: Luma, box: Box, grey: float) -> None:
+    """Paint ``box`` over ``canvas`` (R, C), in place: each pixel takes the share of ``grey`` that it is covered by."""
+    (rows, down), (columns, across) = (
+        _cover(box.top, box.height, canvas.shape[0]),
+        _cover(box.left, box.width, canvas.shape[1]),
+    )
+    patch = canvas[rows, columns]
+    patch[:] = np.rint(patch + (np.float32(grey) - patch) * (down[:, np.newaxis] * across))
+
+
+def _cover(start: float, size: float, pixels: int) -> tuple[slice, npt.NDArray[np.float32]]:
+    """The pixels of a line that a stretch touches, and the share of each that it covers."""
+    end = start + size
+    first, last = (min(max(int(at), 0), pixels) for at in (np.floor(start), np.ceil(end)))
+    edges = np.arange(first, last)
+    cover = np.minimum(edges + 1, end) - np.maximum(edges, start)
+    return slice(first, last), np.asarray(cover, np.float32)

@@ -1,0 +1,40 @@
+"""An object on an even background (the paper's ``simu-clean``)."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass as validated
+
+from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint
+from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame
+
+
+@validated(frozen=True, config=CONFIG)
+class PlainParams(ObjectParams):
+    """A dark object on a lighter ground; the other way about by its two greys.
+
+    The paper gives neither sizes nor greys: size and speed are those of the project's notes on the paper,
+    the greys those of the network's golden vectors.
+    """
+
+    background_grey: float = Field(default=200.0, ge=0.0, le=255.0, description="grey level of the background")
+
+
+class Plain(Stimulus[PlainParams]):
+    """Nothing in it is random: every seed gives the same frames."""
+
+    def __init__(self, params: PlainParams, seed: int = 0) -> None:
+        super().__init__(params, seed)
+        self._path = ObjectPath(params)
+
+    def __len__(self) -> int:
+        return len(self._path)
+
+    def frame(self, index: int) -> StimulusFrame:
+        """Paint frame ``index``."""
+        truth = self._path.truth(index)
+        canvas = np.full(self.shape, round(self.params.background_grey), np.uint8)
+        if truth.box is not None:
+            paint(canvas, truth.box, self.params.grey)
+        return StimulusFrame(canvas, truth)

@@ -1,0 +1,81 @@
+"""The stimuli by name. A new one is a file with its parameters and its class, and a line in `_ENTRIES` below."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
+
+from pydantic import ValidationError
+
+from dsnn.stimuli.cluttered import Cluttered, ClutteredParams
+from dsnn.stimuli.dots import Dots, DotsParams
+from dsnn.stimuli.edge import Bar, BarParams, Edge, EdgeParams
+from dsnn.stimuli.foliage import Foliage, FoliageParams
+from dsnn.stimuli.grating import Grating, GratingParams
+from dsnn.stimuli.plain import Plain, PlainParams
+from dsnn.stimuli.reverse_phi import ReversePhi, ReversePhiParams
+from dsnn.stimuli.stimulus import ClipParams, Stimulus
+
+
+@dataclass(frozen=True, slots=True)
+class StimulusEntry:
+    """A registered stimulus: its default parameters, a frozen, validated dataclass, and how to build it from some."""
+
+    name: str
+    summary: str
+    build: Callable[[Any, int], Stimulus[ClipParams]]
+    params: ClipParams
+
+
+_ENTRIES = (
+    StimulusEntry("plain", "an object on an even ground: translating, looming, receding", Plain, PlainParams()),
+    StimulusEntry("cluttered", "the same before a natural image that shifts", Cluttered, ClutteredParams()),
+    StimulusEntry("grating", "a drifting sine or square grating, in any direction", Grating, GratingParams()),
+    StimulusEntry("dots", "random dots, a share of which moves together", Dots, DotsParams()),
+    StimulusEntry("edge", "one edge that only brightens (ON) or only darkens (OFF)", Edge, EdgeParams()),
+    StimulusEntry("bar", "a light or dark bar across the field", Bar, BarParams()),
+    StimulusEntry("reverse-phi", "a pattern that reverses its contrast at each step", ReversePhi, ReversePhiParams()),
+    StimulusEntry("foliage", "a natural texture swaying in the wind, going nowhere", Foliage, FoliageParams()),
+)
+
+
+def _by_name(entries: tuple[StimulusEntry, ...]) -> Mapping[str, StimulusEntry]:
+    table = {entry.name: entry for entry in entries}
+    if len(table) != len(entries):
+        raise ValueError(f"two stimuli share a name in {[entry.name for entry in entries]}")
+    return MappingProxyType(table)
+
+
+STIMULI = _by_name(_ENTRIES)
+
+
+def stimulus_entry(name: str) -> StimulusEntry:
+    """The entry of ``name``; ``ValueError`` with the nearest known name otherwise."""
+    if name not in STIMULI:
+        near = difflib.get_close_matches(name, STIMULI, n=1, cutoff=0.0)[0]
+        raise ValueError(f"unknown stimulus '{name}': known are {', '.join(STIMULI)} (nearest: {near})")
+    return STIMULI[name]
+
+
+def stimulus(name: str, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
+    """The stimulus ``name`` with ``changes`` to its default parameters.
+
+    Raises ``ValueError``, in one line that names value and legal range, on an unknown name or parameter and on
+    a value out of range.
+    """
+    entry = stimulus_entry(name)
+    known = [field for field in entry.params.__dataclass_fields__]
+    for key in changes:
+        if key not in known:
+            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
+            raise ValueError(f"{name} has no parameter '{key}': known are {', '.join(known)} (nearest: {near})")
+    try:
+        return entry.build(replace(entry.params, **changes), seed)
+    except ValidationError as error:
+        problem = error.errors()[0]
+        where = ".".join([name, *(str(part) for part in problem["loc"])])
+        said = f"{problem['msg'][0].lower()}{problem['msg'][1:]}"
+        raise ValueError(f"{where}={problem['input']!r}: {said}") from None

@@ -1,0 +1,69 @@
+"""Apparent motion in steps, of a pattern that keeps its contrast (phi) or reverses it at each step (reverse-phi).
+
+An observer who correlates luminance sees reverse-phi go backward (Anstis 1970, Vision Research 10:1411).
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass as validated
+
+from dsnn.stimuli.moving import DIRECTIONS, Direction
+from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+
+
+@validated(frozen=True, config=CONFIG)
+class ReversePhiParams(TimedParams):
+    """Random squares, light or dark about the mean, that jump by whole pixels."""
+
+    contrast_at_a_step: Literal["reversed", "kept"] = Field(
+        default="reversed", description="reversed: reverse-phi; kept: phi, to compare with"
+    )
+    motion: Direction = Field(default="rightward", description="direction of the displacement")
+    square_px: int = Field(default=6, ge=1, le=256, description="side of a square, px")
+    step_px: int = Field(default=3, ge=1, le=256, description="displacement at a step, px")
+    step_frames: int = Field(default=2, ge=1, le=1000, description="frames from step to step")
+    mean_grey: float = Field(default=120.0, ge=0.0, le=255.0, description="mean grey level")
+    amplitude: float = Field(
+        default=80.0, ge=0.0, le=127.5, description="of light and dark about the mean, grey levels"
+    )
+
+
+class ReversePhi(Stimulus[ReversePhiParams]):
+    """The seed makes the pattern, which repeats beyond the frame's borders.
+
+    The truth's velocity is that of the displacement, averaged over the steps; what is seen may be its opposite.
+    """
+
+    def __init__(self, params: ReversePhiParams, seed: int = 0) -> None:
+        super().__init__(params, seed)
+        p = params
+        if not p.amplitude <= p.mean_grey <= 255.0 - p.amplitude:
+            raise ValueError(
+                f"amplitude={p.amplitude:g}: with mean_grey={p.mean_grey:g} "
+                f"legal is a number up to {min(p.mean_grey, 255.0 - p.mean_grey):g}"
+            )
+        squares = [-(-n // p.square_px) for n in self.shape]
+        signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=squares)
+        grown = np.kron(signs, np.ones((p.square_px, p.square_px)))[: p.rows, : p.columns]
+        self._pictures = [np.rint(p.mean_grey + s * p.amplitude * grown).astype(np.uint8) for s in (1.0, -1.0)]
+        speed = p.step_px * p.fps / p.step_frames
+        x, y = DIRECTIONS[p.motion]
+        self._velocity = Velocity(x * speed, y * speed)
+
+    def __len__(self) -> int:
+        return self.params.rest_frames() + self.params.moving_frames() + 1
+
+    def frame(self, index: int) -> StimulusFrame:
+        """Paint frame ``index``."""
+        p = self.params
+        elapsed = index - p.rest_frames()
+        steps = max(elapsed, 0) // p.step_frames
+        x, y = DIRECTIONS[p.motion]
+        picture = self._pictures[steps % 2 if p.contrast_at_a_step == "reversed" else 0]
+        luma = np.roll(picture, (y * steps * p.step_px, x * steps * p.step_px), axis=(0, 1))
+        moving = 0 <= elapsed < p.moving_frames()
+        return StimulusFrame(luma, Truth(p.motion, background_velocity=self._velocity) if moving else Truth("still"))

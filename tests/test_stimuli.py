@@ -1,0 +1,443 @@
+"""Laws of the stimuli: what is painted is what the truth beside it says, to fractions of a pixel."""
+
+import dataclasses
+import doctest
+import hashlib
+import math
+import subprocess
+import sys
+from itertools import pairwise
+
+import cv2
+import numpy as np
+import pytest
+
+import dsnn.stimuli
+from dsnn import DSNN, DSNNParams
+from dsnn.stimuli import STIMULI, Box, Jittered, stimulus, stimulus_entry
+from dsnn.stimuli.background import panorama, pink
+
+SMALL = {"rows": 48, "columns": 80}
+DIRECTIONS = {"rightward": (1, 0), "leftward": (-1, 0), "downward": (0, 1), "upward": (0, -1)}
+
+
+@pytest.fixture(params=[*STIMULI, "jittered"])
+def clip(request):
+    """Every registered stimulus, small, and one seen by a trembling camera."""
+    if request.param == "jittered":
+        return Jittered(stimulus("plain", seed=3, **SMALL), 0.5, seed=3)
+    return stimulus(request.param, seed=3, **SMALL)
+
+
+def digest(clip):
+    return hashlib.sha256(b"".join(frame.luma.tobytes() for frame in clip)).hexdigest()
+
+
+def lumas(clip):
+    return np.stack([frame.luma for frame in clip])
+
+
+def darkness(frame, background):
+    """How much darker than the background each pixel is, or lighter."""
+    return np.abs(background - frame.luma.astype(float))
+
+
+def centroid(weights):
+    """(x, y) in px, of pixel squares' centres."""
+    rows, columns = np.indices(weights.shape) + 0.5
+    return (weights * columns).sum() / weights.sum(), (weights * rows).sum() / weights.sum()
+
+
+def shift_between(before, after):
+    """Displacement (x, y) of a texture in px, by phase correlation: the slope of the cross-spectrum's phase.
+
+    The slope of what is left after the whole pixels, over the coarser half of the frequencies, where it is not wrapped.
+    """
+    window = cv2.createHanningWindow(before.shape[::-1], cv2.CV_64F)
+    first, second = (np.fft.fft2((image - image.mean()) * window) for image in (before.astype(float), after))
+    peak = np.fft.ifft2(second * first.conj() / (np.abs(second * first) + 1e-9)).real
+    whole = [
+        (place + size // 2) % size - size // 2
+        for place, size in zip(np.unravel_index(peak.argmax(), peak.shape), peak.shape, strict=True)
+    ]
+    first = np.fft.fft2(np.roll((before - before.mean()), whole, axis=(0, 1)) * window)
+    cross = (second * first.conj()).ravel()
+    y, x = (f.ravel() for f in np.meshgrid(*(np.fft.fftfreq(n) for n in before.shape), indexing="ij"))
+    used = (np.hypot(x, y) < 0.25) & (np.hypot(x, y) > 0.01)
+    weight = np.sqrt(np.abs(cross[used]))
+    slopes, *_ = np.linalg.lstsq(
+        np.column_stack([x, y])[used] * weight[:, np.newaxis], -np.angle(cross[used]) / (2 * np.pi) * weight, rcond=None
+    )
+    return slopes[0] + whole[1], slopes[1] + whole[0]
+
+
+# --- every stimulus ---------------------------------------------------------------------------------------------------
+
+
+def test_frames_are_grey_bytes_of_the_shape_asked_for(clip):
+    assert clip.shape == (48, 80) and clip.fps == 30
+    frames = list(clip)
+    assert len(frames) == len(clip) > 10
+    assert {(frame.luma.shape, frame.luma.dtype.name) for frame in frames} == {((48, 80), "uint8")}
+
+
+def test_a_clip_can_be_iterated_again_and_asked_for_any_frame(clip):
+    first = digest(clip)
+    for index in (len(clip) - 1, 5, 0):
+        np.testing.assert_array_equal(clip[index].luma, clip[index].luma)
+    assert digest(clip) == first
+    np.testing.assert_array_equal(clip[-1].luma, list(clip)[-1].luma)
+    with pytest.raises(IndexError):
+        clip[len(clip)]
+
+
+def test_a_frame_is_its_own_and_no_other_s(clip):
+    clip[3].luma[:] = 0
+    assert clip[3].luma.any()
+
+
+@pytest.mark.parametrize("name", STIMULI)
+def test_equal_seeds_give_equal_bytes_in_another_process(name):
+    code = (
+        "import hashlib; from dsnn.stimuli import stimulus; "
+        f"c = stimulus({name!r}, seed=5, rows=48, columns=80, fps=10); "
+        "print(hashlib.sha256(b''.join(f.luma.tobytes() for f in c)).hexdigest())"
+    )
+    there = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert there.stdout.strip() == digest(stimulus(name, seed=5, fps=10, **SMALL))
+
+
+@pytest.mark.parametrize("name", ["cluttered", "grating", "dots", "reverse-phi", "foliage"])
+def test_other_seeds_give_other_frames(name):
+    assert digest(stimulus(name, seed=1, fps=10, **SMALL)) != digest(stimulus(name, seed=2, fps=10, **SMALL))
+
+
+@pytest.mark.parametrize("name", ["plain", "grating", "dots", "edge", "bar", "reverse-phi"])
+def test_the_rest_is_still_and_the_truth_says_so(name):
+    """Not the clutter, whose background is never at rest, nor the wind, which rises."""
+    clip = stimulus(name, rest_s=0.5, **SMALL)
+    for frame in list(clip)[:15]:
+        np.testing.assert_array_equal(frame.luma, clip[0].luma)
+    assert {frame.truth.motion for frame in list(clip)[:15]} == {"still"}
+    assert clip[18].truth.motion == "rightward"
+
+
+@pytest.mark.parametrize("name", ["plain", "grating", "dots", "edge", "bar", "cluttered"])
+def test_the_network_answers_in_the_direction_that_the_truth_names(name):
+    for motion, (x, y) in DIRECTIONS.items():
+        changes = {"motion": motion}
+        if name == "grating":
+            changes = {"direction_deg": math.degrees(math.atan2(y, x)), "temporal_hz": 4.0}
+        sparse = {"count": 20} if name == "dots" else {}  # more saturate both systems
+        clip = stimulus(name, rows=96, columns=96, **changes, **sparse)
+        assert motion in {frame.truth.motion for frame in clip}
+        answer = DSNN(clip.shape, DSNNParams.offline()).run(frame.luma for frame in clip)
+        along = answer.hs.sum() * x + answer.vs.sum() * y
+        across = answer.vs.sum() * x + answer.hs.sum() * y
+        assert along > 2 * abs(across)
+
+
+# --- the object -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("motion", [*DIRECTIONS, "looming", "receding"])
+@pytest.mark.parametrize(("grey", "ground"), [(40, 200), (255, 10)])
+def test_the_painted_object_is_the_truth_s_box(motion, grey, ground):
+    size = {"width": 23.7, "height": 31.3, "speed": 51.0, "far_scale": 0.3}
+    clip = stimulus("plain", motion=motion, grey=grey, background_grey=ground, enters=False, offset=3.4, **size)
+    rows, columns = clip.shape
+    for frame in clip:
+        box, dark = frame.truth.box, darkness(frame, ground)
+        assert min(box.left, box.top, columns - box.left - box.width, rows - box.top - box.height) > -1e-9
+        x, y = centroid(dark)
+        assert abs(x - (box.left + box.width / 2)) < 0.05
+        assert abs(y - (box.top + box.height / 2)) < 0.05
+        # Marginal sums over a fully covered row and column are the width and the height.
+        assert dark.max(axis=0).sum() / abs(ground - grey) == pytest.approx(box.width, abs=0.05)
+        assert dark.max(axis=1).sum() / abs(ground - grey) == pytest.approx(box.height, abs=0.05)
+
+
+@pytest.mark.parametrize("motion", DIRECTIONS)
+@pytest.mark.parametrize("speed", [21.0, 120.0, 333.3])
+def test_the_object_moves_at_the_speed_commanded(motion, speed):
+    clip = stimulus("plain", motion=motion, speed=speed, width=30.5, height=20.25, enters=False, rest_s=0.1)
+    moving = [i for i in range(len(clip)) if clip[i].truth.motion == motion][:-1]  # the last step may be a part of one
+    assert len(moving) > 5
+    expected = np.array(DIRECTIONS[motion]) * speed
+    places = np.array([centroid(darkness(clip[i], 200)) for i in [*moving, moving[-1] + 1]])
+    np.testing.assert_allclose(np.diff(places, axis=0) * clip.fps, np.tile(expected, (len(moving), 1)), atol=0.06 * 30)
+    mean = (places[-1] - places[0]) * clip.fps / len(moving)
+    np.testing.assert_allclose(mean, expected, atol=0.06 * 30 / len(moving))
+    assert {clip[i].truth.velocity for i in moving} == {tuple(expected)}
+
+
+def test_darkness_is_conserved_while_the_object_is_inside():
+    clip = stimulus("plain", speed=31.7, width=20.4, height=33.9, enters=False)
+    sums = [darkness(frame, 200).sum() for frame in clip]
+    np.testing.assert_allclose(sums, 20.4 * 33.9 * 160, rtol=2e-3)  # what rounding to whole greys leaves
+
+
+@pytest.mark.parametrize("motion", DIRECTIONS)
+def test_a_crossing_begins_and_ends_outside_without_a_flash(motion):
+    clip = stimulus("plain", motion=motion, speed=90.0)
+    first, last = clip[0], clip[-1]
+    assert first.truth.box is last.truth.box is None
+    assert (first.luma == 200).all() and (last.luma == 200).all()
+    swept = [np.abs(b - a).sum() / 160 for a, b in pairwise(lumas(clip).astype(float))]
+    edges = 2 * (90 if DIRECTIONS[motion][0] else 50)  # the leading and the trailing one, px
+    assert 0 < max(swept) < 1.02 * edges * 90.0 / 30
+    assert swept[:9] == [0] * 9
+
+
+@pytest.mark.parametrize("unit", ["px/s", "px/frame"])
+def test_speeds_may_be_given_per_frame(unit):
+    clip = stimulus("cluttered", speed=4, background_speed=-2, speed_unit=unit, width=8, height=8, **SMALL)
+    factor = 30 if unit == "px/frame" else 1
+    truth = clip[len(clip) // 2].truth
+    assert truth.velocity == (4 * factor, 0) and truth.background_velocity == (-2 * factor, 0)
+
+
+def test_size_times_time_to_contact_is_constant():
+    clip = stimulus("plain", motion="looming", far_scale=0.3, near_scale=1.9)
+    moving = [frame for frame in clip if frame.truth.motion == "looming"]
+    assert len(moving) == 60
+    painted = [darkness(frame, 200).max(axis=0).sum() / 160 for frame in moving]
+    products = [width * frame.truth.time_to_contact_s for width, frame in zip(painted, moving, strict=True)]
+    np.testing.assert_allclose(products, products[0], rtol=3e-3)
+    times = [frame.truth.time_to_contact_s for frame in moving]
+    np.testing.assert_allclose(np.diff(times), -1 / 30)
+    assert painted[0] == pytest.approx(0.3 * 50, abs=0.05)
+    assert clip[-1].truth.box.width == pytest.approx(1.9 * 50)
+
+
+def test_receding_is_looming_reversed():
+    near, far = (stimulus("plain", motion=motion) for motion in ("looming", "receding"))
+    np.testing.assert_array_equal(lumas(far), lumas(near)[::-1])
+    ahead = [f.truth.time_to_contact_s for f in near if f.truth.motion == "looming"]
+    behind = [f.truth.time_to_contact_s for f in far if f.truth.motion == "receding"]
+    np.testing.assert_allclose(behind[1:], [-t for t in ahead[:0:-1]])
+
+
+# --- the background ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("image", ["photograph", "pink"])
+@pytest.mark.parametrize("speed", [-10.0, -2.0, 8.0, 37.3])
+def test_the_background_shifts_as_commanded(image, speed):
+    clip = stimulus("cluttered", background=image, background_speed=speed, object="absent", seed=4)
+    frames, apart = list(clip), 7
+    for i in (0, 40, 90):
+        x, y = shift_between(frames[i].luma, frames[i + apart].luma)
+        assert x == pytest.approx(speed * apart / clip.fps, abs=0.05)
+        assert abs(y) < 0.02
+    assert {frame.truth.background_velocity for frame in frames} == {(speed, 0.0)}
+    assert {frame.truth.box for frame in frames} == {None}
+
+
+@pytest.mark.parametrize("image", ["photograph", "pink"])
+def test_the_background_repeats_without_a_seam(image):
+    """No step between neighbouring columns stands out, where the image meets itself least of all."""
+    view = panorama(image, (180, 540), 0)
+    around = np.concatenate([view.view(0.0), view.view(540.0), view.view(view.period)[:, :1]], axis=1).astype(float)
+    assert around.shape[1] == view.period + 1
+    steps = np.abs(np.diff(around, axis=1)).mean(axis=0)
+    for seam in (539, 1079):
+        assert steps[seam] <= np.quantile(steps, 0.95)
+
+
+def test_sub_pixel_shifts_keep_mean_and_sharpness():
+    """Interpolation between whole pixels would blur at each half pixel, and the texture would flicker."""
+    view = panorama("photograph", (180, 540), 0)
+    sharpness = [
+        cv2.Laplacian(view.view(100 + f).astype(float), cv2.CV_64F)[4:-4, 4:-4].std() for f in np.linspace(0, 1, 17)
+    ]
+    assert max(sharpness) / min(sharpness) < 1.05
+    means = [view.view(200 + f)[:, 2:-2].mean() for f in np.linspace(0, 1, 17)]
+    assert np.ptp(means) < 0.5
+
+
+def test_pink_noise_has_an_amplitude_of_one_over_frequency():
+    image = pink((256, 256), np.random.default_rng(0))
+    power = np.abs(np.fft.fft2(image - image.mean())) ** 2
+    frequency = np.hypot(np.fft.fftfreq(256)[:, None], np.fft.fftfreq(256))
+    rings = [(frequency > f) & (frequency < 1.1 * f) for f in (0.02, 0.05, 0.1, 0.2, 0.4)]
+    slope = np.polyfit(np.log([frequency[r].mean() for r in rings]), np.log([power[r].mean() for r in rings]), 1)[0]
+    assert slope == pytest.approx(-2, abs=0.1)
+
+
+def test_the_object_hides_the_background():
+    common = {"seed": 2, "background_speed": -10}
+    whole, alone = stimulus("cluttered", **common), stimulus("cluttered", object="absent", **common)
+    index = len(whole) // 2
+    box = whole[index].truth.box
+    inside = np.zeros(whole.shape, bool)
+    inside[math.ceil(box.top) : int(box.top + box.height), math.ceil(box.left) : int(box.left + box.width)] = True
+    assert (whole[index].luma[inside] == 0).all()
+    outside = ~cv2.dilate(inside.astype(np.uint8), np.ones((3, 3))).astype(bool)
+    np.testing.assert_array_equal(whole[index].luma[outside], alone[index].luma[outside])
+
+
+# --- the others -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("waveform", ["sine", "square"])
+@pytest.mark.parametrize("direction", [0, 40, 90, 180, 270])
+def test_a_grating_has_its_period_its_frequency_and_its_direction(waveform, direction):
+    clip = stimulus("grating", waveform=waveform, direction_deg=direction, period_px=16, temporal_hz=3, rest_s=0)
+    frames = lumas(clip)[:60].astype(float)  # 2 s, six periods
+    spectrum = np.fft.fft(frames - frames.mean(axis=0), axis=0)
+    assert np.abs(spectrum).sum(axis=(1, 2))[:31].argmax() == 6
+    phase = np.angle(spectrum[6])  # advances against the drift
+    turn = math.radians(direction)
+    for axis, wave in ((1, math.cos(turn) / 16), (0, math.sin(turn) / 16)):
+        advance = np.angle(np.exp(1j * np.diff(phase, axis=axis)).mean()) / (2 * np.pi)
+        assert advance == pytest.approx(-wave, abs=2e-4)
+    assert np.hypot(*clip[5].truth.background_velocity) == pytest.approx(48)
+
+
+def test_a_grating_has_its_contrast_and_mean():
+    frames = lumas(stimulus("grating", contrast=0.5, mean_grey=100, period_px=64))
+    assert (frames.min(), frames.max()) == (50, 150)
+    assert frames.mean() == pytest.approx(100, abs=0.5)
+    assert np.ptp(lumas(stimulus("grating", contrast=0))) == 0
+
+
+def test_a_square_grating_is_antialiased():
+    """An edge of it sweeps a pixel evenly: grey there is the share that it has covered."""
+    clip = stimulus("grating", waveform="square", period_px=40, temporal_hz=0.25, contrast=1, mean_grey=100, rest_s=0)
+    traces = lumas(clip)[:, 0, :].astype(float)  # a third of a pixel a frame
+    steps = np.abs(np.diff(traces, axis=0)) / 200
+    assert 0.32 < steps.max() < 0.35
+
+
+@pytest.mark.parametrize("coherence", [0.0, 0.3, 0.7, 1.0])
+def test_dots_move_together_as_much_as_asked_for(coherence):
+    clip = stimulus("dots", coherence=coherence, count=150, size=3, speed=150, rest_s=0, duration_s=3, seed=1)
+    dark = 200.0 - lumas(clip)
+    dark -= dark.mean(axis=(1, 2), keepdims=True)
+    moved = [(np.roll(a, 5, axis=1) * b).mean() for a, b in pairwise(dark)]  # 5 px a frame
+    assert np.mean(moved) / dark.var() == pytest.approx(coherence, abs=0.03)
+
+
+def test_dots_are_of_the_number_and_size_asked_for():
+    clip = stimulus("dots", count=40, size=3.5, seed=1)
+    covered = (200.0 - lumas(clip)).sum(axis=(1, 2)) / 160
+    assert covered.max() == pytest.approx(40 * 3.5**2, rel=2e-2)  # less where dots overlap
+    assert covered.min() > 0.9 * 40 * 3.5**2
+
+
+@pytest.mark.parametrize("motion", DIRECTIONS)
+@pytest.mark.parametrize(("polarity", "sign"), [("on", 1), ("off", -1)])
+def test_an_edge_only_brightens_or_only_darkens(motion, polarity, sign):
+    change = sign * np.diff(lumas(stimulus("edge", motion=motion, polarity=polarity, speed=77.0)).astype(int), axis=0)
+    assert change.min() == 0
+    assert (change.sum(axis=0) == 160).all()  # and it passes every pixel
+
+
+@pytest.mark.parametrize("motion", DIRECTIONS)
+def test_a_bar_has_an_edge_of_either_polarity(motion):
+    clip = stimulus("bar", motion=motion, thickness=12.5, speed=90.0)
+    frame = clip[len(clip) // 2]
+    light = frame.luma.astype(float) - 40
+    assert light.sum() / 160 == pytest.approx(
+        12.5 * (clip.shape[0] if DIRECTIONS[motion][0] else clip.shape[1]), rel=2e-3
+    )
+    box = frame.truth.box
+    assert centroid(light) == pytest.approx((box.left + box.width / 2, box.top + box.height / 2), abs=0.05)
+    assert (clip[0].luma == 40).all() and (clip[-1].luma == 40).all()
+
+
+@pytest.mark.parametrize("motion", DIRECTIONS)
+@pytest.mark.parametrize(("kind", "sign"), [("reversed", -1), ("kept", 1)])
+def test_reverse_phi_reverses_contrast_at_each_displacement(motion, kind, sign):
+    clip = stimulus("reverse-phi", contrast_at_a_step=kind, motion=motion, step_px=3, step_frames=2, rest_s=0)
+    x, y = DIRECTIONS[motion]
+    pictures = lumas(clip).astype(int) - 120
+    for before, after in zip(pictures[:-1:2], pictures[2::2], strict=True):
+        np.testing.assert_array_equal(after, sign * np.roll(before, (3 * y, 3 * x), axis=(0, 1)))
+    np.testing.assert_array_equal(pictures[0], pictures[1])
+    assert clip[0].truth.background_velocity == (45 * x, 45 * y)
+
+
+def test_foliage_sways_in_its_band_and_goes_nowhere():
+    clip = stimulus("foliage", low_hz=1.0, high_hz=2.0, duration_s=8, rest_s=0, seed=1, rows=96, columns=96)
+    trace = lumas(clip)[:240].astype(float)
+    spectrum = (np.abs(np.fft.rfft(trace - trace.mean(axis=0), axis=0)) ** 2).sum(axis=(1, 2))
+    hertz = np.fft.rfftfreq(240, 1 / 30)
+    # A texture turns a sway into harmonics of it, but little of it falls below the band.
+    assert spectrum[hertz < 0.7].sum() < 0.25 * spectrum.sum()
+    assert spectrum[(hertz > 0.7) & (hertz < 5)].sum() > 0.7 * spectrum.sum()
+    whole = [shift_between(trace[0], image) for image in trace[::8]]
+    assert np.abs(np.mean(whole, axis=0)).max() < 1.0
+
+
+def test_jitter_moves_image_and_truth_by_the_same_fraction_of_a_pixel():
+    still = stimulus("plain", width=30, height=40, speed=50, enters=False)
+    clip = Jittered(still, 0.4, seed=9)
+    for frame in list(clip)[15:-15]:  # not where it touches the border
+        x, y = centroid(darkness(frame, 200)[10:-10])
+        box = frame.truth.box
+        assert (x, y + 10) == pytest.approx((box.left + box.width / 2, box.top + box.height / 2), abs=0.06)
+    assert clip.shifts.std() == pytest.approx(0.4, rel=0.2)
+    assert clip[7].truth.box == still[7].truth.box.shifted(*clip.shifts[7])
+
+
+def test_jitter_of_nothing_changes_nothing():
+    still = stimulus("cluttered", rows=48, columns=80)
+    np.testing.assert_array_equal(lumas(Jittered(still, 0.0)), lumas(still))
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "says"),
+    [
+        ("plain", {"rows": -3}, ["plain.rows=-3", "greater than or equal to 8"]),
+        ("plain", {"grey": 300}, ["plain.grey=300", "less than or equal to 255"]),
+        ("plain", {"speed": math.nan}, ["plain.speed=nan", "finite"]),
+        ("plain", {"motion": "sideways"}, ["plain.motion='sideways'", "'rightward'"]),
+        ("plain", {"width": 400, "enters": False}, ["width=400", "below the frame's 320"]),
+        ("plain", {"motion": "looming", "far_scale": 2}, ["far_scale=2", "below near_scale, 1.8"]),
+        ("plain", {"speeed": 3}, ["no parameter 'speeed'", "nearest: speed"]),
+        ("cluttered", {"background": "wall"}, ["cluttered.background='wall'", "'pink'"]),
+        ("grating", {"period_px": 1}, ["grating.period_px=1", "greater than or equal to 2"]),
+        ("dots", {"coherence": 1.2}, ["dots.coherence=1.2", "less than or equal to 1"]),
+        ("edge", {"dark_grey": 220}, ["dark_grey=220", "below light_grey, 200"]),
+        ("reverse-phi", {"amplitude": 127}, ["amplitude=127", "up to 120"]),
+        ("foliage", {"low_hz": 9}, ["low_hz=9", "up to high_hz, 3"]),
+        ("plane", {}, ["unknown stimulus 'plane'", "nearest: plain"]),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(name, changes, says):
+    with pytest.raises(ValueError) as raised:
+        stimulus(name, **changes)
+    said = str(raised.value)
+    assert "\n" not in said
+    assert all(part in said for part in says), said
+
+
+def test_a_negative_seed_or_jitter_is_refused():
+    with pytest.raises(ValueError, match=r"seed=-1: legal is a whole number from 0 up"):
+        stimulus("plain", seed=-1)
+    with pytest.raises(ValueError, match=r"sd_px=-0.1: legal is a number from 0 to 10"):
+        Jittered(stimulus("plain"), -0.1)
+
+
+@pytest.mark.parametrize("name", STIMULI)
+def test_parameters_say_what_they_mean(name):
+    entry = stimulus_entry(name)
+    assert entry.summary and type(entry.params).__dataclass_params__.frozen
+    for field in dataclasses.fields(entry.params):
+        assert field.default.description, f"{name}.{field.name}"
+
+
+def test_a_box_touches_a_frame_only_if_it_overlaps_it():
+    assert Box(-5, -5, 5.1, 5.1).touches((10, 10))
+    assert not Box(-5, 0, 5, 5).touches((10, 10))
+    assert not Box(0, 10, 5, 5).touches((10, 10))
+
+
+def test_the_package_s_example_says_what_happens():
+    done = doctest.testmod(dsnn.stimuli)
+    assert (done.failed, done.attempted) == (0, 4)
