@@ -32,7 +32,7 @@ def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, 
 def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:
     """Apply ``SECTION.NAME=VALUE`` texts; raises `UsageError` naming the value, its range and its origin."""
     values = sections(experiment, models)
-    collected = _collect(assignments, values)
+    collected = collect(assignments, values)
     chosen = _chosen(models, collected)
     for section in ("robot", "camera", "scene", "experiment"):
         values[section] = changed(section, values[section], collected.get(section, {}))
@@ -78,7 +78,7 @@ def plan(
     return made
 
 
-def _collect(assignments: Iterable[str], values: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+def collect(assignments: Iterable[str], values: Mapping[str, Any]) -> dict[str, dict[str, str]]:
     """Section -> name -> text; each key checked, the last of two values for one key counting."""
     known = [f"{section}.{field.name}" for section, value in values.items() for field in dataclasses.fields(value)]
     collected: dict[str, dict[str, str]] = {}
