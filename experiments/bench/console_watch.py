@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +52,9 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[Chosen], wanted: 
     with threadpool_limits(1), _interrupts() as stop, ExitStack() as outputs:
         outputs.callback(film.close)
         observers: list[Observer] = [*_outputs(outputs, chosen, size, wanted), *([judge] if judge else [])]
-        pictures = _counted(ahead(film.pictures(size), stop), film)
-        watch(pictures, watchers, observers, seen)
+        pictures = film.pictures(size)
+        going = takewhile(lambda _: not stop.is_set(), ahead(pictures, stop) if film.live else pictures)
+        watch(_counted(going, film), watchers, observers, seen)
     _show(film, size, watchers, seen)
     if judge is not None:
         _show_claim(watchers, judge.outcomes())
@@ -128,7 +130,7 @@ def _show(film: Footage, size: tuple[int, int], watchers: Sequence[Watcher], see
 
 
 def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
-    """What a frame takes: of its own, and decoding, which another core does at the same time."""
+    """What a frame takes: of its own, and decoding (of a camera, waiting for the frame)."""
     frames = max(seen.frames, 1)
     own, resizing, decoding = (
         seconds / frames * 1e3
@@ -136,7 +138,7 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
     )
     rate = 1e3 / max(own, 1e-6)
     said = f"\nown time    {own:.2f} ms a frame ({rate:.0f} frames/s), {resizing:.2f} of it luma and resizing"
-    out_console.print(f"{said}; decoding {decoding:.2f} ms beside it", soft_wrap=True)
+    out_console.print(f"{said}; decoding {decoding:.2f} ms besides", soft_wrap=True)
 
 
 def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[Outcome]) -> None:

@@ -177,8 +177,8 @@ def usual_size(size: tuple[int, int]) -> tuple[int, int]:
 def ahead(items: Iterator[Item], stop: threading.Event, depth: int = 8) -> Iterator[Item]:
     """The same items, made up to ``depth`` ahead on a thread of their own, until ``stop`` is set.
 
-    So one core decodes while another runs the network, and a camera that hangs does not keep a user from stopping.
-    What making them raises is raised here.
+    For cameras: one that hangs does not keep a user from stopping, and no frame is lost while another is worked on.
+    For files it does not pay, FFmpeg decodes on threads already. What making an item raises is raised here.
     """
     made: queue.Queue[tuple[Item | None, BaseException | None]] = queue.Queue(depth)
     left = threading.Event()

@@ -78,7 +78,8 @@ class LiveLog:
         command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", "--port", f"{port}"]
         command += ["--memory-limit", VIEWER_MEMORY, "--expect-data-soon", "--hide-welcome-screen"]
         # A session of its own: Ctrl-C is meant for the watching, not for the viewer.
-        viewer = subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True)
+        quiet = subprocess.DEVNULL  # or a pipe that reads our output would wait for the viewer
+        viewer = subprocess.Popen(command, stdout=quiet, stderr=quiet, start_new_session=True)
         stream = rr.RecordingStream(APPLICATION)
         stream.connect_grpc(f"rerun+http://127.0.0.1:{port}/proxy", default_blueprint=blueprint(size))
         return cls(stream, models, size, viewer)
