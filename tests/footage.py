@@ -22,8 +22,8 @@ class Walker:
     speed: float
     enters: int = 0
     height: float = 140.0
-    coat: tuple[int, int, int] = (45, 35, 30)
-    legs: tuple[int, int, int] = (70, 40, 35)
+    coat: tuple[int, int, int] = (20, 18, 16)
+    legs: tuple[int, int, int] = (40, 30, 26)
 
     @property
     def half(self) -> float:

@@ -51,18 +51,19 @@ def watch(
     second: responses grow with the square of the rate, so --fps changes what passes them. Exit status: 1 if the
     footage ended early, 130 if interrupted; what was seen until then is summarised and complete in the files.
     """
-    from experiments.bench import console_watch, footage
+    asked = _size(size)
+    rate = _number(fps)
+    for option, path, endings in (("--record", record, (".rrd",)), ("--table", table, (".csv", ".parquet"))):
+        _check_new(option, path, endings)
+    from experiments.bench import footage
+
+    film = footage.Footage(source)
+    # Not before: they load libraries that a film's refusal does without.
+    from experiments.bench import console_watch
     from experiments.bench import watch as watching
 
-    asked = _size(size)
-    rate = None if fps in (None, "real") else _number(fps)
-    wanted = console_watch.Wanted(
-        _new_file("--record", record, (".rrd",)), _new_file("--table", table, (".csv", ".parquet")), view, judge
-    )
-    film = footage.Footage(source)
-    if fps == "real":
-        rate = _own_rate(film)
-    chosen = watching.select(model or ["dsnn"], rate, assignments or ())
+    chosen = watching.select(model or ["dsnn"], _own_rate(film) if fps == "real" else rate, assignments or ())
+    wanted = console_watch.Wanted(record, table, view, judge)
     status = console_watch.run(film, asked or footage.usual_size(film.size), chosen, wanted)
     if status:
         raise typer.Exit(status)
@@ -80,9 +81,11 @@ def _size(text: str | None) -> tuple[int, int] | None:
     return int(parts[1]), int(parts[2])
 
 
-def _number(text: str) -> float:
+def _number(text: str | None) -> float | None:
     from experiments.bench.files import UsageError
 
+    if text is None or text == "real":
+        return None
     try:
         return float(text)  # its range is the parameter's own
     except ValueError:
@@ -97,16 +100,15 @@ def _own_rate(film: Footage) -> float:
     return film.rate
 
 
-def _new_file(option: str, path: Path | None, endings: tuple[str, ...]) -> Path | None:
-    """``path``, if it may be written: nothing is overwritten, and nothing decoded for a file with no place."""
+def _check_new(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
+    """Refuse a file that cannot be written before anything is decoded for it; nothing is overwritten."""
     from experiments.bench.files import UsageError
 
     if path is None:
-        return None
+        return
     if path.suffix not in endings:
         raise UsageError(f"{option} {path}: the name should end in {' or '.join(endings)}")
     if path.exists():
         raise UsageError(f"{option} {path}: is there already; choose another name, or remove it")
     if not path.parent.is_dir():
         raise UsageError(f"{option} {path}: no such folder")
-    return path

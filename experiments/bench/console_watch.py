@@ -53,7 +53,7 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[Chosen], wanted: 
         outputs.callback(film.close)
         observers: list[Observer] = [*_outputs(outputs, chosen, size, wanted), *([judge] if judge else [])]
         pictures = film.pictures(size)
-        going = takewhile(lambda _: not stop.is_set(), ahead(pictures, stop) if film.live else pictures)
+        going = ahead(pictures, stop) if film.live else takewhile(lambda _: not stop.is_set(), pictures)
         watch(_counted(going, film), watchers, observers, seen)
     _show(film, size, watchers, seen)
     if judge is not None:

@@ -54,6 +54,7 @@ class Footage:
         self.source = source
         self.live = source.isdecimal()
         self._capture = _open(source, self.live)
+        self._reading = threading.Lock()
         self._clock = _Clock(self.live)
         began = time.perf_counter()
         first = self._read()
@@ -116,12 +117,14 @@ class Footage:
         return found
 
     def close(self) -> None:
-        """Let go of the file or camera."""
-        self._capture.release()
+        """Let go of the file or camera; a camera that hangs in another thread is left to the process's end."""
+        if self._reading.acquire(timeout=0.5):
+            self._capture.release()
 
     def _read(self) -> Image | None:
         try:
-            ok, image = self._capture.read()
+            with self._reading:
+                ok, image = self._capture.read()
         except cv2.error:
             return None
         return np.asarray(image, np.uint8) if ok and image is not None and image.size else None
@@ -216,7 +219,7 @@ def ahead(items: Iterator[Item], stop: threading.Event, depth: int = 8) -> Itera
             yield item
     finally:
         left.set()
-        maker.join(timeout=2.0)
+        maker.join(timeout=0.5)
 
 
 def _open(source: str, live: bool) -> cv2.VideoCapture:
@@ -229,7 +232,8 @@ def _open(source: str, live: bool) -> cv2.VideoCapture:
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
-        capture = cv2.VideoCapture(int(source) if live else str(path))
+        # FFmpeg by name: OpenCV's own AVI reader, which comes next, cannot be kept from writing to stderr.
+        capture = cv2.VideoCapture(int(source)) if live else cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
     except cv2.error as error:
         raise UsageError(f"{source}: {error.err}") from None
     if not capture.isOpened():
