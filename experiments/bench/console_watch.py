@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 from collections.abc import Iterable, Iterator, Sequence
@@ -59,7 +60,8 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[Chosen], wanted: 
     if judge is not None:
         _show_claim(watchers, judge.outcomes())
     early = film.ended_early()
-    for note in filter(None, (_other_aspect(film.size, size), *film.notes(), early)):
+    notes = (_other_aspect(film.size, size), *film.notes(), *(observer.note for observer in observers), early)
+    for note in filter(None, notes):
         error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     return EXIT_INTERRUPTED if stop.is_set() else EXIT_EARLY if early else 0
 
@@ -67,6 +69,8 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[Chosen], wanted: 
 def _outputs(stack: ExitStack, chosen: Sequence[Chosen], size: tuple[int, int], wanted: Wanted) -> Iterator[Observer]:
     """The viewer and files that are wanted, each closed by ``stack``."""
     if wanted.view or wanted.record is not None:
+        # Of a viewer that was closed, one line of ours is enough.
+        os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off")
         from experiments.bench.log_live import LiveLog  # not before: rerun takes its time
 
         if wanted.view:

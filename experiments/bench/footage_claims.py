@@ -42,6 +42,8 @@ def mean_flow(before: Image, now: Image) -> float:
 class FlowJudge:
     """Follows footage with dense flow beside the models, 28 bytes a frame for one model, and judges C12 at the end."""
 
+    note = ""
+
     def __init__(self, thresholds: Sequence[float]) -> None:
         self._thresholds = thresholds
         self._before: Image | None = None

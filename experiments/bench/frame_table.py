@@ -34,6 +34,8 @@ class FrameTable:
     ``OSError`` where it cannot be written.
     """
 
+    note = ""
+
     def __init__(self, path: Path, labels: Sequence[str]) -> None:
         self._path, self._labels = path, labels
         self._partial = path.with_name(path.name + ".part")

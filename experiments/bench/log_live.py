@@ -30,6 +30,7 @@ from experiments.bench.models import Chosen
 QUALITY = 80
 CHUNK_FRAMES = 64
 VIEWER_EVERY_S, VIEWER_IMAGES_PER_S = 0.1, 20.0
+VIEWER_START_S, VIEWER_SETTLES_S = 20.0, 1.0
 VIEWER_MEMORY = "1GB"  # the viewer then drops the oldest data: a camera may run for days
 
 
@@ -55,6 +56,7 @@ class LiveLog:
         viewer: subprocess.Popen[bytes] | None = None,
     ) -> None:  # fmt: skip
         self._stream, self._models, self._size, self._viewer = stream, models, size, viewer
+        self.note = ""
         self._chunk = _Chunk()
         self._sent = self._shown = 0.0
         self._describe()
@@ -70,7 +72,7 @@ class LiveLog:
     def to_viewer(cls, models: Sequence[Chosen], size: tuple[int, int]) -> LiveLog:
         """Open a viewer of its own that listens on 127.0.0.1 alone, and stay open when this is over.
 
-        It gets every potential, and images as often as an eye can follow. Raises `UsageError` without a screen.
+        It gets every potential, and images as often as an eye can follow. Raises `UsageError` where it cannot open.
         """
         if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
             raise UsageError("watch: the viewer needs a screen (DISPLAY is not set): give --no-view, or --record FILE")
@@ -80,6 +82,7 @@ class LiveLog:
         # A session of its own: Ctrl-C is meant for the watching, not for the viewer.
         quiet = subprocess.DEVNULL  # or a pipe that reads our output would wait for the viewer
         viewer = subprocess.Popen(command, stdout=quiet, stderr=quiet, start_new_session=True)
+        _await(viewer, port)
         stream = rr.RecordingStream(APPLICATION)
         stream.connect_grpc(f"rerun+http://127.0.0.1:{port}/proxy", default_blueprint=blueprint(size))
         return cls(stream, models, size, viewer)
@@ -87,6 +90,7 @@ class LiveLog:
     def add(self, picture: Picture, answers: Sequence[Response]) -> None:
         """Take a frame and the models' answers to it. A viewer that was closed is not missed."""
         if self._viewer is not None and self._viewer.poll() is not None:
+            self.note = "the viewer was closed, or could not open its window: watching went on without it"
             return
         chunk, now = self._chunk, time.monotonic()
         if self._viewer is None or now - self._shown >= 1 / VIEWER_IMAGES_PER_S:
@@ -183,6 +187,19 @@ def _timelines(times_s: npt.NDArray[np.float64], frames: npt.NDArray[np.int64]) 
 
 def _limit(level: float) -> str:
     return f"potential/threshold/{'plus' if level > 0 else 'minus'}_{abs(level):g}".replace(".", "_")
+
+
+def _await(viewer: subprocess.Popen[bytes], port: int) -> None:
+    """Wait until the viewer listens, and a moment longer: it listens before it finds that it has no window."""
+    deadline = time.monotonic() + VIEWER_START_S
+    while viewer.poll() is None and time.monotonic() < deadline:
+        with socket.socket() as probe:
+            listens = probe.connect_ex(("127.0.0.1", port)) == 0
+        time.sleep(VIEWER_SETTLES_S if listens else 0.05)
+        if listens and viewer.poll() is None:
+            return
+    viewer.terminate()
+    raise UsageError("watch: the Rerun viewer did not open on this screen: give --no-view, or --record FILE")
 
 
 def _free_port() -> int:

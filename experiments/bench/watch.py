@@ -69,6 +69,9 @@ class Tracker:
 class Observer(Protocol):
     """Something that follows along: a table, a recording, a judge."""
 
+    note: str
+    """What to say of it at the end; empty if nothing."""
+
     def add(self, picture: Picture, answers: Sequence[Response]) -> None:
         """Take a frame and the models' answers to it, in the models' order."""
         ...
