@@ -47,9 +47,10 @@ def watch(
 ) -> None:
     """Step the network through footage, a step a frame, and tell when what moved which way.
 
-    A file is taken as fast as it decodes. Thresholds are the paper's off-line ones, which belong to 30 steps a
-    second: responses grow with the square of the rate, so --fps changes what passes them. Exit status: 1 if the
-    footage ended early, 130 if interrupted; what was seen until then is summarised and complete in the files.
+    A file is taken as fast as it decodes. Thresholds are the paper's off-line ones, which
+    belong to 30 steps a second: responses grow with the square of the rate, so --fps changes
+    what passes them. Exit status: 1 if the footage ended early, 130 if interrupted; what was
+    seen until then is summarised, and complete in the files.
     """
     asked = _size(size)
     rate = _number(fps)
