@@ -40,7 +40,7 @@ def mean_flow(before: Image, now: Image) -> float:
 
 
 class FlowJudge:
-    """Follows footage with dense flow beside the models, 8 bytes a frame and 16 more a model, and judges C12 at the end."""
+    """Follows footage with dense flow beside the models and judges C12 at the end; 8 bytes a frame, 16 more a model."""
 
     note = ""
 
