@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from experiments.bench import cli_offline
+from experiments.bench import cli_offline, cli_watch
 
 if TYPE_CHECKING:
     from experiments.bench.plan import Plan
@@ -207,6 +207,9 @@ def _note_rates(plan: Plan) -> None:
         assumed = getattr(chosen.network, "fps", rate)
         if assumed != rate:
             error_console.print(f"note: {chosen.label} assumes {assumed:g} frames/s, the camera gives {rate:g}")
+
+
+cli_watch.register(app)
 
 
 @app.command("list", short_help="Name the experiments, models, scenes and stimuli.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import subprocess
 import sys
@@ -18,7 +17,6 @@ from rich.console import Console
 
 if TYPE_CHECKING:
     from dsnn.stimuli import ClipParams, Stimulus
-    from experiments.bench.models import Chosen
     from experiments.bench.play import Played
 
 PATIENCE_S = 2.0
@@ -90,43 +88,21 @@ def play(
     """
     from experiments.bench import clips, settings
     from experiments.bench import play as player
-    from experiments.bench.models import family
 
     _check_outputs(record, view)
     if record is not None:
         clips.refuse(record)
-    models = _watchers(model or ["dsnn"])
-    sections = _section(name) | {family(each.label): each.network for each in reversed(models)}
-    collected = settings.collect(assignments or (), sections, f"{_listed_by(name)}, colias parameters")
-    models = [
-        dataclasses.replace(each, network=settings.changed(own, each.network, collected.get(own, {})))
-        for each in models
-        for own in [family(each.label)]
-    ]
+    listed_by = f"{_listed_by(name)}, colias parameters"
+    models, collected = settings.watchers(model or ["dsnn"], assignments or (), _section(name), listed_by)
     clip = _clip(name, collected, seed, jitter)
     with _progress(f"{name}: frames", len(clip)) as advance:
         played = player.play(name, clip, models, advance)
-    for answer in played.answers:
-        hs, vs = answer.series.hs, answer.series.vs
-        Console(highlight=False).print(
-            f"{answer.model:<12}HS {hs.min():+.2f} .. {hs.max():+.2f}   VS {vs.min():+.2f} .. {vs.max():+.2f}   "
-            f"T {answer.threshold:g}"
-        )
+    for each, answer in zip(models, played.answers, strict=True):
+        ranges = {channel: getattr(answer.series, channel) for channel in each.channels}
+        said = [f"{channel.upper()} {v.min():+.2f} .. {v.max():+.2f}" for channel, v in ranges.items()]
+        said += [] if answer.threshold is None else [f"T {answer.threshold:g}"]
+        Console(highlight=False).print(f"{answer.model:<18}{'   '.join(said)}")
     _show(played, record, view)
-
-
-def _watchers(names: list[str]) -> list[Chosen]:
-    """The models, each with its off-line parameters."""
-    from experiments.bench.files import UsageError
-    from experiments.bench.models import choose
-    from experiments.bench.play import offline
-
-    models = [offline(choose(name)) for name in names]
-    labels = [each.label for each in models]
-    for label in labels:
-        if labels.count(label) > 1:
-            raise UsageError(f"--model {label}: given twice")
-    return models
 
 
 def _check_outputs(record: Path | None, view: bool) -> None:

@@ -1,4 +1,4 @@
-"""One Rerun recording per trial. With `log_clip`, the only module that imports rerun.
+"""One Rerun recording per trial. With `log_clip` and `log_live`, the only importer of rerun.
 
 Everything is sent in columns when the trial is over, and the file is whole before it gets its place in a run:
 cheap per frame, and a crash costs at most the trial under way.

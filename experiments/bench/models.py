@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from dsnn import ModelEntry, VisionModel, model_entry
 from experiments.bench.files import UsageError, declared, is_file
@@ -70,10 +70,10 @@ def load_model(source: str) -> ModelEntry:
     return entry
 
 
-def choose(source: str) -> Chosen:
-    """The model ``source`` with its parameters for the robot."""
+def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> Chosen:
+    """The model ``source`` with its parameters for the robot's tests, or for the off-line ones."""
     entry = load_model(source)
-    return Chosen(entry.name, str(Path(source).resolve()) if is_file(source) else source, entry.robot)
+    return Chosen(entry.name, str(Path(source).resolve()) if is_file(source) else source, entry.preset(tests))
 
 
 def family(name: str) -> str:

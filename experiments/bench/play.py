@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dsnn import DSNNParams, ResponseSeries
+from dsnn import ResponseSeries
 from dsnn.stimuli import ClipParams, Stimulus, Truth
 from experiments.bench.models import Chosen
 
@@ -59,11 +59,3 @@ def play(
         np.arange(len(clip)) / clip.fps,
         tuple(Answer(m.label, m.threshold, s) for m, s in zip(models, series, strict=True)),
     )
-
-
-def offline(chosen: Chosen) -> Chosen:
-    """The model with the paper's off-line threshold and spike gain where it is a DSNN; otherwise as it is."""
-    if not isinstance(chosen.network, DSNNParams):
-        return chosen
-    preset = DSNNParams.offline()
-    return dataclasses.replace(chosen, network=dataclasses.replace(chosen.network, t_sp=preset.t_sp, k_sp=preset.k_sp))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -67,15 +68,49 @@ def configure(experiment: Experiment, models: Sequence[str], assignments: Iterab
 
 
 def _chosen(models: Sequence[str], collected: Mapping[str, Mapping[str, str]]) -> tuple[Chosen, ...]:
-    chosen = tuple(choose(name) for name in models)
+    return _applied(_once([choose(name) for name in models]), collected)
+
+
+def _once(chosen: list[Chosen]) -> list[Chosen]:
+    """The same, if no two have one name."""
     labels = [model.label for model in chosen]
     for label in labels:
         if labels.count(label) > 1:
             raise UsageError(f"--model {label}: given twice")
+    return chosen
+
+
+def _applied(chosen: Sequence[Chosen], collected: Mapping[str, Mapping[str, str]]) -> tuple[Chosen, ...]:
     return tuple(
         dataclasses.replace(model, network=changed(section, model.network, collected.get(section, {})))
         for model, section in zip(chosen, _sections_of(chosen), strict=True)
     )
+
+
+def watchers(
+    models: Sequence[str],
+    assignments: Iterable[str],
+    others: Mapping[str, Any] = MappingProxyType({}),
+    listed_by: str = "colias parameters",
+    fps: float | None = None,
+) -> tuple[tuple[Chosen, ...], dict[str, dict[str, str]]]:
+    """Models with their off-line parameters, and what was assigned: section -> name -> text.
+
+    ``others`` are sections beside the models' own; ``fps`` is the models' frame rate where none is assigned.
+    Raises `UsageError` as `configure` does.
+    """
+    chosen = _once([choose(name, "offline") for name in models])
+    values = dict(others)
+    for model, section in zip(chosen, _sections_of(chosen), strict=True):
+        if section in others:
+            raise UsageError(f"--model {model.label}: that name is a section of --set; give it another")
+        values.setdefault(section, model.network)
+    collected = collect(assignments, values, listed_by)
+    if fps is not None:
+        for section, value in values.items():
+            if section not in others and hasattr(value, "fps"):
+                collected[section] = {"fps": str(fps), **collected.get(section, {})}
+    return _applied(chosen, collected), collected
 
 
 def plan(
