@@ -1,6 +1,6 @@
 """The paper's experiments and some beyond it, one declaration a file; in `experiments.bench` what they share.
 
-A new experiment is a file here that defines ``EXPERIMENT``, and its name in `NAMES`.
+A new experiment is a file here that defines ``EXPERIMENT``, and its name in `NAMES` or `OFFLINE`.
 """
 
 NAMES = (
@@ -13,3 +13,14 @@ NAMES = (
     "clutter",
     "egomotion",
 )
+"""With the robot."""
+
+OFFLINE = (
+    "clean",
+    "blocked",
+    "clutter-depth",
+    "clutter-translation",
+    "clutter-speed",
+    "clutter-contrast",
+)
+"""With clips of stimuli."""

@@ -103,10 +103,14 @@ def run(
     """
     from experiments.bench import catalogue, console, settings
     from experiments.bench.files import UsageError
+    from experiments.bench.offline import OfflineExperiment
 
-    declared = catalogue.load(experiment)
+    declared = catalogue.find(experiment)
     if resume is not None and out is not None:
         raise UsageError("--out and --resume name one folder each: give one of them")
+    if isinstance(declared, OfflineExperiment):
+        means = console.Means(_workers(workers), cluster, quiet)
+        return cli_offline.run(declared, repeats, seed, out, resume, assignments or (), model or (), means)
     plan = settings.plan(declared, model or ["dsnn"], assignments or (), repeats, seed)
     _note_rates(plan)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
@@ -217,11 +221,11 @@ def list_all() -> None:
     """Name what there is to run: experiments, vision models, arenas, stimuli."""
     from dsnn import MODELS
     from dsnn.stimuli import STIMULI
-    from experiments import NAMES
+    from experiments import NAMES, OFFLINE
     from experiments.bench import catalogue
     from scenes import ARENAS
 
-    experiments = {name: catalogue.load(name).summary for name in NAMES}
+    experiments = {name: catalogue.find(name).summary for name in (*NAMES, *OFFLINE)}
     models = {name: entry.summary for name, entry in MODELS.items()}
     stimuli = {name: entry.summary for name, entry in STIMULI.items()}
     kinds = {"experiments": experiments, "models": models, "scenes": ARENAS, "stimuli": stimuli}

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,6 +17,8 @@ from rich.console import Console
 
 if TYPE_CHECKING:
     from dsnn.stimuli import ClipParams, Stimulus
+    from experiments.bench.console import Means
+    from experiments.bench.offline import OfflineExperiment
     from experiments.bench.play import Played
 
 PATIENCE_S = 2.0
@@ -103,6 +105,33 @@ def play(
         said += [] if answer.threshold is None else [f"T {answer.threshold:g}"]
         Console(highlight=False).print(f"{answer.model:<18}{'   '.join(said)}")
     _show(played, record, view)
+
+
+def run(
+    experiment: OfflineExperiment,
+    repeats: int | None,
+    seed: int,
+    out: Path | None,
+    resume: Path | None,
+    assignments: Sequence[str],
+    models: Sequence[str],
+    means: Means,
+) -> None:
+    """What ``colias run`` does with an off-line experiment."""
+    import datetime
+
+    from experiments.bench import console, offline_run
+    from experiments.bench.pool import open_pool
+
+    plan = offline_run.plan(experiment, models, assignments, repeats, seed)
+    stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
+    folder = resume or out or Path("runs") / f"{experiment.name}-{stamp}"
+    with open_pool(means.workers, means.cluster) as pool:
+        report = offline_run.run(plan, folder, pool, means, resume is not None)
+    if not means.quiet:
+        console.show_offline(report)
+    if report.failures:
+        raise typer.Exit(1)
 
 
 def _check_outputs(record: Path | None, view: bool) -> None:

@@ -25,6 +25,7 @@ from experiments.bench.runner import Keep, run_trials
 
 if TYPE_CHECKING:
     from experiments.bench.conclusion import Report
+    from experiments.bench.offline_run import OfflineReport
     from experiments.bench.reproduce import ClaimReport
     from experiments.bench.sweep import Part, Point
 
@@ -58,7 +59,7 @@ class _Rate(ProgressColumn):
 
 
 @contextmanager
-def progress(name: str, total: int, quiet: bool) -> Iterator[Callable[[], None]]:
+def progress(name: str, total: int, quiet: bool, things: str = "trials") -> Iterator[Callable[[], None]]:
     """A bar with rate and time left, or a line a minute where there is no terminal; yields what to call per trial."""
     began = told = time.monotonic()
     done = 0
@@ -67,7 +68,7 @@ def progress(name: str, total: int, quiet: bool) -> Iterator[Callable[[], None]]
         TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(*columns, console=error_console, transient=True, disable=quiet) as bar:
-        task = bar.add_task(f"{name}: trials", total=total)
+        task = bar.add_task(f"{name}: {things}", total=total)
 
         def advance() -> None:
             nonlocal done, told
@@ -77,7 +78,7 @@ def progress(name: str, total: int, quiet: bool) -> Iterator[Callable[[], None]]
             if not quiet and not error_console.is_terminal and now - told > LINE_EVERY_S:
                 told, rate = now, done / (now - began)
                 left = (total - done) / rate
-                error_console.print(f"{done} of {total} trials, {rate:.1f}/s, {left:.0f} s left")
+                error_console.print(f"{done} of {total} {things}, {rate:.1f}/s, {left:.0f} s left")
 
         yield advance
 
@@ -194,6 +195,27 @@ def _comparisons_table(report: Report) -> Table:
             f"{row['p_holm']:.4f}",
         )
     return table
+
+
+def show_offline(report: OfflineReport) -> None:
+    """The peaks of every clip at the first seed, the verdicts, and where everything is."""
+    table = Table(title="potentials of each clip, first seed", title_justify="left", box=None, header_style="bold",
+                  pad_edge=False)  # fmt: skip
+    for name in ("clip", "model", "HS", "VS", "looming", "spikes"):
+        table.add_column(name, justify="left" if name in ("clip", "model") else "right", no_wrap=True)
+    for row in (row for row in report.rows if row["repeat"] == 0):
+        ranges = (f"{row[f'trough_{system}']:+.3f} .. {row[f'peak_{system}']:+.3f}" for system in ("hs", "vs"))
+        table.add_row(row["clip"], row["model"], *ranges, f"{row['peak_looming']:.2f}", f"{row['spikes']}")
+    out_console.print(table)
+    for verdict in report.verdicts:
+        colour = {"holds": "green", "fails": "red", "untested": "yellow"}[verdict.verdict]
+        seeds = f" (at {verdict.seeds_holding} of {verdict.seeds} seeds)" if verdict.seeds > 1 else ""
+        out_console.print(f"\n[b]{verdict.id}[/b] [{colour}]{verdict.verdict}[/{colour}]{seeds}: {verdict.says}")
+        out_console.print(f"    {verdict.measured}" + (f"\n    {verdict.effect}" if verdict.effect else ""))
+    out_console.print()
+    places: dict[str, object] = {"figure": report.folder / "figure.png"} if report.rows else {}
+    for name, place in {**places, "tables": report.folder / "trials.parquet"}.items():
+        out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
 
 
 def show_claims(claims: Sequence[ClaimReport]) -> None:

@@ -100,8 +100,13 @@ def describe(plan: Plan) -> dict[str, Any]:
         "trials": len(plan.specs()),
         "settings": plan.settings,
         "files": _own_files(plan),
-        "versions": {
-            "python": platform.python_version(),
-            **{name: importlib.metadata.version(name) for name in LIBRARIES},
-        },
+        "versions": versions(),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Of Python and the libraries that compute the numbers."""
+    return {
+        "python": platform.python_version(),
+        **{name: importlib.metadata.version(name) for name in LIBRARIES},
     }

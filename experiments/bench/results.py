@@ -151,8 +151,11 @@ class RunFolder:
     Raises ``OSError`` when the folder cannot be written.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(
+        self, folder: Path, trial_schema: pa.Schema = TRIAL_SCHEMA, frame_schema: pa.Schema = FRAME_SCHEMA
+    ) -> None:
         self.folder = folder
+        self._trial_schema, self._frame_schema = trial_schema, frame_schema
         self.recordings = folder / "recordings"
         self._rows: dict[int, tuple[dict[str, Any], ...]] = {}
         self._frames: dict[int, pa.Table] = {}
@@ -203,9 +206,9 @@ class RunFolder:
         """Take in the tables, and the failures of models in trials that are there; others will run again."""
         if not self.path("trials.parquet").exists():
             return
-        for row in pq.read_table(self.path("trials.parquet"), schema=TRIAL_SCHEMA).to_pylist():
+        for row in pq.read_table(self.path("trials.parquet"), schema=self._trial_schema).to_pylist():
             self._rows[row["trial"]] = (*self._rows.get(row["trial"], ()), row)
-        frames = pq.read_table(self.path("frames.parquet"), schema=FRAME_SCHEMA)
+        frames = pq.read_table(self.path("frames.parquet"), schema=self._frame_schema)
         trials = frames["trial"].to_numpy()
         self._frames = {trial: frames.filter(trials == trial) for trial in self._rows}
         if self.path("failures.json").exists():
@@ -268,7 +271,7 @@ class RunFolder:
         began = time.monotonic()
         # Frames first: whenever this is cut short, a trial that has its row has its frames.
         self._write_table("frames.parquet", self.frames())
-        self._write_table("trials.parquet", pa.Table.from_pylist(self.rows(), TRIAL_SCHEMA))
+        self._write_table("trials.parquet", pa.Table.from_pylist(self.rows(), self._trial_schema))
         if self._failures or self.path("failures.json").exists():
             self.write_json("failures.json", self.failures())
         self._stale = False
@@ -282,7 +285,7 @@ class RunFolder:
     def frames(self) -> pa.Table:
         """The per-frame table so far, in the same order."""
         tables = [self._frames[trial] for trial in sorted(self._frames)]
-        return pa.concat_tables(tables) if tables else FRAME_SCHEMA.empty_table()
+        return pa.concat_tables(tables) if tables else self._frame_schema.empty_table()
 
     def write_text(self, name: str, text: str) -> None:
         """Write a text file atomically."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
+from typing import Protocol, TypeVar
 
 import cv2
 from threadpoolctl import threadpool_limits
@@ -39,6 +40,47 @@ def work(spec: TrialSpec, *, keep: Keep) -> Finished:
 def run_trials(
     specs: Iterable[TrialSpec], folder: RunFolder, pool: Pool, on_trial: Callable[[], None], keep: Keep
 ) -> list[Failure]:
+    """`run_all` of the robot's trials."""
+    return run_all(specs, folder, pool, on_trial, partial(work, keep=keep))
+
+
+class Spec(Protocol):
+    """What is to be done: a trial, or a clip to show."""
+
+    @property
+    def index(self) -> int:
+        """Its number in the run."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """Of all its random draws."""
+        ...
+
+    @property
+    def condition(self) -> Labelled:
+        """What it sets."""
+        ...
+
+
+class Labelled(Protocol):
+    """Something with a name for people."""
+
+    def label(self) -> str:
+        """The name."""
+        ...
+
+
+AnySpec = TypeVar("AnySpec", bound=Spec)
+
+
+def run_all(
+    specs: Iterable[AnySpec],
+    folder: RunFolder,
+    pool: Pool,
+    on_trial: Callable[[], None],
+    work: Callable[[AnySpec], Finished],
+) -> list[Failure]:
     """Do those trials that ``folder`` does not hold, telling ``on_trial`` of each one finished or failed.
 
     Returns every failure of the run, of whole trials and of single models. What was finished stays readable
@@ -49,14 +91,14 @@ def run_trials(
         folder.add(trial, recording_name(trial.index))
         on_trial()
 
-    def fail(spec: TrialSpec, attempts: int, reason: str) -> None:
+    def fail(spec: AnySpec, attempts: int, reason: str) -> None:
         folder.fail(Failure(spec.index, "", spec.condition.label(), spec.seed, attempts, reason))
         on_trial()
 
     done = folder.done()
     left = [spec for spec in specs if spec.index not in done]
     try:
-        Jobs(pool, partial(work, keep=keep), deliver, fail, fatal=(GLUnavailable,)).run(left)
+        Jobs(pool, work, deliver, fail, fatal=(GLUnavailable,)).run(left)
     finally:
         folder.flush()
     return folder.failures()

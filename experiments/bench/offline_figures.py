@@ -1,0 +1,116 @@
+"""Figures of off-line experiments in the paper's manner: potentials against frames, peaks against speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pyarrow as pa
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from experiments.bench.figures import COLOURS, STYLE
+from experiments.bench.offline import OfflineExperiment
+
+Rows = Sequence[Mapping[str, Any]]
+MODEL_COLOURS = dict(
+    zip(
+        ("dsnn", "dsn2017", "dsnn-on-blocked", "dsnn-off-blocked", "emd", "lgmd1", "lgmd2", "flow"),
+        (*COLOURS, "#111111", "#8c564b"),
+        strict=False,
+    )
+)
+"""One colour a model, in every figure."""
+SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
+ACROSS = 4
+NAMES = {"speed": "speed of the object (px/s)", "grey": "grey", "background_speed": "background, px/s"}
+
+
+def draw(experiment: OfflineExperiment, rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -> Figure:
+    """The figure of one seed's clips."""
+    with mpl.rc_context(STYLE):
+        if experiment.figure.kind == "traces":
+            return _traces(experiment, rows, frames, thresholds)
+        return _peaks(experiment, rows, thresholds)
+
+
+def colour(model: str) -> str:
+    """The model's colour; grey for one that is not the project's."""
+    return MODEL_COLOURS.get(model, "#999999")
+
+
+def _traces(
+    experiment: OfflineExperiment, rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
+) -> Figure:
+    """A panel for each clip: HS solid and VS dotted against the frame, one colour a model."""
+    clips = list(dict.fromkeys(row["clip"] for row in rows))
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    across = min(ACROSS, len(clips))
+    down = -(-len(clips) // across)
+    drawn = Figure(figsize=(2.1 * across + 0.6, 1.7 * down + 0.7), layout="constrained")
+    panels = drawn.subplots(down, across, sharey=True, squeeze=False)
+    trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
+    columns = {system: frames[system].to_numpy() for system in SYSTEMS}
+    for axes, clip in zip(panels.flat, clips, strict=False):
+        for row in (row for row in rows if row["clip"] == clip):
+            own = (trial == row["trial"]) & (name == row["model"])
+            for system, (_, style) in SYSTEMS.items():
+                axes.plot(columns[system][own], ls=style, lw=1.1, color=colour(row["model"]))
+        _limits(axes, thresholds, models)
+        axes.set_title(clip, fontsize=8)
+    for axes in list(panels.flat)[len(clips) :]:
+        axes.set_visible(False)
+    for axes in panels[-1]:
+        axes.set_xlabel("frame", fontsize=8)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("SMP", fontsize=8)
+    _legend(drawn, models, {said: style for said, style in SYSTEMS.values()})
+    return drawn
+
+
+def _peaks(experiment: OfflineExperiment, rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
+    """Peak HS and VS along one parameter: rows of panels by another, columns by model, a line for each of a third."""
+    shape, shown = experiment.figure, [row for row in rows if row["object"] != "absent"]
+    models = list(dict.fromkeys(row["model"] for row in shown))
+    rowsof = sorted({row[shape.panels] for row in shown})
+    lines = sorted({row[shape.lines] for row in shown})
+    shades = mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(lines), 2)))
+    drawn = Figure(figsize=(2.7 * len(models) + 0.8, 2.2 * len(rowsof) + 0.6), layout="constrained")
+    panels = drawn.subplots(len(rowsof), len(models), squeeze=False, sharex=True)
+    for down, level in enumerate(rowsof):
+        for place, model in enumerate(models):
+            axes = panels[down, place]
+            for value, shade in zip(lines, shades, strict=False):
+                own = [r for r in shown if (r["model"], r[shape.panels], r[shape.lines]) == (model, level, value)]
+                own.sort(key=lambda row: row[shape.along])
+                for system, (_, style) in SYSTEMS.items():
+                    peaks = [row[f"peak_{system}"] for row in own]
+                    axes.plot([r[shape.along] for r in own], peaks, "o", ls=style, ms=3, lw=1, color=shade)
+            _limits(axes, thresholds, [model])
+            axes.set_title(f"{model}, {NAMES[shape.panels]} {level:g}", fontsize=8)
+            axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    for axes in panels[-1]:
+        axes.set_xlabel(NAMES[shape.along], fontsize=8)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("peak SMP", fontsize=8)
+    keys = [Line2D([], [], color=shade, marker="o", ms=3, label=f"{NAMES[shape.lines]} {value:g}")
+            for value, shade in zip(lines, shades, strict=False)]  # fmt: skip
+    keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in SYSTEMS.values()]
+    drawn.legend(handles=keys, loc="outside upper center", ncols=4, frameon=False, fontsize=7)
+    return drawn
+
+
+def _limits(axes: Axes, thresholds: Mapping[str, float | None], models: Sequence[str]) -> None:
+    """The thresholds, dashed."""
+    for level in sorted({t for m in models if (t := thresholds.get(m)) is not None}):
+        for sign in (1, -1):
+            axes.axhline(sign * level, color="black", ls="--", lw=0.7)
+
+
+def _legend(drawn: Figure, models: Sequence[str], systems: Mapping[str, str]) -> None:
+    keys = [Line2D([], [], color=colour(model), lw=2, label=model) for model in models]
+    keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in systems.items()]
+    drawn.legend(handles=keys, loc="outside upper center", ncols=len(keys), frameon=False, fontsize=8)

@@ -1,0 +1,17 @@
+"""The same translations with one pathway blocked (the paper's simu-clean-dth, -dtv): what ON and OFF each add."""
+
+from experiments.bench.offline import Clip, OfflineExperiment
+from experiments.clean import EXPERIMENT as CLEAN
+
+EXPERIMENT = OfflineExperiment(
+    name="blocked",
+    summary="translations on an even ground, with the ON or the OFF pathway blocked",
+    clips=tuple(Clip(c.name, c.stimulus, c.changes) for c in CLEAN.clips if c.name.split()[1][-4:] == "ward"),
+    models=("dsnn", "dsnn-on-blocked", "dsnn-off-blocked"),
+    claims=("C4",),
+)
+
+if __name__ == "__main__":
+    from experiments.bench.cli import run_file
+
+    run_file(__file__)

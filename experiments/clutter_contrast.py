@@ -1,0 +1,27 @@
+"""Five greys at five speeds before a natural image that shifts left (the paper's simu-sys-grayscale)."""
+
+from experiments.bench.offline import Clip, Figure, OfflineExperiment
+
+GREYS, SPEEDS = (0.0, 64.0, 128.0, 191.0, 255.0), (40.0, 60.0, 80.0, 100.0, 120.0)
+
+EXPERIMENT = OfflineExperiment(
+    name="clutter-contrast",
+    summary="objects of five greys cross at 40 .. 120 px/s before a natural image shifting at -8 px/s",
+    clips=(
+        *(
+            Clip(f"grey {grey:g} at {speed:g}", "cluttered", (("grey", grey), ("speed", speed)))
+            for grey in GREYS
+            for speed in SPEEDS
+        ),
+        Clip("background alone", "cluttered", (("object", "absent"), ("speed", 40.0))),
+    ),
+    models=("dsnn", "emd"),
+    claims=("C9", "C10", "C11"),
+    repeats=2,
+    figure=Figure("peaks", along="speed", lines="grey", panels="background_speed"),
+)
+
+if __name__ == "__main__":
+    from experiments.bench.cli import run_file
+
+    run_file(__file__)

@@ -1,0 +1,21 @@
+"""Rightward translation before a natural image that shifts left (the paper's simu-nature-trans)."""
+
+from experiments.bench.offline import Clip, OfflineExperiment
+from experiments.clutter_depth import GREYS
+
+EXPERIMENT = OfflineExperiment(
+    name="clutter-translation",
+    summary="dark and light objects cross before a natural image shifting at -8 px/s",
+    clips=tuple(
+        Clip(f"{shade} rightward", "cluttered", (("grey", grey), ("background_speed", -8.0)))
+        for shade, grey in GREYS.items()
+    ),
+    models=("dsnn", "dsn2017"),
+    claims=("C6",),
+    repeats=5,
+)
+
+if __name__ == "__main__":
+    from experiments.bench.cli import run_file
+
+    run_file(__file__)
