@@ -16,7 +16,7 @@ from dsnn.stimuli import STIMULI, Jittered, stimulus
 from experiments.bench import cli_offline, clips
 from experiments.bench.files import UsageError
 from experiments.bench.models import choose
-from experiments.bench.play import offline, play
+from experiments.bench.play import play
 
 README = Path(__file__).parents[1] / "README.md"
 
@@ -124,7 +124,7 @@ def test_list_and_parameters_name_the_stimuli(colias):
 
 def test_play_shows_the_model_what_the_stimulus_paints():
     clip = stimulus("plain", rows=60, columns=80, width=20, height=30)
-    played = play("plain", clip, [offline(choose("dsnn")), offline(choose("dsn2017"))])
+    played = play("plain", clip, [choose("dsnn", "offline"), choose("dsn2017", "offline")])
     assert [answer.threshold for answer in played.answers] == [0.16, 0.16]
     for answer, params in zip(played.answers, (DSNNParams.offline(), DSNNParams.offline(fdsr=False)), strict=True):
         expected = DSNN(clip.shape, params).run(frame.luma for frame in clip)

@@ -121,7 +121,7 @@ def test_the_page_in_a_browser(reproduced, width, tmp_path):
     assert "claims hold" in seen["heading"]
     assert seen["overflow"] <= 0
     assert seen["claims"] == 21
-    assert seen["drawn"] == seen["pictures"] == 7
+    assert seen["drawn"] == seen["pictures"] == 13
 
 
 @pytest.mark.parametrize("name", ["seeds", "sensitivity", "speed"])

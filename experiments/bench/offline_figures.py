@@ -26,7 +26,7 @@ MODEL_COLOURS = dict(
 """One colour a model, in every figure."""
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
 ACROSS = 4
-NAMES = {"speed": "speed of the object (px/s)", "grey": "grey", "background_speed": "background, px/s"}
+NAMES = {"speed": "speed of the object (px/s)", "grey": "grey", "background_speed": "background (px/s)"}
 
 
 def draw(experiment: OfflineExperiment, rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -> Figure:
@@ -72,7 +72,7 @@ def _traces(
 
 
 def _peaks(experiment: OfflineExperiment, rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
-    """Peak HS and VS along one parameter: rows of panels by another, columns by model, a line for each of a third."""
+    """Largest |HS| and |VS| along one parameter: panels by another and by model, a line for each of a third."""
     shape, shown = experiment.figure, [row for row in rows if row["object"] != "absent"]
     models = list(dict.fromkeys(row["model"] for row in shown))
     rowsof = sorted({row[shape.panels] for row in shown})
@@ -87,19 +87,19 @@ def _peaks(experiment: OfflineExperiment, rows: Rows, thresholds: Mapping[str, f
                 own = [r for r in shown if (r["model"], r[shape.panels], r[shape.lines]) == (model, level, value)]
                 own.sort(key=lambda row: row[shape.along])
                 for system, (_, style) in SYSTEMS.items():
-                    peaks = [row[f"peak_{system}"] for row in own]
+                    peaks = [max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in own]
                     axes.plot([r[shape.along] for r in own], peaks, "o", ls=style, ms=3, lw=1, color=shade)
             _limits(axes, thresholds, [model])
             axes.set_title(f"{model}, {NAMES[shape.panels]} {level:g}", fontsize=8)
-            axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+            axes.set_ylim(bottom=0.0)
     for axes in panels[-1]:
         axes.set_xlabel(NAMES[shape.along], fontsize=8)
     for axes in panels[:, 0]:
-        axes.set_ylabel("peak SMP", fontsize=8)
+        axes.set_ylabel("largest |SMP|", fontsize=8)
     keys = [Line2D([], [], color=shade, marker="o", ms=3, label=f"{NAMES[shape.lines]} {value:g}")
             for value, shade in zip(lines, shades, strict=False)]  # fmt: skip
     keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in SYSTEMS.values()]
-    drawn.legend(handles=keys, loc="outside upper center", ncols=4, frameon=False, fontsize=7)
+    drawn.legend(handles=keys, loc="outside upper center", ncols=3, frameon=False, fontsize=7)
     return drawn
 
 

@@ -18,6 +18,7 @@ from experiments.bench import study
 from experiments.bench.conclusion import Report
 from experiments.bench.declaration import plain
 from experiments.bench.figures import STYLE
+from experiments.bench.offline_run import OfflineReport
 from experiments.bench.plan import Plan
 from experiments.bench.reproduce import Reproduction
 from experiments.bench.results import RunFolder, varying
@@ -41,6 +42,7 @@ def write(result: Reproduction) -> Path:
         listed=sum(bool(claim.experiment) for claim in result.claims),
         tested=sum(claim.verdict != "untested" for claim in result.claims),
         runs=[_run(plan, report) for plan, report in result.runs],
+        shows=[_show(report) for report in result.offline],
         matrix=_inline(matrix.encode()),
         parameters=json.dumps(result.description, indent=2, default=plain),
         versions=result.description["versions"],
@@ -91,6 +93,20 @@ def _run(plan: Plan, report: Report) -> dict[str, Any]:
         "failures": report.failures,
         "flaws": report.flaws,
     }  # fmt: skip
+
+
+def _show(report: OfflineReport) -> dict[str, Any]:
+    """What the page shows of one off-line experiment."""
+    experiment, figure = report.plan.experiment, report.folder / "figure.svg"
+    return {
+        "name": experiment.name,
+        "summary": experiment.summary,
+        "models": ", ".join(model.label for model in report.plan.showings[0].models),
+        "clips": len(experiment.clips),
+        "seeds": report.plan.repeats,
+        "figure": _inline(figure.read_bytes()) if report.rows else "",
+        "failures": report.failures,
+    }
 
 
 def _cell(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""Which of the paper's claims hold: its robot experiments, the studies of seed and sensitivity, the verdicts."""
+"""Which of the paper's claims hold: its experiments, the studies of seed and sensitivity, the verdicts."""
 
 from __future__ import annotations
 
@@ -10,10 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from colias_sim.gl import require_backend
-from experiments.bench import catalogue, console, study
+from experiments import OFFLINE
+from experiments.bench import catalogue, console, offline_run, study
 from experiments.bench.claims import LOOMING_CLAIMS, Verdict
 from experiments.bench.conclusion import Report, conclude
 from experiments.bench.files import UsageError
+from experiments.bench.offline import OfflineExperiment
+from experiments.bench.offline_run import OfflineReport, OfflineVerdict
 from experiments.bench.paper import claim_texts
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
@@ -36,6 +39,8 @@ class Scale:
     seeds: int
     seed_repeats: int
     sensitivity_repeats: int
+    offline_repeats: int | None
+    """Seeds of the off-line experiments; otherwise each one's own number."""
 
 
 SEEDS, SENSITIVITY = "seeds", "sensitivity"
@@ -44,9 +49,9 @@ RELIABLE = 0.9
 """The share of seeds a claim should hold at."""
 NOTHING_TRIED = "nothing yet: it held when the defaults were chosen"
 
-QUICK = Scale(repeats=2, seeds=2, seed_repeats=1, sensitivity_repeats=1)
-USUAL = Scale(repeats=10, seeds=20, seed_repeats=2, sensitivity_repeats=2)
-FULL = Scale(repeats=10, seeds=20, seed_repeats=10, sensitivity_repeats=10)
+QUICK = Scale(repeats=2, seeds=2, seed_repeats=1, sensitivity_repeats=1, offline_repeats=1)
+USUAL = Scale(repeats=10, seeds=20, seed_repeats=2, sensitivity_repeats=2, offline_repeats=None)
+FULL = Scale(repeats=10, seeds=20, seed_repeats=10, sensitivity_repeats=10, offline_repeats=5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +85,7 @@ class Reproduction:
     seed: int
     claims: list[ClaimReport]
     runs: list[tuple[Plan, Report]]
+    offline: list[OfflineReport]
     sensitivity: dict[str, dict[str, str]]
     failures: Mapping[str, Sequence[Failure]]
     """Those of the two studies."""
@@ -99,6 +105,7 @@ def reproduce(
         plan(catalogue.load(name), _models(name, shown), (), scale.repeats, seed) for name in (*study.PAPER, *extra)
     ]
     _check_names(plans)
+    offline = [_offline_plan(name, scale, seed) for name in OFFLINE]
     seeds = study.seed_cases(range(seed, seed + scale.seeds), scale.seed_repeats)
     moves = study.sensitivity_cases(scale.sensitivity_repeats, seed)
     if means.cluster is None:
@@ -112,13 +119,14 @@ def reproduce(
             out = folder / each.experiment.name
             run = console.open_folder(each, out, resume=(out / "experiment.json").exists())
             done.append((each, run, console.run_with(each, run, pool, means, recordings=True)))
+        shows = [_show(each, folder / each.experiment.name, pool, means) for each in offline]
         seed_rows, seed_failures = _study(folder / SEEDS, "other seeds", seeds, plans[0], pool, means)
         move_rows, move_failures = _study(folder / SENSITIVITY, "sensitivity", moves, plans[0], pool, means)
     runs = [(each, conclude(each, run, failed)) for each, run, failed in done]
-    claims = _claims(runs, study.verdicts(seeds, seed_rows), study.pooled(seeds, seed_rows))
+    claims = _claims(runs, shows, study.verdicts(seeds, seed_rows), study.pooled(seeds, seed_rows))
     failures = {SEEDS: seed_failures, SENSITIVITY: move_failures}
     sensitivity = study.verdicts(moves, move_rows)
-    result = Reproduction(folder, scale, seed, claims, runs, sensitivity, failures, describe(plans[0]))
+    result = Reproduction(folder, scale, seed, claims, runs, shows, sensitivity, failures, describe(plans[0]))
     RunFolder(folder).write_json("claims.json", claims)
     return result
 
@@ -129,11 +137,23 @@ def _models(experiment: str, shown: Sequence[str]) -> list[str]:
     return [*shown, *(name for name in extra if name not in shown)]
 
 
+def _offline_plan(name: str, scale: Scale, seed: int) -> offline_run.OfflinePlan:
+    experiment = catalogue.find(name)
+    assert isinstance(experiment, OfflineExperiment)
+    # Where one repeat says it all, nothing in the clips is random.
+    repeats = scale.offline_repeats if experiment.repeats > 1 else None
+    return offline_run.plan(experiment, (), (), repeats, seed)
+
+
+def _show(each: offline_run.OfflinePlan, out: Path, pool: Pool, means: console.Means) -> OfflineReport:
+    return offline_run.run(each, out, pool, means, (out / "experiment.json").exists())
+
+
 def _check_names(plans: Sequence[Plan]) -> None:
     """Every experiment has a folder of its own."""
     names = [each.experiment.name for each in plans]
     for name in names:
-        if names.count(name) > 1 or name in (SEEDS, SENSITIVITY):
+        if names.count(name) > 1 or name in (SEEDS, SENSITIVITY, *OFFLINE):
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
 
 
@@ -160,15 +180,20 @@ def _study(
 
 def _claims(
     runs: Sequence[tuple[Plan, Report]],
+    shows: Sequence[OfflineReport],
     by_seed: Mapping[str, Mapping[str, str]],
     pooled: Mapping[str, Verdict],
 ) -> list[ClaimReport]:
     """Every claim of the paper, in its order; those that nothing here tests yet say so."""
+    shown = {verdict.id: (report, verdict) for report in shows for verdict in report.verdicts}
     reports = {each.experiment.name: report for each, report in runs}
     lines = []
     for claim, (says, source) in claim_texts().items():
+        if claim in shown:
+            lines.append(_of_clips(*shown[claim]))
+            continue
         if claim not in JUDGED_IN:
-            lines.append(_untested(claim, says, source, "needs the off-line stimuli, not built yet"))
+            lines.append(_untested(claim, says, source, "needs footage of your own: colias watch FILE --judge"))
             continue
         name = JUDGED_IN[claim]
         if claim in LOOMING_CLAIMS:
@@ -199,6 +224,16 @@ def _of_looming(claim: str, says: str, source: str, name: str, report: Report) -
     return ClaimReport(
         claim, says, source, whole, measured, effect, sum(v.n for v in own), name, None, None, None, "", tried
     )
+
+
+def _of_clips(report: OfflineReport, verdict: OfflineVerdict) -> ClaimReport:
+    """A claim about off-line stimuli."""
+    rare = verdict.seeds_holding < RELIABLE * verdict.seeds
+    tried = _tried().get(verdict.id, NOTHING_TRIED) if rare else ""
+    return ClaimReport(
+        verdict.id, verdict.says, verdict.source, verdict.verdict, verdict.measured, verdict.effect, verdict.n,
+        report.plan.experiment.name, verdict.seeds_holding, verdict.seeds, 0, "", tried,
+    )  # fmt: skip
 
 
 def _untested(claim: str, says: str, source: str, why: str) -> ClaimReport:
