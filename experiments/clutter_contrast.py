@@ -18,6 +18,7 @@ EXPERIMENT = OfflineExperiment(
     models=("dsnn", "emd"),
     claims=("C9", "C10", "C11"),
     repeats=2,
+    recorded=False,
     figure=Figure("peaks", along="speed", lines="grey", panels="background_speed"),
 )
 

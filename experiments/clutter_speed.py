@@ -21,6 +21,7 @@ EXPERIMENT = OfflineExperiment(
     models=("dsnn", "dsn2017"),
     claims=("C7", "C8"),
     repeats=2,
+    recorded=False,
     figure=Figure("peaks", along="speed", lines="background_speed", panels="grey"),
 )
 

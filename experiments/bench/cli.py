@@ -40,6 +40,8 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias run my_experiment.py        your own declaration
   colias run speed --resume runs/speed-...     just what is missing
   colias sweep speed --over dsnn.n_con=4,6,8 --over dsnn.d=1,2
+  colias run clean                   the paper's off-line clips, to the DSNN
+  colias watch street.mp4            any footage, or a camera
   colias reproduce                   which of the paper's claims hold
   colias parameters                  everything that --set reaches
   colias view runs/speed-...         a run's recordings in Rerun
@@ -110,7 +112,7 @@ def run(
         raise UsageError("--out and --resume name one folder each: give one of them")
     if isinstance(declared, OfflineExperiment):
         means = console.Means(_workers(workers), cluster, quiet)
-        return cli_offline.run(declared, repeats, seed, out, resume, assignments or (), model or (), means)
+        return cli_offline.run(declared, repeats, seed, out, resume, assignments or (), model or (), means, recordings)
     plan = settings.plan(declared, model or ["dsnn"], assignments or (), repeats, seed)
     _note_rates(plan)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
@@ -152,10 +154,11 @@ def sweep(
         raise typer.Exit(EXIT_FAILED)
 
 
-@app.command(short_help="Run the paper's robot experiments and report which claims hold.")
+@app.command(short_help="Run the paper's experiments and report which claims hold.")
 def reproduce(
     quick: Annotated[bool, typer.Option("--quick", help="A taste: few repeats and seeds.")] = False,
     full: Annotated[bool, typer.Option("--full", help="Ten repeats at every seed and move: some ten minutes.")] = False,
+    robot_only: Annotated[bool, typer.Option("--robot-only", help="Without the off-line experiments.")] = False,
     seed: Seed = 0,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the report, otherwise runs/reproduce-TIME; goes on with one begun.")
@@ -170,7 +173,7 @@ def reproduce(
     cluster: Cluster = None,
     quiet: Quiet = False,
 ) -> None:
-    """Run the robot experiments, the same at other seeds, and with everything moved; write one page about it.
+    """Run the paper's experiments, the robot's at other seeds and with everything moved too; write one page about it.
 
     report.html needs no network; claims.json has the verdicts. The exit status is 0 whatever they are.
     """
@@ -188,7 +191,7 @@ def reproduce(
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"reproduce-{stamp}"
-    result = whole.reproduce(folder, scale, seed, model or ["dsn2017"], means, experiment or ())
+    result = whole.reproduce(folder, scale, seed, model or ["dsn2017"], means, experiment or (), not robot_only)
     page = report.write(result)
     if not quiet:
         console.show_claims(result.claims)

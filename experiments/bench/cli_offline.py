@@ -116,6 +116,7 @@ def run(
     assignments: Sequence[str],
     models: Sequence[str],
     means: Means,
+    recordings: bool,
 ) -> None:
     """What ``colias run`` does with an off-line experiment."""
     import datetime
@@ -127,9 +128,10 @@ def run(
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = resume or out or Path("runs") / f"{experiment.name}-{stamp}"
     with open_pool(means.workers, means.cluster) as pool:
-        report = offline_run.run(plan, folder, pool, means, resume is not None)
+        record = recordings and experiment.recorded
+        report = offline_run.run(plan, folder, pool, means, resume is not None, record)
     if not means.quiet:
-        console.show_offline(report)
+        console.show_offline(report, record)
     if report.failures:
         raise typer.Exit(1)
 

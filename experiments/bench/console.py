@@ -197,7 +197,7 @@ def _comparisons_table(report: Report) -> Table:
     return table
 
 
-def show_offline(report: OfflineReport) -> None:
+def show_offline(report: OfflineReport, recorded: bool) -> None:
     """The peaks of every clip at the first seed, the verdicts, and where everything is."""
     table = Table(title="potentials of each clip, first seed", title_justify="left", box=None, header_style="bold",
                   pad_edge=False)  # fmt: skip
@@ -214,6 +214,8 @@ def show_offline(report: OfflineReport) -> None:
         out_console.print(f"    {verdict.measured}" + (f"\n    {verdict.effect}" if verdict.effect else ""))
     out_console.print()
     places: dict[str, object] = {"figure": report.folder / "figure.png"} if report.rows else {}
+    if recorded and report.rows:
+        places["recordings"] = f"colias view {shlex.quote(str(report.folder))}"
     for name, place in {**places, "tables": report.folder / "trials.parquet"}.items():
         out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
 

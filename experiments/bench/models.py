@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from dsnn import ModelEntry, VisionModel, model_entry
+import numpy as np
+import numpy.typing as npt
+
+from dsnn import ModelEntry, Response, ResponseSeries, VisionModel, model_entry
 from experiments.bench.files import UsageError, declared, is_file
 
 
@@ -79,3 +82,50 @@ def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> Chosen:
 def family(name: str) -> str:
     """The section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``."""
     return name.split("-")[0]
+
+
+class Watching:
+    """One model at its work. Whatever it raises ends its own part, not that of others beside it.
+
+    ``trouble`` says what went wrong; empty while nothing has.
+    """
+
+    def __init__(self, chosen: Chosen, shape: tuple[int, int]) -> None:
+        self.chosen, self.label = chosen, chosen.label
+        self.responses: list[Response] = []
+        self.trouble = ""
+        try:
+            self._model = chosen.build(shape)
+        except (Exception, SystemExit) as error:
+            self._broke(error)
+
+    def see(self, luma: npt.NDArray[np.uint8], *, maps: bool = False) -> None:
+        """Let it answer the next frame."""
+        if not self.trouble:
+            try:
+                self.responses.append(self._model.step(luma, maps=maps))
+            except (Exception, SystemExit) as error:
+                self._broke(error)
+
+    def series(self) -> ResponseSeries | None:
+        """Its answers to all frames; ``None`` if it broke, or answered with something else than numbers."""
+        if self.trouble:
+            return None
+        try:
+            return _finite(ResponseSeries.from_responses(self.responses))
+        except Exception as error:
+            self._broke(error)
+            return None
+
+    def _broke(self, error: BaseException) -> None:
+        said = " ".join(str(error).split())
+        self.trouble = f"{type(error).__name__}: {said}" if said else type(error).__name__
+
+
+def _finite(series: ResponseSeries) -> ResponseSeries:
+    for field in dataclasses.fields(series):
+        values = getattr(series, field.name)
+        wrong = np.flatnonzero(~np.isfinite(values))
+        if wrong.size:
+            raise ValueError(f"{field.name} is {values[wrong[0]]} in frame {wrong[0]}")
+    return series

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import re
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -18,10 +18,14 @@ import numpy.typing as npt
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
-from dsnn import Response, ResponseSeries
-from dsnn.stimuli import ClipParams, Stimulus, Truth, stimulus
-from experiments.bench.models import Chosen
+from dsnn import ResponseSeries
+from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame, Truth, stimulus
+from experiments.bench.models import Chosen, Watching
+from experiments.bench.play import Answer, Played
 from experiments.bench.results import Failure, Finished
+
+JPEG_QUALITY = 85
+"""Of recorded frames: exact ones of a photograph are ten times as large; `colias play` keeps them."""
 
 SHOWN = ("motion", "grey", "speed", "speed_unit", "background_speed", "object")
 """Parameters of clips that their rows show; null where a stimulus has no such parameter."""
@@ -108,6 +112,8 @@ class OfflineExperiment:
     claims: tuple[str, ...] = ()
     repeats: int = 1
     figure: Figure = Figure()
+    recorded: bool = True
+    """Whether the first seed's clips are recorded; a grid of long clips would fill a disk."""
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", self.name):
@@ -143,19 +149,24 @@ def showings(experiment: OfflineExperiment, models: tuple[Chosen, ...], repeats:
     ]
 
 
-def show(showing: Showing) -> Finished:
-    """Show one clip to every model. A model that raises loses its own answer alone; if all do, the first raises."""
+def show(showing: Showing, *, record: bool = False) -> Finished:
+    """Show one clip to every model, and ``record`` it.
+
+    A model that raises loses its own answer alone; if all do, ``RuntimeError`` says why.
+    """
     cv2.setNumThreads(1)
     began = time.perf_counter()
     clip = showing.condition.build(showing.seed)
-    answers: dict[str, ResponseSeries] = {}
-    troubles: dict[str, str] = {}
     with threadpool_limits(1):
-        for chosen, given in zip(showing.models, _answers(showing.models, clip), strict=True):
-            if isinstance(given, str):
-                troubles[chosen.label] = given
-            else:
-                answers[chosen.label] = given
+        watching = [Watching(chosen, clip.shape) for chosen in showing.models]
+        frames: list[StimulusFrame] = []
+        for frame in clip:
+            for each in watching:
+                each.see(frame.luma)
+            if record:
+                frames.append(frame)
+    answers = {each.label: series for each in watching if (series := each.series()) is not None}
+    troubles = {each.label: each.trouble for each in watching if each.trouble}
     if not answers:
         raise RuntimeError("; ".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
     wall_s = time.perf_counter() - began
@@ -165,28 +176,25 @@ def show(showing: Showing) -> Finished:
         Failure(showing.index, label, showing.condition.label(), showing.seed, 1, trouble)
         for label, trouble in troubles.items()
     )
-    return Finished(showing.index, rows, tables, None, failures)
+    recording = _recording(showing, clip, frames, answers) if record else None
+    return Finished(showing.index, rows, tables, recording, failures)
 
 
-def _answers(models: tuple[Chosen, ...], clip: Stimulus[ClipParams]) -> Iterator[ResponseSeries | str]:
-    """Each model's answer to the whole clip, or what went wrong. The clip is painted once, a frame at a time."""
-    built: list[Any] = []
-    for chosen in models:
-        try:
-            built.append(chosen.build(clip.shape))
-        except (Exception, SystemExit) as error:
-            built.append(f"{type(error).__name__}: {error}")
-    responses: list[list[Response]] = [[] for _ in models]
-    for frame in clip:
-        for place, model in enumerate(built):
-            if isinstance(model, str):
-                continue
-            try:
-                responses[place].append(model.step(frame.luma))
-            except (Exception, SystemExit) as error:
-                built[place] = f"{type(error).__name__}: {error}"
-    for model, given in zip(built, responses, strict=True):
-        yield model if isinstance(model, str) else ResponseSeries.from_responses(given)
+def _recording(
+    showing: Showing, clip: Stimulus[ClipParams], frames: Sequence[StimulusFrame], answers: Mapping[str, ResponseSeries]
+) -> bytes:
+    from experiments.bench import log_clip
+
+    thresholds = {model.label: model.threshold for model in showing.models}
+    played = Played(
+        showing.condition.name,
+        {**dataclasses.asdict(clip.params), "seed": clip.seed},
+        np.stack([frame.luma for frame in frames]),
+        tuple(frame.truth for frame in frames),
+        np.arange(len(frames)) / clip.fps,
+        tuple(Answer(label, thresholds[label], series) for label, series in answers.items()),
+    )
+    return log_clip.record(played, f"{showing.experiment}-{showing.index}-{showing.seed}", JPEG_QUALITY)
 
 
 def _row(

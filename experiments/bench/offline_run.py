@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from experiments.bench.offline_claims import judge
 from experiments.bench.paper import claim_texts
 from experiments.bench.plan import versions
 from experiments.bench.pool import Pool
-from experiments.bench.results import Failure, RunFolder
+from experiments.bench.results import Failure, Finished, RunFolder
 from experiments.bench.runner import run_all
 from experiments.bench.settings import watchers
 
@@ -99,8 +100,8 @@ def estimate(made: OfflinePlan, workers: int) -> str:
     return f"{len(made.showings)} clips, {frames:,} frames, about {seconds:.0f} s on {max(workers, 1)} workers"
 
 
-def run(made: OfflinePlan, out: Path, pool: Pool, means: console.Means, resume: bool) -> OfflineReport:
-    """Show what has not been shown, with progress, and conclude."""
+def run(made: OfflinePlan, out: Path, pool: Pool, means: console.Means, resume: bool, record: bool) -> OfflineReport:
+    """Show what has not been shown, with progress, and conclude; ``record`` the first seed's clips."""
     folder = RunFolder(out, CLIP_SCHEMA, SERIES_SCHEMA)
     if resume:
         folder.reopen(made.describe())
@@ -112,9 +113,13 @@ def run(made: OfflinePlan, out: Path, pool: Pool, means: console.Means, resume: 
         said = f"{made.experiment.name}: {estimate(made, means.workers)}{resumed}, into {out}"
         console.error_console.print(said, soft_wrap=True, markup=False)
     with console.progress(made.experiment.name, len(made.showings) - done, means.quiet, "clips") as advance:
-        failures = run_all(made.showings, folder, pool, advance, show)
+        failures = run_all(made.showings, folder, pool, advance, partial(_show, record=record))
     console.tell(failures)
     return conclude(made, folder, failures)
+
+
+def _show(showing: Showing, *, record: bool) -> Finished:
+    return show(showing, record=record and showing.repeat == 0)
 
 
 def conclude(made: OfflinePlan, folder: RunFolder, failures: Sequence[Failure]) -> OfflineReport:

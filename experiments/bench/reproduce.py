@@ -43,6 +43,7 @@ class Scale:
     """Seeds of the off-line experiments; otherwise each one's own number."""
 
 
+OFF_LINE_CLAIMS = tuple(f"C{i}" for i in range(1, 12))
 SEEDS, SENSITIVITY = "seeds", "sensitivity"
 LOOMING_DETECTORS = ("lgmd1", "lgmd2")
 RELIABLE = 0.9
@@ -94,18 +95,19 @@ class Reproduction:
 
 def reproduce(
     folder: Path, scale: Scale, seed: int, models: Sequence[str], means: console.Means, extra: Sequence[str] = (),
+    off_line: bool = True,
 ) -> Reproduction:  # fmt: skip
     """Run what is missing of it all into ``folder``, then judge. Goes on where an earlier call stopped.
 
     ``models`` see the experiments' frames beside the DSNN, on which the claims are judged; ``extra`` experiments
-    (names or files) are run and shown too.
+    (names or files) are run and shown too. Without ``off_line`` only the robot's experiments are.
     """
     shown = [study.MODEL, *(name for name in models if name != study.MODEL)]
     plans = [
         plan(catalogue.load(name), _models(name, shown), (), scale.repeats, seed) for name in (*study.PAPER, *extra)
     ]
     _check_names(plans)
-    offline = [_offline_plan(name, scale, seed) for name in OFFLINE]
+    offline = [_offline_plan(name, scale, seed) for name in OFFLINE if off_line]
     seeds = study.seed_cases(range(seed, seed + scale.seeds), scale.seed_repeats)
     moves = study.sensitivity_cases(scale.sensitivity_repeats, seed)
     if means.cluster is None:
@@ -146,7 +148,7 @@ def _offline_plan(name: str, scale: Scale, seed: int) -> offline_run.OfflinePlan
 
 
 def _show(each: offline_run.OfflinePlan, out: Path, pool: Pool, means: console.Means) -> OfflineReport:
-    return offline_run.run(each, out, pool, means, (out / "experiment.json").exists())
+    return offline_run.run(each, out, pool, means, (out / "experiment.json").exists(), each.experiment.recorded)
 
 
 def _check_names(plans: Sequence[Plan]) -> None:
@@ -191,6 +193,9 @@ def _claims(
     for claim, (says, source) in claim_texts().items():
         if claim in shown:
             lines.append(_of_clips(*shown[claim]))
+            continue
+        if claim in OFF_LINE_CLAIMS:
+            lines.append(_untested(claim, says, source, "the off-line experiments were not run"))
             continue
         if claim not in JUDGED_IN:
             lines.append(_untested(claim, says, source, "needs footage of your own: colias watch FILE --judge"))

@@ -14,11 +14,11 @@ import numpy.typing as npt
 
 from colias_sim import Frame, PathFollower, Pose, Simulation, WheelSpeeds, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from dsnn import Response, ResponseSeries
+from dsnn import ResponseSeries
 from experiments.bench.courses import Course, course
 from experiments.bench.declaration import Condition, Settings, TrialSpec
 from experiments.bench.media import Media, collect
-from experiments.bench.models import Chosen
+from experiments.bench.models import Watching
 
 KEPT_SCENES = 6
 AT_REST_M_S = 0.002
@@ -122,7 +122,7 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     route = course(spec.condition, settings, placing)
     sim.reset({"observer": route.observer, "stimulus": route.start}, scenery)
     shape = (settings.camera.height, settings.camera.width)
-    watching = [_Watching(chosen, shape) for chosen in settings.models]
+    watching = [Watching(chosen, shape) for chosen in settings.models]
     drive = _Drive(sim, route, spec.condition)
     frames: list[Frame] = []
     poses: list[tuple[Pose, Pose]] = []
@@ -131,54 +131,20 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
             raise TrialError("the stimulus got stuck on its way")
         frame = sim.step(noise, drive)
         for i, each in enumerate(watching):
-            each.see(frame, maps=keep_media and i == 0)
+            each.see(frame.luma, maps=keep_media and i == 0)
         frames.append(frame)
         poses.append((sim.robots["stimulus"].pose, sim.robots["observer"].pose))
         drive.look()
     wall_s = time.perf_counter() - began
     columns = _columns(frames, poses, settings)
     seconds = len(frames) / settings.camera.fps
-    answers = tuple(filter(None, [each.answer(seconds) for each in watching]))
+    series = [(each.chosen, given) for each in watching if (given := each.series()) is not None]
+    answers = tuple(_answer(chosen.label, chosen.threshold, given, seconds) for chosen, given in series)
     broken = {each.label: each.trouble for each in watching if each.trouble}
     if not answers:
         raise TrialError("; ".join(f"{label}: {trouble}" for label, trouble in broken.items()))
     shown = collect(frames, [] if watching[0].trouble else watching[0].responses) if keep_media else None
     return _result(spec, route, columns, [p for p, _ in poses], answers, broken, shown, wall_s)
-
-
-class _Watching:
-    """One model on a trial's frames. Whatever it raises ends its own part of the trial, not the others'."""
-
-    def __init__(self, chosen: Chosen, shape: tuple[int, int]) -> None:
-        self.label, self._threshold = chosen.label, chosen.threshold
-        self.responses: list[Response] = []
-        self.trouble = ""
-        try:
-            self._model = chosen.build(shape)
-        except (Exception, SystemExit) as error:
-            self._broke(error)
-
-    def see(self, frame: Frame, *, maps: bool) -> None:
-        """Let it answer the next frame."""
-        if not self.trouble:
-            try:
-                self.responses.append(self._model.step(frame.luma, maps=maps))
-            except (Exception, SystemExit) as error:
-                self._broke(error)
-
-    def answer(self, seconds: float) -> Answer | None:
-        """Its answer to the whole trial of ``seconds``; ``None`` if it broke."""
-        if self.trouble:
-            return None
-        try:
-            return _answer(self.label, self._threshold, ResponseSeries.from_responses(self.responses), seconds)
-        except Exception as error:  # an answer that is no Response, or holds no numbers
-            self._broke(error)
-            return None
-
-    def _broke(self, error: BaseException) -> None:
-        said = " ".join(str(error).split())
-        self.trouble = f"{type(error).__name__}: {said}" if said else type(error).__name__
 
 
 class _Drive:
@@ -249,11 +215,6 @@ def _closest_cm(columns: FrameColumns, forward_cm: float) -> float:
 
 
 def _answer(model: str, threshold: float | None, series: ResponseSeries, seconds: float) -> Answer:
-    for field in dataclasses.fields(series):
-        values = getattr(series, field.name)
-        wrong = np.flatnonzero(~np.isfinite(values))
-        if wrong.size:
-            raise ValueError(f"{field.name} is {values[wrong[0]]} in frame {wrong[0]}")
     spikes = int(np.abs(series.hs_spikes).sum() + series.looming_spikes.sum())  # a model has the one or the other
     return Answer(
         model=model,
