@@ -74,7 +74,7 @@ class ClaimReport:
     pooled: str
     """The same on the trials of all seeds together."""
     tried: str
-    """What was tried, if it does not hold at nine seeds of ten."""
+    """What was tried, if it fails or does not hold at nine seeds of ten."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +207,7 @@ def _claims(
         (verdict,) = [v for v in reports[name].verdicts if v.id == claim and v.model == study.MODEL]
         found = [seed[claim] for seed in by_seed.values()]
         whole = pooled[claim]
-        rare = found.count("holds") < RELIABLE * len(found)
+        rare = verdict.verdict == "fails" or found.count("holds") < RELIABLE * len(found)
         lines.append(
             ClaimReport(
                 claim, says, source, verdict.verdict, verdict.measured, verdict.effect, verdict.n, name,
@@ -233,7 +233,7 @@ def _of_looming(claim: str, says: str, source: str, name: str, report: Report) -
 
 def _of_clips(report: OfflineReport, verdict: OfflineVerdict) -> ClaimReport:
     """A claim about off-line stimuli."""
-    rare = verdict.seeds_holding < RELIABLE * verdict.seeds
+    rare = verdict.verdict == "fails" or verdict.seeds_holding < RELIABLE * verdict.seeds
     tried = _tried().get(verdict.id, NOTHING_TRIED) if rare else ""
     return ClaimReport(
         verdict.id, verdict.says, verdict.source, verdict.verdict, verdict.measured, verdict.effect, verdict.n,
