@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import re
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -19,9 +19,10 @@ import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from dsnn import Response, ResponseSeries
-from dsnn.stimuli import ClipParams, Stimulus, Truth, stimulus
+from dsnn.stimuli import ClipParams, Jittered, Stimulus, Truth, stimulus
 from experiments.bench.models import Chosen
 from experiments.bench.results import Failure, Finished
+from experiments.bench.trial import check_finite
 
 SHOWN = ("motion", "grey", "speed", "speed_unit", "background_speed", "object")
 """Parameters of clips that their rows show; null where a stimulus has no such parameter."""
@@ -61,19 +62,22 @@ SERIES_SCHEMA = pa.schema(
 class Clip:
     """A stimulus with changes to its defaults, as (name, value) pairs; ``name`` tells it from the others.
 
+    ``jitter_px`` is the standard deviation of a trembling camera's shifts (`dsnn.stimuli.Jittered`); 0: it stands.
     Raises ``ValueError`` on a stimulus or parameter there is none of, and on a value out of range.
     """
 
     name: str
     stimulus: str
     changes: tuple[tuple[str, Any], ...] = ()
+    jitter_px: float = 0.0
 
     def __post_init__(self) -> None:
         self.build(0)
 
     def build(self, seed: int) -> Stimulus[ClipParams]:
         """The clip itself."""
-        return stimulus(self.stimulus, seed, **dict(self.changes))
+        clip = stimulus(self.stimulus, seed, **dict(self.changes))
+        return Jittered(clip, self.jitter_px, seed) if self.jitter_px else clip
 
     def label(self) -> str:
         """Its name."""
@@ -186,7 +190,17 @@ def _answers(models: tuple[Chosen, ...], clip: Stimulus[ClipParams]) -> Iterator
             except (Exception, SystemExit) as error:
                 built[place] = f"{type(error).__name__}: {error}"
     for model, given in zip(built, responses, strict=True):
-        yield model if isinstance(model, str) else ResponseSeries.from_responses(given)
+        yield model if isinstance(model, str) else _stacked(given)
+
+
+def _stacked(responses: Sequence[Response]) -> ResponseSeries | str:
+    """The answers as columns, or what is wrong with them: a row of NaN would pass for a number in every table."""
+    try:
+        series = ResponseSeries.from_responses(responses)
+        check_finite(series)
+    except Exception as error:  # an answer that is no Response, or holds no numbers
+        return f"{type(error).__name__}: {error}"
+    return series
 
 
 def _row(

@@ -249,11 +249,7 @@ def _closest_cm(columns: FrameColumns, forward_cm: float) -> float:
 
 
 def _answer(model: str, threshold: float | None, series: ResponseSeries, seconds: float) -> Answer:
-    for field in dataclasses.fields(series):
-        values = getattr(series, field.name)
-        wrong = np.flatnonzero(~np.isfinite(values))
-        if wrong.size:
-            raise ValueError(f"{field.name} is {values[wrong[0]]} in frame {wrong[0]}")
+    check_finite(series)
     spikes = int(np.abs(series.hs_spikes).sum() + series.looming_spikes.sum())  # a model has the one or the other
     return Answer(
         model=model,
@@ -267,6 +263,15 @@ def _answer(model: str, threshold: float | None, series: ResponseSeries, seconds
         peak_looming=float(series.looming.max()),
         series=series,
     )
+
+
+def check_finite(series: ResponseSeries) -> None:
+    """Raise ``ValueError`` that names the first value which is no finite number, and its frame."""
+    for field in dataclasses.fields(series):
+        values = getattr(series, field.name)
+        wrong = np.flatnonzero(~np.isfinite(values))
+        if wrong.size:
+            raise ValueError(f"{field.name} is {values[wrong[0]]} in frame {wrong[0]}")
 
 
 def _columns(frames: list[Frame], poses: list[tuple[Pose, Pose]], settings: Settings) -> FrameColumns:
