@@ -1,6 +1,7 @@
 """The leaderboard: scores of made-up rows, and the command as a user runs it, with a model of their own."""
 
 import csv
+import dataclasses
 import math
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from dsnn import MODELS
 from experiments.bench import leaderboard as board
 from experiments.bench import leaderboard_figure
 from experiments.bench.console import Means
+from experiments.bench.designs import Translation
 from experiments.bench.files import UsageError
 from experiments.bench.leaderboard_scores import (
     BACKGROUND,
@@ -220,30 +222,41 @@ def written(folder):
     return [{name: value for name, value in row.items() if not name.startswith("us_")} for row in rows]
 
 
-def test_a_user_s_model_is_ranked_alike_on_any_workers_and_the_folder_goes_on(colias):
+def test_a_user_s_model_is_ranked_and_the_folder_goes_on(colias, capsys):
     (colias.folder / "my_model.py").write_text(example())
-    arguments = ("leaderboard", "--repeats", "1", "--seed", "3", "--only", "--model", "lgmd1", "--model", "my_model.py")
-    done = colias(*arguments, "--out", "one", "--workers", "1")
+    own, out = str(colias.folder / "my_model.py"), colias.folder / "out"
+    done = colias("leaderboard", "--repeats", "1", "--only", "--model", "lgmd1", "--model", own, "--out", "out")
     assert done.returncode == 0, done.stderr
     assert "gradient" in done.stdout and "Sorted by" in done.stdout and "18 trials, 18 of them to do" in done.stderr
     assert "\N{HORIZONTAL ELLIPSIS}" not in done.stdout, "the table fits"
-    rows = {row["model"]: row for row in written(colias.folder / "one")}
+    first = written(out)
+    rows = {row["model"]: row for row in first}
     assert list(rows) == ["gradient", "lgmd1"]
     assert rows["lgmd1"]["direction_robot"] == rows["lgmd1"]["direction_clips"] == ""
     assert rows["gradient"]["direction_robot_n"] == "12" and float(rows["gradient"]["direction_robot"]) > 0.9
     assert rows["gradient"]["auc_clips_n"] == "36" and rows["gradient"]["false_alarms_n"] == "4"
-    assert (colias.folder / "one" / "figure.svg").read_text().count(">gradient<") == 1
-    assert pq.read_table(colias.folder / "one" / "clips-clutter" / "trials.parquet").num_rows == 2 * 16
+    assert (out / "figure.svg").read_text().count(">gradient<") == 1
+    assert pq.read_table(out / "clips-clutter" / "trials.parquet").num_rows == 2 * 16
 
-    assert colias(*arguments, "--out", "two", "--workers", "2", "--quiet").returncode == 0
-    assert written(colias.folder / "two") == written(colias.folder / "one")
-
-    (colias.folder / "one" / "leaderboard.csv").unlink()
-    again = colias(*arguments, "--out", "one", "--workers", "0")
-    assert again.returncode == 0 and again.stderr.count(", 0 of them to do") == 3
-    assert written(colias.folder / "two") == written(colias.folder / "one")
+    (out / "leaderboard.csv").unlink()
+    board.leaderboard(out, ["lgmd1", own], 1, 0, Means(0))
+    assert capsys.readouterr().err.count(", 0 of them to do") == 3
+    assert written(out) == first
     with pytest.raises(UsageError, match=r"settings\.models"):
-        board.leaderboard(colias.folder / "one", ["emd"], 1, 3, Means(0, quiet=True))
+        board.leaderboard(out, ["emd"], 1, 0, Means(0, quiet=True))
+
+
+def fewer(models):
+    return tuple(dataclasses.replace(each, clips=each.clips[::5]) for each in clip_experiments(models))
+
+
+def test_the_number_of_workers_changes_nothing_but_the_times(tmp_path, monkeypatch):
+    monkeypatch.setattr(board, "ROBOT", dataclasses.replace(ROBOT, design=Translation((10.0,), (6.0,), "both")))
+    monkeypatch.setattr(board, "clip_experiments", fewer)
+    monkeypatch.setattr(board, "time_models", lambda models, shape: {model.label: [1.0] for model in models})
+    for workers in (1, 2):
+        board.leaderboard(tmp_path / f"{workers}", ["emd", "lgmd1"], 1, 3, Means(workers, quiet=True))
+    assert written(tmp_path / "1") == written(tmp_path / "2")
 
 
 def test_a_wrong_use_is_told_in_one_line(colias):

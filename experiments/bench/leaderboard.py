@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -42,6 +43,14 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True)
+class Done:
+    """What became of a part."""
+
+    rows: list[dict[str, Any]]
+    failures: list[Failure]
+
+
+@dataclass(frozen=True, slots=True)
 class Board:
     """The leaderboard, best first; of trials and clips that failed, what went wrong."""
 
@@ -78,15 +87,15 @@ def leaderboard(folder: Path, models: Sequence[str], repeats: int | None, seed: 
         require_backend()
     with open_pool(means.workers, means.cluster) as pool:
         folder.mkdir(parents=True, exist_ok=True)
-        robot_run, *clip_runs = [_run(part, folder / part.name, pool, means) for part in parts]
+        crossed, *watched = [_run(part, folder / part.name, pool, means) for part in parts]
     offline = plans[0].showings[0].models
     # After the workers have gone: nothing of this run's own competes for the processor.
     times = _times(robot.settings.models, offline, means)
-    clip_rows = [row for run in clip_runs for row in run.rows()]
-    standings = ranked(_standing(model, robot_run.rows(), clip_rows, times) for model in offline)
+    clip_rows = [row for done in watched for row in done.rows]
+    standings = ranked(_standing(model, crossed.rows, clip_rows, times) for model in offline)
     RunFolder(folder).write_rows("leaderboard.csv", table(standings))
     figures.save(leaderboard_figure.draw(standings, robot.repeats), folder)
-    return Board(folder, standings, [failure for run in (robot_run, *clip_runs) for failure in run.failures()])
+    return Board(folder, standings, [failure for done in (crossed, *watched) for failure in done.failures])
 
 
 def _clip_plan(experiment: Any, repeats: int | None, seed: int) -> offline_run.OfflinePlan:
@@ -102,20 +111,21 @@ def _clip(showing: Showing) -> Finished:
     return dataclasses.replace(show(showing), frames=SERIES_SCHEMA.empty_table())
 
 
-def _run(part: Part, out: Path, pool: Pool, means: console.Means) -> RunFolder:
+def _run(part: Part, out: Path, pool: Pool, means: console.Means) -> Done:
     """Do what is missing of a part, with progress."""
-    run = RunFolder(out, *part.schemas)
-    if (out / "experiment.json").exists():
-        run.reopen(part.description)
-    else:
-        run.create(part.description)
-    left = len(part.specs) - len(run.done())
-    if not means.quiet:
-        said = f"{part.name}: {len(part.specs)} {part.things}, {left} of them to do"
-        console.error_console.print(said, markup=False)
-    with console.progress(part.name, left, means.quiet, part.things) as advance:
-        console.tell(run_all(part.specs, run, pool, advance, part.work))
-    return run
+    with contextlib.closing(RunFolder(out, *part.schemas)) as run:
+        if (out / "experiment.json").exists():
+            run.reopen(part.description)
+        else:
+            run.create(part.description)
+        left = len(part.specs) - len(run.done())
+        if not means.quiet:
+            said = f"{part.name}: {len(part.specs)} {part.things}, {left} of them to do"
+            console.error_console.print(said, markup=False)
+        with console.progress(part.name, left, means.quiet, part.things) as advance:
+            failures = run_all(part.specs, run, pool, advance, part.work)
+        console.tell(failures)
+        return Done(run.rows(), failures)
 
 
 def _times(robot: Sequence[Chosen], offline: Sequence[Chosen], means: console.Means) -> dict[str, dict[str, Any]]:
