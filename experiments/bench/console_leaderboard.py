@@ -10,7 +10,7 @@ from experiments.bench.leaderboard_scores import MEASURES, SORTED_BY, Score, Sta
 
 NOTES = (
     f"Sorted by {SORTED_BY}.",
-    "Below each value its 95 % interval: of shares Wilson's, as if clips were independent; of AUCs by bootstrap over "
+    "Below each value its 95 % interval: of shares Wilson's, as if trials were independent; of AUCs by bootstrap over "
     "trials, a point where trials separate completely; of times (medians of rounds) by order statistics.",
     "Direction: the strongest potential of either system has the right system and sign; two alike are no answer, so "
     "a model that saturates in both gets none right. Guessing gets 0.25.",

@@ -20,8 +20,8 @@ from experiments.bench.leaderboard_scores import Standing, ranked, scores, table
 from experiments.bench.leaderboard_speed import time_models
 from experiments.bench.leaderboard_trials import REPEATS, ROBOT, clip_experiments
 from experiments.bench.models import Chosen
-from experiments.bench.offline import CLIP_SCHEMA, SERIES_SCHEMA, Showing, show
-from experiments.bench.plan import describe
+from experiments.bench.offline import CLIP_SCHEMA, SERIES_SCHEMA, OfflineExperiment, Showing, show
+from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
 from experiments.bench.results import FRAME_SCHEMA, TRIAL_SCHEMA, Failure, Finished, RunFolder
 from experiments.bench.runner import Keep, run_all, work
@@ -75,20 +75,13 @@ def leaderboard(folder: Path, models: Sequence[str], repeats: int | None, seed: 
     on a folder that holds other trials.
     """
     robot = settings.plan(ROBOT, models, (), repeats if repeats is not None else REPEATS, seed)
-    plans = [_clip_plan(experiment, repeats, seed) for experiment in clip_experiments(models)]
-    parts = [
-        Part(ROBOT.name, "trials", robot.specs(), describe(robot), (TRIAL_SCHEMA, FRAME_SCHEMA), _trial),
-        *(
-            Part(p.experiment.name, "clips", p.showings, p.describe(), (CLIP_SCHEMA, SERIES_SCHEMA), _clip)
-            for p in plans
-        ),
-    ]
+    clips = [_clip_plan(experiment, repeats, seed) for experiment in clip_experiments(models)]
     if means.cluster is None:
         require_backend()
     with open_pool(means.workers, means.cluster) as pool:
         folder.mkdir(parents=True, exist_ok=True)
-        crossed, *watched = [_run(part, folder / part.name, pool, means) for part in parts]
-    offline = plans[0].showings[0].models
+        crossed, *watched = [_run(part, folder / part.name, pool, means) for part in _parts(robot, clips)]
+    offline = clips[0].showings[0].models
     # After the workers have gone: nothing of this run's own competes for the processor.
     times = _times(robot.settings.models, offline, means)
     clip_rows = [row for done in watched for row in done.rows]
@@ -98,7 +91,14 @@ def leaderboard(folder: Path, models: Sequence[str], repeats: int | None, seed: 
     return Board(folder, standings, [failure for done in (crossed, *watched) for failure in done.failures])
 
 
-def _clip_plan(experiment: Any, repeats: int | None, seed: int) -> offline_run.OfflinePlan:
+def _parts(robot: Plan, clips: Sequence[offline_run.OfflinePlan]) -> list[Part]:
+    """The robot's trials first: their description tells of a model's file that has changed."""
+    trials = Part(ROBOT.name, "trials", robot.specs(), describe(robot), (TRIAL_SCHEMA, FRAME_SCHEMA), _trial)
+    schemas = (CLIP_SCHEMA, SERIES_SCHEMA)
+    return [trials, *(Part(p.experiment.name, "clips", p.showings, p.describe(), schemas, _clip) for p in clips)]
+
+
+def _clip_plan(experiment: OfflineExperiment, repeats: int | None, seed: int) -> offline_run.OfflinePlan:
     # Where one repeat says it all, nothing in the clips is random: more would only count the same ones again.
     return offline_run.plan(experiment, (), (), repeats if experiment.repeats > 1 else None, seed)
 
