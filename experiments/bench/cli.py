@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from experiments.bench import cli_offline, cli_watch
+from experiments.bench import cli_leaderboard, cli_offline, cli_watch
 
 if TYPE_CHECKING:
     from experiments.bench.plan import Plan
@@ -43,6 +43,7 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias run clean                   the paper's off-line clips, to the DSNN
   colias watch street.mp4            any footage, or a camera
   colias reproduce                   which of the paper's claims hold
+  colias leaderboard --model my_model.py
   colias parameters                  everything that --set reaches
   colias view runs/speed-...         a run's recordings in Rerun
 
@@ -111,13 +112,15 @@ def run(
     if resume is not None and out is not None:
         raise UsageError("--out and --resume name one folder each: give one of them")
     if isinstance(declared, OfflineExperiment):
-        means = console.Means(_workers(workers), cluster, quiet)
+        means = console.Means(worker_count(workers), cluster, quiet)
         return cli_offline.run(declared, repeats, seed, out, resume, assignments or (), model or (), means, recordings)
     plan = settings.plan(declared, model or ["dsnn"], assignments or (), repeats, seed)
     _note_rates(plan)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = resume or out or Path("runs") / f"{declared.name}-{stamp}"
-    report = console.run(plan, folder, console.Means(_workers(workers), cluster, quiet), resume is not None, recordings)
+    report = console.run(
+        plan, folder, console.Means(worker_count(workers), cluster, quiet), resume is not None, recordings
+    )
     if report.failures:
         raise typer.Exit(EXIT_FAILED)
 
@@ -149,7 +152,7 @@ def sweep(
     parts = grids.parts(declared, model, points, assignments or (), repeats, seed)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"sweep-{declared.name}-{stamp}"
-    means = console.Means(_workers(workers), cluster, quiet)
+    means = console.Means(worker_count(workers), cluster, quiet)
     if console.sweep(parts, points, declared.varies, folder, means):
         raise typer.Exit(EXIT_FAILED)
 
@@ -184,7 +187,7 @@ def reproduce(
         raise UsageError("--quick and --full: give one of them")
     if seed < 0:
         raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
-    means = console.Means(_workers(workers), cluster, quiet)
+    means = console.Means(worker_count(workers), cluster, quiet)
     from experiments.bench import report
     from experiments.bench import reproduce as whole
 
@@ -198,7 +201,8 @@ def reproduce(
         out_console.print(f"\nreport      {page}", soft_wrap=True, markup=False)
 
 
-def _workers(given: int | None) -> int:
+def worker_count(given: int | None) -> int:
+    """The worker processes asked for, or one for each core this process may use."""
     from experiments.bench.files import UsageError
 
     if given is None:
@@ -217,6 +221,7 @@ def _note_rates(plan: Plan) -> None:
 
 
 cli_watch.register(app)
+cli_leaderboard.register(app)
 
 
 @app.command("list", short_help="Name the experiments, models, scenes and stimuli.")

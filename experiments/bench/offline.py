@@ -19,7 +19,7 @@ import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from dsnn import ResponseSeries
-from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame, Truth, stimulus
+from dsnn.stimuli import ClipParams, Jittered, Stimulus, StimulusFrame, Truth, stimulus
 from experiments.bench.models import Chosen, Watching
 from experiments.bench.play import Answer, Played
 from experiments.bench.results import Failure, Finished
@@ -65,19 +65,22 @@ SERIES_SCHEMA = pa.schema(
 class Clip:
     """A stimulus with changes to its defaults, as (name, value) pairs; ``name`` tells it from the others.
 
+    ``jitter_px`` is the standard deviation of a trembling camera's shifts (`dsnn.stimuli.Jittered`); 0: it stands.
     Raises ``ValueError`` on a stimulus or parameter there is none of, and on a value out of range.
     """
 
     name: str
     stimulus: str
     changes: tuple[tuple[str, Any], ...] = ()
+    jitter_px: float = 0.0
 
     def __post_init__(self) -> None:
         self.build(0)
 
     def build(self, seed: int) -> Stimulus[ClipParams]:
         """The clip itself."""
-        return stimulus(self.stimulus, seed, **dict(self.changes))
+        clip = stimulus(self.stimulus, seed, **dict(self.changes))
+        return Jittered(clip, self.jitter_px, seed) if self.jitter_px else clip
 
     def label(self) -> str:
         """Its name."""

@@ -1,0 +1,54 @@
+"""The command ``colias leaderboard``. Like `cli`, it imports what is heavy when it runs."""
+
+from __future__ import annotations
+
+import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command(short_help="Rank the models, and yours, on the same trials and clips.")(leaderboard)
+
+
+def leaderboard(
+    model: Annotated[
+        list[str] | None, typer.Option(help="A model beside the registered ones: a name or a .py file. Repeatable.")
+    ] = None,
+    only: Annotated[bool, typer.Option("--only", help="Only the models of --model.")] = False,
+    repeats: Annotated[int | None, typer.Option(help="Trials of each condition; otherwise 5.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the whole run, 0 or more.")] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the results, otherwise runs/leaderboard-TIME; goes on with one begun."),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Worker processes; otherwise one for each core. 0: none, for debuggers.")
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(help="Run on the Dask scheduler at this address (tcp://...) instead.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Neither progress nor tables, only errors.")] = False,
+) -> None:
+    """Show every model the same robot trials and the same clips, time them in turns, and rank them.
+
+    90 robot trials: crossings both ways at 4, 6, 10 cm/s and 6, 10 cm, straight approach and recession at these
+    speeds. 24 clips on an even ground, 60 before clutter and 20 of clutter alone (shifting, swaying, trembling).
+    Writes leaderboard.csv, figure.svg and .png, and a folder of tables for each kind. Every number has its 95 %
+    interval. Exit status: 1 if trials failed; the others count.
+    """
+    from experiments.bench import console, console_leaderboard
+    from experiments.bench import leaderboard as board
+    from experiments.bench.cli import worker_count  # at call time: it imports this module
+
+    stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
+    folder = out or Path("runs") / f"leaderboard-{stamp}"
+    means = console.Means(worker_count(workers), cluster, quiet)
+    result = board.leaderboard(folder, board.contenders(model or (), only), repeats, seed, means)
+    if not quiet:
+        console_leaderboard.show(result)
+    if result.failures:
+        raise typer.Exit(1)
