@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from experiments.bench import cli_offline, cli_watch
+from experiments.bench import cli_offline, cli_tune, cli_watch
 
 if TYPE_CHECKING:
     from experiments.bench.plan import Plan
@@ -214,6 +214,7 @@ def _note_rates(plan: Plan) -> None:
 
 
 cli_watch.register(app)
+cli_tune.register(app)
 
 
 @app.command("list", short_help="Name the experiments, models, scenes and stimuli.")

@@ -1,0 +1,171 @@
+"""Figures of tuning curves: one a family, each model in its colour."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.projections.polar import PolarAxes
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
+
+from experiments.bench.figures import STYLE
+from experiments.bench.offline_figures import colour
+from experiments.bench.tuning import Family
+from experiments.bench.tuning_curves import NOTHING, Answer, best_rows, curve, directional, grid, lobes, selectivity
+
+Answers = Sequence[Answer]
+Channels = Mapping[str, Sequence[str]]
+ACROSS = 3
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+
+
+def draw(family: Family, given: Answers, channels: Channels) -> Figure:
+    """The figure of one family; ``channels`` say by what each model answers."""
+    with mpl.rc_context(STYLE):
+        return {"curve": _curves, "map": _maps, "polar": _polars}[family.kind](family, given, channels)
+
+
+def _largest(given: Answers, model: str, family: Family) -> float:
+    return max((abs(a.response) for a in given if (a.model, a.curve) == (model, family.name)), default=0.0)
+
+
+def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
+    """A panel for each line: every model's response as a share of its largest in the family."""
+    lines = family.lines
+    drawn = Figure(figsize=(max(5.6, 3.0 * len(lines) + 0.4), 3.9), layout="constrained")
+    panels = drawn.subplots(1, len(lines), sharey=True, squeeze=False)[0]
+    for axes, line in zip(panels, lines, strict=True):
+        for place, model in enumerate(channels):
+            x, response = curve(given, model, family.name, line)
+            largest = _largest(given, model, family) or 1.0
+            marker = MARKERS[place % len(MARKERS)]
+            axes.plot(x, [r / largest for r in response], marker=marker, ms=3.5, lw=1.2, color=colour(model))
+        _log(axes, sorted({probe.x for probe in family.probes if probe.line == line}))
+        axes.axhline(0.0, color="black", lw=0.5)
+        axes.set_xlabel(family.x.label)
+        axes.set_title(line, fontsize=9)
+    panels[0].set_ylabel("response / largest")
+    keys = [
+        Line2D([], [], color=colour(model), marker=MARKERS[place % len(MARKERS)], ms=3.5, lw=1.2,
+               label=f"{model} (1 = {_largest(given, model, family):.2g})")
+        for place, model in enumerate(channels)
+    ]  # fmt: skip
+    drawn.legend(handles=keys, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
+    _title(drawn, family)
+    return drawn
+
+
+def _log(axes: Axes, ticks: Sequence[float]) -> None:
+    """A logarithmic axis, labelled at every second of the points shown."""
+    axes.set_xscale("log")
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xticks(ticks[::2] if len(ticks) > 6 else ticks)
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.tick_params(axis="x", labelsize=8)
+
+
+def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
+    """A heat map for each model: both axes in octaves, the best of each column marked, a scale of its own."""
+    drawn, panels = _panels(len(channels), 2.5)
+    for axes, model in zip(panels, channels, strict=False):
+        x, y, response = grid(given, model, family.name)
+        largest = _largest(given, model, family)
+        said = f"1 = {largest:.2g}" if largest > NOTHING else "no answer"
+        axes.set_title(f"{model} ({said})", fontsize=9, color=colour(model))
+        if not x:
+            continue
+        shown = axes.pcolormesh(
+            _edges(x), _edges(y), response / (largest or 1.0), cmap="RdBu_r", vmin=-1, vmax=1, rasterized=True
+        )
+        axes.plot(x, best_rows(y, response), "o", ms=3.5, mfc="white", mec="black", mew=0.8)
+        axes.set(xscale="log", yscale="log")
+        for axis, ticks in ((axes.xaxis, x[::2]), (axes.yaxis, y[::2])):
+            axis.set_minor_locator(NullLocator())
+            axis.set_ticks(ticks)
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"1/{1 / value:.0f}"))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.tick_params(labelsize=8)
+    drawn.supxlabel(family.x.label, fontsize=9)
+    drawn.supylabel(family.y.label if family.y else "", fontsize=9)
+    bar = drawn.colorbar(shown, ax=panels, shrink=0.6, aspect=30)
+    bar.set_label("response / largest   (○ maximum of a column)")
+    _title(drawn, family)
+    return drawn
+
+
+def _edges(centres: Sequence[float]) -> list[float]:
+    """Cells' edges halfway between their centres on a logarithmic axis."""
+    logs = np.log(centres)
+    if len(logs) == 1:
+        return [centres[0] / 1.2, centres[0] * 1.2]
+    inner = (logs[1:] + logs[:-1]) / 2
+    return list(map(float, np.exp([2 * logs[0] - inner[0], *inner, 2 * logs[-1] - inner[-1]])))
+
+
+def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
+    """A polar plot for each model: its projected response filled, each system's rectified lobe beside it."""
+    drawn, panels = _panels(len(channels), 2.8, projection="polar")
+    gratings, objects = family.lines
+    for axes, model in zip(panels, channels, strict=False):
+        assert isinstance(axes, PolarAxes)
+        tells = directional(channels[model])
+        turns, response = curve(given, model, family.name, gratings)
+        _round(axes, turns, response, color=colour(model), lw=1.6)
+        axes.fill(np.radians(turns), np.maximum(response, 0.0), color=colour(model), alpha=0.18, lw=0)
+        own = lobes(given, model, gratings)
+        if tells:
+            for system, style in (("hs", "-"), ("vs", ":")):
+                _round(axes, turns, own[system][1], color="black", lw=0.9, ls=style)
+        spots, heights = curve(given, model, family.name, objects)
+        axes.plot(np.radians(spots), np.maximum(heights, 0.0), "s", ms=4, mfc="white", mec=colour(model))
+        index = selectivity(*own["hs" if tells else "looming"])
+        said = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
+        axes.set_title(f"{model}: {said}", fontsize=9, color=colour(model))
+        _compass(axes)
+    keys = [
+        Line2D([], [], color="#555555", lw=1.6, label="response (gratings)"),
+        Line2D([], [], color="#555555", marker="s", ls="", mfc="white", label="response (dark object)"),
+        Line2D([], [], color="black", lw=0.9, label="HS, rectified"),
+        Line2D([], [], color="black", lw=0.9, ls=":", label="VS, rectified"),
+    ]
+    drawn.legend(handles=keys, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    _title(drawn, family)
+    return drawn
+
+
+def _round(axes: PolarAxes, turns: Sequence[float], radius: Sequence[float], **style: object) -> None:
+    """A closed line; what is below zero lies at the centre."""
+    if turns:
+        whole = np.maximum([*radius, radius[0]], 0.0)
+        axes.plot(np.radians([*turns, turns[0]]), whole, **style)  # type: ignore[arg-type]
+
+
+def _compass(axes: PolarAxes) -> None:
+    """Directions as in the image: rightward to the right, downward down."""
+    axes.set_theta_direction(-1)
+    axes.set_xticks([math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"], fontsize=7)
+    axes.set_rmin(0.0)
+    axes.set_rticks(MaxNLocator(3).tick_values(0.0, axes.get_rmax())[1:-1])
+    axes.set_rlabel_position(-22.5)
+    axes.tick_params(axis="y", labelsize=6)
+    axes.grid(lw=0.4)
+
+
+def _panels(count: int, side: float, **options: str) -> tuple[Figure, list[Axes]]:
+    """A figure with a square panel for each model, `ACROSS` a row; the rest of the last row is empty."""
+    across = min(ACROSS, count)
+    down = -(-count // across)
+    drawn = Figure(figsize=(max(side * across, 5.6) + 0.9, side * down + 0.9), layout="constrained")
+    panels = list(drawn.subplots(down, across, squeeze=False, subplot_kw=options).flat)
+    for axes in panels[count:]:
+        axes.set_visible(False)
+    return drawn, panels
+
+
+def _title(drawn: Figure, family: Family) -> None:
+    drawn.suptitle(f"{family.name}: {family.summary}", fontsize=10, x=0.01, ha="left")
