@@ -16,7 +16,7 @@ COLUMNS: tuple[tuple[str, str, Callable[[Preferences], str]], ...] = (
     ("c50", "contrast", lambda p: _number(p.half_contrast, "{:.2f}")),
     ("TF Hz", "frequency", lambda p: _said(p.temporal_hz)),
     ("wave px", "frequency", lambda p: _said(p.wavelength_px)),
-    ("slope", "frequency", lambda p: _number(p.slope, "{:+.2f}")),
+    ("slope", "frequency", lambda p: _number(p.slope, "{:z.2f}")),
     ("DSI", "direction", lambda p: _number(p.dsi, "{:.2f}")),
     ("prefers", "direction", lambda p: _number(_told(p), "{:.0f}°")),
     ("off", "direction", lambda p: _number(p.error_deg, "{:.0f}°")),
@@ -25,7 +25,7 @@ COLUMNS: tuple[tuple[str, str, Callable[[Preferences], str]], ...] = (
 SOME = 0.05
 """The least DSI with which there is a preferred direction to tell of."""
 NOTE = (
-    "Where each model answers most (≥, ≤: up to an end of what was shown, perhaps beyond; flat: alike everywhere). c50: "
+    "Where each model answers most (≥, ≤: up to an end of what was shown; flat: alike everywhere). c50: "
     "contrast of half its largest answer to a dark object. Slope: of best temporal over spatial frequency; 0 temporal "
     "frequency decides, 1 speed. DSI: of HS, or looming, for gratings, |sum r exp(ia)| / sum r, r rectified; 1 one "
     "direction alone, 0.79 a cosine, 0 all alike. Off: how far (hs, vs) points off the motion."

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, NullLocator
 
 from experiments.bench.figures import STYLE
 from experiments.bench.offline_figures import colour
@@ -115,14 +115,11 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         assert isinstance(axes, PolarAxes)
         tells = directional(channels[model])
         turns, response = curve(given, model, family.name, gratings)
-        _round(axes, turns, response, color=colour(model), lw=1.6)
-        axes.fill(np.radians(turns), np.maximum(response, 0.0), color=colour(model), alpha=0.18, lw=0)
         own = lobes(given, model, gratings)
-        if tells:
-            for system, style in (("hs", "-"), ("vs", ":")):
-                _round(axes, turns, own[system][1], color="black", lw=0.9, ls=style)
+        systems = ("hs", "vs") if tells else ()
+        _lobes(axes, turns, response, {system: own[system][1] for system in systems}, colour(model))
         spots, heights = curve(given, model, family.name, objects)
-        axes.plot(np.radians(spots), np.maximum(heights, 0.0), "s", ms=4, mfc="white", mec=colour(model))
+        axes.plot(np.radians(spots), _share(heights), "s", ms=5, mfc="white", mec=colour(model), mew=1.4, zorder=5)
         index = selectivity(*own["hs" if tells else "looming"])
         said = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
         axes.set_title(f"{model}: {said}", fontsize=9, color=colour(model))
@@ -130,29 +127,51 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
     keys = [
         Line2D([], [], color="#555555", lw=1.6, label="response (gratings)"),
         Line2D([], [], color="#555555", marker="s", ls="", mfc="white", label="response (dark object)"),
-        Line2D([], [], color="black", lw=0.9, label="HS, rectified"),
-        Line2D([], [], color="black", lw=0.9, ls=":", label="VS, rectified"),
+        Line2D([], [], color="black", lw=0.9, label="HS (gratings)"),
+        Line2D([], [], color="black", lw=0.9, ls=":", label="VS (gratings)"),
     ]
-    drawn.legend(handles=keys, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    title = "all rectified; radius: share of the largest of that stimulus"
+    drawn.legend(handles=keys, loc="outside lower center", ncols=4, frameon=False, fontsize=8, title=title,
+                 title_fontsize=8)  # fmt: skip
     _title(drawn, family)
     return drawn
 
 
-def _round(axes: PolarAxes, turns: Sequence[float], radius: Sequence[float], **style: object) -> None:
-    """A closed line; what is below zero lies at the centre."""
-    if turns:
-        whole = np.maximum([*radius, radius[0]], 0.0)
-        axes.plot(np.radians([*turns, turns[0]]), whole, **style)  # type: ignore[arg-type]
+def _lobes(
+    axes: PolarAxes,
+    turns: Sequence[float],
+    response: Sequence[float],
+    systems: Mapping[str, Sequence[float]],
+    tint: str,
+) -> None:
+    """Closed lines of a response, filled, and of the systems it is made of, on one scale."""
+    scale = _scale([*response, *(value for values in systems.values() for value in values)])
+    round_about = np.radians([*turns, *turns[:1]])
+    filled = _share([*response, *response[:1]], scale)
+    axes.plot(round_about, filled, color=tint, lw=1.6)
+    axes.fill(round_about, filled, color=tint, alpha=0.18, lw=0)
+    for values, style in zip(systems.values(), ("-", ":"), strict=False):
+        axes.plot(round_about, _share([*values, *values[:1]], scale), color="black", lw=0.9, ls=style)
+
+
+def _scale(values: Sequence[float]) -> float:
+    largest = max(values, default=0.0)
+    return largest if largest > NOTHING else 1.0
+
+
+def _share(values: Sequence[float], scale: float | None = None) -> Sequence[float]:
+    """Shares of ``scale``, or of the largest; none below 0, the centre."""
+    whole = scale or _scale(values)
+    return [max(value, 0.0) / whole for value in values]
 
 
 def _compass(axes: PolarAxes) -> None:
     """Directions as in the image: rightward to the right, downward down."""
     axes.set_theta_direction(-1)
     axes.set_xticks([math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"], fontsize=7)
-    axes.set_rmin(0.0)
-    axes.set_rticks(MaxNLocator(3).tick_values(0.0, axes.get_rmax())[1:-1])
+    axes.set_ylim(0.0, 1.1)
+    axes.set_yticks([0.5, 1.0], ["0.5", "1"], fontsize=6)
     axes.set_rlabel_position(-22.5)
-    axes.tick_params(axis="y", labelsize=6)
     axes.grid(lw=0.4)
 
 

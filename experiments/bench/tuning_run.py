@@ -92,15 +92,22 @@ def estimate(made: TuningPlan, workers: int) -> str:
 
 def run(made: TuningPlan, out: Path, pool: Pool, means: console.Means) -> TuningReport:
     """Show what has not been shown, with progress, and conclude. Goes on where an earlier call stopped."""
-    folder = RunFolder(out, CLIP_SCHEMA, SERIES_SCHEMA)
-    if _begun(out):
+    begun, folder = _begun(out), RunFolder(out, CLIP_SCHEMA, SERIES_SCHEMA)
+    if begun:
         folder.reopen(made.describe())
     else:
         folder.create(made.describe())
+    try:
+        return _measure(made, folder, pool, means)
+    finally:
+        folder.close()
+
+
+def _measure(made: TuningPlan, folder: RunFolder, pool: Pool, means: console.Means) -> TuningReport:
     done = len(folder.done())
     if not means.quiet:
         resumed = f"; {done} of them done already" if done else ""
-        said = f"{EXPERIMENT}: {estimate(made, means.workers)}{resumed}, into {out}"
+        said = f"{EXPERIMENT}: {estimate(made, means.workers)}{resumed}, into {folder.folder}"
         console.error_console.print(said, soft_wrap=True, markup=False)
     with console.progress(EXPERIMENT, len(made.shown()) - done, means.quiet, "clips") as advance:
         failures = run_all(made.showings(), folder, pool, advance, show)
