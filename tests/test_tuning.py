@@ -1,6 +1,7 @@
 """Tuning curves: the index on made-up responses, laws that the models keep, the command in real processes."""
 
 import csv
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -212,6 +213,18 @@ def test_an_emd_is_tuned_to_temporal_frequency(tau_lp):
     assert len(set(best)) == 1
     nearest = min(y, key=lambda f: abs(math.log(f / closed_form_hz(params))))
     assert abs(y.index(best[0]) - y.index(nearest)) <= 1
+
+
+def test_a_linear_emd_points_where_the_motion_goes():
+    params = EMDParams(log=False)
+    probes = [p for p in FAMILIES["direction"].probes if p.line == "grating"]
+    given = [dataclasses.replace(shown(lambda shape: EMD(shape, params), p), curve="direction") for p in probes]
+    assert pointing_error(given, "m", "grating") < 1.0
+    cosine = selectivity(TURNS, [math.cos(math.radians(t)) for t in TURNS])
+    for system, turn in (("hs", 0.0), ("vs", 90.0)):
+        found = selectivity(TURNS, [getattr(a, system) for a in given])
+        assert found.dsi == pytest.approx(cosine.dsi, abs=0.01)
+        assert (found.preferred_deg - turn + 180) % 360 - 180 == pytest.approx(0.0, abs=1.0)
 
 
 def test_the_dsnn_answers_most_in_its_own_direction_and_turns_with_a_mirror():

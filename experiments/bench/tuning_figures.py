@@ -21,6 +21,7 @@ from experiments.bench.tuning_curves import NOTHING, Answer, best_rows, curve, d
 Answers = Sequence[Answer]
 Channels = Mapping[str, Sequence[str]]
 ACROSS = 3
+SHADES = "RdBu_r"
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
@@ -79,9 +80,8 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
         axes.set_title(f"{model} ({said})", fontsize=9, color=colour(model))
         if not x:
             continue
-        shown = axes.pcolormesh(
-            _edges(x), _edges(y), response / (largest or 1.0), cmap="RdBu_r", vmin=-1, vmax=1, rasterized=True
-        )
+        shares = response / (largest or 1.0)
+        axes.pcolormesh(_edges(x), _edges(y), shares, cmap=SHADES, vmin=-1, vmax=1, rasterized=True)
         axes.plot(x, best_rows(y, response), "o", ms=3.5, mfc="white", mec="black", mew=0.8)
         axes.set(xscale="log", yscale="log")
         for axis, ticks in ((axes.xaxis, x[::2]), (axes.yaxis, y[::2])):
@@ -92,9 +92,11 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
         axes.tick_params(labelsize=8)
     drawn.supxlabel(family.x.label, fontsize=9)
     drawn.supylabel(family.y.label if family.y else "", fontsize=9)
-    bar = drawn.colorbar(shown, ax=panels, shrink=0.6, aspect=30)
-    bar.set_label("response / largest   (○ maximum of a column)")
-    _title(drawn, family)
+    scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), SHADES)
+    drawn.colorbar(scale, ax=panels, shrink=0.6 if len(channels) > ACROSS else 1.0, aspect=30).set_label(
+        "response / largest"
+    )
+    _title(drawn, family, "; ○ a column's maximum, where it has one")
     return drawn
 
 
@@ -186,5 +188,5 @@ def _panels(count: int, side: float, **options: str) -> tuple[Figure, list[Axes]
     return drawn, panels
 
 
-def _title(drawn: Figure, family: Family) -> None:
-    drawn.suptitle(f"{family.name}: {family.summary}", fontsize=10, x=0.01, ha="left")
+def _title(drawn: Figure, family: Family, more: str = "") -> None:
+    drawn.suptitle(f"{family.name}: {family.summary}{more}", fontsize=10, x=0.01, ha="left")
