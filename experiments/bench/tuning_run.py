@@ -82,12 +82,14 @@ def plan(models: Sequence[str], curves: Sequence[str], assignments: Sequence[str
     return TuningPlan(families(curves), chosen, seed)
 
 
-def estimate(made: TuningPlan, workers: int) -> str:
+def estimate(made: TuningPlan, means: console.Means) -> str:
     """The design check: clips, frames, expected time."""
     clips = [probe.clip.build(made.seed) for _, _, probe in made.shown()]
     pixels = sum(len(clip) * clip.shape[0] * clip.shape[1] for clip in clips)
-    seconds = pixels * NS_A_PIXEL * 1e-9 * len(made.models) / max(workers, 1) + console.START_S
-    return f"{len(clips)} clips, {sum(map(len, clips)):,} frames, about {seconds:.0f} s on {max(workers, 1)} workers"
+    workers = max(means.workers, 1)
+    seconds = pixels * NS_A_PIXEL * 1e-9 * len(made.models) / workers + console.START_S
+    where = f"on {means.cluster}" if means.cluster else f"about {seconds:.0f} s on {workers} workers"
+    return f"{len(clips)} clips, {sum(map(len, clips)):,} frames, {where}"
 
 
 def run(made: TuningPlan, out: Path, pool: Pool, means: console.Means) -> TuningReport:
@@ -107,7 +109,7 @@ def _measure(made: TuningPlan, folder: RunFolder, pool: Pool, means: console.Mea
     done = len(folder.done())
     if not means.quiet:
         resumed = f"; {done} of them done already" if done else ""
-        said = f"{EXPERIMENT}: {estimate(made, means.workers)}{resumed}, into {folder.folder}"
+        said = f"{EXPERIMENT}: {estimate(made, means)}{resumed}, into {folder.folder}"
         console.error_console.print(said, soft_wrap=True, markup=False)
     with console.progress(EXPERIMENT, len(made.shown()) - done, means.quiet, "clips") as advance:
         failures = run_all(made.showings(), folder, pool, advance, show)
