@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from experiments.bench import cli_leaderboard, cli_offline, cli_watch
+from experiments.bench import cli_leaderboard, cli_offline, cli_tune, cli_watch
 
 if TYPE_CHECKING:
     from experiments.bench.plan import Plan
@@ -43,7 +43,8 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias run clean                   the paper's off-line clips, to the DSNN
   colias watch street.mp4            any footage, or a camera
   colias reproduce                   which of the paper's claims hold
-  colias leaderboard --model my_model.py
+  colias leaderboard                 every model on the same trials
+  colias tune --model emd            response against speed, size, direction ...
   colias parameters                  everything that --set reaches
   colias view runs/speed-...         a run's recordings in Rerun
 
@@ -222,6 +223,7 @@ def _note_rates(plan: Plan) -> None:
 
 cli_watch.register(app)
 cli_leaderboard.register(app)
+cli_tune.register(app)
 
 
 @app.command("list", short_help="Name the experiments, models, scenes and stimuli.")

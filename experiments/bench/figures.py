@@ -124,14 +124,14 @@ def _place(index: int, count: int) -> float:
     return 0.0 if count == 1 else min(0.6, 0.3 * (count - 1)) * (index / (count - 1) - 0.5)
 
 
-def save(drawn: Figure, folder: Path) -> Path:
-    """Write ``figure.svg`` and ``figure.png`` atomically; return the path of the latter."""
+def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
+    """Write ``NAME.svg`` and ``NAME.png`` atomically; return the path of the latter."""
     with mpl.rc_context(STYLE):
         for kind in ("svg", "png"):
-            partial = folder / f"figure.{kind}.part"
+            partial = folder / f"{name}.{kind}.part"
             drawn.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
-            partial.replace(folder / f"figure.{kind}")
-    return folder / "figure.png"
+            partial.replace(folder / f"{name}.{kind}")
+    return folder / f"{name}.png"
 
 
 def _counts(

@@ -1,0 +1,72 @@
+"""The command ``colias tune``. Like `cli`, it imports what is heavy when it runs."""
+
+from __future__ import annotations
+
+import datetime
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+DEFAULT_MODELS = ("dsnn", "dsn2017", "emd", "flow", "lgmd1", "lgmd2")
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command(short_help="Measure tuning curves: speed, size, contrast, frequency, direction.")(tune)
+
+
+def tune(
+    model: Annotated[
+        list[str] | None,
+        typer.Option(help=f"A name or a .py file. Repeatable; otherwise {', '.join(DEFAULT_MODELS)}."),
+    ] = None,
+    curve: Annotated[
+        list[str] | None,
+        typer.Option(help="Only this one: speed, size, contrast, frequency or direction. Repeatable."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the gratings' phase, 0 or more.")] = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results, otherwise runs/tune-TIME; goes on with one begun.")
+    ] = None,
+    assignments: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a model's parameter. Repeatable.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Worker processes; otherwise one for each core. 0: none, for debuggers.")
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(help="Run on the Dask scheduler at this address (tcp://...) instead.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Neither progress nor tables, only errors.")] = False,
+) -> None:
+    """Show every model objects and gratings at every speed, size, contrast, frequency and direction.
+
+    Clips of 144x108 px at 30 frames/s, models with the paper's off-line parameters. A direction
+    model's response is the mean of (hs, vs), projected on the direction of the motion, over the
+    second half of the moving frames; a looming detector's its peak above rest. A figure for
+    each curve, tuning.csv with every point, preferences.csv with a row a model.
+    """
+    from experiments.bench import console, console_tune, tuning_run
+    from experiments.bench.pool import open_pool
+
+    made = tuning_run.plan(model or DEFAULT_MODELS, curve or (), assignments or (), seed)
+    folder = out or Path("runs") / f"tune-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
+    means = console.Means(_workers(workers), cluster, quiet)
+    with open_pool(means.workers, means.cluster) as pool:
+        report = tuning_run.run(made, folder, pool, means)
+    if not quiet:
+        console_tune.show(report)
+    if report.failures:
+        raise typer.Exit(1)
+
+
+def _workers(given: int | None) -> int:
+    from experiments.bench.files import UsageError
+
+    if given is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if not 0 <= given <= 256:
+        raise UsageError(f"--workers {given}: legal is a whole number from 0 to 256")
+    return given
