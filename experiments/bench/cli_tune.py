@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import datetime
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
-
-DEFAULT_MODELS = ("dsnn", "dsn2017", "emd", "flow", "lgmd1", "lgmd2")
 
 
 def register(app: typer.Typer) -> None:
@@ -20,7 +17,7 @@ def register(app: typer.Typer) -> None:
 def tune(
     model: Annotated[
         list[str] | None,
-        typer.Option(help=f"A name or a .py file. Repeatable; otherwise {', '.join(DEFAULT_MODELS)}."),
+        typer.Option(help="A name or a .py file. Repeatable; otherwise every model that is registered."),
     ] = None,
     curve: Annotated[
         list[str] | None,
@@ -49,24 +46,16 @@ def tune(
     each curve, tuning.csv with every point, preferences.csv with a row a model.
     """
     from experiments.bench import console, console_tune, tuning_run
+    from experiments.bench.cli import worker_count  # at call time: it imports this module
+    from experiments.bench.leaderboard import contenders
     from experiments.bench.pool import open_pool
 
-    made = tuning_run.plan(model or DEFAULT_MODELS, curve or (), assignments or (), seed)
+    made = tuning_run.plan(model or contenders((), only=False), curve or (), assignments or (), seed)
     folder = out or Path("runs") / f"tune-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
-    means = console.Means(_workers(workers), cluster, quiet)
+    means = console.Means(worker_count(workers), cluster, quiet)
     with open_pool(means.workers, means.cluster) as pool:
         report = tuning_run.run(made, folder, pool, means)
     if not quiet:
         console_tune.show(report)
     if report.failures:
         raise typer.Exit(1)
-
-
-def _workers(given: int | None) -> int:
-    from experiments.bench.files import UsageError
-
-    if given is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if not 0 <= given <= 256:
-        raise UsageError(f"--workers {given}: legal is a whole number from 0 to 256")
-    return given
