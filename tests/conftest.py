@@ -45,6 +45,14 @@ def crossing(shape: tuple[int, int] = (72, 99), step: float = 1.5, count: int = 
     return np.rint(frames).astype(np.uint8)
 
 
+def one_core() -> None:
+    """Keep a process to the core of its own test worker: as many processes again would only be in their way."""
+    if hasattr(os, "sched_setaffinity"):
+        cores = sorted(os.sched_getaffinity(0))
+        place = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:])
+        os.sched_setaffinity(0, {cores[place % len(cores)]})
+
+
 class Colias:
     """The command line as a user runs it: a real process, in an empty folder."""
 
@@ -55,8 +63,9 @@ class Colias:
         command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
         environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100"}
         return subprocess.run(
-            command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=300, check=False
-        )
+            command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=300, check=False,
+            preexec_fn=one_core,
+        )  # fmt: skip
 
 
 @pytest.fixture

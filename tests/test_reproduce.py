@@ -36,7 +36,10 @@ def test_every_claim_is_answered(reproduced):
     colias, done = reproduced
     claims = json.loads((colias.folder / "out" / "claims.json").read_text())
     assert [claim["id"] for claim in claims] == [f"C{i}" for i in range(1, 22)]
-    judged = [claim for claim in claims if claim["id"] != "C12"]
+    left_out = {"C7", "C8", "C9", "C10", "C11", "C12"}
+    judged = [claim for claim in claims if claim["id"] not in left_out]
+    assert all(claim["verdict"] == "untested" for claim in claims if claim["id"] in left_out)
+    assert "--quick" in claims[6]["measured"]
     assert all(claim["verdict"] in ("holds", "fails") and claim["n"] > 0 for claim in judged)
     at_seeds = [claim for claim in judged if claim["id"] in study.ROBOT_CLAIMS]
     assert all(0 <= claim["seeds_holding"] <= claim["seeds"] == 2 for claim in at_seeds)
@@ -121,7 +124,7 @@ def test_the_page_in_a_browser(reproduced, width, tmp_path):
     assert "claims hold" in seen["heading"]
     assert seen["overflow"] <= 0
     assert seen["claims"] == 21
-    assert seen["drawn"] == seen["pictures"] == 13
+    assert seen["drawn"] == seen["pictures"] == 11
 
 
 @pytest.mark.parametrize("name", ["seeds", "sensitivity", "speed"])

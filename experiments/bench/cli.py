@@ -160,7 +160,7 @@ def sweep(
 
 @app.command(short_help="Run the paper's experiments and report which claims hold.")
 def reproduce(
-    quick: Annotated[bool, typer.Option("--quick", help="A taste: few repeats and seeds.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="A taste: few repeats and seeds, no grids of clips.")] = False,
     full: Annotated[bool, typer.Option("--full", help="Ten repeats at every seed and move: some ten minutes.")] = False,
     robot_only: Annotated[bool, typer.Option("--robot-only", help="Without the off-line experiments.")] = False,
     seed: Seed = 0,
