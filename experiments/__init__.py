@@ -21,6 +21,7 @@ OFFLINE = (
     "clutter-depth",
     "clutter-translation",
     "clutter-speed",
+    "clutter-frames",
     "clutter-contrast",
 )
 """With clips of stimuli."""

@@ -26,7 +26,7 @@ MODEL_COLOURS = dict(
 """One colour a model, in every figure."""
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
 ACROSS = 4
-NAMES = {"speed": "speed of the object (px/s)", "grey": "grey", "background_speed": "background (px/s)"}
+NAMES = {"speed": "speed of the object ({unit})", "grey": "grey", "background_speed": "background ({unit})"}
 
 
 def draw(experiment: OfflineExperiment, rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -> Figure:
@@ -74,11 +74,12 @@ def _traces(
 def _peaks(experiment: OfflineExperiment, rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     """Largest |HS| and |VS| along one parameter: panels by another and by model, a line for each of a third."""
     shape, shown = experiment.figure, [row for row in rows if row["object"] != "absent"]
+    names = {name: said.format(unit=shown[0]["speed_unit"]) for name, said in NAMES.items()}
     models = list(dict.fromkeys(row["model"] for row in shown))
     rowsof = sorted({row[shape.panels] for row in shown})
     lines = sorted({row[shape.lines] for row in shown})
     shades = mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(lines), 2)))
-    drawn = Figure(figsize=(2.7 * len(models) + 0.8, 2.2 * len(rowsof) + 0.6), layout="constrained")
+    drawn = Figure(figsize=(max(2.7 * len(models) + 0.8, 4.8), 2.2 * len(rowsof) + 0.6), layout="constrained")
     panels = drawn.subplots(len(rowsof), len(models), squeeze=False, sharex=True)
     for down, level in enumerate(rowsof):
         for place, model in enumerate(models):
@@ -90,16 +91,16 @@ def _peaks(experiment: OfflineExperiment, rows: Rows, thresholds: Mapping[str, f
                     peaks = [max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in own]
                     axes.plot([r[shape.along] for r in own], peaks, "o", ls=style, ms=3, lw=1, color=shade)
             _limits(axes, thresholds, [model])
-            axes.set_title(f"{model}, {NAMES[shape.panels]} {level:g}", fontsize=8)
+            axes.set_title(f"{model}, {names[shape.panels]} {level:g}", fontsize=8)
             axes.set_ylim(bottom=0.0)
     for axes in panels[-1]:
-        axes.set_xlabel(NAMES[shape.along], fontsize=8)
+        axes.set_xlabel(names[shape.along], fontsize=8)
     for axes in panels[:, 0]:
         axes.set_ylabel("largest |SMP|", fontsize=8)
-    keys = [Line2D([], [], color=shade, marker="o", ms=3, label=f"{NAMES[shape.lines]} {value:g}")
+    keys = [Line2D([], [], color=shade, marker="o", ms=3, label=f"{names[shape.lines]} {value:g}")
             for value, shade in zip(lines, shades, strict=False)]  # fmt: skip
     keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in SYSTEMS.values()]
-    drawn.legend(handles=keys, loc="outside upper center", ncols=3, frameon=False, fontsize=7)
+    drawn.legend(handles=keys, loc="outside upper center", ncols=3 if len(models) > 1 else 2, frameon=False, fontsize=7)
     return drawn
 
 

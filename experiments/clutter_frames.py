@@ -1,0 +1,29 @@
+"""The speeds of clutter-speed taken as px per frame, as the paper writes them: beyond any correlator's span."""
+
+from experiments.bench.offline import Clip, Figure, OfflineExperiment
+from experiments.clutter_depth import GREYS
+from experiments.clutter_speed import BACKGROUNDS, SPEEDS
+
+EXPERIMENT = OfflineExperiment(
+    name="clutter-frames",
+    summary="the same speeds read as px per frame, as the paper writes them, and not as the px/s that its claims need",
+    clips=tuple(
+        Clip(
+            f"{shade} {speed:g} before {behind:g} px/frame",
+            "cluttered",
+            (("grey", grey), ("speed", speed), ("background_speed", behind), ("speed_unit", "px/frame")),
+        )
+        for shade, grey in GREYS.items()
+        for behind in BACKGROUNDS
+        for speed in SPEEDS
+    ),
+    models=("dsnn",),
+    repeats=2,
+    figure=Figure("peaks", along="speed", lines="background_speed", panels="grey"),
+    recorded=False,
+)
+
+if __name__ == "__main__":
+    from experiments.bench.cli import run_file
+
+    run_file(__file__)
