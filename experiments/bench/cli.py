@@ -242,7 +242,7 @@ def list_all() -> None:
     for title, items in kinds.items():
         out_console.print(f"[b]{title}[/b]")
         for name, summary in items.items():
-            out_console.print(f"  {name:<18}{summary}", soft_wrap=True)
+            out_console.print(f"  {name:<20}{summary}", soft_wrap=True)
 
 
 @app.command(short_help="List every parameter that --set reaches.")

@@ -48,7 +48,8 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[Chosen], wanted: 
     """
     cv2.setNumThreads(1)  # as in trials: more threads cost a second core for a sixth of the time
     watchers = [Watcher(model, size[::-1]) for model in chosen]
-    judge = FlowJudge([model.threshold for model in chosen]) if wanted.judge else None
+    own = [model.threshold if "hs" in model.channels else None for model in chosen]
+    judge = FlowJudge(own) if wanted.judge else None
     seen = Seen()
     with threadpool_limits(1), _interrupts() as stop, ExitStack() as outputs:
         outputs.callback(film.close)

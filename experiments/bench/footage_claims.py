@@ -65,7 +65,7 @@ class FlowJudge:
         rate = len(self._flow) / self._until_s if self._until_s else 1.0
         flow = np.asarray(self._flow)
         return [
-            Outcome("untested", "this model does not spike")
+            Outcome("untested", "this model has no HS spikes")
             if threshold is None
             else judge(flow, np.asarray(hs), np.asarray(vs), threshold, rate)
             for hs, vs, threshold in zip(self._hs, self._vs, self._thresholds, strict=True)
