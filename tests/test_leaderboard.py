@@ -208,7 +208,8 @@ def test_a_model_that_raises_is_not_timed(tmp_path):
 
 
 def test_the_figure_draws_a_board_of_dashes():
-    leaderboard_figure.draw([Standing("a", dict.fromkeys(MEASURES))], 1)
+    drawn = leaderboard_figure.draw([Standing("a", dict.fromkeys(MEASURES))], 1)
+    assert len(drawn.axes) == 4
 
 
 def example():

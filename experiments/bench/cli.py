@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 
 from experiments.bench import cli_leaderboard, cli_offline, cli_tune, cli_watch
+from experiments.bench.options import Assignments, Cluster, Models, Quiet, Repeats, Seed, Workers, worker_count
 
 if TYPE_CHECKING:
     from experiments.bench.plan import Plan
@@ -63,25 +64,6 @@ interrupted.""",
 
 out_console = Console(highlight=False)
 error_console = Console(stderr=True, highlight=False)
-
-
-Models = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--model", help="A vision model on the observer: a name or a .py file. Repeatable; the default: dsnn."
-    ),
-]
-Assignments = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; see [b]colias parameters[/b]. Repeatable."),
-]
-Workers = Annotated[
-    int | None, typer.Option(help="Worker processes; otherwise one for each core. 0: none, for debuggers.")
-]
-Cluster = Annotated[str | None, typer.Option(help="Run on the Dask scheduler at this address (tcp://...) instead.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Neither progress nor tables, only errors.")]
-Seed = Annotated[int, typer.Option(help="Seed of the whole run, 0 or more.")]
-Repeats = Annotated[int | None, typer.Option(help="Trials of each condition; otherwise the experiment's own number.")]
 
 
 @app.command(short_help="Run an experiment: trials, recordings, tables, figure, verdicts.")
@@ -161,7 +143,9 @@ def sweep(
 @app.command(short_help="Run the paper's experiments and report which claims hold.")
 def reproduce(
     quick: Annotated[bool, typer.Option("--quick", help="A taste: few repeats and seeds, no grids of clips.")] = False,
-    full: Annotated[bool, typer.Option("--full", help="Ten repeats at every seed and move: some ten minutes.")] = False,
+    full: Annotated[
+        bool, typer.Option("--full", help="Ten repeats at every seed and move: some twenty minutes.")
+    ] = False,
     robot_only: Annotated[bool, typer.Option("--robot-only", help="Without the off-line experiments.")] = False,
     seed: Seed = 0,
     out: Annotated[
@@ -181,13 +165,12 @@ def reproduce(
 
     report.html needs no network; claims.json has the verdicts. The exit status is 0 whatever they are.
     """
-    from experiments.bench import console
+    from experiments.bench import console, settings
     from experiments.bench.files import UsageError
 
     if quick and full:
         raise UsageError("--quick and --full: give one of them")
-    if seed < 0:
-        raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+    settings.check_counts(seed)
     means = console.Means(worker_count(workers), cluster, quiet)
     from experiments.bench import report
     from experiments.bench import reproduce as whole
@@ -200,17 +183,6 @@ def reproduce(
     if not quiet:
         console.show_claims(result.claims)
         out_console.print(f"\nreport      {page}", soft_wrap=True, markup=False)
-
-
-def worker_count(given: int | None) -> int:
-    """The worker processes asked for, or one for each core this process may use."""
-    from experiments.bench.files import UsageError
-
-    if given is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if not 0 <= given <= 256:
-        raise UsageError(f"--workers {given}: legal is a whole number from 0 to 256")
-    return given
 
 
 def _note_rates(plan: Plan) -> None:

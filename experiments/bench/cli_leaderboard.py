@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from experiments.bench.options import Cluster, Quiet, Seed, Workers, worker_count
+
 
 def register(app: typer.Typer) -> None:
     """Put the command into ``app``."""
@@ -20,18 +22,14 @@ def leaderboard(
     ] = None,
     only: Annotated[bool, typer.Option("--only", help="Only the models of --model.")] = False,
     repeats: Annotated[int | None, typer.Option(help="Trials of each condition; otherwise 5.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the whole run, 0 or more.")] = 0,
+    seed: Seed = 0,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder of the results, otherwise runs/leaderboard-TIME; goes on with one begun."),
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(help="Worker processes; otherwise one for each core. 0: none, for debuggers.")
-    ] = None,
-    cluster: Annotated[
-        str | None, typer.Option(help="Run on the Dask scheduler at this address (tcp://...) instead.")
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Neither progress nor tables, only errors.")] = False,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    quiet: Quiet = False,
 ) -> None:
     """Show every model the same robot trials and the same clips, time them in turns, and rank them.
 
@@ -42,7 +40,6 @@ def leaderboard(
     """
     from experiments.bench import console, console_leaderboard
     from experiments.bench import leaderboard as board
-    from experiments.bench.cli import worker_count  # at call time: it imports this module
 
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"leaderboard-{stamp}"

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from experiments.bench.options import Cluster, Quiet, Workers, worker_count
+
 
 def register(app: typer.Typer) -> None:
     """Put the command into ``app``."""
@@ -30,13 +32,9 @@ def tune(
     assignments: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a model's parameter. Repeatable.")
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(help="Worker processes; otherwise one for each core. 0: none, for debuggers.")
-    ] = None,
-    cluster: Annotated[
-        str | None, typer.Option(help="Run on the Dask scheduler at this address (tcp://...) instead.")
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Neither progress nor tables, only errors.")] = False,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    quiet: Quiet = False,
 ) -> None:
     """Show every model objects and gratings at every speed, size, contrast, frequency and direction.
 
@@ -46,7 +44,6 @@ def tune(
     each curve, tuning.csv with every point, preferences.csv with a row a model.
     """
     from experiments.bench import console, console_tune, tuning_run
-    from experiments.bench.cli import worker_count  # at call time: it imports this module
     from experiments.bench.leaderboard import contenders
     from experiments.bench.pool import open_pool
 

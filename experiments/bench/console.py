@@ -118,10 +118,7 @@ def run(plan: Plan, out: Path, means: Means, resume: bool, recordings: bool) -> 
 def open_folder(plan: Plan, out: Path, resume: bool) -> RunFolder:
     """The run's folder, made or reopened."""
     folder = RunFolder(out)
-    if resume:
-        folder.reopen(describe(plan))
-    else:
-        folder.create(describe(plan))
+    folder.enter(describe(plan), resume)
     return folder
 
 

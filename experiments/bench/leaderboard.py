@@ -114,10 +114,7 @@ def _clip(showing: Showing) -> Finished:
 def _run(part: Part, out: Path, pool: Pool, means: console.Means) -> Done:
     """Do what is missing of a part, with progress."""
     with contextlib.closing(RunFolder(out, *part.schemas)) as run:
-        if (out / "experiment.json").exists():
-            run.reopen(part.description)
-        else:
-            run.create(part.description)
+        run.enter(part.description, (out / "experiment.json").exists())
         left = len(part.specs) - len(run.done())
         if not means.quiet:
             said = f"{part.name}: {len(part.specs)} {part.things}, {left} of them to do"

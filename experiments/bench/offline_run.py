@@ -10,7 +10,6 @@ from typing import Any
 
 from experiments.bench import console, figures, offline_figures
 from experiments.bench.claims import Outcome
-from experiments.bench.files import UsageError
 from experiments.bench.offline import CLIP_SCHEMA, SERIES_SCHEMA, OfflineExperiment, Showing, show, showings
 from experiments.bench.offline_claims import judge
 from experiments.bench.paper import claim_texts
@@ -18,7 +17,7 @@ from experiments.bench.plan import versions
 from experiments.bench.pool import Pool
 from experiments.bench.results import Failure, Finished, RunFolder
 from experiments.bench.runner import run_all
-from experiments.bench.settings import watchers
+from experiments.bench.settings import check_counts, watchers
 
 NS_A_PIXEL = 25.0
 """About what a model takes for one: for estimates."""
@@ -82,10 +81,7 @@ def plan(
 ) -> OfflinePlan:
     """A checked plan from what a person typed; ``models`` are shown the clips beside the experiment's own."""
     count = experiment.repeats if repeats is None else repeats
-    if count < 1:
-        raise UsageError(f"--repeats {count}: legal is a whole number from 1 up")
-    if seed < 0:
-        raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+    check_counts(seed, count)
     names = [*experiment.models, *(name for name in models if name not in experiment.models)]
     chosen, _ = watchers(names, assignments)
     return OfflinePlan(experiment, tuple(showings(experiment, chosen, count, seed)), count, seed)
@@ -103,10 +99,7 @@ def estimate(made: OfflinePlan, workers: int) -> str:
 def run(made: OfflinePlan, out: Path, pool: Pool, means: console.Means, resume: bool, record: bool) -> OfflineReport:
     """Show what has not been shown, with progress, and conclude; ``record`` the first seed's clips."""
     folder = RunFolder(out, CLIP_SCHEMA, SERIES_SCHEMA)
-    if resume:
-        folder.reopen(made.describe())
-    else:
-        folder.create(made.describe())
+    folder.enter(made.describe(), resume)
     done = len(folder.done())
     if not means.quiet:
         resumed = f"; {done} of them done already" if done else ""

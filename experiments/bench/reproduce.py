@@ -11,7 +11,7 @@ from typing import Any
 
 from colias_sim.gl import require_backend
 from experiments import OFFLINE
-from experiments.bench import catalogue, console, offline_run, study
+from experiments.bench import catalogue, console, offline_claims, offline_run, study
 from experiments.bench.claims import LOOMING_CLAIMS, Verdict
 from experiments.bench.conclusion import Report, conclude
 from experiments.bench.files import UsageError
@@ -45,7 +45,6 @@ class Scale:
     """Those to run."""
 
 
-OFF_LINE_CLAIMS = tuple(f"C{i}" for i in range(1, 12))
 SHORT = ("clean", "blocked", "clutter-depth", "clutter-translation")
 """The off-line experiments without grids of long clips."""
 SEEDS, SENSITIVITY = "seeds", "sensitivity"
@@ -171,10 +170,7 @@ def _study(
     run = RunFolder(folder)
     listed = [{"case": case.name, "trials": len(case.specs), "settings": case.specs[0].settings} for case in cases]
     description = {**describe(example), "experiment": name, "trials": len(specs), "cases": listed}
-    if (folder / "experiment.json").exists():
-        run.reopen(description)
-    else:
-        run.create(description)
+    run.enter(description, (folder / "experiment.json").exists())
     left = len(specs) - len(run.done())
     if not means.quiet:
         console.error_console.print(f"{name}: {len(specs)} trials, {left} of them to do", markup=False)
@@ -198,7 +194,7 @@ def _claims(
         if claim in shown:
             lines.append(_of_clips(*shown[claim]))
             continue
-        if claim in OFF_LINE_CLAIMS:
+        if claim in offline_claims.JUDGES:
             lines.append(
                 _untested(
                     claim, says, source, "its off-line experiment was not run (--quick and --robot-only leave some out)"

@@ -164,6 +164,10 @@ class RunFolder:
         self._due = 0.0
         self._stale = False
 
+    def enter(self, description: Mapping[str, Any], begun: bool) -> None:
+        """`reopen` a run that was ``begun``, otherwise `create` one."""
+        (self.reopen if begun else self.create)(description)
+
     def create(self, description: Mapping[str, Any]) -> None:
         """Make the folder with its ``experiment.json``.
 

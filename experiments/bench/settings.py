@@ -113,15 +113,20 @@ def watchers(
     return _applied(chosen, collected), collected
 
 
+def check_counts(seed: int, repeats: int = 1) -> None:
+    """Raise `UsageError` for a seed or a number of repeats that no run can have."""
+    if repeats < 1:
+        raise UsageError(f"--repeats {repeats}: legal is a whole number from 1 up")
+    if seed < 0:
+        raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+
+
 def plan(
     experiment: Experiment, models: Sequence[str], assignments: Iterable[str], repeats: int | None, seed: int
 ) -> Plan:
     """A checked plan from what a person typed; `UsageError` for what cannot be run."""
     count = experiment.repeats if repeats is None else repeats
-    if count < 1:
-        raise UsageError(f"--repeats {count}: legal is a whole number from 1 up")
-    if seed < 0:
-        raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+    check_counts(seed, count)
     made = Plan(*configure(experiment, models, assignments), count, seed)
     check(made)
     return made

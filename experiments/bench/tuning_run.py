@@ -19,7 +19,7 @@ from experiments.bench.plan import versions
 from experiments.bench.pool import Pool
 from experiments.bench.results import Failure, RunFolder
 from experiments.bench.runner import run_all
-from experiments.bench.settings import watchers
+from experiments.bench.settings import check_counts, watchers
 from experiments.bench.tuning import Family, Probe, families
 from experiments.bench.tuning_curves import Answer, answers
 from experiments.bench.tuning_preferences import Preferences, preferences
@@ -76,8 +76,7 @@ class TuningReport:
 
 def plan(models: Sequence[str], curves: Sequence[str], assignments: Sequence[str], seed: int) -> TuningPlan:
     """A checked plan from what a person typed; `UsageError` for what is not legal."""
-    if seed < 0:
-        raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+    check_counts(seed)
     chosen, _ = watchers(models, assignments)
     return TuningPlan(families(curves), chosen, seed)
 
@@ -95,10 +94,7 @@ def estimate(made: TuningPlan, means: console.Means) -> str:
 def run(made: TuningPlan, out: Path, pool: Pool, means: console.Means) -> TuningReport:
     """Show what has not been shown, with progress, and conclude. Goes on where an earlier call stopped."""
     begun, folder = _begun(out), RunFolder(out, CLIP_SCHEMA, SERIES_SCHEMA)
-    if begun:
-        folder.reopen(made.describe())
-    else:
-        folder.create(made.describe())
+    folder.enter(made.describe(), begun)
     try:
         return _measure(made, folder, pool, means)
     finally:
