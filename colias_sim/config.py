@@ -17,7 +17,8 @@ from scenes import arena_path
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
-def _known_arena(name: str) -> str:
+def known_arena(name: str) -> str:
+    """The same name; ``ValueError`` if it is no arena's."""
     arena_path(name)
     return name
 
@@ -74,7 +75,7 @@ class CameraConfig:
 class SceneConfig:
     """Arena, light and the stimulus's shell, with how much each trial's seed varies them."""
 
-    arena: Annotated[str, AfterValidator(_known_arena)] = Field(
+    arena: Annotated[str, AfterValidator(known_arena)] = Field(
         default="bright", description="name of an arena of the scenes folder: bright, plain or dim"
     )
     light: float = Field(default=1.0, ge=0.05, le=2.0, description="strength of all lamps against the arena's own")

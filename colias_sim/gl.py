@@ -53,6 +53,17 @@ def require_backend() -> str:
     return module
 
 
+def require_screen() -> None:
+    """Raise `GLUnavailable` where there is no screen to open a window on."""
+    if not has_screen():
+        raise GLUnavailable("no screen to open a window on (DISPLAY is not set): render_mode='rgb_array' needs none")
+
+
+def has_screen() -> bool:
+    """Whether a window could be opened."""
+    return not sys.platform.startswith("linux") or _has_display()
+
+
 def _has_display() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 

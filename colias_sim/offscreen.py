@@ -22,12 +22,11 @@ MAX_GEOMS = 1000
 class Offscreen:
     """A framebuffer of (rows, columns) and the OpenGL context that owns it; for one thread.
 
-    ``model.vis.global_.offwidth`` and ``offheight`` must be at least as large.
-
     Raises `colias_sim.gl.GLUnavailable` where nothing can render.
     """
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int) -> None:
+        model.vis.global_.offwidth, model.vis.global_.offheight = columns, rows  # read by MjrContext alone
         backend = importlib.import_module(f"mujoco.{gl.require_backend()}")
         try:
             self._context = backend.GLContext(columns, rows)

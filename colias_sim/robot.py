@@ -36,6 +36,7 @@ class Robot:
         self.config = config
         self._radius, self._track = config.wheel_radius_cm / 100, config.track_cm / 100
         joint = data.joint(f"{name}/free")
+        self._forces = data.body(f"{name}/base").xfrc_applied
         self._qpos, self._qvel = joint.qpos, joint.qvel
         self._left, self._right = data.actuator(f"{name}/left"), data.actuator(f"{name}/right")
 
@@ -55,6 +56,15 @@ class Robot:
         """Velocity of the centre (vx, vy) in m/s, world frame."""
         vx, vy = self._qvel[:2].tolist()
         return vx, vy
+
+    @property
+    def turn_rate(self) -> float:
+        """Yaw rate of the body in rad/s, left positive."""
+        return float(self._qvel[5])
+
+    def twist(self, torque: float) -> None:
+        """Push the body about its vertical axis with ``torque`` N m, left positive, until told otherwise."""
+        self._forces[5] = torque
 
     def place(self, pose: Pose) -> None:
         """Put the robot down at rest; for the start of a trial only."""
@@ -76,6 +86,22 @@ class Robot:
         limit = self.config.max_speed_cm_s / 100
         scale = min(1.0, limit / max(abs(left), abs(right), 1e-9))
         return WheelSpeeds(left * scale, right * scale)
+
+
+class Parked:
+    """Handle of a robot that is fixed to the floor: an obstacle."""
+
+    def __init__(self, model: mujoco.MjModel, name: str) -> None:
+        self.name = name
+        body = model.body(f"{name}/base")
+        self._pos, self._quat = body.pos, body.quat
+        self.pose = Pose(0.0, 0.0, 0.0)
+
+    def place(self, pose: Pose) -> None:
+        """Fix the robot somewhere else; for the start of a trial only."""
+        self.pose = pose
+        self._pos[:2] = pose.x, pose.y
+        self._quat[:] = math.cos(pose.heading / 2), 0.0, 0.0, math.sin(pose.heading / 2)
 
 
 def bearing(observer: Pose, target: Pose, forward: float) -> float:

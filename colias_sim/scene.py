@@ -11,9 +11,10 @@ import mujoco
 import numpy as np
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from scenes import ROBOTS, arena_path
+from scenes import ARENA_RADIUS_CM, ROBOTS, WALL_PANELS, arena_path
 
-DRAWN_GROUP = 0
+DRAWN_GROUP, COLLISION_GROUP = 0, 3
+FENCE_DEPTH, FENCE_HEIGHT = 0.01, 0.03  # half extents, metres
 OWN_BODY_GROUP = 1
 """Drawn geoms of the robot whose camera is used: its lens stands in front of them all, so they are left out for it."""
 
@@ -52,12 +53,14 @@ class FrameClock:
 
 
 def compose(
-    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], eye_of: str
-) -> mujoco.MjSpec:
-    """Build the scene with one robot per entry of ``robots``, name -> variant (``colias`` or ``colias_black``).
+    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], eye_of: str,
+    *, fence: bool = False,
+) -> mujoco.MjSpec:  # fmt: skip
+    """Build the scene with one robot per entry of ``robots``, name -> variant (``colias``, ``colias_black``, ...).
 
     Robot ``stimulus`` has its parts named ``stimulus/base``, ``stimulus/eye`` and so on. ``eye_of`` names the
-    robot whose camera will be used. Raises ``ValueError`` on an unknown arena, variant or camera.
+    robot whose camera will be used. With ``fence`` the wall can be bumped into; without, it is only seen. Raises
+    ``ValueError`` on an unknown arena, variant or camera.
     """
     spec = mujoco.MjSpec.from_file(str(arena_path(scene.arena)))
     spec.option.timestep = FrameClock(camera.fps).timestep
@@ -66,25 +69,39 @@ def compose(
     for name, variant in robots.items():
         child = _robot_spec(ROBOTS[variant], robot, camera)
         child.option.timestep = spec.option.timestep
-        if variant == "colias_black":
+        if variant != "colias":
             child.material("shell").rgba = [scene.shell_grey] * 3 + [1.0]
         if name == eye_of:
             _mark_own_body(child)
         spec.worldbody.add_frame().attach_body(child.body("base"), f"{name}/", "")
+    if fence:
+        _add_fence(spec)
     return spec
 
 
 def compile_model(
-    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], eye_of: str
-) -> mujoco.MjModel:
+    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], eye_of: str,
+    *, fence: bool = False,
+) -> mujoco.MjModel:  # fmt: skip
     """`compose`, compile, and set what only a compiled model has: antialiasing and the wall's contrast."""
-    model = compose(scene, robot, camera, robots, eye_of).compile()
+    model = compose(scene, robot, camera, robots, eye_of, fence=fence).compile()
     model.vis.quality.offsamples = camera.multisample
-    model.vis.global_.offwidth = camera.width * camera.supersample
-    model.vis.global_.offheight = camera.height * camera.supersample
     if scene.wall_contrast != 1.0:
         _scale_contrast(model, "wall", scene.wall_contrast)
     return model
+
+
+def _add_fence(spec: mujoco.MjSpec) -> None:
+    """What stops a hull at the wall: the drawn mesh, being concave, can touch nothing."""
+    for panel in range(WALL_PANELS):
+        turn = 2 * math.pi * (panel + 0.5) / WALL_PANELS
+        away = ARENA_RADIUS_CM / 100 * math.cos(math.pi / WALL_PANELS) + FENCE_DEPTH
+        spec.worldbody.add_geom(
+            name=f"fence{panel}", type=mujoco.mjtGeom.mjGEOM_BOX, group=COLLISION_GROUP, contype=2, conaffinity=2,
+            pos=[away * math.cos(turn), away * math.sin(turn), FENCE_HEIGHT],
+            size=[FENCE_DEPTH, ARENA_RADIUS_CM / 100 * math.sin(math.pi / WALL_PANELS) + FENCE_DEPTH, FENCE_HEIGHT],
+            quat=[math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)],
+        )  # fmt: skip
 
 
 def _mark_own_body(spec: mujoco.MjSpec) -> None:
@@ -96,6 +113,8 @@ def _mark_own_body(spec: mujoco.MjSpec) -> None:
 def _robot_spec(path: Path, robot: RobotConfig, camera: CameraConfig) -> mujoco.MjSpec:
     spec = mujoco.MjSpec.from_file(str(path))
     base = spec.body("base")
+    if not spec.actuators:  # parked for good
+        return spec
     radius, half_track = robot.wheel_radius_cm / 100, robot.track_cm / 200
     wheels = {"left": half_track, "right": -half_track}
     for side, y in wheels.items():

@@ -12,7 +12,7 @@ import numpy as np
 
 from colias_sim.camera import Camera, Frame, exposure_steps
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from colias_sim.robot import Pose, Robot
+from colias_sim.robot import Parked, Pose, Robot
 from colias_sim.scene import FrameClock, compile_model
 
 SETTLE_STEPS = 150
@@ -27,6 +27,9 @@ TRIAL_ROBOTS = {"observer": "colias", "stimulus": "colias_black"}
 class Simulation:
     """One compiled scene with its robots and the camera of ``eye_of``; use it in a ``with`` statement.
 
+    ``robots`` holds those that drive, ``parked`` those that cannot. With ``fence`` the wall can be bumped into. With
+    ``seeing=False`` nothing is ever rendered, and `advance` alone moves it on.
+
     Nothing random happens outside `reset` and `step`, and both draw only from the generators they are given,
     so equal seeds give equal frames, in any process and after any number of earlier trials.
     """
@@ -38,18 +41,26 @@ class Simulation:
         scene: SceneConfig | None = None,
         robots: Mapping[str, str] | None = None,
         eye_of: str = "observer",
+        *,
+        fence: bool = False,
+        seeing: bool = True,
     ) -> None:
         robot, camera, self.scene = robot or RobotConfig(), camera or CameraConfig(), scene or SceneConfig()
-        robots = dict(TRIAL_ROBOTS if robots is None else robots)
-        self.model = compile_model(self.scene, robot, camera, robots, eye_of)
+        variants = dict(TRIAL_ROBOTS if robots is None else robots)
+        self.model = compile_model(self.scene, robot, camera, variants, eye_of, fence=fence)
         self.data = mujoco.MjData(self.model)
-        self.robots = {name: Robot(self.model, self.data, name, robot) for name in robots}
+        parked = {name for name in variants if self.model.body(f"{name}/base").jntnum[0] == 0}
+        self.robots = {name: Robot(self.model, self.data, name, robot) for name in variants if name not in parked}
+        self.parked = {name: Parked(self.model, name) for name in variants if name in parked}
         self.frame_interval = 1.0 / camera.fps
         clock = FrameClock(camera.fps)
         self._command_interval = clock.command_steps * clock.timestep
         self._events = _events(clock, exposure_steps(camera, clock.steps))
+        self._unseen = _events(clock, ())
         self._lamps = self.model.light_ambient.copy(), self.model.light_diffuse.copy()
-        self.camera = Camera(self.model, f"{eye_of}/eye", camera)
+        self._wall_quat = self.model.body("wall").quat
+        self.wall_turn = 0.0
+        self._camera = Camera(self.model, f"{eye_of}/eye", camera) if seeing else None
 
     def __enter__(self) -> Simulation:
         return self
@@ -57,12 +68,22 @@ class Simulation:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
 
+    @property
+    def camera(self) -> Camera:
+        """The camera; ``ValueError`` in a simulation that does not see."""
+        if self._camera is None:
+            raise ValueError("this simulation was made with seeing=False: it has no camera")
+        return self._camera
+
     def close(self) -> None:
         """Free the renderer."""
-        self.camera.close()
+        if self._camera is not None:
+            self._camera.close()
 
-    def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator) -> None:
+    def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator, *, light: float = 1.0) -> None:
         """Start anew: every robot at rest where ``placements`` says, light and wall drawn from ``rng``.
+
+        ``light`` is a factor on the lamps beside the scene's own.
 
         A robot that ``placements`` leaves out stands at the origin. Raises ``ValueError`` for an unknown robot,
         a pose that is not finite, and robots that overlap; nothing has changed then.
@@ -70,24 +91,33 @@ class Simulation:
         self._check(placements)
         mujoco.mj_resetData(self.model, self.data)  # in full: what a solver kept would change the next trial
         # Both are always drawn, so switching one off leaves the other as it was.
-        light = self.scene.light * max(1.0 + self.scene.light_sd * rng.standard_normal(), 0.0)
+        light *= self.scene.light * max(1.0 + self.scene.light_sd * rng.standard_normal(), 0.0)
         phase = rng.uniform(0.0, 2 * np.pi)
         self.model.light_ambient[:], self.model.light_diffuse[:] = (lamp * light for lamp in self._lamps)
-        turn = phase if self.scene.turn_wall else 0.0
-        self.model.body("wall").quat = [np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)]
+        self.turn_wall(phase if self.scene.turn_wall else 0.0)
         for name, pose in placements.items():
-            self.robots[name].place(pose)
+            self._handle(name).place(pose)
         self._settle()
-        self.camera.discard()
+        if self._camera is not None:
+            self._camera.discard()
+
+    def turn_wall(self, angle: float) -> None:
+        """Turn the wall, what is on it with it, to ``angle`` radians about the arena's middle, left positive."""
+        self.wall_turn = angle
+        self._wall_quat[:] = math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)
+
+    def _handle(self, name: str) -> Robot | Parked:
+        return self.robots[name] if name in self.robots else self.parked[name]
 
     def _check(self, placements: Mapping[str, Pose]) -> None:
         """Raise ``ValueError`` for a robot that is not there, a pose that is no pose, and robots inside each other."""
+        everyone = [*self.robots, *self.parked]
         for name, pose in placements.items():
-            if name not in self.robots:
-                raise ValueError(f"no robot '{name}' in this scene: there are {', '.join(self.robots)}")
+            if name not in everyone:
+                raise ValueError(f"no robot '{name}' in this scene: there are {', '.join(everyone)}")
             if not all(map(math.isfinite, (pose.x, pose.y, pose.heading))):
                 raise ValueError(f"{name} is placed at {pose}: expected finite numbers")
-        places = [(name, placements.get(name, Pose(0.0, 0.0, 0.0))) for name in self.robots]
+        places = [(name, placements.get(name, Pose(0.0, 0.0, 0.0))) for name in everyone]
         for (one, here), (other, there) in combinations(places, 2):
             if math.hypot(here.x - there.x, here.y - there.y) < ROBOT_DIAMETER:
                 raise ValueError(f"{one} at {here} and {other} at {there} overlap: expected {ROBOT_DIAMETER} m apart")
@@ -103,9 +133,12 @@ class Simulation:
         self.advance(control)
         return self.camera.develop(rng, self.data.time)
 
-    def advance(self, control: Control | None = None) -> None:
-        """The physics and renders of one frame, which leave the exposure ready to develop."""
-        for steps, command, parts in self._events:
+    def advance(self, control: Control | None = None, *, look: bool = True) -> None:
+        """The physics and renders of one frame, which leave the exposure ready to develop; no renders if not ``look``.
+
+        Looking changes nothing of what happens.
+        """
+        for steps, command, parts in self._events if look and self._camera is not None else self._unseen:
             if command and control is not None:
                 control(self._command_interval)
             mujoco.mj_step(self.model, self.data, steps)

@@ -8,14 +8,20 @@ from pathlib import Path
 FOLDER = Path(__file__).parent
 
 ARENA_RADIUS_CM = 45.0
+WALL_PANELS = 24  # flat panels around
 
 ARENAS = {
     "bright": "bright, matt, visually cluttered walls: the default",
     "plain": "as bright, without clutter",
     "dim": "the cluttered arena at about half the light",
+    "drum": "dark and light stripes of 15 degrees each, to be turned: for the optomotor response",
 }
 
-ROBOTS = {"colias": FOLDER / "colias.xml", "colias_black": FOLDER / "colias_black.xml"}
+ROBOTS = {
+    "colias": FOLDER / "colias.xml",
+    "colias_black": FOLDER / "colias_black.xml",
+    "colias_parked": FOLDER / "colias_parked.xml",
+}
 
 
 def arena_path(name: str) -> Path:

@@ -12,12 +12,13 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from scenes import ARENA_RADIUS_CM
+from scenes import ARENA_RADIUS_CM, WALL_PANELS
 
 ASSETS = Path(__file__).parent / "assets"
 SEED = 2018
 WIDTH, HEIGHT = 1024, 192  # texels around and up the wall: about three per camera pixel
-RADIUS, WALL_HEIGHT, PANELS = ARENA_RADIUS_CM / 100, 0.40, 24  # m, m, flat panels around
+STRIPES = 12
+RADIUS, WALL_HEIGHT, PANELS = ARENA_RADIUS_CM / 100, 0.40, WALL_PANELS  # metres, metres
 
 
 def clutter() -> npt.NDArray[np.uint8]:
@@ -48,6 +49,13 @@ def mottle(rng: np.random.Generator) -> npt.NDArray[np.float64]:
     return np.asarray(noise / noise.std())
 
 
+def stripes() -> npt.NDArray[np.uint8]:
+    """Dark and light stripes (8, WIDTH), `STRIPES` of each around, edges as soft as a lens would make them."""
+    phase = np.arange(WIDTH) * 2 * np.pi * STRIPES / WIDTH
+    edge = np.tanh(6.0 * np.sin(phase))
+    return np.tile(np.rint(140.0 + 100.0 * edge).astype(np.uint8), (8, 1))
+
+
 def wall() -> str:
     """The wall as Wavefront OBJ: an open cylinder of flat panels that face inward, its texture wrapped once around."""
     lines = ["# Written by scenes/generate.py: the arena's wall, seen from inside."]
@@ -64,9 +72,10 @@ def wall() -> str:
 
 
 def main(folder: Path = ASSETS) -> None:
-    """Write ``clutter.png`` and ``wall.obj`` into ``folder``."""
+    """Write ``clutter.png``, ``stripes.png`` and ``wall.obj`` into ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(folder / "clutter.png"), clutter())
+    cv2.imwrite(str(folder / "stripes.png"), stripes())
     (folder / "wall.obj").write_text(wall())
 
 

@@ -1,0 +1,325 @@
+"""What every env shares: the robot, its wheels and eye, the others around it, and Gymnasium's contract."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, Generic, TypeVar
+
+import gymnasium as gym
+import mujoco
+import numpy as np
+import numpy.typing as npt
+from gymnasium import error, spaces
+
+from colias_sim import gl
+from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.envs.drivers import Driver, gap_to, wall
+from colias_sim.envs.options import Answer, EnvOptions, checked
+from colias_sim.envs.senses import Other, State, build_model, neural, space
+from colias_sim.envs.showing import Shower
+from colias_sim.robot import Pose, Robot, WheelSpeeds, bearing
+from colias_sim.simulation import Simulation
+
+OBSERVER, TARGET = "observer", "target"
+TOUCH_COST = 10.0
+WIDEST_LIGHT, WIDEST_SHELL, WIDEST_MOTOR, WIDEST_TILT = 0.3, 0.4, 0.05, math.radians(3.0)
+"""Domain randomisation at its widest: lamps by a share, shells' reflectance up to, wheels by a share, camera by."""
+
+MANOEUVRES: Mapping[str, tuple[float, float]] = {
+    "stop": (0.0, 0.0), "ahead": (0.3, 0.3), "bend left": (0.2, 0.3), "bend right": (0.3, 0.2),
+    "turn left": (-0.2, 0.2), "turn right": (0.2, -0.2), "back": (-0.2, -0.2),
+}  # fmt: skip
+"""The discrete actions in order: wheel speeds (left, right) as shares of the maximum."""
+
+Options = TypeVar("Options", bound=EnvOptions)
+
+
+class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
+    """Base of the envs: a subclass says who else is there, what they do, and what is rewarded."""
+
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array", "rgb_array_list"], "render_fps": 30}  # noqa: RUF012
+    options_type: ClassVar[type[EnvOptions]] = EnvOptions
+    options: Options
+
+    def __init__(self, **options: Any) -> None:
+        self.options = own = checked(self.options_type, options)  # type: ignore[assignment]
+        self.render_mode = own.render_mode
+        self.metadata = {"render_modes": _render_modes(), "render_fps": 30.0 / own.frame_skip}
+        self._robot_config, camera = RobotConfig(), _camera(own)
+        self._shape = camera.height, camera.width
+        self.observation_space = space(own.observation, self._shape, own.robots)
+        self.action_space = (
+            spaces.Discrete(len(MANOEUVRES)) if own.actions == "manoeuvres" else spaces.Box(-1.0, 1.0, (2,), np.float32)
+        )
+        neural_senses = own.observation in ("neural", "both")
+        self._model = build_model(own.model, self._shape) if neural_senses else None
+        self._sim = Simulation(
+            self._robot_config, camera, SceneConfig(arena=own.arena), {OBSERVER: "colias", **self._others()},
+            fence=True, seeing=own.observation != "state",
+        )  # fmt: skip
+        self._shower = Shower(self._sim, own) if own.render_mode else None
+        self._hull = self._sim.model.geom(f"{OBSERVER}/hull").id
+        self._command, self._wheel_gains = WheelSpeeds(0.0, 0.0), (1.0, 1.0)
+        self._lit, self._tilt = 0.0, 0.0
+        self._drivers: dict[str, Driver] = {}
+        self._answers: list[Answer] = []
+        self._pixels = np.zeros((*self._shape, 1), np.uint8)
+        self._touched = self._closed = False
+        self._ready = False
+        self._wheels = np.zeros(2, np.float32)
+        self._eye = self._sim.model.camera(f"{OBSERVER}/eye")
+        self._eye_quat = self._eye.quat.copy()
+
+    # What a subclass says.
+
+    @abstractmethod
+    def _others(self) -> Mapping[str, str]:
+        """The other robots, name -> variant, ``options.robots`` of them."""
+
+    @abstractmethod
+    def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
+        """Draw an episode: where everybody stands, the observer too, and who drives the others."""
+
+    @abstractmethod
+    def _reward(self) -> dict[str, float]:
+        """The terms of the reward of the last frame, without that of touching."""
+
+    def _disturb(self, dt: float) -> float:
+        """Act on drum and robot for ``dt`` seconds; the rate in rad/s at which that alone would turn the view."""
+        return 0.0
+
+    def _steer(self, wheels: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """The wheel command that comes of an action: here the action."""
+        return wheels
+
+    # Gymnasium's contract.
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin a new episode, in the middle of another too; the observation is of the first frame, at rest.
+
+        ``options`` has no entries of its own: any raises ``ValueError``.
+        """
+        self._check_open()
+        if options:
+            raise ValueError(f"reset(options={options}): no such option; what can be set is an argument of gym.make")
+        super().reset(seed=seed)
+        self._command, self._wheels = WheelSpeeds(0.0, 0.0), np.zeros(2, np.float32)
+        self._drift, self._touched, self._driven = 0.0, False, 0.0
+        # Noise of its own: what happens is then the same whatever is observed, and baselines compare in pairs.
+        self._film = np.random.default_rng(int(self.np_random.integers(2**63)))
+        placements, drivers = self._begin(self.np_random)
+        light = self._randomise(self.np_random)
+        self._sim.reset(placements, self.np_random, light=light)
+        self._drivers = dict(drivers)
+        self._answers = []
+        if self._model is not None:
+            self._model.reset()
+        self._frame(look=True)
+        self._ready = True
+        if self._shower:
+            self._shower.begin()
+        return self._observation(), self._info({})
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Hold ``action`` for ``frame_skip`` frames.
+
+        Raises `gymnasium.error.InvalidAction` for an action that is not in the action space, naming it,
+        `gymnasium.error.ResetNeeded` before the first reset and after an end, and
+        `gymnasium.error.ClosedEnvironmentError` once closed.
+        """
+        self._check_open()
+        if not self._ready:
+            raise error.ResetNeeded("step() before reset(), or after the episode's end: call reset() first")
+        self._wheels = self._steer(self._checked_action(action))
+        limit = self._robot_config.max_speed_cm_s / 100
+        left, right = (float(w) * limit * gain for w, gain in zip(self._wheels, self._wheel_gains, strict=True))
+        self._command = WheelSpeeds(left, right)
+        self._answers, self._driven, terms = [], 0.0, {}
+        skip = self.options.frame_skip
+        for index in range(skip):
+            self._frame(look=self._model is not None or index == skip - 1)
+            for name, value in self._reward().items():
+                terms[name] = terms.get(name, 0.0) + value / skip
+        terms["touch"] = -TOUCH_COST if self._touched else 0.0
+        self._ready = not self._touched
+        if self._shower:
+            self._shower.step()
+        return self._observation(), sum(terms.values()), self._touched, False, self._info(terms)
+
+    def render(self) -> Any:
+        """By ``render_mode``: an RGB picture, those since the last call, or nothing (the viewer shows it)."""
+        self._check_open()
+        if self._shower is None:
+            gym.logger.warn("render() without a render_mode: give one to gym.make, for example 'rgb_array'")
+            return None
+        if not self._ready and not self._touched:
+            raise error.ResetNeeded("render() before reset(): call reset() first")
+        return self._shower.picture()
+
+    def close(self) -> None:
+        """Free every OpenGL context; a second call does nothing."""
+        if not self._closed:
+            self._closed = True
+            if self._shower:
+                self._shower.close()
+            self._sim.close()
+
+    # What the bench may read.
+
+    @property
+    def poses(self) -> dict[str, Pose]:
+        """Where every robot is."""
+        everyone = {**self._sim.robots, **self._sim.parked}
+        return {name: robot.pose for name, robot in everyone.items()}
+
+    @property
+    def luma(self) -> npt.NDArray[np.uint8]:
+        """The last frame, (R, C) uint8; zeros with ``observation="state"``, which sees nothing."""
+        return self._pixels[..., 0]
+
+    @property
+    def answer(self) -> Answer | None:
+        """The vision model's answer to the last frame; ``None`` without a model."""
+        return self._answers[-1] if self._answers else None
+
+    @property
+    def wheels(self) -> npt.NDArray[np.float32]:
+        """The last command, (2,): left and right, as shares of the maximum."""
+        return self._wheels
+
+    @property
+    def state(self) -> State:
+        """What the observation ``state`` says, in units."""
+        observer = self._sim.robots[OBSERVER]
+        here, (vx, vy) = observer.pose, observer.velocity
+        cos, sin = math.cos(here.heading), math.sin(here.heading)
+        seen = []
+        for name, robot in {**self._sim.robots, **self._sim.parked}.items():
+            if name == OBSERVER:
+                continue
+            there = robot.pose
+            gap, direction = gap_to(here, there)
+            ux, uy = robot.velocity if isinstance(robot, Robot) else (0.0, 0.0)
+            du, dv = ux - vx, uy - vy
+            seen.append((name != TARGET, Other(gap, direction, du * cos + dv * sin, dv * cos - du * sin)))
+        seen.sort(key=lambda entry: (entry[0], entry[1].distance))
+        gap, direction = wall(here)
+        return State(
+            vx * cos + vy * sin, observer.turn_rate, observer.turn_rate - self._wall_rate(), self._drift, gap, direction,
+            tuple(other for _, other in seen),
+        )  # fmt: skip
+
+    # The rest is its own.
+
+    def _wall_rate(self) -> float:
+        return 0.0
+
+    def _frame(self, look: bool) -> None:
+        """One frame of the world, with what is seen and touched in it."""
+        before = self._sim.robots[OBSERVER].pose
+        self._sim.advance(self._drive, look=look)
+        self._notice_touch()
+        after = self._sim.robots[OBSERVER].pose
+        self._driven += math.hypot(after.x - before.x, after.y - before.y)
+        if look and self.options.observation != "state":
+            frame = self._sim.camera.develop(self._film, self._sim.data.time)
+            self._pixels = frame.luma[..., None]
+            if self._model is not None:
+                self._answers.append(self._model.step(frame.luma))
+
+    def _drive(self, dt: float) -> None:
+        """Before each control interval: the wheels of all, drum and push."""
+        self._notice_touch()
+        self._sim.robots[OBSERVER].drive(self._command)
+        for name, driver in self._drivers.items():
+            self._sim.robots[name].drive(driver.wheels(dt))
+        self._drift = self._disturb(dt)
+
+    def _notice_touch(self) -> None:
+        if not self._touched:
+            self._touched = bool((self._sim.data.contact.geom == self._hull).any())
+
+    def _randomise(self, rng: np.random.Generator) -> float:
+        """Draw what domain randomisation varies; all is drawn always, so its strength changes nothing else."""
+        wide = self.options.randomise
+        light, shell, left, right, pitch, yaw = rng.uniform(-1.0, 1.0, 6).tolist()
+        self._wheel_gains = 1.0 + wide * WIDEST_MOTOR * left, 1.0 + wide * WIDEST_MOTOR * right
+        grey = SceneConfig().shell_grey + wide * WIDEST_SHELL * (shell + 1.0) / 2
+        for name, variant in self._others().items():
+            if variant != "colias":
+                self._sim.model.material(f"{name}/shell").rgba[:3] = grey
+        tilt = np.zeros(4)
+        mujoco.mju_euler2Quat(tilt, np.array([pitch, yaw, 0.0]) * wide * WIDEST_TILT, "xyz")
+        mujoco.mju_mulQuat(self._eye.quat, self._eye_quat, tilt)
+        return 1.0 + wide * WIDEST_LIGHT * light
+
+    def _checked_action(self, action: Any) -> npt.NDArray[np.float32]:
+        """The wheel speeds of a legal action, (2,) in [-1, 1]."""
+        if isinstance(self.action_space, spaces.Discrete):
+            try:
+                whole = int(action) if np.ndim(action) == 0 and np.equal(np.mod(action, 1), 0) else -1
+            except (TypeError, ValueError):
+                whole = -1
+            if not 0 <= whole < len(MANOEUVRES):
+                raise error.InvalidAction(f"action {action!r}: expected a whole number from 0 to {len(MANOEUVRES) - 1}")
+            return np.array(list(MANOEUVRES.values())[whole], np.float32)
+        try:
+            wheels = np.asarray(action, np.float32)
+        except (TypeError, ValueError):
+            raise error.InvalidAction(f"action {action!r}: expected two numbers in [-1, 1]") from None
+        if wheels.shape != (2,):
+            raise error.InvalidAction(f"action of shape {wheels.shape}: expected (2,), the wheels left and right")
+        if not (np.abs(wheels) <= 1.0).all():  # false for NaN too
+            raise error.InvalidAction(f"action {wheels.tolist()}: expected two numbers in [-1, 1]")
+        return wheels
+
+    def _observation(self) -> Any:
+        kind = self.options.observation
+        if kind == "state":
+            return self.state.vector()
+        if kind == "pixels":
+            return self._pixels
+        nerves = neural(self._answers)
+        return nerves if kind == "neural" else {"pixels": self._pixels, "neural": nerves}
+
+    def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
+        """The reward's terms, and what measures a behaviour; units are in the names."""
+        pose, state = self._sim.robots[OBSERVER].pose, self.state
+        measures = {
+            "x_cm": 100 * pose.x, "y_cm": 100 * pose.y, "heading_deg": math.degrees(pose.heading),
+            "driven_cm": 100 * self._driven, "turn_deg_s": math.degrees(state.turn_rate),
+            "slip_deg_s": math.degrees(state.slip), "drift_deg_s": math.degrees(state.drift),
+            "touched": self._touched, **self._measures(),
+        }  # fmt: skip
+        return {**{f"reward_{name}": value for name, value in terms.items()}, **measures}
+
+    def _measures(self) -> dict[str, Any]:
+        """What a task adds to ``info``."""
+        return {}
+
+    def _target_bearing(self) -> float:
+        """The target's angle off the optical axis in radians, left positive."""
+        eye = _camera(self.options).forward_cm / 100
+        return bearing(self._sim.robots[OBSERVER].pose, self._sim.robots[TARGET].pose, eye)
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise error.ClosedEnvironmentError("this env is closed: make a new one")
+
+
+def _render_modes() -> list[str]:
+    """Those that this machine can show: gym.make asks the class, which has them all, its checkers the env."""
+    every: list[str] = ColiasEnv.metadata["render_modes"]
+    return every if gl.has_screen() else [mode for mode in every if mode != "human"]
+
+
+def _camera(options: EnvOptions) -> CameraConfig:
+    plain = CameraConfig()
+    return dataclasses.replace(
+        plain, shot_noise=options.noise * plain.shot_noise, read_noise=options.noise * plain.read_noise
+    )

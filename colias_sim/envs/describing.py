@@ -1,0 +1,108 @@
+"""The parts of the envs' docstrings that are the same in all, or that their options already say."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, TypeVar
+
+from annotated_types import Ge, Gt, Le
+from pydantic.fields import FieldInfo
+
+from colias_sim.envs.base import MANOEUVRES
+from scenes import ARENAS
+
+Env = TypeVar("Env", bound=type[Any])
+
+ACTIONS = """`Box(-1, 1, (2,), float32)`: the speeds of the wheels, as shares of their maximum (35 cm/s at the rim).
+The wheels follow as the robot's motors let them. An action that is not in the space raises `InvalidAction`.
+
+| Num | Action | Min | Max | Unit |
+|---|---|---|---|---|
+| 0 | left wheel | -1 | 1 | of 35 cm/s, forward positive |
+| 1 | right wheel | -1 | 1 | of 35 cm/s, forward positive |
+
+With `actions="manoeuvres"` it is `Discrete({count})`: {manoeuvres}."""
+
+OBSERVATIONS = """By the argument `observation`:
+
+- `"pixels"`: `Box(0, 255, (72, 99, 1), uint8)`, the luma of the camera, 70 degrees wide, with its noise.
+- `"neural"`: `Box((6,), float32)`, what the vision model (argument `model`) answers to every camera frame:
+
+| Num | Observation | Min | Max | Unit |
+|---|---|---|---|---|
+| 0 | HS: horizontal motion, rightward positive | -1 | 1 | membrane potential |
+| 1 | VS: vertical motion, downward positive | -1 | 1 | membrane potential |
+| 2 | spikes of HS, signed, summed over the step's frames | -10 | 10 | spikes |
+| 3 | spikes of VS, signed | -10 | 10 | spikes |
+| 4 | looming: 0.5 at rest (0 in a model without it) | 0 | 1 | membrane potential |
+| 5 | spikes of the looming detector | 0 | 10 | spikes |
+
+- `"both"`: a `Dict` of `pixels` and `neural`.
+- `"state"`: `Box(-1, 1, (7 + 5 robots,), float32)`, what a robot cannot know, for privileged baselines; nothing is
+  rendered. `colias_sim.envs.State.read` turns it back into units:
+
+| Num | Observation | Scale |
+|---|---|---|
+| 0 | speed ahead | 0.35 m/s |
+| 1, 2, 3 | turn rate, turn rate against the wall, rate of the disturbance, left positive | 5 rad/s |
+| 4 | distance from the hull to the nearest wall | 0.9 m |
+| 5, 6 | its direction: sine, cosine, left positive | |
+| 7 + 5 i | distance between hulls of the other robot i: the target first, then by distance | 0.9 m |
+| 8, 9 + 5 i | its direction: sine, cosine | |
+| 10, 11 + 5 i | its velocity against the observer's: ahead, to the left | 0.35 m/s |
+
+A reset's observation is of one frame at rest."""
+
+RANDOM = """What differs between episodes comes from the env's seed alone: places, the others' paths, camera noise, light (3 %),
+the wall's turn. `randomise` widens that to lamps by 30 %, shells from black to a reflectance of 0.42, each wheel by
+5 %, the camera by 3 degrees up and aside, all times its value."""
+
+INFO = """`info` has the reward's terms as `reward_...`, `x_cm`, `y_cm`, `heading_deg`, `driven_cm` (in this step), `turn_deg_s`,
+`slip_deg_s` (the turn against the wall), `drift_deg_s` (what the disturbance alone would do), `touched`, and the
+measures named above."""
+
+
+def documented(env: Env) -> Env:
+    """Fill in the shared parts of an env's docstring, the table of its arguments among them."""
+    assert env.__doc__ is not None
+    actions = ACTIONS.format(count=len(MANOEUVRES), manoeuvres=", ".join(f"{i} {n}" for i, n in enumerate(MANOEUVRES)))
+    shared = {
+        "ACTIONS": actions, "OBSERVATIONS": OBSERVATIONS, "RANDOM": RANDOM, "INFO": INFO,
+        "ARGUMENTS": arguments(env.options_type),
+    }  # fmt: skip
+    text = env.__doc__
+    for name, part in shared.items():
+        text = text.replace(f"    <{name}>", part)
+    env.__doc__ = text
+    return env
+
+
+def arguments(options: type[Any]) -> str:
+    """A table of the keyword arguments: default, range, meaning."""
+    rows = ["| Argument | Default | Legal | Meaning |", "|---|---|---|---|"]
+    for field in dataclasses.fields(options):
+        info: FieldInfo = options.__pydantic_fields__[field.name]
+        rows.append(f"| `{field.name}` | `{info.default!r}` | {_legal(field.name, info)} | {info.description} |")
+    return "\n".join(rows)
+
+
+def _legal(name: str, info: FieldInfo) -> str:
+    if name == "arena":
+        return ", ".join(f'"{arena}"' for arena in ARENAS)
+    if name == "model":
+        return "a name of `colias list`, or a factory taking (rows, columns)"
+    low = next((m.ge if isinstance(m, Ge) else m.gt for m in info.metadata if isinstance(m, Ge | Gt)), None)
+    high = next((m.le for m in info.metadata if isinstance(m, Le)), None)
+    if low is not None:
+        return f"{low:g} .. {high:g}"
+    if info.annotation is bool:
+        return "true, false"
+    choices = [c for part in _parts(info.annotation) for c in getattr(part, "__args__", (part,))]
+    return ", ".join("None" if c in (None, type(None)) else f'"{c}"' for c in choices)
+
+
+def _parts(annotation: Any) -> tuple[Any, ...]:
+    """The members of a union, or the one there is."""
+    members = getattr(annotation, "__args__", ())
+    literal = members and all(isinstance(m, str) for m in members)
+    return (annotation,) if literal or not members else tuple(members)

@@ -1,0 +1,122 @@
+"""Fixation: keep a moving robot in the middle of the view."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from colias_sim.config import CameraConfig
+from colias_sim.envs.base import OBSERVER, TARGET, ColiasEnv
+from colias_sim.envs.describing import documented
+from colias_sim.envs.drivers import Driver, Orbit, scatter
+from colias_sim.envs.options import MOST_ROBOTS, EnvOptions
+from colias_sim.robot import Pose
+
+HALF_VIEW = math.radians(CameraConfig().hfov_deg / 2)
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True))
+class FixationOptions(EnvOptions):
+    """The arguments of `Fixation`."""
+
+    robots: int = Field(default=1, ge=1, le=MOST_ROBOTS, description="other robots: the target, the rest parked")
+    follow: bool = Field(default=False, description="may drive about; otherwise it only turns on the spot")
+    orbit_cm: float = Field(default=15.0, ge=8.0, le=35.0, description="from the observer's start to the target's path")
+    slowest_deg_s: float = Field(default=10.0, ge=0.0, le=120.0, description="least angular rate of the target")
+    fastest_deg_s: float = Field(default=35.0, ge=0.0, le=120.0, description="greatest angular rate of the target")
+
+
+@documented
+class Fixation(ColiasEnv[FixationOptions]):
+    """
+    ## Description
+
+    Keep a moving black Colias in the middle of the view. The target circles the place where the observer began, to
+    and fro: every 1 to 4 s it draws a new angular rate and direction. The observer turns on the spot (an action's
+    difference of the wheels counts, its sum does not), or drives where it wants with `follow=True`.
+
+    ## Action Space
+
+    <ACTIONS>
+
+    ## Observation Space
+
+    <OBSERVATIONS>
+
+    ## Rewards
+
+    - `centre`: 1 - |bearing| / 35 degrees, at least -1; the bearing is the target's angle off the optical axis.
+    - `effort`: -0.05 times the mean square of the two wheels.
+    - `touch`: -10 when the hull touches anything.
+
+    Terms are means over the frames of a step; the reward is their sum.
+
+    ## Info
+
+    <INFO> Here: `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
+
+    ## Starting State
+
+    The observer stands in the arena's middle, the target `orbit_cm` away and at most 20 degrees off the axis; robots
+    beyond the first are parked outside of its path. <RANDOM>
+
+    ## Episode End
+
+    Terminated when the observer touches anything; truncated after 600 steps (20 s).
+
+    ## Arguments
+
+    <ARGUMENTS>
+
+    ## Version History
+
+    - v0: first release.
+    """  # noqa: D400, D415
+
+    options_type: ClassVar[type[EnvOptions]] = FixationOptions
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        if self.options.slowest_deg_s > self.options.fastest_deg_s:
+            self.close()
+            raise ValueError(
+                f"slowest_deg_s={self.options.slowest_deg_s}: expected at most fastest_deg_s,"
+                f" {self.options.fastest_deg_s}"
+            )
+
+    def _others(self) -> Mapping[str, str]:
+        parked = {f"parked{i}": "colias_parked" for i in range(1, self.options.robots)}
+        return {TARGET: "colias_black", **parked}
+
+    def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
+        own = self.options
+        heading, off = float(rng.uniform(-math.pi, math.pi)), math.radians(float(rng.uniform(-20.0, 20.0)))
+        far, turn = own.orbit_cm / 100, heading + off
+        start = Pose(far * math.cos(turn), far * math.sin(turn), turn + math.pi / 2)
+        path = [Pose(far * math.cos(a), far * math.sin(a), 0.0) for a in np.linspace(0, 2 * math.pi, 48)]
+        places: dict[str, Pose] = {OBSERVER: Pose(0.0, 0.0, heading), TARGET: start}
+        # Clear of the path all around, and of the observer in its middle.
+        parked = scatter(rng, own.robots - 1, [*path, places[OBSERVER]], apart=0.05, clear=0.055)
+        places |= {f"parked{i}": pose for i, pose in enumerate(parked, 1)}
+        slowest, fastest = math.radians(own.slowest_deg_s), math.radians(own.fastest_deg_s)
+        return places, {TARGET: Orbit(self._sim.robots[TARGET], (0.0, 0.0), far, slowest, fastest, rng)}
+
+    def _steer(self, wheels: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        if self.options.follow:
+            return wheels
+        half = (wheels[1] - wheels[0]) / 2
+        return np.array([-half, half], np.float32)
+
+    def _reward(self) -> dict[str, float]:
+        off = abs(self._target_bearing())
+        return {"centre": max(1.0 - off / HALF_VIEW, -1.0), "effort": -0.05 * float(np.mean(self._wheels**2))}
+
+    def _measures(self) -> dict[str, Any]:
+        off = self._target_bearing()
+        return {"bearing_deg": math.degrees(off), "in_view": abs(off) < HALF_VIEW}

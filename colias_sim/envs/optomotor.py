@@ -1,0 +1,120 @@
+"""Optomotor: hold the heading against a turning drum, or under a push."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import AfterValidator, ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from colias_sim.config import known_arena
+from colias_sim.envs.base import OBSERVER, ColiasEnv
+from colias_sim.envs.describing import documented
+from colias_sim.envs.drivers import Driver, scatter
+from colias_sim.envs.options import MOST_ROBOTS, EnvOptions
+from colias_sim.robot import Pose
+
+TURN_PER_TORQUE = 1270.0
+"""rad/s that 1 N m about the vertical turns a robot at rest whose motors hold (measured; they give way)."""
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True))
+class OptomotorOptions(EnvOptions):
+    """The arguments of `Optomotor`."""
+
+    robots: int = Field(default=0, ge=0, le=MOST_ROBOTS, description="other robots, parked")
+    arena: Annotated[str, AfterValidator(known_arena)] = Field(default="drum", description="an arena of scenes")
+    disturbance: Literal["drum", "push"] = Field(default="drum", description="the wall turns, or a torque on the robot")
+    slowest_deg_s: float = Field(default=20.0, ge=0.0, le=360.0, description="least rate of the disturbance")
+    fastest_deg_s: float = Field(default=90.0, ge=0.0, le=360.0, description="greatest rate of the disturbance")
+
+
+@documented
+class Optomotor(ColiasEnv[OptomotorOptions]):
+    """
+    ## Description
+
+    Hold the heading against what turns the view: a striped drum that turns about the robot (`disturbance="drum"`), or
+    a torque that turns the robot itself (`"push"`). Rate and direction are drawn anew every 2 to 4 s. A robot that
+    turns with the drum, or stands against the push, sees nothing move: what is asked for is no turn *against the wall*.
+
+    ## Action Space
+
+    <ACTIONS>
+
+    ## Observation Space
+
+    <OBSERVATIONS>
+
+    ## Rewards
+
+    - `hold`: 1 - |slip| / `fastest_deg_s`, at least -1; the slip is the turn rate against the wall.
+    - `effort`: -0.05 times the mean square of the two wheels.
+    - `touch`: -10 when the hull touches anything.
+
+    Terms are means over the frames of a step; the reward is their sum.
+
+    ## Info
+
+    <INFO> The optomotor gain of a stretch is 1 - sum(slip_deg_s * sign(drift_deg_s)) / sum(|drift_deg_s|): 0 for a
+    robot that does nothing, 1 for one whose view never turns.
+
+    ## Starting State
+
+    The robot stands in the arena's middle, others are parked around. <RANDOM>
+
+    ## Episode End
+
+    Terminated when the observer touches anything; truncated after 450 steps (15 s).
+
+    ## Arguments
+
+    <ARGUMENTS>
+
+    ## Version History
+
+    - v0: first release.
+    """  # noqa: D400, D415
+
+    options_type: ClassVar[type[EnvOptions]] = OptomotorOptions
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        if self.options.slowest_deg_s > self.options.fastest_deg_s or self.options.fastest_deg_s == 0.0:
+            self.close()
+            raise ValueError(
+                f"slowest_deg_s={self.options.slowest_deg_s}, fastest_deg_s={self.options.fastest_deg_s}:"
+                " expected the first to be at most the second, and that above 0"
+            )
+
+    def _others(self) -> Mapping[str, str]:
+        return {f"parked{i}": "colias_parked" for i in range(1, self.options.robots + 1)}
+
+    def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
+        places = {OBSERVER: Pose(0.0, 0.0, float(rng.uniform(-math.pi, math.pi)))}
+        places |= dict(zip(self._others(), scatter(rng, self.options.robots, places.values()), strict=True))
+        self._rate = self._left = 0.0
+        return places, {}
+
+    def _disturb(self, dt: float) -> float:
+        self._left -= dt
+        if self._left <= 0.0:
+            own, rng = self.options, self.np_random
+            self._left = float(rng.uniform(2.0, 4.0))
+            rate = math.radians(float(rng.uniform(own.slowest_deg_s, own.fastest_deg_s)))
+            self._rate = rate if rng.random() < 0.5 else -rate
+        if self.options.disturbance == "push":
+            self._sim.robots[OBSERVER].twist(self._rate / TURN_PER_TORQUE)
+            return self._rate
+        self._sim.turn_wall(self._sim.wall_turn + self._rate * dt)
+        return -self._rate
+
+    def _wall_rate(self) -> float:
+        return self._rate if self.options.disturbance == "drum" else 0.0
+
+    def _reward(self) -> dict[str, float]:
+        slip = abs(self.state.slip) / math.radians(self.options.fastest_deg_s)
+        return {"hold": max(1.0 - slip, -1.0), "effort": -0.05 * float(np.mean(self._wheels**2))}

@@ -1,0 +1,114 @@
+"""Pursuit: follow another robot at a set distance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from colias_sim.envs.base import OBSERVER, TARGET, ColiasEnv
+from colias_sim.envs.describing import documented
+from colias_sim.envs.drivers import RADIUS, Driver, Wander, gap_to, scatter
+from colias_sim.envs.fixation import HALF_VIEW
+from colias_sim.envs.options import MOST_ROBOTS, EnvOptions
+from colias_sim.robot import Pose
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True))
+class PursuitOptions(EnvOptions):
+    """The arguments of `Pursuit`."""
+
+    robots: int = Field(default=1, ge=1, le=MOST_ROBOTS, description="other robots: the target, the rest parked")
+    distance_cm: float = Field(default=10.0, ge=2.0, le=30.0, description="between the hulls, to be kept")
+    target_speed_cm_s: float = Field(default=6.0, ge=0.0, le=20.0, description="of the target")
+
+
+@documented
+class Pursuit(ColiasEnv[PursuitOptions]):
+    """
+    ## Description
+
+    Follow a black Colias that wanders about the arena, at a set distance. The target meanders, turns away on the spot
+    from walls and robots within 4.5 cm ahead of it, and does not heed who follows.
+
+    ## Action Space
+
+    <ACTIONS>
+
+    ## Observation Space
+
+    <OBSERVATIONS>
+
+    ## Rewards
+
+    - `distance`: 1 - |gap - `distance_cm`| / `distance_cm`, at least -1; the gap is that between the hulls.
+    - `centre`: 1 - |bearing| / 35 degrees, at least -1; the bearing is the target's angle off the optical axis.
+    - `touch`: -10 when the hull touches anything.
+
+    Terms are means over the frames of a step; the reward is their sum.
+
+    ## Info
+
+    <INFO> Here: `gap_cm`, `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
+
+    ## Starting State
+
+    The target is put down anywhere, the observer behind it at the distance to be kept, looking at it; robots beyond
+    the first are parked. <RANDOM>
+
+    ## Episode End
+
+    Terminated when the observer touches anything; truncated after 900 steps (30 s).
+
+    ## Arguments
+
+    <ARGUMENTS>
+
+    ## Version History
+
+    - v0: first release.
+    """  # noqa: D400, D415
+
+    options_type: ClassVar[type[EnvOptions]] = PursuitOptions
+
+    def _others(self) -> Mapping[str, str]:
+        parked = {f"parked{i}": "colias_parked" for i in range(1, self.options.robots)}
+        return {TARGET: "colias_black", **parked}
+
+    def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
+        own = self.options
+        away = own.distance_cm / 100 + 0.04
+        # In a ring about the middle, driving along it: wall on neither side, room behind for the observer.
+        ring = max(min(RADIUS - 0.08, 0.5 * away + 0.1), 0.12)
+        turn, way = float(rng.uniform(-math.pi, math.pi)), 1.0 if rng.random() < 0.5 else -1.0
+        behind = turn - way * 2 * math.asin(min(away / 2 / ring, 1.0))
+        target = Pose(ring * math.cos(turn), ring * math.sin(turn), turn + way * math.pi / 2)
+        x, y = ring * math.cos(behind), ring * math.sin(behind)
+        observer = Pose(x, y, math.atan2(target.y - y, target.x - x))
+        places = {OBSERVER: observer, TARGET: target}
+        parked = scatter(rng, own.robots - 1, places.values())
+        places |= {f"parked{i}": pose for i, pose in enumerate(parked, 1)}
+        robot = self._sim.robots[TARGET]
+        return places, {TARGET: Wander(robot, own.target_speed_cm_s / 100, lambda: list(self._parked()), rng)}
+
+    def _parked(self) -> list[Pose]:
+        return [robot.pose for robot in self._sim.parked.values()]
+
+    def _reward(self) -> dict[str, float]:
+        wanted, off = self.options.distance_cm, abs(self._target_bearing())
+        return {
+            "distance": max(1.0 - abs(self._gap_cm() - wanted) / wanted, -1.0),
+            "centre": max(1.0 - off / HALF_VIEW, -1.0),
+        }
+
+    def _gap_cm(self) -> float:
+        robots = self._sim.robots
+        return 100 * gap_to(robots[OBSERVER].pose, robots[TARGET].pose)[0]
+
+    def _measures(self) -> dict[str, Any]:
+        off = self._target_bearing()
+        return {"gap_cm": self._gap_cm(), "bearing_deg": math.degrees(off), "in_view": abs(off) < HALF_VIEW}
