@@ -46,6 +46,7 @@ class Simulation:
         seeing: bool = True,
     ) -> None:
         robot, camera, self.scene = robot or RobotConfig(), camera or CameraConfig(), scene or SceneConfig()
+        self.camera_config = camera
         variants = dict(TRIAL_ROBOTS if robots is None else robots)
         self.model = compile_model(self.scene, robot, camera, variants, eye_of, fence=fence)
         self.data = mujoco.MjData(self.model)
@@ -96,7 +97,7 @@ class Simulation:
         self.model.light_ambient[:], self.model.light_diffuse[:] = (lamp * light for lamp in self._lamps)
         self.turn_wall(phase if self.scene.turn_wall else 0.0)
         for name, pose in placements.items():
-            self._handle(name).place(pose)
+            self.everyone[name].place(pose)
         self._settle()
         if self._camera is not None:
             self._camera.discard()
@@ -106,12 +107,14 @@ class Simulation:
         self.wall_turn = angle
         self._wall_quat[:] = math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)
 
-    def _handle(self, name: str) -> Robot | Parked:
-        return self.robots[name] if name in self.robots else self.parked[name]
+    @property
+    def everyone(self) -> dict[str, Robot | Parked]:
+        """All robots by name, those that drive first."""
+        return {**self.robots, **self.parked}
 
     def _check(self, placements: Mapping[str, Pose]) -> None:
         """Raise ``ValueError`` for a robot that is not there, a pose that is no pose, and robots inside each other."""
-        everyone = [*self.robots, *self.parked]
+        everyone = self.everyone
         for name, pose in placements.items():
             if name not in everyone:
                 raise ValueError(f"no robot '{name}' in this scene: there are {', '.join(everyone)}")

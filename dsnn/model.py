@@ -36,6 +36,7 @@ class Response:
     downward motion positive, in (-1, 1) unless the model names another unit.
     Their spikes are counts per frame carrying the potential's sign. ``looming``
     is a looming detector's membrane potential, from 0.5 at rest up to 1.
+    ``azimuth`` is where in the view the motion is, from -1 at its left edge to 1 at its right.
     ``maps`` are there if they were asked for and the model has these layers.
     """
 
@@ -46,6 +47,7 @@ class Response:
     maps: LayerMaps | None = None
     looming: float = 0.0
     looming_spikes: int = 0
+    azimuth: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +60,11 @@ class ResponseSeries:
     vs_spikes: npt.NDArray[np.int64]
     looming: npt.NDArray[np.float64]
     looming_spikes: npt.NDArray[np.int64]
+
+    @property
+    def spikes(self) -> int:
+        """Accumulated spikes: those of HS, or of looming in a model that knows no direction."""
+        return int(np.abs(self.hs_spikes).sum() if self.hs.any() else self.looming_spikes.sum())
 
     @classmethod
     def from_responses(cls, responses: Iterable[Response]) -> ResponseSeries:

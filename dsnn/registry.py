@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from dsnn.emd import EMD, EMDParams
 from dsnn.flow import Flow, FlowParams
+from dsnn.hybrid import Hybrid, HybridParams
 from dsnn.lgmd1 import LGMD1, LGMD1Params
 from dsnn.lgmd2 import LGMD2, LGMD2Params
 from dsnn.model import VisionModel
@@ -91,6 +92,15 @@ _ENTRIES = (
         LGMD2Params(),
         "Fu, Hu and Yue 2018, arXiv 1801.06452",
         LOOMING,
+    ),
+    ModelEntry(
+        "hybrid",
+        "DSNN and LGMD1 together, looming gating direction (proposed by Fu et al. 2018)",
+        Hybrid,
+        HybridParams.robot(),
+        f"{_DSNN}, discussion; Yue and Rind 2006",
+        (*DIRECTION, *LOOMING),
+        HybridParams.offline(),
     ),
 )
 

@@ -14,6 +14,7 @@ ARENAS = {
     "bright": "bright, matt, visually cluttered walls: the default",
     "plain": "as bright, without clutter",
     "dim": "the cluttered arena at about half the light",
+    "leaves": "a wall of dark and light discs of every size: it can be seen to come near",
     "drum": "dark and light stripes of 15 degrees each, to be turned: for the optomotor response",
 }
 

@@ -18,6 +18,7 @@ ASSETS = Path(__file__).parent / "assets"
 SEED = 2018
 WIDTH, HEIGHT = 1024, 192  # texels around and up the wall: about three per camera pixel
 STRIPES = 12
+FINER, LEAVES, SMALLEST, LARGEST = 2, 9000, 4.0, 90.0  # texels, two per millimetre and more, of the leaves
 RADIUS, WALL_HEIGHT, PANELS = ARENA_RADIUS_CM / 100, 0.40, WALL_PANELS  # metres, metres
 
 
@@ -49,6 +50,23 @@ def mottle(rng: np.random.Generator) -> npt.NDArray[np.float64]:
     return np.asarray(noise / noise.std())
 
 
+def leaves() -> npt.NDArray[np.uint8]:
+    """Dark and light discs of every size, one over another, (HEIGHT, WIDTH), seamless around.
+
+    Sizes are scale free (probability as 1 / r^3), so that the wall has as much to see from near as from far.
+    """
+    rng = np.random.default_rng(SEED + 1)
+    canvas = np.full((FINER * HEIGHT, 3 * FINER * WIDTH), 128, np.uint8)
+    for _ in range(LEAVES):
+        low, high = SMALLEST**-2, LARGEST**-2
+        radius = int(np.ceil((low + rng.random() * (high - low)) ** -0.5))
+        x, y = int(rng.integers(FINER * WIDTH)), int(rng.integers(FINER * HEIGHT))
+        grey = int(rng.integers(16, 240))
+        for wrap in range(3):
+            cv2.circle(canvas, (x + wrap * FINER * WIDTH, y), radius, grey, cv2.FILLED)
+    return canvas[:, FINER * WIDTH : 2 * FINER * WIDTH]
+
+
 def stripes() -> npt.NDArray[np.uint8]:
     """Dark and light stripes (8, WIDTH), `STRIPES` of each around, edges as soft as a lens would make them."""
     phase = np.arange(WIDTH) * 2 * np.pi * STRIPES / WIDTH
@@ -72,9 +90,10 @@ def wall() -> str:
 
 
 def main(folder: Path = ASSETS) -> None:
-    """Write ``clutter.png``, ``stripes.png`` and ``wall.obj`` into ``folder``."""
+    """Write the walls' textures and ``wall.obj`` into ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(folder / "clutter.png"), clutter())
+    cv2.imwrite(str(folder / "leaves.png"), leaves())
     cv2.imwrite(str(folder / "stripes.png"), stripes())
     (folder / "wall.obj").write_text(wall())
 

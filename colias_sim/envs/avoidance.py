@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from colias_sim.config import known_arena
 from colias_sim.envs.base import OBSERVER, ColiasEnv
 from colias_sim.envs.describing import documented
-from colias_sim.envs.drivers import Driver, Wander, scatter
+from colias_sim.envs.drivers import Driver, Poses, Wander, scatter
 from colias_sim.envs.options import MOST_ROBOTS, EnvOptions
 from colias_sim.robot import Pose
 
@@ -22,9 +23,10 @@ FASTEST = 0.35
 class AvoidanceOptions(EnvOptions):
     """The arguments of `Avoidance`."""
 
-    robots: int = Field(default=5, ge=1, le=MOST_ROBOTS, description="other robots, moving and parked")
-    moving: int = Field(default=2, ge=0, le=MOST_ROBOTS, description="how many of them move; at most all")
-    speed_cm_s: float = Field(default=4.0, ge=0.0, le=20.0, description="of those that move")
+    arena: Annotated[str, AfterValidator(known_arena)] = Field(default="leaves", description="an arena of scenes")
+    robots: int = Field(default=10, ge=1, le=MOST_ROBOTS, description="other robots, moving and parked")
+    moving: int = Field(default=5, ge=0, le=MOST_ROBOTS, description="how many of them move; at most all")
+    speed_cm_s: float = Field(default=8.0, ge=0.0, le=20.0, description="of those that move")
 
 
 @documented
@@ -70,7 +72,7 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
     ## Version History
 
     - v0: first release.
-    """  # noqa: D400, D415
+    """
 
     options_type: ClassVar[type[EnvOptions]] = AvoidanceOptions
 
@@ -89,10 +91,10 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
         movers = [name for name in places if name.startswith("mover")]
         return places, {name: Wander(self._sim.robots[name], speed, self._but(name), rng) for name in movers}
 
-    def _but(self, name: str) -> Any:
+    def _but(self, name: str) -> Poses:
         """Where everybody but one robot is."""
-        everyone = {**self._sim.robots, **self._sim.parked}
-        return lambda: [robot.pose for other, robot in everyone.items() if other != name]
+        others = [robot for other, robot in self._sim.everyone.items() if other != name]
+        return lambda: [robot.pose for robot in others]
 
     def _reward(self) -> dict[str, float]:
         return {"ahead": self.state.speed / FASTEST}

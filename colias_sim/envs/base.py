@@ -97,9 +97,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
 
     # Gymnasium's contract.
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin a new episode, in the middle of another too; the observation is of the first frame, at rest.
 
         ``options`` has no entries of its own: any raises ``ValueError``.
@@ -139,7 +137,8 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         limit = self._robot_config.max_speed_cm_s / 100
         left, right = (float(w) * limit * gain for w, gain in zip(self._wheels, self._wheel_gains, strict=True))
         self._command = WheelSpeeds(left, right)
-        self._answers, self._driven, terms = [], 0.0, {}
+        self._answers, self._driven = [], 0.0
+        terms: dict[str, float] = {}
         skip = self.options.frame_skip
         for index in range(skip):
             self._frame(look=self._model is not None or index == skip - 1)
@@ -174,8 +173,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
     @property
     def poses(self) -> dict[str, Pose]:
         """Where every robot is."""
-        everyone = {**self._sim.robots, **self._sim.parked}
-        return {name: robot.pose for name, robot in everyone.items()}
+        return {name: robot.pose for name, robot in self._sim.everyone.items()}
 
     @property
     def luma(self) -> npt.NDArray[np.uint8]:
@@ -199,7 +197,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         here, (vx, vy) = observer.pose, observer.velocity
         cos, sin = math.cos(here.heading), math.sin(here.heading)
         seen = []
-        for name, robot in {**self._sim.robots, **self._sim.parked}.items():
+        for name, robot in self._sim.everyone.items():
             if name == OBSERVER:
                 continue
             there = robot.pose
@@ -209,8 +207,9 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
             seen.append((name != TARGET, Other(gap, direction, du * cos + dv * sin, dv * cos - du * sin)))
         seen.sort(key=lambda entry: (entry[0], entry[1].distance))
         gap, direction = wall(here)
+        turn = observer.turn_rate
         return State(
-            vx * cos + vy * sin, observer.turn_rate, observer.turn_rate - self._wall_rate(), self._drift, gap, direction,
+            vx * cos + vy * sin, turn, turn - self._wall_rate(), self._drift, gap, direction,
             tuple(other for _, other in seen),
         )  # fmt: skip
 
@@ -256,7 +255,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         tilt = np.zeros(4)
         mujoco.mju_euler2Quat(tilt, np.array([pitch, yaw, 0.0]) * wide * WIDEST_TILT, "xyz")
         mujoco.mju_mulQuat(self._eye.quat, self._eye_quat, tilt)
-        return 1.0 + wide * WIDEST_LIGHT * light
+        return float(1.0 + wide * WIDEST_LIGHT * light)
 
     def _checked_action(self, action: Any) -> npt.NDArray[np.float32]:
         """The wheel speeds of a legal action, (2,) in [-1, 1]."""
@@ -304,7 +303,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
 
     def _target_bearing(self) -> float:
         """The target's angle off the optical axis in radians, left positive."""
-        eye = _camera(self.options).forward_cm / 100
+        eye = self._sim.camera_config.forward_cm / 100
         return bearing(self._sim.robots[OBSERVER].pose, self._sim.robots[TARGET].pose, eye)
 
     def _check_open(self) -> None:

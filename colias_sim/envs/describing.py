@@ -26,7 +26,7 @@ With `actions="manoeuvres"` it is `Discrete({count})`: {manoeuvres}."""
 OBSERVATIONS = """By the argument `observation`:
 
 - `"pixels"`: `Box(0, 255, (72, 99, 1), uint8)`, the luma of the camera, 70 degrees wide, with its noise.
-- `"neural"`: `Box((6,), float32)`, what the vision model (argument `model`) answers to every camera frame:
+- `"neural"`: `Box((7,), float32)`, what the vision model (argument `model`) answers to every camera frame:
 
 | Num | Observation | Min | Max | Unit |
 |---|---|---|---|---|
@@ -36,6 +36,7 @@ OBSERVATIONS = """By the argument `observation`:
 | 3 | spikes of VS, signed | -10 | 10 | spikes |
 | 4 | looming: 0.5 at rest (0 in a model without it) | 0 | 1 | membrane potential |
 | 5 | spikes of the looming detector | 0 | 10 | spikes |
+| 6 | azimuth: where the motion is (0 in a model without it) | -1 | 1 | half views, rightward positive |
 
 - `"both"`: a `Dict` of `pixels` and `neural`.
 - `"state"`: `Box(-1, 1, (7 + 5 robots,), float32)`, what a robot cannot know, for privileged baselines; nothing is
@@ -53,13 +54,13 @@ OBSERVATIONS = """By the argument `observation`:
 
 A reset's observation is of one frame at rest."""
 
-RANDOM = """What differs between episodes comes from the env's seed alone: places, the others' paths, camera noise, light (3 %),
-the wall's turn. `randomise` widens that to lamps by 30 %, shells from black to a reflectance of 0.42, each wheel by
-5 %, the camera by 3 degrees up and aside, all times its value."""
+RANDOM = """What differs between episodes comes from the env's seed alone: places, the others' paths, camera noise,
+light (3 %), the wall's turn. `randomise` widens that to lamps by 30 %, shells from black to a reflectance of 0.42,
+each wheel by 5 %, the camera by 3 degrees up and aside, all times its value."""
 
-INFO = """`info` has the reward's terms as `reward_...`, `x_cm`, `y_cm`, `heading_deg`, `driven_cm` (in this step), `turn_deg_s`,
-`slip_deg_s` (the turn against the wall), `drift_deg_s` (what the disturbance alone would do), `touched`, and the
-measures named above."""
+INFO = """`info` has the reward's terms as `reward_...`, `x_cm`, `y_cm`, `heading_deg`, `driven_cm` (in this step),
+`turn_deg_s`, `slip_deg_s` (the turn against the wall), `drift_deg_s` (what the disturbance alone would do) and
+`touched`."""
 
 
 def documented(env: Env) -> Env:

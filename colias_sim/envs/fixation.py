@@ -77,7 +77,7 @@ class Fixation(ColiasEnv[FixationOptions]):
     ## Version History
 
     - v0: first release.
-    """  # noqa: D400, D415
+    """
 
     options_type: ClassVar[type[EnvOptions]] = FixationOptions
 

@@ -16,7 +16,7 @@ MOST_ROBOTS = 20
 
 
 class Answer(Protocol):
-    """What a vision model says of a frame: potentials in (-1, 1), spikes a frame, looming from 0.5 up to 1."""
+    """What a vision model says of a frame: potentials in (-1, 1), spikes a frame, looming from 0.5 up to 1, azimuth."""
 
     @property
     def hs(self) -> float: ...  # noqa: D102
@@ -30,6 +30,8 @@ class Answer(Protocol):
     def looming(self) -> float: ...  # noqa: D102
     @property
     def looming_spikes(self) -> int: ...  # noqa: D102
+    @property
+    def azimuth(self) -> float: ...  # noqa: D102
 
 
 class Model(Protocol):

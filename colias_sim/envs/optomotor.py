@@ -77,7 +77,7 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     ## Version History
 
     - v0: first release.
-    """  # noqa: D400, D415
+    """
 
     options_type: ClassVar[type[EnvOptions]] = OptomotorOptions
 

@@ -71,7 +71,7 @@ class Pursuit(ColiasEnv[PursuitOptions]):
     ## Version History
 
     - v0: first release.
-    """  # noqa: D400, D415
+    """
 
     options_type: ClassVar[type[EnvOptions]] = PursuitOptions
 

@@ -20,10 +20,10 @@ WIRING = "experiments.wiring"
 """Where names of models are known: this package knows none, so the room that knows both is asked when one is wanted."""
 
 MOST_SPIKES = 10.0
-NEURAL = ("hs", "vs", "hs_spikes", "vs_spikes", "looming", "looming_spikes")
+NEURAL = ("hs", "vs", "hs_spikes", "vs_spikes", "looming", "looming_spikes", "azimuth")
 """The entries of a neural observation, in order: fields of ``dsnn.Response``."""
-_LOWEST = np.array([-1.0, -1.0, -MOST_SPIKES, -MOST_SPIKES, 0.0, 0.0], np.float32)
-_HIGHEST = np.array([1.0, 1.0, MOST_SPIKES, MOST_SPIKES, 1.0, MOST_SPIKES], np.float32)
+_LOWEST = np.array([-1.0, -1.0, -MOST_SPIKES, -MOST_SPIKES, 0.0, 0.0, -1.0], np.float32)
+_HIGHEST = np.array([1.0, 1.0, MOST_SPIKES, MOST_SPIKES, 1.0, MOST_SPIKES, 1.0], np.float32)
 
 SPEED, TURN, LENGTH = 0.35, 5.0, 2 * ARENA_RADIUS_CM / 100
 """What a state's speeds (m/s), turn rates (rad/s) and distances (m) are divided by."""
@@ -79,12 +79,18 @@ class State:
             for d, s, c, ahead, left in zip(*(rest[i::OTHER_ENTRIES] for i in range(OTHER_ENTRIES)), strict=True)
         )
         return cls(
-            speed * SPEED, turn * TURN, slip * TURN, drift * TURN, wall * LENGTH, float(np.arctan2(sine, cosine)), others
+            speed * SPEED,
+            turn * TURN,
+            slip * TURN,
+            drift * TURN,
+            wall * LENGTH,
+            float(np.arctan2(sine, cosine)),
+            others,
         )
 
 
 def neural(answers: Sequence[Answer]) -> Vector:
-    """The observation ``neural``: the last answer's potentials, the spikes of all; (6,) float32."""
+    """The observation ``neural``: the last answer's potentials, the spikes of all; (7,) float32."""
     last = answers[-1]
     values = (
         last.hs,
@@ -93,6 +99,7 @@ def neural(answers: Sequence[Answer]) -> Vector:
         sum(a.vs_spikes for a in answers),
         last.looming,
         sum(a.looming_spikes for a in answers),
+        last.azimuth,
     )
     return np.clip(np.array(values, np.float32), _LOWEST, _HIGHEST)
 
@@ -103,8 +110,9 @@ def space(observation: str, shape: tuple[int, int], robots: int) -> spaces.Space
     nerves = spaces.Box(_LOWEST, _HIGHEST, dtype=np.float32)
     if observation == "both":
         return spaces.Dict({"pixels": pixels, "neural": nerves})
-    state = spaces.Box(-1.0, 1.0, (OWN_ENTRIES + OTHER_ENTRIES * robots,), np.float32)
-    return {"pixels": pixels, "neural": nerves, "state": state}[observation]
+    if observation == "state":
+        return spaces.Box(-1.0, 1.0, (OWN_ENTRIES + OTHER_ENTRIES * robots,), np.float32)
+    return pixels if observation == "pixels" else nerves
 
 
 def build_model(model: str | ModelFactory, shape: tuple[int, int]) -> Model:

@@ -258,4 +258,4 @@ LOOMING_CLAIMS = frozenset({"C21"})
 
 def concerns(claim: str, channels: Sequence[str]) -> bool:
     """Whether a claim is about models that answer by ``channels``."""
-    return ("looming" if claim in LOOMING_CLAIMS else "hs") in channels
+    return (claim in LOOMING_CLAIMS) != ("hs" in channels)

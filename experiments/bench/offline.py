@@ -214,7 +214,7 @@ def _row(
         "clip": showing.condition.name,
         **shown,
         "background_mean": _background_mean(clip),
-        "spikes": int(np.abs(series.hs_spikes).sum() + series.looming_spikes.sum()),
+        "spikes": series.spikes,
         **{
             f"{end}_{system}": float(getattr(getattr(series, system), "max" if end == "peak" else "min")())
             for system in ("hs", "vs")

@@ -215,7 +215,7 @@ def _closest_cm(columns: FrameColumns, forward_cm: float) -> float:
 
 
 def _answer(model: str, threshold: float | None, series: ResponseSeries, seconds: float) -> Answer:
-    spikes = int(np.abs(series.hs_spikes).sum() + series.looming_spikes.sum())  # a model has the one or the other
+    spikes = series.spikes
     return Answer(
         model=model,
         threshold=threshold,
