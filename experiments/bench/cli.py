@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from experiments.bench import cli_leaderboard, cli_offline, cli_tune, cli_watch
+from experiments.bench import cli_behave, cli_leaderboard, cli_offline, cli_tune, cli_watch
 from experiments.bench.options import Assignments, Cluster, Models, Quiet, Repeats, Seed, Workers, worker_count
 
 if TYPE_CHECKING:
@@ -46,6 +46,7 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias reproduce                   which of the paper's claims hold
   colias leaderboard                 every model on the same trials
   colias tune --model emd            response against speed, size, direction ...
+  colias behave hybrid               close the loop: reflexes in an env, scored
   colias parameters                  everything that --set reaches
   colias view runs/speed-...         a run's recordings in Rerun
 
@@ -196,21 +197,29 @@ def _note_rates(plan: Plan) -> None:
 cli_watch.register(app)
 cli_leaderboard.register(app)
 cli_tune.register(app)
+cli_behave.register(app)
 
 
-@app.command("list", short_help="Name the experiments, models, scenes and stimuli.")
+@app.command("list", short_help="Name the experiments, models, scenes, stimuli, envs, behaviours.")
 def list_all() -> None:
-    """Name what there is to run: experiments, vision models, arenas, stimuli."""
+    """Name what there is to run: experiments, vision models, arenas, stimuli, envs, behaviours."""
+    from colias_sim.envs import ENVS
     from dsnn import MODELS
     from dsnn.stimuli import STIMULI
     from experiments import NAMES, OFFLINE
+    from experiments.behaviours import BEHAVIOURS
     from experiments.bench import catalogue
     from scenes import ARENAS
 
     experiments = {name: catalogue.find(name).summary for name in (*NAMES, *OFFLINE)}
     models = {name: entry.summary for name, entry in MODELS.items()}
     stimuli = {name: entry.summary for name, entry in STIMULI.items()}
-    kinds = {"experiments": experiments, "models": models, "scenes": ARENAS, "stimuli": stimuli}
+    envs = {name.partition("/")[2]: entry.summary for name, entry in ENVS.items()}
+    behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()}
+    kinds = {
+        "experiments": experiments, "models": models, "scenes": ARENAS, "stimuli": stimuli, "envs": envs,
+        "behaviours": behaviours,
+    }  # fmt: skip
     for title, items in kinds.items():
         out_console.print(f"[b]{title}[/b]")
         for name, summary in items.items():
