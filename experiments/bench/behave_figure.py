@@ -41,7 +41,8 @@ def draw(played: Played) -> Figure:
         drawn = Figure(figsize=(9.6, upper + (TRACK_INCHES + 0.4 if tracks else 0.0)), layout="constrained")
         parts: list[Any] = [drawn]
         if tracks:
-            parts = list(np.ravel(drawn.subfigures(2, 1, height_ratios=[upper, TRACK_INCHES + 0.4])))
+            split: Any = drawn.subfigures(2, 1, height_ratios=[upper, TRACK_INCHES + 0.4])
+            parts = list(split)
         axes = np.atleast_1d(parts[0].subplots(1, len(names), sharey=True))
         for place, name in zip(axes, names, strict=True):
             _measure(place, name, standings)
