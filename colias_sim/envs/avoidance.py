@@ -12,7 +12,7 @@ from pydantic.dataclasses import dataclass
 from colias_sim.config import known_arena
 from colias_sim.envs.base import OBSERVER, ColiasEnv
 from colias_sim.envs.describing import documented
-from colias_sim.envs.drivers import Driver, Poses, Wander, scatter
+from colias_sim.envs.drivers import Driver, Wander, scatter
 from colias_sim.envs.options import MOST_ROBOTS, EnvOptions
 from colias_sim.robot import Pose
 
@@ -89,12 +89,7 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
         places = {OBSERVER: observer, **dict(zip(self._others(), others, strict=True))}
         speed = self.options.speed_cm_s / 100
         movers = [name for name in places if name.startswith("mover")]
-        return places, {name: Wander(self._sim.robots[name], speed, self._but(name), rng) for name in movers}
-
-    def _but(self, name: str) -> Poses:
-        """Where everybody but one robot is."""
-        others = [robot for other, robot in self._sim.everyone.items() if other != name]
-        return lambda: [robot.pose for robot in others]
+        return places, {name: Wander(self._sim.robots[name], speed, rng) for name in movers}
 
     def _reward(self) -> dict[str, float]:
         return {"ahead": self.state.speed / FASTEST}

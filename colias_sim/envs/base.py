@@ -235,8 +235,9 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         """Before each control interval: the wheels of all, drum and push."""
         self._notice_touch()
         self._sim.robots[OBSERVER].drive(self._command)
+        poses = self.poses if self._drivers else {}
         for name, driver in self._drivers.items():
-            self._sim.robots[name].drive(driver.wheels(dt))
+            self._sim.robots[name].drive(driver.wheels(dt, poses))
         self._drift = self._disturb(dt)
 
     def _notice_touch(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -14,53 +14,57 @@ from scenes import ARENA_RADIUS_CM
 RADIUS = ARENA_RADIUS_CM / 100
 HULL = 0.02
 
-Poses = Callable[[], Iterable[Pose]]
-"""Where the other robots are now."""
-
-
 class Driver(Protocol):
     """Drives one robot."""
 
-    def wheels(self, dt: float) -> WheelSpeeds:
-        """What to command for the next ``dt`` seconds."""
+    def wheels(self, dt: float, poses: Mapping[str, Pose]) -> WheelSpeeds:
+        """What to command for the next ``dt`` seconds, ``poses`` being where everybody is, itself too."""
         ...
 
 
 class Wander:
     """Ahead at ``speed`` (m/s) on a meandering path, turning on the spot before a wall or robot.
 
-    It notices what is within ``REACH`` of its hull and at most ``CONE`` off its heading, as a Colias's infrared
-    bumpers do, and turns away from it until the way is free.
+    It notices what is within ``REACH`` metres of its hull and in the cone about its heading, which is half as wide
+    again at a touch as it is at that distance, and turns away from it until the way is free. ``unheeded`` are the
+    robots that it does not notice.
     """
 
-    REACH, CONE = 0.045, math.radians(65)
+    REACH = 0.045
+    FAR_CONE, NEAR_CONE = math.radians(65), math.radians(120)  # more than a right angle: no grazing, and no way in
     MEANDER, MEMORY_S = 0.5, 1.0  # rad/s, standard deviation; seconds
     AVOIDING = 2.5  # rad/s
 
-    def __init__(self, robot: Robot, speed: float, others: Poses, rng: np.random.Generator) -> None:
-        self._robot, self._speed, self._others, self._rng = robot, speed, others, rng
+    def __init__(
+        self, robot: Robot, speed: float, rng: np.random.Generator, unheeded: Collection[str] = ()
+    ) -> None:  # fmt: skip
+        self._robot, self._speed, self._rng, self._unheeded = robot, speed, rng, {robot.name, *unheeded}
         self._turn = self._avoiding = 0.0
 
-    def wheels(self, dt: float) -> WheelSpeeds:
+    def wheels(self, dt: float, poses: Mapping[str, Pose]) -> WheelSpeeds:
         """What to command for the next ``dt`` seconds."""
         fade = math.exp(-dt / self.MEMORY_S)
         kick = math.sqrt(1.0 - fade * fade) * self.MEANDER * float(self._rng.standard_normal())
         self._turn = fade * self._turn + kick  # drawn always: what comes after does not depend on what is near
-        side = self._blocked()
+        side = self._blocked(poses)
         if side == 0.0:
             self._avoiding = 0.0
             return self._robot.wheels_for(self._speed, self._turn)
         self._avoiding = self._avoiding or -side * self.AVOIDING
         return self._robot.wheels_for(0.0, self._avoiding)
 
-    def _blocked(self) -> float:
+    def _blocked(self, poses: Mapping[str, Pose]) -> float:
         """0 where the way is free, else the side of the nearest thing in it: 1 left, -1 right."""
-        here = self._robot.pose
-        reach, side = self.REACH, 0.0
-        for gap, direction in (wall(here), *(gap_to(here, other) for other in self._others())):
-            if gap < reach and abs(direction) < self.CONE:
-                reach, side = gap, 1.0 if direction >= 0.0 else -1.0
+        here = poses[self._robot.name]
+        nearest, side = self.REACH, 0.0
+        others = (gap_to(here, there) for name, there in poses.items() if name not in self._unheeded)
+        for gap, direction in (wall(here), *others):
+            if gap < nearest and abs(direction) < self._cone(gap):
+                nearest, side = gap, 1.0 if direction >= 0.0 else -1.0
         return side
+
+    def _cone(self, gap: float) -> float:
+        return self.NEAR_CONE + (self.FAR_CONE - self.NEAR_CONE) * max(gap, 0.0) / self.REACH
 
 
 class Orbit:
@@ -81,7 +85,7 @@ class Orbit:
         self._rates, self._rng = (slowest, fastest), rng
         self._left = self._speed = self._wanted = 0.0
 
-    def wheels(self, dt: float) -> WheelSpeeds:
+    def wheels(self, dt: float, poses: Mapping[str, Pose]) -> WheelSpeeds:
         """What to command for the next ``dt`` seconds."""
         self._left -= dt
         if self._left <= 0.0:
@@ -90,7 +94,7 @@ class Orbit:
             self._wanted = rate * self._distance
         step = self.RAMP * dt
         self._speed += min(max(self._wanted - self._speed, -step), step)
-        here = self._robot.pose
+        here = poses[self._robot.name]
         dx, dy = here.x - self._centre[0], here.y - self._centre[1]
         outward = math.atan2(dy, dx)
         off = math.hypot(dx, dy) - self._distance

@@ -92,11 +92,8 @@ class Pursuit(ColiasEnv[PursuitOptions]):
         places = {OBSERVER: observer, TARGET: target}
         parked = scatter(rng, own.robots - 1, places.values())
         places |= {f"parked{i}": pose for i, pose in enumerate(parked, 1)}
-        robot = self._sim.robots[TARGET]
-        return places, {TARGET: Wander(robot, own.target_speed_cm_s / 100, lambda: list(self._parked()), rng)}
-
-    def _parked(self) -> list[Pose]:
-        return [robot.pose for robot in self._sim.parked.values()]
+        driver = Wander(self._sim.robots[TARGET], own.target_speed_cm_s / 100, rng, unheeded=[OBSERVER])
+        return places, {TARGET: driver}
 
     def _reward(self) -> dict[str, float]:
         wanted, off = self.options.distance_cm, abs(self._target_bearing())
