@@ -78,8 +78,18 @@ def away(seen: Response) -> float:
     return -1.0 if seen.hs > 0.0 else 1.0
 
 
+def away_from_where(seen: Response) -> float:
+    """The side away from where most of the motion is."""
+    return -1.0 if seen.azimuth > 0.0 else 1.0
+
+
 def lgmd(rng: np.random.Generator) -> Saccades:
-    """The looming detector alone, which knows no direction: to either side by chance."""
+    """The looming detector alone, which knows no direction: to either side by chance, every time anew."""
+    return Saccades(lambda seen: 1.0 if rng.random() < 0.5 else -1.0, hold=False)
+
+
+def lgmd_held(rng: np.random.Generator) -> Saccades:
+    """The same, but it keeps to its side as the hybrid does."""
     return Saccades(lambda seen: 1.0 if rng.random() < 0.5 else -1.0)
 
 
@@ -89,8 +99,12 @@ def avoidance(rng: np.random.Generator) -> Saccades:
 
 
 def hybrid(rng: np.random.Generator) -> Saccades:
-    """Looming opens the gate through which HS says which side; it holds until half a second without looming."""
-    return Saccades(away)
+    """Looming opens the gate to where the DSNN's ON and OFF cells see motion: away from there, until it closes.
+
+    That place tells the side of what looms in four of five cases, the sign of HS in two of three: ahead of a robot
+    that drives, things on either side drift outward and HS has only the difference.
+    """
+    return Saccades(away_from_where)
 
 
 # What they are held against.
@@ -140,7 +154,7 @@ def told_distance(state: State) -> Wheels:
 def told_ways(state: State) -> Wheels:
     """Privileged: turns away from whatever is near ahead, as its true place says."""
     things = [(other.distance, other.bearing) for other in state.others] + [(state.wall_distance, state.wall_bearing)]
-    near = [(gap, bearing) for gap, bearing in things if gap < 0.05 and abs(bearing) < math.radians(80)]
+    near = [(gap, bearing) for gap, bearing in things if gap < 0.05 and abs(bearing) < math.radians(120 - 1100 * gap)]
     if not near:
         return turn(0.0, AHEAD)
     return turn(0.2 if min(near)[1] > 0 else -0.2)
@@ -155,9 +169,12 @@ _ENTRIES = (
     Behaviour.reflex(
         "pursuit", "turns towards what moves, drives after it, stands back from looming", PURSUIT, pursuit
     ),
-    Behaviour("lgmd", "LGMD1 alone: a looming spike turns it to either side", AVOIDANCE, lgmd),
+    Behaviour("lgmd", "LGMD1 alone: a looming spike turns it to either side by chance", AVOIDANCE, lgmd),
+    Behaviour("lgmd-held", "the same, keeping to one side for as long as it looms", AVOIDANCE, lgmd_held),
     Behaviour("avoidance", "a looming spike turns it away from what HS says", AVOIDANCE, avoidance),
-    Behaviour("hybrid", "looming gates HS: turns away, to one side for as long as it looms", AVOIDANCE, hybrid),
+    Behaviour(
+        "hybrid", "looming gates where the motion is: away from there, for as long as it looms", AVOIDANCE, hybrid
+    ),
     Behaviour("still", "does nothing", OPTOMOTOR, still, senses="state"),
     Behaviour("straight", "drives ahead", AVOIDANCE, straight, senses="state"),
     Behaviour("random-walk", "a correlated random walk", AVOIDANCE, RandomWalk, senses="state"),

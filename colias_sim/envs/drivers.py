@@ -14,6 +14,7 @@ from scenes import ARENA_RADIUS_CM
 RADIUS = ARENA_RADIUS_CM / 100
 HULL = 0.02
 
+
 class Driver(Protocol):
     """Drives one robot."""
 

@@ -147,7 +147,9 @@ def reproduce(
     full: Annotated[
         bool, typer.Option("--full", help="Ten repeats at every seed and move: some twenty minutes.")
     ] = False,
-    robot_only: Annotated[bool, typer.Option("--robot-only", help="Without the off-line experiments.")] = False,
+    robot_only: Annotated[
+        bool, typer.Option("--robot-only", help="Just the paper's trials with the robot: neither clips nor behaviours.")
+    ] = False,
     seed: Seed = 0,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the report, otherwise runs/reproduce-TIME; goes on with one begun.")
@@ -164,9 +166,10 @@ def reproduce(
 ) -> None:
     """Run the paper's experiments, the robot's at other seeds and with everything moved too; write one page about it.
 
-    report.html needs no network; claims.json has the verdicts. The exit status is 0 whatever they are.
+    The reflexes of [b]colias behave[/b] are played too, and claims of our own about them judged. report.html needs no
+    network; claims.json and behaviours.json have the verdicts. The exit status is 0 whatever they are.
     """
-    from experiments.bench import console, settings
+    from experiments.bench import console, console_behave, settings
     from experiments.bench.files import UsageError
 
     if quick and full:
@@ -179,10 +182,11 @@ def reproduce(
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"reproduce-{stamp}"
-    result = whole.reproduce(folder, scale, seed, model or ["dsn2017"], means, experiment or (), not robot_only)
+    result = whole.reproduce(folder, scale, seed, model or ["dsn2017"], means, experiment or (), robot_only)
     page = report.write(result)
     if not quiet:
         console.show_claims(result.claims)
+        console_behave.show_claims(result.own_claims)
         out_console.print(f"\nreport      {page}", soft_wrap=True, markup=False)
 
 

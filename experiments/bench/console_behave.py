@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 
 from rich.table import Table
 
 from experiments.bench.behave import Played, Standing
+from experiments.bench.behaviour_claims import BehaviourClaim
 from experiments.bench.console import out_console
 from experiments.bench.episode_scores import Score
 
@@ -33,6 +35,20 @@ def show(played: Played, recorded: bool) -> None:
         places["recordings"] = f"colias view {shlex.quote(str(played.folder))}"
     for name, place in places.items():
         out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
+
+
+def show_claims(claims: Sequence[BehaviourClaim]) -> None:
+    """Our own claims, a line each."""
+    if not claims:
+        return
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    for name in ("claim", "verdict", "we say"):
+        table.add_column(name, no_wrap=name != "we say")
+    for claim in claims:
+        colour = {"holds": "green", "fails": "red", "untested": "yellow"}[claim.verdict]
+        table.add_row(claim.id, f"[{colour}]{claim.verdict}[/{colour}]", f"{claim.says}: {claim.measured}")
+    out_console.print()
+    out_console.print(table)
 
 
 def _table(standings: list[Standing]) -> Table:
