@@ -242,10 +242,10 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
     def _drive(self, dt: float) -> None:
         """Before each control interval: the wheels of all, drum and push."""
         self._notice_touch()
-        self._sim.robots[OBSERVER].drive(self._command)
+        self._sim.robots[OBSERVER].ease(self._command, dt)
         poses = self.poses if self._drivers else {}
         for name, driver in self._drivers.items():
-            self._sim.robots[name].drive(driver.wheels(dt, poses))
+            self._sim.robots[name].ease(driver.wheels(dt, poses), dt)
         self._drift = self._disturb(dt)
 
     def _notice_touch(self) -> None:

@@ -14,7 +14,8 @@ from scenes import ARENAS
 Env = TypeVar("Env", bound=type[Any])
 
 ACTIONS = """`Box(-1, 1, (2,), float32)`: the speeds of the wheels, as shares of their maximum (35 cm/s at the rim).
-The wheels follow as the robot's motors let them. An action that is not in the space raises `InvalidAction`.
+The motors are led there at 2 m/s^2 at most (0.18 s from rest to full speed), as jerked they throw so light a robot
+over. An action that is not in the space raises `InvalidAction`.
 
 | Num | Action | Min | Max | Unit |
 |---|---|---|---|---|
