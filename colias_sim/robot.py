@@ -10,6 +10,9 @@ import numpy as np
 
 from colias_sim.config import RobotConfig
 
+EASE = 2.0
+"""m/s^2 at the wheels' rims; the tyres hold some 8, and a robot that is thrown to and fro harder falls over."""
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:
@@ -76,6 +79,16 @@ class Robot:
         """Command the wheels until told otherwise; beyond `RobotConfig.max_speed_cm_s` they saturate."""
         self._left.ctrl[:] = wheels.left / self._radius
         self._right.ctrl[:] = wheels.right / self._radius
+
+    def ease(self, wheels: WheelSpeeds, dt: float) -> None:
+        """`drive`, but from what was commanded before by at most `EASE` in ``dt`` seconds: for those who may jerk."""
+        left, right = float(self._left.ctrl[0]) * self._radius, float(self._right.ctrl[0]) * self._radius
+        most = EASE * dt
+        self.drive(
+            WheelSpeeds(
+                left + min(max(wheels.left - left, -most), most), right + min(max(wheels.right - right, -most), most)
+            )
+        )
 
     def wheels_for(self, speed: float, turn: float) -> WheelSpeeds:
         """Inverse kinematics: wheel speeds for ``speed`` in m/s and ``turn`` in rad/s, left positive.

@@ -35,8 +35,8 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
     ## Description
 
     Wander about a cluttered arena of 90 cm, as far as possible, and touch neither its wall nor another robot. Black
-    robots stand about and drive about in it; those that drive turn away on the spot from what is within 4.5 cm ahead
-    of them, the observer too, as a Colias's infrared bumpers would let them.
+    robots stand about and drive about in it; those that drive turn away on the spot from what comes within 4.5 cm of
+    them, the observer too, as a Colias's infrared bumpers would let them.
 
     ## Action Space
 
@@ -49,9 +49,7 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
     ## Rewards
 
     - `ahead`: the distance driven along the heading, as a share of what full speed would have covered.
-    - `touch`: -10 when the hull touches anything.
-
-    Terms are means over the frames of a step; the reward is their sum.
+    <REWARDS>
 
     ## Info
 
@@ -59,11 +57,13 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
 
     ## Starting State
 
-    Everybody at random, 8 cm or more apart, the observer 12 cm or more from all. <RANDOM>
+    Everybody at random, 8 cm or more apart, the observer 12 cm or more from all.
+
+    <RANDOM>
 
     ## Episode End
 
-    Terminated when the observer touches anything, or is touched; truncated after 1800 steps (60 s).
+    Terminated when the observer touches anything, or is touched; truncated after 1800 steps (60 s, times `frame_skip`).
 
     ## Arguments
 

@@ -43,6 +43,12 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array", "rgb_array_list"], "render_fps": 30}  # noqa: RUF012
     options_type: ClassVar[type[EnvOptions]] = EnvOptions
     options: Options
+    _drivers: Mapping[str, Driver]
+    _answers: list[Answer]
+    _wheel_gains: tuple[float, float]
+    _drift: float
+    _driven: float
+    _touched: bool
 
     def __init__(self, **options: Any) -> None:
         self.options = own = checked(self.options_type, options)  # type: ignore[assignment]
@@ -54,24 +60,23 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         self.action_space = (
             spaces.Discrete(len(MANOEUVRES)) if own.actions == "manoeuvres" else spaces.Box(-1.0, 1.0, (2,), np.float32)
         )
-        neural_senses = own.observation in ("neural", "both")
-        self._model = build_model(own.model, self._shape) if neural_senses else None
+        model = build_model(own.model, self._shape)  # always: a wrong one is told of, whatever is observed
+        self._model = model if own.observation in ("neural", "both") else None
         self._sim = Simulation(
             self._robot_config, camera, SceneConfig(arena=own.arena), {OBSERVER: "colias", **self._others()},
             fence=True, seeing=own.observation != "state",
         )  # fmt: skip
-        self._shower = Shower(self._sim, own) if own.render_mode else None
+        try:
+            self._shower = Shower(self._sim, own) if own.render_mode else None
+        except BaseException:
+            self._sim.close()
+            raise
         self._hull = self._sim.model.geom(f"{OBSERVER}/hull").id
-        self._command, self._wheel_gains = WheelSpeeds(0.0, 0.0), (1.0, 1.0)
-        self._lit, self._tilt = 0.0, 0.0
-        self._drivers: dict[str, Driver] = {}
-        self._answers: list[Answer] = []
-        self._pixels = np.zeros((*self._shape, 1), np.uint8)
-        self._touched = self._closed = False
-        self._ready = False
-        self._wheels = np.zeros(2, np.float32)
         self._eye = self._sim.model.camera(f"{OBSERVER}/eye")
         self._eye_quat = self._eye.quat.copy()
+        self._pixels = np.zeros((*self._shape, 1), np.uint8)
+        self._begun = self._running = self._closed = False
+        self._forget()
 
     # What a subclass says.
 
@@ -106,19 +111,17 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         if options:
             raise ValueError(f"reset(options={options}): no such option; what can be set is an argument of gym.make")
         super().reset(seed=seed)
-        self._command, self._wheels = WheelSpeeds(0.0, 0.0), np.zeros(2, np.float32)
-        self._drift, self._touched, self._driven = 0.0, False, 0.0
+        self._forget()
         # Noise of its own: what happens is then the same whatever is observed, and baselines compare in pairs.
         self._film = np.random.default_rng(int(self.np_random.integers(2**63)))
         placements, drivers = self._begin(self.np_random)
         light = self._randomise(self.np_random)
         self._sim.reset(placements, self.np_random, light=light)
-        self._drivers = dict(drivers)
-        self._answers = []
+        self._drivers = drivers
         if self._model is not None:
             self._model.reset()
         self._frame(look=True)
-        self._ready = True
+        self._begun = self._running = True
         if self._shower:
             self._shower.begin()
         return self._observation(), self._info({})
@@ -131,7 +134,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         `gymnasium.error.ClosedEnvironmentError` once closed.
         """
         self._check_open()
-        if not self._ready:
+        if not self._running:
             raise error.ResetNeeded("step() before reset(), or after the episode's end: call reset() first")
         self._wheels = self._steer(self._checked_action(action))
         limit = self._robot_config.max_speed_cm_s / 100
@@ -145,7 +148,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
             for name, value in self._reward().items():
                 terms[name] = terms.get(name, 0.0) + value / skip
         terms["touch"] = -TOUCH_COST if self._touched else 0.0
-        self._ready = not self._touched
+        self._running = not self._touched
         if self._shower:
             self._shower.step()
         return self._observation(), sum(terms.values()), self._touched, False, self._info(terms)
@@ -156,7 +159,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         if self._shower is None:
             gym.logger.warn("render() without a render_mode: give one to gym.make, for example 'rgb_array'")
             return None
-        if not self._ready and not self._touched:
+        if not self._begun:
             raise error.ResetNeeded("render() before reset(): call reset() first")
         return self._shower.picture()
 
@@ -215,6 +218,11 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
 
     # The rest is its own.
 
+    def _forget(self) -> None:
+        """What an episode leaves behind, as it is before the first."""
+        self._command, self._wheels, self._wheel_gains = WheelSpeeds(0.0, 0.0), np.zeros(2, np.float32), (1.0, 1.0)
+        self._drivers, self._answers, self._drift, self._driven, self._touched = {}, [], 0.0, 0.0, False
+
     def _wall_rate(self) -> float:
         return 0.0
 
@@ -234,10 +242,10 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
     def _drive(self, dt: float) -> None:
         """Before each control interval: the wheels of all, drum and push."""
         self._notice_touch()
-        self._sim.robots[OBSERVER].drive(self._command)
+        self._sim.robots[OBSERVER].ease(self._command, dt)
         poses = self.poses if self._drivers else {}
         for name, driver in self._drivers.items():
-            self._sim.robots[name].drive(driver.wheels(dt, poses))
+            self._sim.robots[name].ease(driver.wheels(dt, poses), dt)
         self._drift = self._disturb(dt)
 
     def _notice_touch(self) -> None:
@@ -260,23 +268,22 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
 
     def _checked_action(self, action: Any) -> npt.NDArray[np.float32]:
         """The wheel speeds of a legal action, (2,) in [-1, 1]."""
+        said = " ".join(repr(action).split())[:80]
         if isinstance(self.action_space, spaces.Discrete):
             try:
-                whole = int(action) if np.ndim(action) == 0 and np.equal(np.mod(action, 1), 0) else -1
-            except (TypeError, ValueError):
-                whole = -1
-            if not 0 <= whole < len(MANOEUVRES):
-                raise error.InvalidAction(f"action {action!r}: expected a whole number from 0 to {len(MANOEUVRES) - 1}")
-            return np.array(list(MANOEUVRES.values())[whole], np.float32)
+                legal = self.action_space.contains(action)
+            except OverflowError:
+                legal = False
+            if not legal:
+                raise error.InvalidAction(f"action {said}: expected a whole number from 0 to {len(MANOEUVRES) - 1}")
+            return np.array(list(MANOEUVRES.values())[int(action)], np.float32)
         try:
-            wheels = np.asarray(action, np.float32)
-        except (TypeError, ValueError):
-            raise error.InvalidAction(f"action {action!r}: expected two numbers in [-1, 1]") from None
-        if wheels.shape != (2,):
-            raise error.InvalidAction(f"action of shape {wheels.shape}: expected (2,), the wheels left and right")
-        if not (np.abs(wheels) <= 1.0).all():  # false for NaN too
-            raise error.InvalidAction(f"action {wheels.tolist()}: expected two numbers in [-1, 1]")
-        return wheels
+            given = np.asarray(action)
+        except ValueError:  # rows of different lengths
+            given = np.empty(0)
+        if given.shape != (2,) or given.dtype.kind not in "fiu" or not (np.abs(given) <= 1.0).all():  # nor is NaN
+            raise error.InvalidAction(f"action {said}: expected two numbers in [-1, 1], for the wheels left and right")
+        return given.astype(np.float32)
 
     def _observation(self) -> Any:
         kind = self.options.observation

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-import dataclasses
-from typing import Any, TypeVar
+import inspect
+from typing import Any, TypeVar, get_args
 
-from annotated_types import Ge, Gt, Le
 from pydantic.fields import FieldInfo
 
 from colias_sim.envs.base import MANOEUVRES
+from colias_sim.envs.options import bounds, options_of
 from scenes import ARENAS
 
 Env = TypeVar("Env", bound=type[Any])
 
 ACTIONS = """`Box(-1, 1, (2,), float32)`: the speeds of the wheels, as shares of their maximum (35 cm/s at the rim).
-The wheels follow as the robot's motors let them. An action that is not in the space raises `InvalidAction`.
+The motors are led there at 2 m/s^2 at most (0.18 s from rest to full speed), as jerked they throw so light a robot
+over. An action that is not in the space raises `InvalidAction`.
 
 | Num | Action | Min | Max | Unit |
 |---|---|---|---|---|
 | 0 | left wheel | -1 | 1 | of 35 cm/s, forward positive |
 | 1 | right wheel | -1 | 1 | of 35 cm/s, forward positive |
 
-With `actions="manoeuvres"` it is `Discrete({count})`: {manoeuvres}."""
+With `actions="manoeuvres"` it is `Discrete({count})`:
+
+| Num | Manoeuvre | Left wheel | Right wheel |
+|---|---|---|---|
+{manoeuvres}"""
 
 OBSERVATIONS = """By the argument `observation`:
 
@@ -32,10 +37,10 @@ OBSERVATIONS = """By the argument `observation`:
 |---|---|---|---|---|
 | 0 | HS: horizontal motion, rightward positive | -1 | 1 | membrane potential |
 | 1 | VS: vertical motion, downward positive | -1 | 1 | membrane potential |
-| 2 | spikes of HS, signed, summed over the step's frames | -10 | 10 | spikes |
-| 3 | spikes of VS, signed | -10 | 10 | spikes |
+| 2 | spikes of HS, signed, summed over the step's frames, cut at the ends | -10 | 10 | spikes |
+| 3 | spikes of VS, likewise | -10 | 10 | spikes |
 | 4 | looming: 0.5 at rest (0 in a model without it) | 0 | 1 | membrane potential |
-| 5 | spikes of the looming detector | 0 | 10 | spikes |
+| 5 | spikes of the looming detector, summed | 0 | 10 | spikes |
 | 6 | azimuth: where the motion is (0 in a model without it) | -1 | 1 | half views, rightward positive |
 
 - `"both"`: a `Dict` of `pixels` and `neural`.
@@ -52,7 +57,11 @@ OBSERVATIONS = """By the argument `observation`:
 | 8, 9 + 5 i | its direction: sine, cosine | |
 | 10, 11 + 5 i | its velocity against the observer's: ahead, to the left | 0.35 m/s |
 
-A reset's observation is of one frame at rest."""
+A reset's observation is of one frame, in which the robot stands."""
+
+REWARDS = """- `touch`: -10 when the hull touches anything.
+
+Terms are means over the frames of a step, but for `touch`; the reward is their sum."""
 
 RANDOM = """What differs between episodes comes from the env's seed alone: places, the others' paths, camera noise,
 light (3 %), the wall's turn. `randomise` widens that to lamps by 30 %, shells from black to a reflectance of 0.42,
@@ -66,14 +75,15 @@ INFO = """`info` has the reward's terms as `reward_...`, `x_cm`, `y_cm`, `headin
 def documented(env: Env) -> Env:
     """Fill in the shared parts of an env's docstring, the table of its arguments among them."""
     assert env.__doc__ is not None
-    actions = ACTIONS.format(count=len(MANOEUVRES), manoeuvres=", ".join(f"{i} {n}" for i, n in enumerate(MANOEUVRES)))
+    rows = (f"| {i} | {name} | {left} | {right} |" for i, (name, (left, right)) in enumerate(MANOEUVRES.items()))
     shared = {
-        "ACTIONS": actions, "OBSERVATIONS": OBSERVATIONS, "RANDOM": RANDOM, "INFO": INFO,
+        "ACTIONS": ACTIONS.format(count=len(MANOEUVRES), manoeuvres="\n".join(rows)),
+        "OBSERVATIONS": OBSERVATIONS, "REWARDS": REWARDS, "RANDOM": RANDOM, "INFO": INFO,
         "ARGUMENTS": arguments(env.options_type),
     }  # fmt: skip
-    text = env.__doc__
+    text = inspect.cleandoc(env.__doc__)
     for name, part in shared.items():
-        text = text.replace(f"    <{name}>", part)
+        text = text.replace(f"<{name}>", part)
     env.__doc__ = text
     return env
 
@@ -81,29 +91,26 @@ def documented(env: Env) -> Env:
 def arguments(options: type[Any]) -> str:
     """A table of the keyword arguments: default, range, meaning."""
     rows = ["| Argument | Default | Legal | Meaning |", "|---|---|---|---|"]
-    for field in dataclasses.fields(options):
-        info: FieldInfo = options.__pydantic_fields__[field.name]
-        rows.append(f"| `{field.name}` | `{info.default!r}` | {_legal(field.name, info)} | {info.description} |")
+    for name, option in options_of(options).items():
+        default = f'"{option.default}"' if isinstance(option.default, str) else repr(option.default)
+        rows.append(f"| `{name}` | `{default}` | {_legal(name, option)} | {option.description} |")
     return "\n".join(rows)
 
 
-def _legal(name: str, info: FieldInfo) -> str:
+def _legal(name: str, option: FieldInfo) -> str:
     if name == "arena":
         return ", ".join(f'"{arena}"' for arena in ARENAS)
     if name == "model":
         return "a name of `colias list`, or a factory taking (rows, columns)"
-    low = next((m.ge if isinstance(m, Ge) else m.gt for m in info.metadata if isinstance(m, Ge | Gt)), None)
-    high = next((m.le for m in info.metadata if isinstance(m, Le)), None)
-    if low is not None:
-        return f"{low:g} .. {high:g}"
-    if info.annotation is bool:
-        return "true, false"
-    choices = [c for part in _parts(info.annotation) for c in getattr(part, "__args__", (part,))]
-    return ", ".join("None" if c in (None, type(None)) else f'"{c}"' for c in choices)
+    if option.annotation is bool:
+        return "True, False"
+    return bounds(option) or ", ".join(_choices(option.annotation))
 
 
-def _parts(annotation: Any) -> tuple[Any, ...]:
-    """The members of a union, or the one there is."""
-    members = getattr(annotation, "__args__", ())
-    literal = members and all(isinstance(m, str) for m in members)
-    return (annotation,) if literal or not members else tuple(members)
+def _choices(annotation: Any) -> list[str]:
+    """What a ``Literal``, or a union with one, allows."""
+    if annotation in (None, type(None)):
+        return ["None"]
+    if isinstance(annotation, str):
+        return [f'"{annotation}"']
+    return [choice for part in get_args(annotation) for choice in _choices(part)]

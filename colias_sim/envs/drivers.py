@@ -26,9 +26,8 @@ class Driver(Protocol):
 class Wander:
     """Ahead at ``speed`` (m/s) on a meandering path, turning on the spot before a wall or robot.
 
-    It notices what is within ``REACH`` metres of its hull and in the cone about its heading, which is half as wide
-    again at a touch as it is at that distance, and turns away from it until the way is free. ``unheeded`` are the
-    robots that it does not notice.
+    It notices what is within ``REACH`` metres of its hull and in a cone about its heading, the wider the nearer it
+    is, and turns away from it until the way is free. ``unheeded`` are the robots that it does not notice.
     """
 
     REACH = 0.045

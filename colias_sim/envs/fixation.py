@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim.config import CameraConfig
@@ -30,6 +30,14 @@ class FixationOptions(EnvOptions):
     orbit_cm: float = Field(default=15.0, ge=8.0, le=35.0, description="from the observer's start to the target's path")
     slowest_deg_s: float = Field(default=10.0, ge=0.0, le=120.0, description="least angular rate of the target")
     fastest_deg_s: float = Field(default=35.0, ge=0.0, le=120.0, description="greatest angular rate of the target")
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.slowest_deg_s > self.fastest_deg_s:
+            raise ValueError(
+                f"slowest_deg_s={self.slowest_deg_s}: expected at most fastest_deg_s, {self.fastest_deg_s}"
+            )
+        return self
 
 
 @documented
@@ -53,22 +61,24 @@ class Fixation(ColiasEnv[FixationOptions]):
 
     - `centre`: 1 - |bearing| / 35 degrees, at least -1; the bearing is the target's angle off the optical axis.
     - `effort`: -0.05 times the mean square of the two wheels.
-    - `touch`: -10 when the hull touches anything.
-
-    Terms are means over the frames of a step; the reward is their sum.
+    <REWARDS>
 
     ## Info
 
-    <INFO> Here: `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
+    <INFO>
+
+    Here: `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
 
     ## Starting State
 
     The observer stands in the arena's middle, the target `orbit_cm` away and at most 20 degrees off the axis; robots
-    beyond the first are parked outside of its path. <RANDOM>
+    beyond the first are parked outside of its path.
+
+    <RANDOM>
 
     ## Episode End
 
-    Terminated when the observer touches anything; truncated after 600 steps (20 s).
+    Terminated when the observer touches anything; truncated after 600 steps (20 s, times `frame_skip`).
 
     ## Arguments
 
@@ -80,15 +90,6 @@ class Fixation(ColiasEnv[FixationOptions]):
     """
 
     options_type: ClassVar[type[EnvOptions]] = FixationOptions
-
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
-        if self.options.slowest_deg_s > self.options.fastest_deg_s:
-            self.close()
-            raise ValueError(
-                f"slowest_deg_s={self.options.slowest_deg_s}: expected at most fastest_deg_s,"
-                f" {self.options.fastest_deg_s}"
-            )
 
     def _others(self) -> Mapping[str, str]:
         parked = {f"parked{i}": "colias_parked" for i in range(1, self.options.robots)}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import difflib
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal, Protocol, TypeVar
 
@@ -9,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import AfterValidator, ConfigDict, Field, ValidationError
 from pydantic.dataclasses import dataclass
+from pydantic.fields import FieldInfo
 
 from colias_sim.config import known_arena
 
@@ -81,13 +84,28 @@ def checked(kind: type[T], values: Mapping[str, Any]) -> T:
     try:
         return kind(**values)
     except ValidationError as error:
-        said = "; ".join(_said(problem) for problem in error.errors())
-        raise ValueError(said) from None
+        raise ValueError("; ".join(_said(kind, problem) for problem in error.errors())) from None
 
 
-def _said(problem: Mapping[str, Any]) -> str:
-    name = ".".join(map(str, problem["loc"]))
-    if problem["type"] == "unexpected_keyword_argument":
-        return f"no keyword argument '{name}'"
+def options_of(kind: type[Any]) -> dict[str, FieldInfo]:
+    """The options by name, in order: default, range and meaning of each."""
+    every: Mapping[str, FieldInfo] = kind.__pydantic_fields__
+    return {field.name: every[field.name] for field in dataclasses.fields(kind)}
+
+
+def bounds(option: FieldInfo) -> str:
+    """``least .. greatest`` of a number; empty for what is none."""
+    low, high = ([getattr(m, sign) for m in option.metadata if hasattr(m, sign)] for sign in ("ge", "le"))
+    return f"{low[0]:g} .. {high[0]:g}" if low and high else ""
+
+
+def _said(kind: type[Any], problem: Mapping[str, Any]) -> str:
     text = str(problem["msg"]).removeprefix("Value error, ")
-    return f"{name}={problem['input']!r}: {text[0].lower()}{text[1:]}"
+    if not problem["loc"]:  # of several options together
+        return text
+    name, known = str(problem["loc"][0]), options_of(kind)
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
+        return f"no keyword argument '{name}': known are {', '.join(known)} (nearest: {near})"
+    legal = bounds(known[name])
+    return f"{name}={problem['input']!r}: {text[0].lower()}{text[1:]}" + (f" ({legal})" if legal else "")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim.config import known_arena
@@ -17,8 +17,10 @@ from colias_sim.envs.drivers import Driver, scatter
 from colias_sim.envs.options import MOST_ROBOTS, EnvOptions
 from colias_sim.robot import Pose
 
-TURN_PER_TORQUE = 1270.0
-"""rad/s that 1 N m about the vertical turns a robot at rest whose motors hold (measured; they give way)."""
+HARDEST_PUSH_DEG_S = 180.0
+_PUSHED_DEG_S = (0.0, 58.0, 93.0, 130.0, 169.0, 207.0)
+_PUSH_N_M = (0.0, 8.25e-4, 1.237e-3, 1.649e-3, 2.061e-3, 2.474e-3)
+"""Measured: how fast a torque turns a robot at rest. Its motors give way; from 4e-3 N m on the tyres do too."""
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True))
@@ -29,7 +31,21 @@ class OptomotorOptions(EnvOptions):
     arena: Annotated[str, AfterValidator(known_arena)] = Field(default="drum", description="an arena of scenes")
     disturbance: Literal["drum", "push"] = Field(default="drum", description="the wall turns, or a torque on the robot")
     slowest_deg_s: float = Field(default=20.0, ge=0.0, le=360.0, description="least rate of the disturbance")
-    fastest_deg_s: float = Field(default=90.0, ge=0.0, le=360.0, description="greatest rate of the disturbance")
+    fastest_deg_s: float = Field(default=90.0, ge=0.0, le=360.0, description="greatest; of a push at most 180")
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.slowest_deg_s > self.fastest_deg_s or self.fastest_deg_s == 0.0:
+            raise ValueError(
+                f"slowest_deg_s={self.slowest_deg_s}, fastest_deg_s={self.fastest_deg_s}:"
+                " expected the first to be at most the second, and that above 0"
+            )
+        if self.disturbance == "push" and self.fastest_deg_s > HARDEST_PUSH_DEG_S:
+            raise ValueError(
+                f"fastest_deg_s={self.fastest_deg_s}: expected at most {HARDEST_PUSH_DEG_S:g} of a push,"
+                " beyond which the tyres slip"
+            )
+        return self
 
 
 @documented
@@ -53,22 +69,24 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
 
     - `hold`: 1 - |slip| / `fastest_deg_s`, at least -1; the slip is the turn rate against the wall.
     - `effort`: -0.05 times the mean square of the two wheels.
-    - `touch`: -10 when the hull touches anything.
-
-    Terms are means over the frames of a step; the reward is their sum.
+    <REWARDS>
 
     ## Info
 
-    <INFO> The optomotor gain of a stretch is 1 - sum(slip_deg_s * sign(drift_deg_s)) / sum(|drift_deg_s|): 0 for a
+    <INFO>
+
+    The optomotor gain of a stretch is 1 - sum(slip_deg_s * sign(drift_deg_s)) / sum(|drift_deg_s|): 0 for a
     robot that does nothing, 1 for one whose view never turns.
 
     ## Starting State
 
-    The robot stands in the arena's middle, others are parked around. <RANDOM>
+    The robot stands in the arena's middle, others are parked around.
+
+    <RANDOM>
 
     ## Episode End
 
-    Terminated when the observer touches anything; truncated after 450 steps (15 s).
+    Terminated when the observer touches anything; truncated after 450 steps (15 s, times `frame_skip`).
 
     ## Arguments
 
@@ -80,15 +98,6 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     """
 
     options_type: ClassVar[type[EnvOptions]] = OptomotorOptions
-
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
-        if self.options.slowest_deg_s > self.options.fastest_deg_s or self.options.fastest_deg_s == 0.0:
-            self.close()
-            raise ValueError(
-                f"slowest_deg_s={self.options.slowest_deg_s}, fastest_deg_s={self.options.fastest_deg_s}:"
-                " expected the first to be at most the second, and that above 0"
-            )
 
     def _others(self) -> Mapping[str, str]:
         return {f"parked{i}": "colias_parked" for i in range(1, self.options.robots + 1)}
@@ -107,7 +116,8 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
             rate = math.radians(float(rng.uniform(own.slowest_deg_s, own.fastest_deg_s)))
             self._rate = rate if rng.random() < 0.5 else -rate
         if self.options.disturbance == "push":
-            self._sim.robots[OBSERVER].twist(self._rate / TURN_PER_TORQUE)
+            torque = float(np.interp(abs(math.degrees(self._rate)), _PUSHED_DEG_S, _PUSH_N_M))
+            self._sim.robots[OBSERVER].twist(math.copysign(torque, self._rate))
             return self._rate
         self._sim.turn_wall(self._sim.wall_turn + self._rate * dt)
         return -self._rate

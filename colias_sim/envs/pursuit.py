@@ -33,7 +33,7 @@ class Pursuit(ColiasEnv[PursuitOptions]):
     ## Description
 
     Follow a black Colias that wanders about the arena, at a set distance. The target meanders, turns away on the spot
-    from walls and robots within 4.5 cm ahead of it, and does not heed who follows.
+    from what comes within 4.5 cm of it, and does not heed who follows.
 
     ## Action Space
 
@@ -47,22 +47,24 @@ class Pursuit(ColiasEnv[PursuitOptions]):
 
     - `distance`: 1 - |gap - `distance_cm`| / `distance_cm`, at least -1; the gap is that between the hulls.
     - `centre`: 1 - |bearing| / 35 degrees, at least -1; the bearing is the target's angle off the optical axis.
-    - `touch`: -10 when the hull touches anything.
-
-    Terms are means over the frames of a step; the reward is their sum.
+    <REWARDS>
 
     ## Info
 
-    <INFO> Here: `gap_cm`, `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
+    <INFO>
+
+    Here: `gap_cm`, `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
 
     ## Starting State
 
     The target is put down anywhere, the observer behind it at the distance to be kept, looking at it; robots beyond
-    the first are parked. <RANDOM>
+    the first are parked.
+
+    <RANDOM>
 
     ## Episode End
 
-    Terminated when the observer touches anything; truncated after 900 steps (30 s).
+    Terminated when the observer touches anything; truncated after 900 steps (30 s, times `frame_skip`).
 
     ## Arguments
 

@@ -120,9 +120,13 @@ def build_model(model: str | ModelFactory, shape: tuple[int, int]) -> Model:
 
     Raises ``ValueError`` on an unknown name, and on what is neither.
     """
-    if callable(model):
-        return model(shape)
-    if not isinstance(model, str):
+    built: Model
+    if isinstance(model, str):
+        built = importlib.import_module(WIRING).build(model, shape)
+    elif callable(model):
+        built = model(shape)
+    else:
         raise ValueError(f"model={model!r}: expected a model's name, or a factory that takes (rows, columns)")
-    built: Model = importlib.import_module(WIRING).build(model, shape)
+    if not (callable(getattr(built, "step", None)) and callable(getattr(built, "reset", None))):
+        raise ValueError(f"model={model!r} made {built!r}: expected an object with step(frame) and reset()")
     return built
