@@ -97,4 +97,4 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
         return lambda: [robot.pose for robot in others]
 
     def _reward(self) -> dict[str, float]:
-        return {"ahead": self.state.speed / FASTEST}
+        return {"ahead": self.speed / FASTEST}

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from annotated_types import Ge, Gt, Le
 from pydantic.fields import FieldInfo
 
-from colias_sim.envs.base import MANOEUVRES
+from colias_sim.envs.actions import MANOEUVRES
 from scenes import ARENAS
 
 Env = TypeVar("Env", bound=type[Any])
