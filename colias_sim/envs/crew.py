@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import gc
 import multiprocessing
 import os
 import pickle
@@ -14,8 +15,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from multiprocessing.connection import Connection
 from typing import Any
 
+import cv2
 from gymnasium import spaces
 from gymnasium.vector.utils import CloudpickleWrapper
+from threadpoolctl import threadpool_limits
 
 from colias_sim.envs.hosting import Board, Host, Task
 from colias_sim.envs.infos import packed
@@ -129,7 +132,7 @@ def _serve(
     host: Host | None = None
     try:
         host = Host(task, pickle.loads(content).fn, Board(memory, seen, acted, task.of))
-        _on_one_thread()
+        _tune()
         pipe.send((True, host.metadata))
         while (question := pipe.recv()) is not None:
             pipe.send((True, _answer(host, *question)))
@@ -148,13 +151,12 @@ def _answer(host: Host, what: str, arguments: tuple[Any, ...]) -> Any:
     return given if what == "render" else packed(given)
 
 
-def _on_one_thread() -> None:
-    """There is a process for each core already."""
-    import cv2
-    from threadpoolctl import threadpool_limits
-
+def _tune() -> None:
+    """One thread, as there is a process for each core already; and no look-out for garbage in what is there to stay."""
     cv2.setNumThreads(1)
     threadpool_limits(1)
+    gc.collect()
+    gc.freeze()
 
 
 @contextlib.contextmanager

@@ -39,19 +39,15 @@ def merged(groups: Sequence[Group], count: int, add: Add) -> dict[str, Any]:
 
 
 def _as_columns(groups: Sequence[Group], count: int) -> dict[str, Any] | None:
-    """What `Add` makes of plain numbers under equal keys, many times faster; ``None`` for anything else."""
+    """What `Add` makes of plain numbers, one of each key from each env, in a tenth of its time; else ``None``."""
     indices = [index for _, some, _ in groups for index in some]
     rows = [row for _, _, some in groups for row in some]
-    if len(set(indices)) < len(indices):
+    if indices != list(range(count)):
         return None
-    there = np.zeros(count, np.bool_)
-    there[indices] = True
     infos: dict[str, Any] = {}
     for key, column in zip(groups[0][0], zip(*rows, strict=True), strict=True):
         (kind, *others) = {type(value) for value in column}
         if others or kind not in (float, bool, int):
             return None
-        infos[key] = np.zeros(count, kind)
-        infos[key][indices] = column
-        infos[f"_{key}"] = there.copy()
+        infos[key], infos[f"_{key}"] = np.array(column, kind), np.ones(count, np.bool_)
     return infos
