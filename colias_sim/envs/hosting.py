@@ -43,13 +43,9 @@ class Board:
 
     def copied(self) -> Any:
         """The observations, the caller's own."""
-        return self.observations.copy() if isinstance(self.observations, np.ndarray) else self.read(slice(None))
-
-    def read(self, index: int | slice) -> Any:
-        """Copies of some envs' observations."""
         if isinstance(self.observations, np.ndarray):
-            return self.observations[index].copy()
-        return {name: part[index].copy() for name, part in self._parts.items()}
+            return self.observations.copy()
+        return {name: part.copy() for name, part in self._parts.items()}
 
     def write(self, index: int, observation: Any) -> None:
         """Put down what one env observes."""
@@ -135,7 +131,7 @@ class Host:
             self._board.write(index, observation)
             self._put(k, reward, terminated, truncated)
             if self._over[k] and self._task.mode is AutoresetMode.SAME_STEP:
-                rows.append((index, {"final_obs": self._board.read(index), "final_info": info}))
+                rows.append((index, {"final_obs": observation, "final_info": info}))
                 info = self._begin(k, env)
                 self._over[k] = False
             rows.append((index, info))
