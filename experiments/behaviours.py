@@ -115,6 +115,16 @@ def still(rng: np.random.Generator) -> Callable[[object], Wheels]:
     return lambda seen: (0.0, 0.0)
 
 
+def random(rng: np.random.Generator) -> Callable[[object], Wheels]:
+    """Every frame other wheel speeds, uniform over what the motors can."""
+
+    def draw(seen: object) -> Wheels:
+        left, right = rng.uniform(-1.0, 1.0, 2).tolist()
+        return left, right
+
+    return draw
+
+
 def straight(rng: np.random.Generator) -> Callable[[object], Wheels]:
     """Drives ahead."""
     return lambda seen: (AHEAD, AHEAD)
@@ -176,6 +186,7 @@ _ENTRIES = (
         "hybrid", "looming gates where the motion is: away from there, for as long as it looms", AVOIDANCE, hybrid
     ),
     Behaviour("still", "does nothing", OPTOMOTOR, still, senses="state"),
+    Behaviour("random", "every frame other wheel speeds, of all there are", OPTOMOTOR, random, senses="state"),
     Behaviour("straight", "drives ahead", AVOIDANCE, straight, senses="state"),
     Behaviour("random-walk", "a correlated random walk", AVOIDANCE, RandomWalk, senses="state"),
     Behaviour.told("told-heading", "privileged: turns against the true disturbance", OPTOMOTOR, told_heading),

@@ -21,10 +21,10 @@ from colias_sim.envs import ENVS
 from colias_sim.gl import require_backend
 from experiments.behaviours import BASELINES
 from experiments.bench import console
-from experiments.bench.behaving import load_behaviour
+from experiments.bench.behaving import in_file, load_behaviour
 from experiments.bench.episode_scores import EPISODE_SCHEMA, STEP_SCHEMA, Score, finished, scores
 from experiments.bench.episodes import EpisodeSpec, Setting, play_behaviour
-from experiments.bench.files import UsageError, is_file
+from experiments.bench.files import UsageError
 from experiments.bench.plan import versions
 from experiments.bench.pool import Pool, open_pool
 from experiments.bench.results import Failure, Finished, RunFolder
@@ -62,7 +62,7 @@ class BehaviourPlan:
 
 def _files(settings: Sequence[Setting]) -> dict[str, str]:
     """SHA-256 of the user's own files that the numbers depend on, by path."""
-    sources = sorted({setting.behaviour for setting in settings if is_file(setting.behaviour)})
+    sources = sorted({setting.behaviour for setting in settings if in_file(setting.behaviour)})
     return {source: hashlib.sha256(Path(source).read_bytes()).hexdigest() for source in sources}
 
 
@@ -97,7 +97,7 @@ def plan(
     entry = load_behaviour(behaviour)
     where = env_id(env) if env is not None else env_id(entry.env)
     options = _options(where, assignments)
-    source = str(Path(behaviour).resolve()) if is_file(behaviour) else behaviour
+    source = str(Path(behaviour).resolve()) if in_file(behaviour) else behaviour
     others = [name for name in BASELINES.get(where, ()) if name != behaviour] if baselines else []
     settings = tuple(Setting(name, where, options) for name in (source, *others))
     return BehaviourPlan(settings, episodes, seed)

@@ -46,6 +46,11 @@ class Behaviour:
         return cls(name, summary, env, lambda rng: policy, senses="state")
 
 
+def in_file(source: str) -> bool:
+    """Whether ``source`` means a file rather than something registered."""
+    return is_file(source) or source.endswith(".npz")
+
+
 def by_name(entries: Iterable[Behaviour]) -> Mapping[str, Behaviour]:
     """The entries by name; ``ValueError`` if two share one."""
     listed = list(entries)
@@ -56,17 +61,22 @@ def by_name(entries: Iterable[Behaviour]) -> Mapping[str, Behaviour]:
 
 
 def load_behaviour(source: str) -> Behaviour:
-    """The registered behaviour called ``source``, or the one that the file ``source`` declares as ``BEHAVIOUR``.
+    """The registered behaviour called ``source``, that which the file ``source`` declares as ``BEHAVIOUR``, or the
+    trained policy in a file that ends in .npz.
 
-    Raises `UsageError` on an unknown name, and on a file that declares no `Behaviour`.
+    Raises `UsageError` on an unknown name, a file that declares no `Behaviour`, and one that holds no policy.
     """
-    if not is_file(source):
+    if source.endswith(".npz"):
+        from experiments.bench import policy_file
+
+        return policy_file.load(Path(source)).behaviour(Path(source).stem)
+    if not in_file(source):
         from experiments.behaviours import BEHAVIOURS
 
         if source not in BEHAVIOURS:
             near = difflib.get_close_matches(source, BEHAVIOURS, n=1, cutoff=0.0)[0]
-            raise UsageError(f"no behaviour '{source}': known are {', '.join(BEHAVIOURS)}, or a .py file"
-                             f" (nearest: {near})")  # fmt: skip
+            raise UsageError(f"no behaviour '{source}': known are {', '.join(BEHAVIOURS)}, a .py file, or a policy's"
+                             f" .npz (nearest: {near})")  # fmt: skip
         return BEHAVIOURS[source]
     entry = declared(Path(source), "BEHAVIOUR")
     if not isinstance(entry, Behaviour):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from experiments.bench import cli_behave, cli_leaderboard, cli_offline, cli_tune, cli_watch
+from experiments.bench import cli_behave, cli_leaderboard, cli_offline, cli_train, cli_tune, cli_watch
 from experiments.bench.options import Assignments, Cluster, Models, Quiet, Repeats, Seed, Workers, worker_count
 
 if TYPE_CHECKING:
@@ -201,6 +201,7 @@ def _note_rates(plan: Plan) -> None:
 cli_watch.register(app)
 cli_leaderboard.register(app)
 cli_tune.register(app)
+cli_train.register(app)
 cli_behave.register(app)
 
 
