@@ -563,7 +563,7 @@ others = st.builds(Other, st.floats(0, LENGTH), angles, st.floats(-SPEED, SPEED)
         st.floats(0, LENGTH),
         angles,
         st.lists(others, max_size=4).map(tuple),
-    )  # fmt: skip
+    )
 )
 def test_a_state_is_read_back_from_its_vector(state):
     vector = state.vector()
