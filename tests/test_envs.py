@@ -20,7 +20,8 @@ from hypothesis import strategies as st
 import dsnn
 from colias_sim import GLUnavailable, Pose
 from colias_sim.envs import ENVS, NEURAL, Other, State
-from colias_sim.envs.base import MANOEUVRES, TOUCH_COST, ColiasEnv
+from colias_sim.envs.actions import MANOEUVRES
+from colias_sim.envs.base import TOUCH_COST, ColiasEnv
 from colias_sim.envs.options import options_of
 from colias_sim.envs.senses import LENGTH, SPEED, TURN
 from colias_sim.offscreen import Offscreen
