@@ -54,7 +54,7 @@ class Saccades:
     from one saccade to the next, or it would dither before a wall.
     """
 
-    TURN, TURN_FRAMES, ECHO_FRAMES = 0.25, 5, 4
+    TURN, TURN_FRAMES, ECHO_FRAMES = 0.25, 8, 4
     HOLD = 15
 
     def __init__(self, side: Callable[[Response], float], *, hold: bool = True) -> None:
