@@ -1,0 +1,177 @@
+"""The processes of a vector env: whatever happens to one is one clear error, and none is left behind."""
+
+from __future__ import annotations
+
+import gc
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gymnasium import error
+
+import colias_sim
+from dsnn import Response
+from tests.test_vector import actions, make
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(colias_sim.__file__).parents[1])}
+
+
+def gone(pids: list[int]) -> bool:
+    """Whether these processes end within some seconds."""
+    deadline = time.monotonic() + 20
+    while any(Path(f"/proc/{pid}").exists() and "zombie" not in status(pid) for pid in pids):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def status(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return "zombie"
+
+
+def workers() -> list[int]:
+    return [process.pid for process in multiprocessing.active_children() if process.pid]
+
+
+@pytest.fixture(autouse=True)
+def nothing_left() -> Iterator[None]:
+    before = set(workers())
+    yield
+    gc.collect()
+    assert set(workers()) <= before
+
+
+class Failing:
+    """A model's factory in a worker: kills it, or raises, when built or at a later frame."""
+
+    def __init__(self, how: str, frame: int) -> None:
+        self.how, self.left = how, frame
+
+    def __call__(self, shape: tuple[int, int]) -> Failing:
+        self._fail()
+        return self
+
+    def step(self, frame: np.ndarray) -> Response:
+        self._fail()
+        return Response()
+
+    def reset(self) -> None: ...
+
+    def _fail(self) -> None:
+        self.left -= 1
+        if self.left < 0 and self.how == "kill":
+            os.kill(os.getpid(), signal.SIGKILL)
+        if self.left < 0:
+            raise colias_sim.GLUnavailable("no picture")
+
+
+@pytest.mark.parametrize("how", ["kill", "raise"])
+@pytest.mark.parametrize("frame", [0, 6])
+def test_a_failing_worker_is_one_error_and_the_end(how: str, frame: int) -> None:
+    expected: type[Exception] = RuntimeError if how == "kill" else colias_sim.GLUnavailable
+    said = r"envs 0\.\.1 died, signal SIGKILL" if how == "kill" else "no picture"
+    if frame == 0:
+        with pytest.raises(expected, match=said):
+            make(2, workers=1, observation="neural", model=Failing(how, frame))
+        return
+    env = make(2, workers=1, observation="neural", model=Failing(how, frame))
+    env.reset(seed=0)
+    with pytest.raises(expected, match=said) as caught:
+        for action in actions(5, 2):
+            env.step(action)
+    assert how == "kill" or "envs 0..1" in "".join(caught.value.__notes__)
+    with pytest.raises(error.ClosedEnvironmentError):
+        env.step(actions(1, 2)[0])
+
+
+def test_a_worker_killed_between_steps_is_one_error() -> None:
+    env = make(2, workers=2, observation="state")
+    env.reset(seed=0)
+    pids = workers()
+    os.kill(pids[0], signal.SIGKILL)
+    with pytest.raises(RuntimeError, match=r"env [01] died, signal SIGKILL: this vector env is closed"):
+        env.step(actions(1, 2)[0])
+    assert env.closed and gone(pids)
+
+
+def test_no_opengl_in_a_worker(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "off")  # this process has chosen already, its workers choose anew
+    with pytest.raises(colias_sim.GLUnavailable, match="no OpenGL library"):
+        make(2, workers=1)
+
+
+def test_garbage_collection_ends_the_workers() -> None:
+    env = make(2, workers=1, observation="state")
+    pids = workers()
+    del env
+    gc.collect()
+    assert gone(pids)
+
+
+SCRIPT = """
+import gymnasium as gym, multiprocessing, numpy as np, os, sys
+import colias_sim
+if __name__ == "__main__":
+    env = gym.make_vec("colias_sim/Fixation-v0", num_envs=2, observation="state")
+    env.reset(seed=0)
+    print(*[process.pid for process in multiprocessing.active_children()], flush=True)
+    while len(sys.argv) > 1:
+        env.step(np.zeros((2, 2)))
+"""
+
+
+@pytest.mark.parametrize("end", [None, signal.SIGINT, signal.SIGTERM, signal.SIGKILL], ids=str)
+def test_the_workers_go_with_their_parent(end: signal.Signals | None, tmp_path: Path) -> None:
+    """At its own end nothing is said; Ctrl-C, which goes to all, shows one traceback."""
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    process = subprocess.Popen(
+        [sys.executable, "-W", "error", script, *(["run"] if end else [])], env=ENVIRONMENT, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    pids = [int(pid) for pid in process.stdout.readline().split()]
+    assert len(pids) == min(2, len(os.sched_getaffinity(0)))
+    if end == signal.SIGINT:
+        os.killpg(process.pid, end)
+    elif end:
+        process.send_signal(end)
+    _, complaints = process.communicate(timeout=60)
+    assert gone(pids)
+    assert complaints.count("Traceback") == (1 if end == signal.SIGINT else 0), complaints
+    assert "leaked" not in complaints
+
+
+def test_a_script_without_a_guard_is_told_so(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT.replace('if __name__ == "__main__":', "if True:"))
+    done = subprocess.run([sys.executable, script], env=ENVIRONMENT, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert "needs 'if __name__ == \"__main__\":'" in done.stderr
+
+
+def test_cycles_leave_threads_files_and_memory_alone() -> None:
+    def cycle() -> tuple[int, int, int]:
+        env = make(2, workers=0)
+        env.reset(seed=0)
+        env.step(actions(1, 2)[0])
+        env.close()
+        gc.collect()
+        resident = int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+        return threading.active_count(), len(list(Path("/proc/self/fd").iterdir())), resident
+
+    seen = [cycle() for _ in range(25)]
+    assert seen[-1][:2] == seen[4][:2]
+    assert seen[-1][2] - seen[4][2] < 8_000_000
