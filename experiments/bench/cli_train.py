@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from experiments.bench.policy import About
 
 STEPS, ENVS, REPLAYED = 40_960, 8, 5
-STEP_MS, START_S = 3.0, 20.0
-"""What a step of an env costs one core, and starting them all: for the estimate."""
+STEP_MS, START_S, JUDGING_S = 4.0, 25.0, 90.0
+"""What a step of an env costs one core, starting them all, and judging what was learnt: for the estimate."""
 
 
 def register(app: typer.Typer) -> None:
@@ -91,9 +91,9 @@ def _train(about: About, out: Path | None, means: Means) -> None:
     rounds = -(-about.steps // about.envs)
     if not means.quiet:
         cores = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1, about.envs)
-        minutes = (about.steps * STEP_MS / 1e3 + START_S) / cores / 60
-        said = f"{about.env}: {about.steps} steps in {about.envs} envs, some {minutes:.1f} minutes"
-        said += f"; the envs are starting; into {folder}"
+        minutes = (about.steps * STEP_MS / 1e3 + START_S + JUDGING_S) / cores / 60
+        size = f"{about.steps} steps in {about.envs} envs, which are starting, some {minutes:.1f} minutes"
+        said = f"{about.env}: {size}, into {folder}"
         console.error_console.print(said, soft_wrap=True, markup=False)
     from experiments.bench import policy_run, training
 
