@@ -2,7 +2,7 @@
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run reproduce test lint types bench setup lock clean
+.PHONY: run reproduce train test test-train lint types bench setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -10,9 +10,17 @@ run: $(READY) ## The main job: the paper's speed tests, 40 trials
 reproduce: $(READY) ## The paper's robot experiments, and which of its claims hold
 	$(BIN)/colias reproduce
 
+train: $(READY) ## A policy by PPO on neural observations, after setting up the extra [train]
+	sh tools/setup.sh --train
+	$(BIN)/colias train
+
 test: $(READY) ## Every test; the report's needs Debian's chromium, and is skipped where that cannot be had
 	sh tools/setup.sh --browser
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
+
+test-train: $(READY) ## The tests of training, those too that need the extra [train]
+	sh tools/setup.sh --train
+	$(BIN)/python -m pytest tests/test_train.py
 
 lint: $(READY)
 	$(BIN)/ruff check .

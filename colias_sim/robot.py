@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import mujoco
-import numpy as np
 
 from colias_sim.config import RobotConfig
 
@@ -122,8 +121,6 @@ def bearing(observer: Pose, target: Pose, forward: float) -> float:
 
     Radians, left positive.
     """
-    lens = np.array([observer.x, observer.y]) + forward * np.array(
-        [math.cos(observer.heading), math.sin(observer.heading)]
-    )
-    angle = math.atan2(target.y - lens[1], target.x - lens[0]) - observer.heading
+    x, y = observer.x + forward * math.cos(observer.heading), observer.y + forward * math.sin(observer.heading)
+    angle = math.atan2(target.y - y, target.x - x) - observer.heading
     return math.remainder(angle, 2 * math.pi)

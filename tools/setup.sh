@@ -41,6 +41,21 @@ if [ "${1:-}" = --browser ]; then # for the tests of the report alone
     exit 0
 fi
 
+if [ "${1:-}" = --train ]; then # the extra [train], which the lock leaves out: into the .venv that is there
+    "$venv/bin/python" -c 'import stable_baselines3, torch' 2>/dev/null && exit 0
+    torch=2.13.0
+    pip="$venv/bin/python -m pip install -q --disable-pip-version-check"
+    say "installing PyTorch and stable-baselines3 (some 300 MB)"
+    if ! "$venv/bin/python" -c 'import torch' 2>/dev/null && ! $pip "torch==$torch+cpu" 2>/dev/null; then
+        say "no CPU build of PyTorch $torch at hand: on Linux what comes instead may be some GB of CUDA;" \
+            "Ctrl-C, install its CPU build into $venv, and run this again to do without"
+        $pip "torch==$torch"
+    fi
+    $pip -e '.[train]' --no-build-isolation
+    say "ready to train"
+    exit 0
+fi
+
 python=$(find_python)
 if ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then
     say "making $venv with $($python --version)"

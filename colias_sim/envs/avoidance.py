@@ -92,4 +92,4 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
         return places, {name: Wander(self._sim.robots[name], speed, rng) for name in movers}
 
     def _reward(self) -> dict[str, float]:
-        return {"ahead": self.state.speed / FASTEST}
+        return {"ahead": self.speed / FASTEST}

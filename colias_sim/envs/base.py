@@ -16,6 +16,7 @@ from gymnasium import error, spaces
 
 from colias_sim import gl
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.envs.actions import action_space, wheels_of
 from colias_sim.envs.drivers import Driver, gap_to, wall
 from colias_sim.envs.options import Answer, EnvOptions, checked
 from colias_sim.envs.senses import Other, State, build_model, neural, space
@@ -27,12 +28,6 @@ OBSERVER, TARGET = "observer", "target"
 TOUCH_COST = 10.0
 WIDEST_LIGHT, WIDEST_SHELL, WIDEST_MOTOR, WIDEST_TILT = 0.3, 0.4, 0.05, math.radians(3.0)
 """Domain randomisation at its widest: lamps by a share, shells' reflectance up to, wheels by a share, camera by."""
-
-MANOEUVRES: Mapping[str, tuple[float, float]] = {
-    "stop": (0.0, 0.0), "ahead": (0.3, 0.3), "bend left": (0.2, 0.3), "bend right": (0.3, 0.2),
-    "turn left": (-0.2, 0.2), "turn right": (0.2, -0.2), "back": (-0.2, -0.2),
-}  # fmt: skip
-"""The discrete actions in order: wheel speeds (left, right) as shares of the maximum."""
 
 Options = TypeVar("Options", bound=EnvOptions)
 
@@ -56,10 +51,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         self.metadata = {"render_modes": _render_modes(), "render_fps": 30.0 / own.frame_skip}
         self._robot_config, camera = RobotConfig(), _camera(own)
         self._shape = camera.height, camera.width
-        self.observation_space = space(own.observation, self._shape, own.robots)
-        self.action_space = (
-            spaces.Discrete(len(MANOEUVRES)) if own.actions == "manoeuvres" else spaces.Box(-1.0, 1.0, (2,), np.float32)
-        )
+        self.observation_space, self.action_space = spaces_of(own)
         model = build_model(own.model, self._shape)  # always: a wrong one is told of, whatever is observed
         self._model = model if own.observation in ("neural", "both") else None
         self._sim = Simulation(
@@ -108,8 +100,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         ``options`` has no entries of its own: any raises ``ValueError``.
         """
         self._check_open()
-        if options:
-            raise ValueError(f"reset(options={options}): no such option; what can be set is an argument of gym.make")
+        check_reset_options(options)
         super().reset(seed=seed)
         self._forget()
         # Noise of its own: what happens is then the same whatever is observed, and baselines compare in pairs.
@@ -136,7 +127,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         self._check_open()
         if not self._running:
             raise error.ResetNeeded("step() before reset(), or after the episode's end: call reset() first")
-        self._wheels = self._steer(self._checked_action(action))
+        self._wheels = self._steer(wheels_of(self.action_space, action))
         limit = self._robot_config.max_speed_cm_s / 100
         left, right = (float(w) * limit * gain for w, gain in zip(self._wheels, self._wheel_gains, strict=True))
         self._command = WheelSpeeds(left, right)
@@ -196,8 +187,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
     @property
     def state(self) -> State:
         """What the observation ``state`` says, in units."""
-        observer = self._sim.robots[OBSERVER]
-        here, (vx, vy) = observer.pose, observer.velocity
+        here, (vx, vy) = self._sim.robots[OBSERVER].pose, self._sim.robots[OBSERVER].velocity
         cos, sin = math.cos(here.heading), math.sin(here.heading)
         seen = []
         for name, robot in self._sim.everyone.items():
@@ -210,11 +200,26 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
             seen.append((name != TARGET, Other(gap, direction, du * cos + dv * sin, dv * cos - du * sin)))
         seen.sort(key=lambda entry: (entry[0], entry[1].distance))
         gap, direction = wall(here)
-        turn = observer.turn_rate
         return State(
-            vx * cos + vy * sin, turn, turn - self._wall_rate(), self._drift, gap, direction,
+            self.speed, self.turn_rate, self.slip, self._drift, gap, direction,
             tuple(other for _, other in seen),
         )  # fmt: skip
+
+    @property
+    def speed(self) -> float:
+        """Along the heading, in m/s."""
+        heading, (vx, vy) = self._sim.robots[OBSERVER].pose.heading, self._sim.robots[OBSERVER].velocity
+        return vx * math.cos(heading) + vy * math.sin(heading)
+
+    @property
+    def turn_rate(self) -> float:
+        """Of the body, in rad/s, left positive."""
+        return self._sim.robots[OBSERVER].turn_rate
+
+    @property
+    def slip(self) -> float:
+        """The turn rate against the wall, in rad/s, left positive."""
+        return self.turn_rate - self._wall_rate()
 
     # The rest is its own.
 
@@ -266,25 +271,6 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         mujoco.mju_mulQuat(self._eye.quat, self._eye_quat, tilt)
         return float(1.0 + wide * WIDEST_LIGHT * light)
 
-    def _checked_action(self, action: Any) -> npt.NDArray[np.float32]:
-        """The wheel speeds of a legal action, (2,) in [-1, 1]."""
-        said = " ".join(repr(action).split())[:80]
-        if isinstance(self.action_space, spaces.Discrete):
-            try:
-                legal = self.action_space.contains(action)
-            except OverflowError:
-                legal = False
-            if not legal:
-                raise error.InvalidAction(f"action {said}: expected a whole number from 0 to {len(MANOEUVRES) - 1}")
-            return np.array(list(MANOEUVRES.values())[int(action)], np.float32)
-        try:
-            given = np.asarray(action)
-        except ValueError:  # rows of different lengths
-            given = np.empty(0)
-        if given.shape != (2,) or given.dtype.kind not in "fiu" or not (np.abs(given) <= 1.0).all():  # nor is NaN
-            raise error.InvalidAction(f"action {said}: expected two numbers in [-1, 1], for the wheels left and right")
-        return given.astype(np.float32)
-
     def _observation(self) -> Any:
         kind = self.options.observation
         if kind == "state":
@@ -296,11 +282,11 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
 
     def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
         """The reward's terms, and what measures a behaviour; units are in the names."""
-        pose, state = self._sim.robots[OBSERVER].pose, self.state
+        pose = self._sim.robots[OBSERVER].pose
         measures = {
             "x_cm": 100 * pose.x, "y_cm": 100 * pose.y, "heading_deg": math.degrees(pose.heading),
-            "driven_cm": 100 * self._driven, "turn_deg_s": math.degrees(state.turn_rate),
-            "slip_deg_s": math.degrees(state.slip), "drift_deg_s": math.degrees(state.drift),
+            "driven_cm": 100 * self._driven, "turn_deg_s": math.degrees(self.turn_rate),
+            "slip_deg_s": math.degrees(self.slip), "drift_deg_s": math.degrees(self._drift),
             "touched": self._touched, **self._measures(),
         }  # fmt: skip
         return {**{f"reward_{name}": value for name, value in terms.items()}, **measures}
@@ -317,6 +303,18 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
     def _check_open(self) -> None:
         if self._closed:
             raise error.ClosedEnvironmentError("this env is closed: make a new one")
+
+
+def spaces_of(options: EnvOptions) -> tuple[spaces.Space[Any], spaces.Space[Any]]:
+    """What an env of these options observes, and how it is acted on."""
+    camera = _camera(options)
+    return space(options.observation, (camera.height, camera.width), options.robots), action_space(options.actions)
+
+
+def check_reset_options(options: Mapping[str, Any] | None) -> None:
+    """Raise ``ValueError`` for any: a reset has no options of its own."""
+    if options:
+        raise ValueError(f"reset(options={options}): no such option; what can be set is an argument of gym.make")
 
 
 def _render_modes() -> list[str]:

@@ -7,7 +7,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic.fields import FieldInfo
 
-from colias_sim.envs.base import MANOEUVRES
+from colias_sim.envs.actions import MANOEUVRES
 from colias_sim.envs.options import bounds, options_of
 from scenes import ARENAS
 

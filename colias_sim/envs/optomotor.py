@@ -126,5 +126,5 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
         return self._rate if self.options.disturbance == "drum" else 0.0
 
     def _reward(self) -> dict[str, float]:
-        slip = abs(self.state.slip) / math.radians(self.options.fastest_deg_s)
+        slip = abs(self.slip) / math.radians(self.options.fastest_deg_s)
         return {"hold": max(1.0 - slip, -1.0), "effort": -0.05 * float(np.mean(self._wheels**2))}

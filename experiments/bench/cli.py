@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from experiments.bench import cli_leaderboard, cli_offline, cli_tune, cli_watch
+from experiments.bench import cli_behave, cli_leaderboard, cli_offline, cli_train, cli_tune, cli_watch
 from experiments.bench.options import Assignments, Cluster, Models, Quiet, Repeats, Seed, Workers, worker_count
 
 if TYPE_CHECKING:
@@ -46,6 +46,7 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias reproduce                   which of the paper's claims hold
   colias leaderboard                 every model on the same trials
   colias tune --model emd            response against speed, size, direction ...
+  colias behave hybrid               close the loop: reflexes in an env, scored
   colias parameters                  everything that --set reaches
   colias view runs/speed-...         a run's recordings in Rerun
 
@@ -146,7 +147,9 @@ def reproduce(
     full: Annotated[
         bool, typer.Option("--full", help="Ten repeats at every seed and move: some twenty minutes.")
     ] = False,
-    robot_only: Annotated[bool, typer.Option("--robot-only", help="Without the off-line experiments.")] = False,
+    robot_only: Annotated[
+        bool, typer.Option("--robot-only", help="Just the paper's trials with the robot: neither clips nor behaviours.")
+    ] = False,
     seed: Seed = 0,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the report, otherwise runs/reproduce-TIME; goes on with one begun.")
@@ -163,9 +166,10 @@ def reproduce(
 ) -> None:
     """Run the paper's experiments, the robot's at other seeds and with everything moved too; write one page about it.
 
-    report.html needs no network; claims.json has the verdicts. The exit status is 0 whatever they are.
+    The reflexes of [b]colias behave[/b] are played too, and claims of our own about them judged. report.html needs no
+    network; claims.json and behaviours.json have the verdicts. The exit status is 0 whatever they are.
     """
-    from experiments.bench import console, settings
+    from experiments.bench import console, console_behave, settings
     from experiments.bench.files import UsageError
 
     if quick and full:
@@ -178,10 +182,11 @@ def reproduce(
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"reproduce-{stamp}"
-    result = whole.reproduce(folder, scale, seed, model or ["dsn2017"], means, experiment or (), not robot_only)
+    result = whole.reproduce(folder, scale, seed, model or ["dsn2017"], means, experiment or (), robot_only)
     page = report.write(result)
     if not quiet:
         console.show_claims(result.claims)
+        console_behave.show_claims(result.own_claims)
         out_console.print(f"\nreport      {page}", soft_wrap=True, markup=False)
 
 
@@ -196,21 +201,30 @@ def _note_rates(plan: Plan) -> None:
 cli_watch.register(app)
 cli_leaderboard.register(app)
 cli_tune.register(app)
+cli_train.register(app)
+cli_behave.register(app)
 
 
-@app.command("list", short_help="Name the experiments, models, scenes and stimuli.")
+@app.command("list", short_help="Name the experiments, models, scenes, stimuli, envs, behaviours.")
 def list_all() -> None:
-    """Name what there is to run: experiments, vision models, arenas, stimuli."""
+    """Name what there is to run: experiments, vision models, arenas, stimuli, envs, behaviours."""
+    from colias_sim.envs import ENVS
     from dsnn import MODELS
     from dsnn.stimuli import STIMULI
     from experiments import NAMES, OFFLINE
+    from experiments.behaviours import BEHAVIOURS
     from experiments.bench import catalogue
     from scenes import ARENAS
 
     experiments = {name: catalogue.find(name).summary for name in (*NAMES, *OFFLINE)}
     models = {name: entry.summary for name, entry in MODELS.items()}
     stimuli = {name: entry.summary for name, entry in STIMULI.items()}
-    kinds = {"experiments": experiments, "models": models, "scenes": ARENAS, "stimuli": stimuli}
+    envs = {name.partition("/")[2]: entry.summary for name, entry in ENVS.items()}
+    behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()}
+    kinds = {
+        "experiments": experiments, "models": models, "scenes": ARENAS, "stimuli": stimuli, "envs": envs,
+        "behaviours": behaviours,
+    }  # fmt: skip
     for title, items in kinds.items():
         out_console.print(f"[b]{title}[/b]")
         for name, summary in items.items():

@@ -15,6 +15,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from experiments.bench import study
+from experiments.bench.behave import Played
 from experiments.bench.conclusion import Report
 from experiments.bench.declaration import plain
 from experiments.bench.figures import STYLE
@@ -43,6 +44,7 @@ def write(result: Reproduction) -> Path:
         tested=sum(claim.verdict != "untested" for claim in result.claims),
         runs=[_run(plan, report) for plan, report in result.runs],
         shows=[_show(report) for report in result.offline],
+        loops=[_loop(played) for played in result.behaviours],
         matrix=_inline(matrix.encode()),
         parameters=json.dumps(result.description, indent=2, default=plain),
         versions=result.description["versions"],
@@ -106,6 +108,20 @@ def _show(report: OfflineReport) -> dict[str, Any]:
         "seeds": report.plan.repeats,
         "figure": _inline(figure.read_bytes()) if report.rows else "",
         "failures": report.failures,
+    }
+
+
+def _loop(played: Played) -> dict[str, Any]:
+    """What the page shows of the behaviours in one env."""
+    figure, standings = played.folder / "figure.svg", played.standings
+    return {
+        "name": played.folder.name,
+        "env": standings[0].env.partition("/")[2] if standings else "",
+        "episodes": len(standings[0].rows) if standings else 0,
+        "measures": list(standings[0].scores) if standings else [],
+        "rows": [(each.behaviour, [str(score) for score in each.scores.values()]) for each in standings],
+        "figure": _inline(figure.read_bytes()) if standings else "",
+        "failures": played.failures,
     }
 
 

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from colias_sim.gl import require_backend
 from experiments import OFFLINE
-from experiments.bench import catalogue, console, offline_claims, offline_run, study
+from experiments.bench import (
+    behave,
+    behave_figure,
+    behaviour_claims,
+    catalogue,
+    console,
+    offline_claims,
+    offline_run,
+    study,
+)
+from experiments.bench.behave import BehaviourPlan, Played
+from experiments.bench.behaviour_claims import BehaviourClaim
 from experiments.bench.claims import LOOMING_CLAIMS, Verdict
 from experiments.bench.conclusion import Report, conclude
 from experiments.bench.files import UsageError
 from experiments.bench.offline import OfflineExperiment
 from experiments.bench.offline_run import OfflineReport, OfflineVerdict
-from experiments.bench.paper import claim_texts
+from experiments.bench.paper import claim_texts, tried
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
 from experiments.bench.results import Failure, RunFolder
@@ -41,8 +50,10 @@ class Scale:
     sensitivity_repeats: int
     offline_repeats: int | None
     """Seeds of the off-line experiments; otherwise each one's own number."""
+    episodes: int
+    """Of each behaviour."""
     offline: tuple[str, ...] = OFFLINE
-    """Those to run."""
+    """The off-line experiments to run."""
 
 
 SHORT = ("clean", "blocked", "clutter-depth", "clutter-translation")
@@ -53,9 +64,9 @@ RELIABLE = 0.9
 """The share of seeds a claim should hold at."""
 NOTHING_TRIED = "nothing yet: it held when the defaults were chosen"
 
-QUICK = Scale(repeats=2, seeds=2, seed_repeats=1, sensitivity_repeats=1, offline_repeats=1, offline=SHORT)
-USUAL = Scale(repeats=10, seeds=20, seed_repeats=2, sensitivity_repeats=2, offline_repeats=None)
-FULL = Scale(repeats=10, seeds=20, seed_repeats=10, sensitivity_repeats=10, offline_repeats=5)
+QUICK = Scale(2, seeds=2, seed_repeats=1, sensitivity_repeats=1, offline_repeats=1, episodes=1, offline=SHORT)
+USUAL = Scale(10, seeds=20, seed_repeats=2, sensitivity_repeats=2, offline_repeats=None, episodes=20)
+FULL = Scale(10, seeds=20, seed_repeats=10, sensitivity_repeats=10, offline_repeats=5, episodes=60)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +102,10 @@ class Reproduction:
     runs: list[tuple[Plan, Report]]
     offline: list[OfflineReport]
     sensitivity: dict[str, dict[str, str]]
+    behaviours: list[Played]
+    """Episodes in each env."""
+    own_claims: list[BehaviourClaim]
+    """Ours, about behaviours."""
     failures: Mapping[str, Sequence[Failure]]
     """Those of the two studies."""
     description: Mapping[str, Any]
@@ -98,19 +113,20 @@ class Reproduction:
 
 def reproduce(
     folder: Path, scale: Scale, seed: int, models: Sequence[str], means: console.Means, extra: Sequence[str] = (),
-    off_line: bool = True,
+    robot_only: bool = False,
 ) -> Reproduction:  # fmt: skip
     """Run what is missing of it all into ``folder``, then judge. Goes on where an earlier call stopped.
 
     ``models`` see the experiments' frames beside the DSNN, on which the claims are judged; ``extra`` experiments
-    (names or files) are run and shown too. Without ``off_line`` only the robot's experiments are.
+    (names or files) are run and shown too. With ``robot_only`` neither clips are shown nor behaviours played.
     """
     shown = [study.MODEL, *(name for name in models if name != study.MODEL)]
     plans = [
         plan(catalogue.load(name), _models(name, shown), (), scale.repeats, seed) for name in (*study.PAPER, *extra)
     ]
     _check_names(plans)
-    offline = [_offline_plan(name, scale, seed) for name in scale.offline if off_line]
+    offline = [_offline_plan(name, scale, seed) for name in scale.offline if not robot_only]
+    loops = [] if robot_only else behaviour_claims.plans(scale.episodes, seed)
     seeds = study.seed_cases(range(seed, seed + scale.seeds), scale.seed_repeats)
     moves = study.sensitivity_cases(scale.sensitivity_repeats, seed)
     if means.cluster is None:
@@ -125,14 +141,20 @@ def reproduce(
             run = console.open_folder(each, out, resume=(out / "experiment.json").exists())
             done.append((each, run, console.run_with(each, run, pool, means, recordings=True)))
         shows = [_show(each, folder / each.experiment.name, pool, means) for each in offline]
+        played = [_play(each, folder, pool, means) for each in loops]
         seed_rows, seed_failures = _study(folder / SEEDS, "other seeds", seeds, plans[0], pool, means)
         move_rows, move_failures = _study(folder / SENSITIVITY, "sensitivity", moves, plans[0], pool, means)
     runs = [(each, conclude(each, run, failed)) for each, run, failed in done]
     claims = _claims(runs, shows, study.verdicts(seeds, seed_rows), study.pooled(seeds, seed_rows))
     failures = {SEEDS: seed_failures, SENSITIVITY: move_failures}
     sensitivity = study.verdicts(moves, move_rows)
-    result = Reproduction(folder, scale, seed, claims, runs, shows, sensitivity, failures, describe(plans[0]))
+    own = behaviour_claims.judge([standing for each in played for standing in each.standings]) if played else []
+    result = Reproduction(
+        folder, scale, seed, claims, runs, shows, sensitivity, played, own, failures, describe(plans[0])
+    )
     RunFolder(folder).write_json("claims.json", claims)
+    if own:
+        RunFolder(folder).write_json("behaviours.json", own)
     return result
 
 
@@ -148,6 +170,14 @@ def _offline_plan(name: str, scale: Scale, seed: int) -> offline_run.OfflinePlan
     # Where one repeat says it all, nothing in the clips is random.
     repeats = scale.offline_repeats if experiment.repeats > 1 else None
     return offline_run.plan(experiment, (), (), repeats, seed)
+
+
+def _play(each: BehaviourPlan, folder: Path, pool: Pool, means: console.Means) -> Played:
+    """The episodes in one env, without recordings, and their figure."""
+    short = each.settings[0].env.partition("/")[2].partition("-")[0].lower()
+    done = behave.run_with(each, folder / f"behave-{short}", pool, means, 0)
+    behave_figure.write(done)
+    return done
 
 
 def _show(each: offline_run.OfflinePlan, out: Path, pool: Pool, means: console.Means) -> OfflineReport:
@@ -216,7 +246,7 @@ def _claims(
             ClaimReport(
                 claim, says, source, verdict.verdict, verdict.measured, verdict.effect, verdict.n, name,
                 found.count("holds"), len(found), found.count("untested"),
-                f"{whole.verdict}: {whole.measured}", _tried().get(claim, NOTHING_TRIED) if rare else "",
+                f"{whole.verdict}: {whole.measured}", tried().get(claim, NOTHING_TRIED) if rare else "",
             )
         )  # fmt: skip
     return lines
@@ -229,26 +259,21 @@ def _of_looming(claim: str, says: str, source: str, name: str, report: Report) -
     whole = "untested" if not own or "untested" in verdicts else "fails" if "fails" in verdicts else "holds"
     measured = "; ".join(f"{v.model} {v.verdict}: {v.measured}" for v in own)
     effect = "; ".join(f"{v.model}: {v.effect}" for v in own)
-    tried = _tried().get(claim, NOTHING_TRIED) if whole == "fails" else ""
+    said = tried().get(claim, NOTHING_TRIED) if whole == "fails" else ""
     return ClaimReport(
-        claim, says, source, whole, measured, effect, sum(v.n for v in own), name, None, None, None, "", tried
+        claim, says, source, whole, measured, effect, sum(v.n for v in own), name, None, None, None, "", said
     )
 
 
 def _of_clips(report: OfflineReport, verdict: OfflineVerdict) -> ClaimReport:
     """A claim about off-line stimuli."""
     rare = verdict.verdict == "fails" or verdict.seeds_holding < RELIABLE * verdict.seeds
-    tried = _tried().get(verdict.id, NOTHING_TRIED) if rare else ""
+    said = tried().get(verdict.id, NOTHING_TRIED) if rare else ""
     return ClaimReport(
         verdict.id, verdict.says, verdict.source, verdict.verdict, verdict.measured, verdict.effect, verdict.n,
-        report.plan.experiment.name, verdict.seeds_holding, verdict.seeds, 0, "", tried,
+        report.plan.experiment.name, verdict.seeds_holding, verdict.seeds, 0, "", said,
     )  # fmt: skip
 
 
 def _untested(claim: str, says: str, source: str, why: str) -> ClaimReport:
     return ClaimReport(claim, says, source, "untested", why, "", 0, "", None, None, None, "", "")
-
-
-def _tried() -> dict[str, str]:
-    """Claim -> what was tried to make it hold, from ``tried.toml``."""
-    return tomllib.loads(files("experiments.bench").joinpath("tried.toml").read_text(encoding="utf-8"))

@@ -1,0 +1,94 @@
+"""Envs' steps a second, one and many, beside Gymnasium's own Reacher rendered at the same size.
+
+``python -m benchmarks.envs`` runs these alone.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import cv2
+import gymnasium as gym
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from threadpoolctl import threadpool_limits
+
+from benchmarks.timing import Rounds, interleaved
+
+ENV, COUNT, ROUNDS = "colias_sim:colias_sim/Fixation-v0", 8, 12
+REACHER_GOAL, VECTOR_GOAL = 3.0, 1.3
+
+
+def single() -> Table:
+    """One env with each observation against `Reacher-v5`, whose picture of 99x72 is drawn after every step."""
+    made = {name: gym.make(ENV, observation=name) for name in ("pixels", "neural", "state")}
+    made["Reacher-v5"] = gym.make("Reacher-v5", render_mode="rgb_array", width=99, height=72)
+    times = interleaved({name: _stepping(env, name == "Reacher-v5") for name, env in made.items()}, ROUNDS)
+    for env in made.values():
+        env.close()
+    table = Table(title=f"One env, steps a second (goal: {REACHER_GOAL:g} times Reacher-v5 rendered at 99x72)")
+    for name in ("env", "steps a second", "times Reacher"):
+        table.add_column(name, justify="left" if name == "env" else "right")
+    for name in made:
+        table.add_row(name, f"{1e6 / times.us(name):.0f}", f"{times.ratio('Reacher-v5', name):.2f}")
+    return table
+
+
+def vector() -> Table:
+    """Eight envs in ours, with processes and without, in Gymnasium's sync and in its async with shared memory."""
+    title = f"{COUNT} envs on {len(os.sched_getaffinity(0))} cores, steps of an env a second (times ours)"
+    table = Table(title=f"{title}; goal: sync and async at most {1 / VECTOR_GOAL:.2f}")
+    for name in ("observation", "ours", "in this process", "sync", "async"):
+        table.add_column(name, justify="left" if name == "observation" else "right")
+    for observation in ("pixels", "neural"):
+        times = _vectors(observation)
+        rest = [f"{1e6 / times.us(k):.0f} ({times.ratio('ours', k):.2f})" for k in ("here", "sync", "async")]
+        table.add_row(observation, f"{1e6 / times.us('ours'):.0f}", *rest)
+    return table
+
+
+def _stepping(env: gym.Env[Any, Any], draws: bool) -> Callable[[], int]:
+    """Steps that turn on the spot a little, begun anew where an episode ends."""
+    action = np.array([0.02, -0.02], np.float32)
+    env.reset(seed=0)
+
+    def run(steps: int = 100) -> int:
+        for _ in range(steps):
+            _, _, terminated, truncated, _ = env.step(action)
+            if draws:
+                env.render()
+            if terminated or truncated:
+                env.reset()
+        return steps
+
+    return run
+
+
+def _vectors(observation: str) -> Rounds:
+    made = {
+        "ours": gym.make_vec(ENV, COUNT, observation=observation),
+        "here": gym.make_vec(ENV, COUNT, observation=observation, workers=0),
+        "sync": gym.make_vec(ENV, COUNT, "sync", observation=observation),
+        "async": gym.make_vec(ENV, COUNT, "async", vector_kwargs={"context": "spawn"}, observation=observation),
+    }
+    actions = np.tile(np.array([0.02, -0.02], np.float32), (COUNT, 1))
+
+    def stepping(env: gym.vector.VectorEnv[Any, Any, Any]) -> Callable[[], int]:
+        env.reset(seed=0)
+        return lambda: COUNT * len([env.step(actions) for _ in range(40)])
+
+    try:
+        return interleaved({name: stepping(env) for name, env in made.items()}, ROUNDS)
+    finally:
+        for env in made.values():
+            env.close()
+
+
+if __name__ == "__main__":  # workers started by spawn read this file too
+    cv2.setNumThreads(1)
+    with threadpool_limits(1):
+        for part in (single, vector):
+            Console().print(part())

@@ -1,0 +1,208 @@
+"""Fly-like reflexes, hand-written, each a few lines over what the network says; and what to hold them against.
+
+A behaviour is asked for wheel speeds once a frame: shares of the motors' maximum, left and right. A reflex is given a
+`dsnn.Response`, a privileged baseline a `colias_sim.envs.State`, a blind one nothing it could use. A new behaviour is
+a function or class here, and an entry in `_ENTRIES`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from colias_sim.envs import State
+from dsnn import Response
+from experiments.bench.behaving import Behaviour, Wheels, by_name
+
+AHEAD = 0.3
+"""Cruising speed of the wheels: 10.5 cm/s."""
+FULL_TURN = 2 * 0.35 / 0.032
+"""rad/s of a robot whose wheels run at full speed against each other: twice 35 cm/s over the track."""
+
+
+def turn(right: float, ahead: float = 0.0) -> Wheels:
+    """Turn to the right, as HS is positive rightward, while driving ahead; shares of the maximum."""
+    return ahead + right, ahead - right
+
+
+# The reflexes.
+
+
+def optomotor(seen: Response) -> Wheels:
+    """Turn the way the view moves, so that it moves no more."""
+    return turn(0.2 * seen.hs)
+
+
+def fixation(seen: Response) -> Wheels:
+    """Turn towards where something moves."""
+    return turn(0.2 * seen.azimuth)
+
+
+def pursuit(seen: Response) -> Wheels:
+    """Turn towards what moves and drive after it; stand back from what looms."""
+    return turn(0.1 * seen.azimuth, ahead=0.2 if seen.looming_spikes == 0 else -0.05)
+
+
+class Saccades:
+    """Drive ahead; when something looms, turn away on the spot, to the ``side`` chosen (1: right), for some frames.
+
+    While turning, and for the few frames in which its own turn still echoes in the network, it does not look: flies
+    suppress vision in their saccades too. A side once chosen holds for as long as looming goes on, ``HOLD`` frames
+    from one saccade to the next, or it would dither before a wall.
+    """
+
+    TURN, TURN_FRAMES, ECHO_FRAMES = 0.25, 5, 4
+    HOLD = 15
+
+    def __init__(self, side: Callable[[Response], float], *, hold: bool = True) -> None:
+        self._choose, self._hold = side, self.HOLD if hold else -1
+        self._frame, self._until, self._side = 0, -self.HOLD - 1, 1.0
+
+    def __call__(self, seen: Response) -> Wheels:
+        """The wheels for the next frame."""
+        self._frame += 1
+        if self._frame >= self._until and seen.looming_spikes:
+            if self._frame > self._until + self._hold:
+                self._side = self._choose(seen)
+            self._until = self._frame + self.TURN_FRAMES + self.ECHO_FRAMES
+        if self._frame < self._until - self.ECHO_FRAMES:
+            return turn(self._side * self.TURN)
+        return turn(0.0, AHEAD)
+
+
+def away(seen: Response) -> float:
+    """The side away from what moves: to the left of rightward motion, to the right of leftward."""
+    return -1.0 if seen.hs > 0.0 else 1.0
+
+
+def away_from_where(seen: Response) -> float:
+    """The side away from where most of the motion is."""
+    return -1.0 if seen.azimuth > 0.0 else 1.0
+
+
+def lgmd(rng: np.random.Generator) -> Saccades:
+    """The looming detector alone, which knows no direction: to either side by chance, every time anew."""
+    return Saccades(lambda seen: 1.0 if rng.random() < 0.5 else -1.0, hold=False)
+
+
+def lgmd_held(rng: np.random.Generator) -> Saccades:
+    """The same, but it keeps to its side as the hybrid does."""
+    return Saccades(lambda seen: 1.0 if rng.random() < 0.5 else -1.0)
+
+
+def avoidance(rng: np.random.Generator) -> Saccades:
+    """A looming spike, and away from what HS says at that moment, every time anew."""
+    return Saccades(away, hold=False)
+
+
+def hybrid(rng: np.random.Generator) -> Saccades:
+    """Looming opens the gate to where the DSNN's ON and OFF cells see motion: away from there, until it closes.
+
+    That place tells the side of what looms in four of five cases, the sign of HS in two of three: ahead of a robot
+    that drives, things on either side drift outward and HS has only the difference.
+    """
+    return Saccades(away_from_where)
+
+
+# What they are held against.
+
+
+def still(rng: np.random.Generator) -> Callable[[object], Wheels]:
+    """Does nothing."""
+    return lambda seen: (0.0, 0.0)
+
+
+def random(rng: np.random.Generator) -> Callable[[object], Wheels]:
+    """Every frame other wheel speeds, uniform over what the motors can."""
+
+    def draw(seen: object) -> Wheels:
+        left, right = rng.uniform(-1.0, 1.0, 2).tolist()
+        return left, right
+
+    return draw
+
+
+def straight(rng: np.random.Generator) -> Callable[[object], Wheels]:
+    """Drives ahead."""
+    return lambda seen: (AHEAD, AHEAD)
+
+
+class RandomWalk:
+    """A correlated random walk: ahead, at turn rates that wander about 0 (sd 60 degrees/s, over half a second)."""
+
+    SD, MEMORY_FRAMES = math.radians(60.0) / FULL_TURN, 15.0
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng, self._turn = rng, 0.0
+
+    def __call__(self, seen: object) -> Wheels:
+        """The wheels for the next frame."""
+        fade = math.exp(-1.0 / self.MEMORY_FRAMES)
+        self._turn = fade * self._turn + math.sqrt(1.0 - fade * fade) * self.SD * float(self._rng.standard_normal())
+        return turn(self._turn, AHEAD)
+
+
+def told_heading(state: State) -> Wheels:
+    """Privileged: turns against the disturbance's own rate."""
+    return turn(state.drift / FULL_TURN)
+
+
+def told_target(state: State) -> Wheels:
+    """Privileged: turns to the target's true bearing."""
+    return turn(-0.5 * state.others[0].bearing)
+
+
+def told_distance(state: State) -> Wheels:
+    """Privileged: turns to the target's true bearing and keeps 10 cm."""
+    target = state.others[0]
+    return turn(-0.3 * target.bearing, ahead=min(max(4.0 * (target.distance - 0.10) + 0.15, -0.3), 0.6))
+
+
+def told_ways(state: State) -> Wheels:
+    """Privileged: turns away from whatever is near ahead, as its true place says."""
+    things = [(other.distance, other.bearing) for other in state.others] + [(state.wall_distance, state.wall_bearing)]
+    near = [(gap, bearing) for gap, bearing in things if gap < 0.05 and abs(bearing) < math.radians(120 - 1100 * gap)]
+    if not near:
+        return turn(0.0, AHEAD)
+    return turn(0.2 if min(near)[1] > 0 else -0.2)
+
+
+AVOIDANCE, FIXATION = "colias_sim/Avoidance-v0", "colias_sim/Fixation-v0"
+OPTOMOTOR, PURSUIT = "colias_sim/Optomotor-v0", "colias_sim/Pursuit-v0"
+
+_ENTRIES = (
+    Behaviour.reflex("optomotor", "turns the way the view moves, by HS", OPTOMOTOR, optomotor),
+    Behaviour.reflex("fixation", "turns towards where something moves", FIXATION, fixation),
+    Behaviour.reflex(
+        "pursuit", "turns towards what moves, drives after it, stands back from looming", PURSUIT, pursuit
+    ),
+    Behaviour("lgmd", "LGMD1 alone: a looming spike turns it to either side by chance", AVOIDANCE, lgmd),
+    Behaviour("lgmd-held", "the same, keeping to one side for as long as it looms", AVOIDANCE, lgmd_held),
+    Behaviour("avoidance", "a looming spike turns it away from what HS says", AVOIDANCE, avoidance),
+    Behaviour(
+        "hybrid", "looming gates where the motion is: away from there, for as long as it looms", AVOIDANCE, hybrid
+    ),
+    Behaviour("still", "does nothing", OPTOMOTOR, still, senses="state"),
+    Behaviour("random", "every frame other wheel speeds, of all there are", OPTOMOTOR, random, senses="state"),
+    Behaviour("straight", "drives ahead", AVOIDANCE, straight, senses="state"),
+    Behaviour("random-walk", "a correlated random walk", AVOIDANCE, RandomWalk, senses="state"),
+    Behaviour.told("told-heading", "privileged: turns against the true disturbance", OPTOMOTOR, told_heading),
+    Behaviour.told("told-target", "privileged: turns to the true bearing", FIXATION, told_target),
+    Behaviour.told("told-distance", "privileged: keeps the true distance and bearing", PURSUIT, told_distance),
+    Behaviour.told("told-ways", "privileged: turns away from what is truly near", AVOIDANCE, told_ways),
+)
+
+BEHAVIOURS = by_name(_ENTRIES)
+
+BASELINES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        AVOIDANCE: ("random-walk", "straight", "told-ways"),
+        FIXATION: ("random-walk", "straight", "told-target"),
+        OPTOMOTOR: ("random-walk", "straight", "told-heading"),
+        PURSUIT: ("random-walk", "straight", "told-distance"),
+    }
+)
+"""Env -> what a behaviour there is held against: chance, none, and one that is told what it cannot sense."""

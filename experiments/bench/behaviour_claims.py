@@ -1,0 +1,119 @@
+"""Claims of our own about behaviours, judged on episodes. A claim holds where its whole 95 % interval does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
+from experiments.bench.behave import BehaviourPlan, Standing
+from experiments.bench.episode_scores import Row, Score, mean, rate, rate_ratio
+from experiments.bench.episodes import Setting
+from experiments.bench.paper import tried
+
+PLAYED: Mapping[str, tuple[str, ...]] = {
+    AVOIDANCE: ("hybrid", "lgmd", "lgmd-held", "avoidance", "straight", "random-walk", "told-ways"),
+    OPTOMOTOR: ("optomotor", "still", "told-heading"),
+    FIXATION: ("fixation", "still", "told-target"),
+}
+"""Env -> who plays there for the report."""
+
+LEAST_SEEDS = 20
+
+
+@dataclass(frozen=True, slots=True)
+class BehaviourClaim:
+    """A claim's answer; ``measured`` has the numbers with their intervals, ``n`` counts episodes."""
+
+    id: str
+    says: str
+    verdict: Literal["holds", "fails", "untested"]
+    measured: str
+    n: int
+    env: str
+    limits: str = ""
+    """If it does not hold, what limits it."""
+
+
+Episodes = Mapping[str, Sequence[Row]]
+"""Behaviour -> its rows."""
+
+
+def plans(episodes: int, seed: int) -> list[BehaviourPlan]:
+    """What the claims need: every behaviour at the same seeds, in the envs' default settings."""
+    return [BehaviourPlan(tuple(Setting(name, env) for name in names), episodes, seed) for env, names in PLAYED.items()]
+
+
+def judge(standings: Sequence[Standing]) -> list[BehaviourClaim]:
+    """Every claim, on the episodes there are."""
+    by_env: dict[str, dict[str, Sequence[Row]]] = {}
+    for standing in standings:
+        by_env.setdefault(standing.env, {})[standing.behaviour] = standing.rows
+    return [_explained(claim(by_env)) for claim in (_b1, _b2, _b3, _b4)]
+
+
+def _explained(claim: BehaviourClaim) -> BehaviourClaim:
+    return replace(claim, limits=tried().get(claim.id, "")) if claim.verdict == "fails" else claim
+
+
+def _b1(by_env: Mapping[str, Episodes]) -> BehaviourClaim:
+    says = "hybrid avoidance collides at least 5 times less often per metre than the straight drive"
+    return _rarer("B1", says, by_env.get(AVOIDANCE, {}), "straight", 5.0)
+
+
+def _b2(by_env: Mapping[str, Episodes]) -> BehaviourClaim:
+    says = "hybrid avoidance collides less often per metre than LGMD alone, which turns to either side by chance"
+    played = by_env.get(AVOIDANCE, {})
+    claim = _rarer("B2", says, played, "lgmd", 1.0)
+    if claim.verdict == "untested" or not played.get("lgmd-held"):
+        return claim
+    held = rate_ratio(played["lgmd-held"], played["hybrid"])
+    return replace(
+        claim, measured=f"{claim.measured}; one that keeps to its side, {_hits(played['lgmd-held'])}: {held}"
+    )
+
+
+def _b3(by_env: Mapping[str, Episodes]) -> BehaviourClaim:
+    says = "the optomotor reflex's gain is above 0.5"
+    return _above("B3", says, OPTOMOTOR, by_env, "optomotor", lambda rows: mean(rows, "optomotor_gain"), 0.5)
+
+
+def _b4(by_env: Mapping[str, Episodes]) -> BehaviourClaim:
+    says = "fixation keeps the target in view 80 % of the time"
+    return _above("B4", says, FIXATION, by_env, "fixation", lambda rows: mean(rows, "in_view"), 0.8)
+
+
+def _rarer(claim: str, says: str, played: Episodes, against: str, times: float) -> BehaviourClaim:
+    own, other = played.get("hybrid", ()), played.get(against, ())
+    if not own or not other:
+        return BehaviourClaim(claim, says, "untested", f"needs episodes of hybrid and {against}", 0, AVOIDANCE)
+    ratio = rate_ratio(other, own)
+    measured = (
+        f"hybrid {rate(own, 'driven_m')} collisions a metre ({_hits(own)}), {against} {rate(other, 'driven_m')}"
+        f" ({_hits(other)}): {ratio} times"
+    )
+    return BehaviourClaim(claim, says, _verdict(ratio, times, own), measured, len(own) + len(other), AVOIDANCE)
+
+
+def _above(
+    claim: str, says: str, env: str, by_env: Mapping[str, Episodes], name: str,
+    measure: Callable[[Sequence[Row]], Score | None], bound: float,
+) -> BehaviourClaim:  # fmt: skip
+    rows = by_env.get(env, {}).get(name, ())
+    score = measure(rows) if rows else None
+    if score is None:
+        return BehaviourClaim(claim, says, "untested", f"needs episodes of {name}", 0, env)
+    return BehaviourClaim(claim, says, _verdict(score, bound, rows), f"{score}", len(rows), env)
+
+
+def _verdict(score: Score, bound: float, rows: Sequence[Row]) -> Literal["holds", "fails", "untested"]:
+    if len({row["seed"] for row in rows}) < LEAST_SEEDS or math.isnan(score.value):
+        return "untested"
+    return "holds" if score.low > bound else "fails"
+
+
+def _hits(rows: Sequence[Row]) -> str:
+    metres = sum(row["driven_m"] for row in rows)
+    return f"{sum(bool(row['touched']) for row in rows)} in {metres:.1f} m"

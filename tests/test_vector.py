@@ -1,0 +1,369 @@
+"""Vector envs: the same worlds as single envs, in any number of processes, and nothing left behind."""
+
+from __future__ import annotations
+
+import gc
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium import error
+from gymnasium.vector import AutoresetMode
+
+import colias_sim
+from colias_sim.envs.vector import ColiasVectorEnv
+from dsnn import Response
+
+FIXATION, COUNT, LIMIT = "colias_sim/Fixation-v0", 3, 4
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(colias_sim.__file__).parents[1])}
+
+
+def make(count: int = COUNT, **options: Any) -> ColiasVectorEnv:
+    env = gym.make_vec(FIXATION, num_envs=count, **options)
+    assert isinstance(env, ColiasVectorEnv)
+    return env
+
+
+def actions(steps: int, count: int = COUNT) -> np.ndarray:
+    return np.random.default_rng(0).uniform(-1, 1, (steps, count, 2)).astype(np.float32)
+
+
+def story(env: gym.vector.VectorEnv, steps: int = 10) -> Iterator[Any]:
+    yield env.reset(seed=7)
+    for action in actions(steps):
+        yield env.step(action)
+    yield env.reset(seed=[None, 4, 9], options={"reset_mask": np.array([False, True, False])})
+    yield env.step(actions(1)[0])
+
+
+def assert_same(one: Any, other: Any) -> None:
+    """Equal to the bit, in types and in the order of keys."""
+    if isinstance(one, dict):
+        assert list(one) == list(other)
+        one, other = tuple(one.values()), tuple(other.values())
+    if isinstance(one, tuple):
+        assert len(one) == len(other)
+        for a, b in zip(one, other, strict=True):
+            assert_same(a, b)
+    elif isinstance(one, np.ndarray) and one.dtype == object:
+        assert_same(tuple(one), tuple(other))
+    else:
+        assert np.asarray(one).dtype == np.asarray(other).dtype
+        np.testing.assert_array_equal(one, other)
+
+
+def gone(pids: list[int]) -> bool:
+    """Whether these processes end within some seconds."""
+    deadline = time.monotonic() + 20
+    while any(Path(f"/proc/{pid}").exists() and "zombie" not in status(pid) for pid in pids):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def status(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return "zombie"
+
+
+def workers() -> list[int]:
+    return [process.pid for process in multiprocessing.active_children() if process.pid]
+
+
+@pytest.fixture(autouse=True)
+def nothing_left() -> Iterator[None]:
+    before = set(workers())
+    yield
+    gc.collect()
+    assert set(workers()) <= before
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP], ids=lambda mode: mode.value)
+def test_is_gymnasiums_sync_env_in_any_number_of_processes(mode: AutoresetMode) -> None:
+    options: dict[str, Any] = {"observation": "both", "max_episode_steps": LIMIT}
+    sync = gym.make_vec(FIXATION, COUNT, "sync", vector_kwargs={"autoreset_mode": mode}, **options)
+    told = list(story(sync))
+    sync.close()
+    for number in (0, 1, 2):
+        env = make(workers=number, autoreset_mode=mode, **options)
+        assert env.metadata["autoreset_mode"] is mode
+        assert env.single_observation_space == sync.single_observation_space
+        assert env.action_space == sync.action_space
+        for ours, theirs in zip(story(env), told, strict=True):
+            assert_same(ours, theirs)
+        env.close()
+
+
+def test_is_single_envs() -> None:
+    env = make(workers=0, actions="manoeuvres")
+    (frames, _), taken = env.reset(seed=[5, 6, 5]), np.array([1, 4, 1])
+    singles = [gym.make(FIXATION, actions="manoeuvres") for _ in range(COUNT)]
+    firsts = [single.reset(seed=seed)[0] for single, seed in zip(singles, [5, 6, 5], strict=True)]
+    assert_same(frames, np.stack(firsts))
+    for _ in range(5):
+        seconds = [single.step(action)[0] for single, action in zip(singles, taken, strict=True)]
+        assert_same(env.step(taken)[0], np.stack(seconds))
+    for each in (env, *singles):
+        each.close()
+
+
+def test_gymnasiums_own_vector_envs_work_too() -> None:
+    env = gym.make_vec(FIXATION, 2, "async", vector_kwargs={"context": "spawn"}, observation="neural")
+    try:
+        frames, _ = env.reset(seed=1)
+        assert env.observation_space.contains(frames)
+    finally:
+        env.close()
+
+
+def test_arrays_are_the_callers_own() -> None:
+    env = make(2, workers=0)
+    first, _ = env.reset(seed=0)
+    kept = first.copy()
+    second, rewards, *_ = env.step(actions(1, 2)[0])
+    rewards[:] = 99.0
+    assert_same(first, kept)
+    assert not np.array_equal(first, second)
+    assert (env.step(actions(1, 2)[0])[1] < 99.0).all()
+    env.close()
+
+
+def test_truncation_and_pictures() -> None:
+    env = make(2, workers=1, render_mode="rgb_array", render_width=64, render_height=48, max_episode_steps=2)
+    env.reset(seed=0)
+    ends = [env.step(np.zeros((2, 2), np.float32))[3].tolist() for _ in range(6)]
+    assert ends == [[False] * 2, [True] * 2, [False] * 2] * 2  # the third begins anew
+    pictures = env.render()
+    assert pictures is not None and [picture.shape for picture in pictures] == [(48, 64, 3)] * 2
+    assert not np.array_equal(*pictures)
+    env.close()
+
+
+def test_disabled_autoreset_wants_a_reset_of_what_ended() -> None:
+    env = make(2, workers=0, autoreset_mode="Disabled", max_episode_steps=1)
+    with pytest.raises(error.ResetNeeded, match="without a reset_mask"):
+        env.reset(options={"reset_mask": np.array([True, False])})
+    env.reset(seed=0)
+    env.step(np.zeros((2, 2)))
+    with pytest.raises(error.ResetNeeded, match=r"envs \[0, 1\]"):
+        env.step(np.zeros((2, 2)))
+    env.reset(options={"reset_mask": np.array([True, True])})
+    env.step(np.zeros((2, 2)))
+    env.close()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (np.array([[0, 0], [np.nan, 0]]), "env 1: action .*nan"),
+        (np.array([[1.5, 0], [0, 0]]), "env 0: action .*1.5"),
+        ([[0, 0], [0, 0, 0]], r"env 1: action of shape \(3,\)"),
+        ([[0, 0], "ab"], "env 1: action 'ab'"),
+        (np.zeros((3, 2)), "expected 2, one for each env"),
+        (None, "expected 2, one for each env"),
+    ],
+)
+def test_a_bad_action_names_its_env_and_moves_nobody(wrong: Any, said: str) -> None:
+    env = make(2, workers=0, observation="state")
+    env.reset(seed=0)
+    with pytest.raises(error.InvalidAction, match=said):
+        env.step(wrong)
+    after = env.step(np.zeros((2, 2)))
+    env.reset(seed=0)
+    assert_same(env.step(np.zeros((2, 2))), after)
+    env.close()
+
+
+def test_a_bad_manoeuvre_names_its_env() -> None:
+    env = make(2, workers=0, observation="state", actions="manoeuvres")
+    env.reset(seed=0)
+    for wrong in ([1, 7], np.array([1.0, 0.5]), [3, None]):
+        with pytest.raises(error.InvalidAction, match=r"env 1: action .* from 0 to 6"):
+            env.step(wrong)
+    env.close()
+
+
+def test_order_of_calls() -> None:
+    env = make(2, observation="state", workers=1)
+    with pytest.raises(error.ResetNeeded):
+        env.step(np.zeros((2, 2)))
+    env.close()
+    env.close()
+    for call in (env.reset, env.render, lambda: env.step(np.zeros((2, 2)))):
+        with pytest.raises(error.ClosedEnvironmentError):
+            call()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"count": 0}, "num_envs=0: expected 1 or more"),
+        ({"workers": 4}, r"workers=4: expected 0 .* num_envs=3"),
+        ({"workers": -1}, "workers=-1"),
+        ({"robots": 99}, "robots=99"),
+        ({"max_episode_steps": 0}, "max_episode_steps=0"),
+        ({"slowest_deg_s": 90.0, "workers": 1}, "slowest_deg_s=90.0: expected at most"),
+        ({"observation": "neural", "model": "no such", "workers": 1}, "no such"),
+        ({"observation": "neural", "model": threading.Lock(), "workers": 1}, "model=.* does not pickle"),
+    ],
+)
+def test_a_bad_argument_is_one_clear_error(options: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValueError, match=said) as caught:
+        make(**options)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"seed": -1},
+        {"seed": [1, 2]},
+        {"seed": 0.5},
+        {"options": {"wind": 1}},
+        {"options": {"reset_mask": np.zeros(3, bool)}},
+        {"options": {"reset_mask": [1, 1]}},
+    ],
+)
+def test_a_bad_reset_leaves_the_env_open(wrong: dict[str, Any]) -> None:
+    env = make(observation="state", workers=0)
+    with pytest.raises(ValueError, match=r"seed=|wind|reset_mask"):
+        env.reset(**wrong)
+    env.reset(seed=0)
+    env.close()
+
+
+class Failing:
+    """A model's factory in a worker: kills it, or raises, when built or at a later frame."""
+
+    def __init__(self, how: str, frame: int) -> None:
+        self.how, self.left = how, frame
+
+    def __call__(self, shape: tuple[int, int]) -> Failing:
+        self._fail()
+        return self
+
+    def step(self, frame: np.ndarray) -> Response:
+        self._fail()
+        return Response()
+
+    def reset(self) -> None: ...
+
+    def _fail(self) -> None:
+        self.left -= 1
+        if self.left < 0 and self.how == "kill":
+            os.kill(os.getpid(), signal.SIGKILL)
+        if self.left < 0:
+            raise colias_sim.GLUnavailable("no picture")
+
+
+@pytest.mark.parametrize("how", ["kill", "raise"])
+@pytest.mark.parametrize("frame", [0, 6])
+def test_a_failing_worker_is_one_error_and_the_end(how: str, frame: int) -> None:
+    expected: type[Exception] = RuntimeError if how == "kill" else colias_sim.GLUnavailable
+    said = r"envs 0\.\.1 died, signal SIGKILL" if how == "kill" else "no picture"
+    if frame == 0:
+        with pytest.raises(expected, match=said):
+            make(2, workers=1, observation="neural", model=Failing(how, frame))
+        return
+    env = make(2, workers=1, observation="neural", model=Failing(how, frame))
+    env.reset(seed=0)
+    with pytest.raises(expected, match=said) as caught:
+        for action in actions(5, 2):
+            env.step(action)
+    assert how == "kill" or "envs 0..1" in "".join(caught.value.__notes__)
+    with pytest.raises(error.ClosedEnvironmentError):
+        env.step(actions(1, 2)[0])
+
+
+def test_a_worker_killed_between_steps_is_one_error() -> None:
+    env = make(2, workers=2, observation="state")
+    env.reset(seed=0)
+    pids = workers()
+    os.kill(pids[0], signal.SIGKILL)
+    with pytest.raises(RuntimeError, match=r"env [01] died, signal SIGKILL: this vector env is closed"):
+        env.step(actions(1, 2)[0])
+    assert env.closed and gone(pids)
+
+
+def test_no_opengl_in_a_worker(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "off")  # this process has chosen already, its workers choose anew
+    with pytest.raises(colias_sim.GLUnavailable, match="no OpenGL library"):
+        make(2, workers=1)
+
+
+def test_garbage_collection_ends_the_workers() -> None:
+    env = make(2, workers=1, observation="state")
+    pids = workers()
+    del env
+    gc.collect()
+    assert gone(pids)
+
+
+SCRIPT = """
+import gymnasium as gym, multiprocessing, numpy as np, os, sys
+import colias_sim
+if __name__ == "__main__":
+    env = gym.make_vec("colias_sim/Fixation-v0", num_envs=2, observation="state")
+    env.reset(seed=0)
+    print(*[process.pid for process in multiprocessing.active_children()], flush=True)
+    while len(sys.argv) > 1:
+        env.step(np.zeros((2, 2)))
+"""
+
+
+@pytest.mark.parametrize("end", [None, signal.SIGINT, signal.SIGTERM, signal.SIGKILL], ids=str)
+def test_the_workers_go_with_their_parent(end: signal.Signals | None, tmp_path: Path) -> None:
+    """At its own end nothing is said; Ctrl-C, which goes to all, shows one traceback."""
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    process = subprocess.Popen(
+        [sys.executable, "-W", "error", script, *(["run"] if end else [])], env=ENVIRONMENT, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    pids = [int(pid) for pid in process.stdout.readline().split()]
+    assert len(pids) == min(2, len(os.sched_getaffinity(0)))
+    if end == signal.SIGINT:
+        os.killpg(process.pid, end)
+    elif end:
+        process.send_signal(end)
+    _, complaints = process.communicate(timeout=60)
+    assert gone(pids)
+    assert complaints.count("Traceback") == (1 if end == signal.SIGINT else 0), complaints
+    assert "leaked" not in complaints
+
+
+def test_a_script_without_a_guard_is_told_so(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT.replace('if __name__ == "__main__":', "if True:"))
+    done = subprocess.run([sys.executable, script], env=ENVIRONMENT, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert "needs 'if __name__ == \"__main__\":'" in done.stderr
+
+
+def test_cycles_leave_threads_files_and_memory_alone() -> None:
+    def cycle() -> tuple[int, int, int]:
+        env = make(2, workers=0, observation="both")
+        env.reset(seed=0)
+        env.step(actions(1, 2)[0])
+        env.close()
+        gc.collect()
+        resident = int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+        return threading.active_count(), len(list(Path("/proc/self/fd").iterdir())), resident
+
+    seen = [cycle() for _ in range(25)]
+    assert seen[-1][:2] == seen[4][:2]
+    assert seen[-1][2] - seen[4][2] < 8_000_000
