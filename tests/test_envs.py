@@ -7,6 +7,7 @@ import math
 import re
 import subprocess
 import sys
+import weakref
 from collections.abc import Iterator
 from typing import Any
 
@@ -21,10 +22,11 @@ from hypothesis import strategies as st
 import dsnn
 from colias_sim import GLUnavailable, Pose
 from colias_sim.envs import ENVS, NEURAL, Other, State
-from colias_sim.envs.base import MANOEUVRES, TOUCH_COST, ColiasEnv
+from colias_sim.envs.actions import MANOEUVRES
+from colias_sim.envs.base import TOUCH_COST, ColiasEnv
 from colias_sim.envs.options import options_of
 from colias_sim.envs.senses import LENGTH, SPEED, TURN
-from colias_sim.offscreen import Offscreen
+from colias_sim.offscreen import _Surface
 from scenes import ARENAS
 
 NAMES = sorted(ENVS)
@@ -384,18 +386,18 @@ def test_two_numbers_however_written(legal):
 
 
 @pytest.fixture
-def contexts(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Offscreen]]:
-    """Every OpenGL context that is made."""
-    made: list[Offscreen] = []
-    start = Offscreen.__init__
+def contexts(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[weakref.ref[_Surface]]]:
+    """Every OpenGL context that is made; all are gone in the end."""
+    made: list[weakref.ref[_Surface]] = []
+    start = _Surface.__init__
 
-    def init(self: Offscreen, *arguments: Any) -> None:
+    def init(self: _Surface, *arguments: Any) -> None:
         start(self, *arguments)
-        made.append(self)
+        made.append(weakref.ref(self))
 
-    monkeypatch.setattr(Offscreen, "__init__", init)
+    monkeypatch.setattr(_Surface, "__init__", init)
     yield made
-    assert not any(one._free.alive for one in made), "left open"
+    assert not any(one() for one in made), "left open"
 
 
 BAD = [
