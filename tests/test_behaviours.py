@@ -2,6 +2,9 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -12,11 +15,12 @@ from colias_sim.envs import ENVS, Other, State
 from dsnn import Response
 from experiments.behaviours import AHEAD, AVOIDANCE, BASELINES, BEHAVIOURS, FIXATION, OPTOMOTOR, Saccades
 from experiments.bench import behaviour_claims, log_episode
-from experiments.bench.behave import BehaviourPlan, Standing, plan
+from experiments.bench.behave import BehaviourPlan, Standing, plan, score
 from experiments.bench.behaving import Behaviour, by_name, env_id, load_behaviour
 from experiments.bench.episode_scores import free_distance, mean, optomotor_gain, rate, rate_ratio, scores
 from experiments.bench.episodes import EpisodeSpec, Setting, agent, play, play_behaviour, response
 from experiments.bench.files import UsageError
+from tests.conftest import Colias, one_core
 
 SILENT = Response()
 
@@ -279,8 +283,6 @@ def test_playing_any_agent():
 
 @pytest.fixture(scope="module")
 def played(tmp_path_factory):
-    from tests.conftest import Colias
-
     colias = Colias(tmp_path_factory.mktemp("behave"))
     done = colias("behave", "optomotor", "--episodes", "2", "--out", "run", "--workers", "2", "--set", "robots=1")
     return colias, done
@@ -320,3 +322,21 @@ def test_numbers_do_not_depend_on_workers(played, tmp_path):
     assert done.returncode == 0 and done.stdout == "" and done.stderr == ""
     one = pq.read_table(colias.folder / "run" / "trials.parquet").to_pylist()[:2]
     assert pq.read_table(colias.folder / "alone" / "trials.parquet").to_pylist() == one
+
+
+@pytest.mark.parametrize("name", ["newcomer.py", "my_reflex.py"])
+def test_the_readmes_scripts_work_as_pasted(name, tmp_path):
+    text = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    script = tmp_path / name
+    script.write_text(text.split(f"```python title={name}\n")[1].split("```")[0])
+    done = subprocess.run(
+        [sys.executable, "-W", "error", str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=300,
+        check=False, preexec_fn=one_core,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert ("collisions/m " in done.stdout) == (name == "my_reflex.py")
+
+
+def test_scoring_needs_an_episode():
+    with pytest.raises(UsageError, match="--repeats 0"):
+        score(BEHAVIOURS["still"], episodes=0)

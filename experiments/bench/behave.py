@@ -21,9 +21,9 @@ from colias_sim.envs import ENVS
 from colias_sim.gl import require_backend
 from experiments.behaviours import BASELINES
 from experiments.bench import console
-from experiments.bench.behaving import in_file, load_behaviour
+from experiments.bench.behaving import Behaviour, env_id, in_file, load_behaviour
 from experiments.bench.episode_scores import EPISODE_SCHEMA, STEP_SCHEMA, Score, finished, scores
-from experiments.bench.episodes import EpisodeSpec, Setting, play_behaviour
+from experiments.bench.episodes import EpisodeSpec, Setting, play_behaviour, play_entry
 from experiments.bench.files import UsageError
 from experiments.bench.plan import versions
 from experiments.bench.pool import Pool, open_pool
@@ -91,8 +91,6 @@ def plan(
     behaviour: str, env: str | None, assignments: Sequence[str], episodes: int, seed: int, baselines: bool
 ) -> BehaviourPlan:
     """A checked plan of one behaviour and its baselines; `UsageError` for what cannot be played."""
-    from experiments.bench.behaving import env_id
-
     check_counts(seed, episodes)
     entry = load_behaviour(behaviour)
     where = env_id(env) if env is not None else env_id(entry.env)
@@ -126,6 +124,25 @@ def _value(text: str) -> Any:
         return json.loads(text)
     except ValueError:
         return text
+
+
+def score(
+    behaviour: Behaviour, *, episodes: int = 20, seed: int = 0, env: str | None = None, **options: Any
+) -> dict[str, Score]:
+    """Play a behaviour here and now, with progress: its measures by name, with their 95 % intervals.
+
+    ``options`` are the env's arguments. Raises ``ValueError`` for what is not legal.
+    """
+    check_counts(seed, episodes)
+    where = env_id(env or behaviour.env)
+    rows: list[dict[str, Any]] = []
+    wanted = float(options.get("distance_cm", DEFAULT_GAP_CM))
+    with console.progress(behaviour.name, episodes, False, "episodes") as advance:
+        for repeat in range(episodes):
+            episode = play_entry(behaviour, where, options, seed + repeat)
+            rows += finished(episode, repeat, repeat, wanted, None).rows
+            advance()
+    return scores(rows, where)
 
 
 def work(spec: EpisodeSpec, *, recorded: int) -> Finished:

@@ -92,7 +92,8 @@ def _train(about: About, out: Path | None, means: Means) -> None:
     if not means.quiet:
         cores = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1, about.envs)
         minutes = (about.steps * STEP_MS / 1e3 + START_S) / cores / 60
-        said = f"{about.env}: {about.steps} steps in {about.envs} envs, some {minutes:.1f} minutes; the envs are starting; into {folder}"
+        said = f"{about.env}: {about.steps} steps in {about.envs} envs, some {minutes:.1f} minutes"
+        said += f"; the envs are starting; into {folder}"
         console.error_console.print(said, soft_wrap=True, markup=False)
     from experiments.bench import policy_run, training
 

@@ -15,7 +15,7 @@ from colias_sim import Pose
 from colias_sim.envs import ENVS, State
 from colias_sim.envs.base import ColiasEnv
 from dsnn import Response, ResponseSeries
-from experiments.bench.behaving import Policy, load_behaviour
+from experiments.bench.behaving import Behaviour, Policy, load_behaviour
 
 Floats = npt.NDArray[np.float64]
 Agent = Callable[[Any], Any]
@@ -89,14 +89,22 @@ def play(env_id: str, options: Mapping[str, Any], agent: Agent, seed: int, *, na
 
 def play_behaviour(spec: EpisodeSpec, *, images: bool) -> Episode:
     """The episode of a spec."""
-    entry = load_behaviour(spec.condition.behaviour)
-    options = dict(spec.condition.options) | {"observation": entry.senses}
+    setting = spec.condition
+    return play_entry(
+        load_behaviour(setting.behaviour), setting.env, dict(setting.options), spec.seed, setting.steps, images
+    )
+
+
+def play_entry(
+    entry: Behaviour, env: str, options: Mapping[str, Any], seed: int, steps: int | None = None, images: bool = False
+) -> Episode:
+    """One episode of a behaviour in an env."""
+    options = {**options, "observation": entry.senses}
     if entry.senses == "neural":
         options.setdefault("model", entry.model)
     # The world's draws come from the seed alone, so that behaviours meet the same worlds; these are its own.
-    policy = entry.make(np.random.default_rng([spec.seed, 1]))
-    return play(spec.condition.env, options, agent(policy, entry.senses), spec.seed, name=entry.name,
-                steps=spec.condition.steps, images=images)  # fmt: skip
+    policy = entry.make(np.random.default_rng([seed, 1]))
+    return play(env, options, agent(policy, entry.senses), seed, name=entry.name, steps=steps, images=images)
 
 
 def agent(policy: Policy, senses: str) -> Agent:
