@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
+import threading
+import weakref
 from typing import Any
 
 import mujoco
@@ -28,6 +31,7 @@ class Shower:
         self._sim, self._mode = sim, options.render_mode
         self._kept: list[Picture] = []
         self._viewer: Any = None
+        self._shut: Any = None
         self._offscreen: Offscreen | None = None
         if self._mode == "human":
             gl.require_screen()
@@ -64,8 +68,9 @@ class Shower:
         """Free the context, or close the window."""
         if self._offscreen is not None:
             self._offscreen.close()
-        if self._viewer is not None:
-            self._viewer.close()
+        if self._shut is not None:
+            self._shut()
+            atexit.unregister(self._shut)
 
     def _draw(self) -> Picture:
         assert self._offscreen is not None
@@ -77,10 +82,22 @@ class Shower:
         if self._viewer is None:
             import mujoco.viewer
 
+            before = set(threading.enumerate())
             self._viewer = mujoco.viewer.launch_passive(
                 self._sim.model, self._sim.data, show_left_ui=False, show_right_ui=False
             )
+            # At exit too, and before GLFW ends: a thread of the viewer's left then is a segmentation fault.
+            self._shut = weakref.finalize(self, _shut, self._viewer, set(threading.enumerate()) - before)
+            self._shut.atexit = False
+            atexit.register(self._shut)
         self._viewer.sync()
+
+
+def _shut(viewer: Any, threads: set[threading.Thread]) -> None:
+    """Close the window and wait until its threads are gone."""
+    viewer.close()
+    for thread in threads:
+        thread.join(timeout=5.0)
 
 
 def _eye(model: mujoco.MjModel, view: str) -> mujoco.MjvCamera:
