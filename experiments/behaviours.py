@@ -88,8 +88,8 @@ def lgmd(rng: np.random.Generator) -> Saccades:
     return Saccades(lambda seen: 1.0 if rng.random() < 0.5 else -1.0, hold=False)
 
 
-def lgmd_held(rng: np.random.Generator) -> Saccades:
-    """The same, but it keeps to its side as the hybrid does."""
+def lgmd_hybrid(rng: np.random.Generator) -> Saccades:
+    """The hybrid with its eyes for direction shut: its own LGMD1, a side by chance, held as the hybrid holds it."""
     return Saccades(lambda seen: 1.0 if rng.random() < 0.5 else -1.0)
 
 
@@ -179,8 +179,12 @@ _ENTRIES = (
     Behaviour.reflex(
         "pursuit", "turns towards what moves, drives after it, stands back from looming", PURSUIT, pursuit
     ),
-    Behaviour("lgmd", "LGMD1 alone: a looming spike turns it to either side by chance", AVOIDANCE, lgmd),
-    Behaviour("lgmd-held", "the same, keeping to one side for as long as it looms", AVOIDANCE, lgmd_held),
+    Behaviour(
+        "lgmd", "LGMD1 alone, as published: a looming spike turns it to either side", AVOIDANCE, lgmd, model="lgmd1"
+    ),
+    Behaviour(
+        "lgmd-hybrid", "the hybrid without direction: a side by chance, for as long as it looms", AVOIDANCE, lgmd_hybrid
+    ),
     Behaviour("avoidance", "a looming spike turns it away from what HS says", AVOIDANCE, avoidance),
     Behaviour(
         "hybrid", "looming gates where the motion is: away from there, for as long as it looms", AVOIDANCE, hybrid
