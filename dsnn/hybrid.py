@@ -27,7 +27,7 @@ class HybridParams(DSNNParams):
     lgmd_w_i: float = Field(default=0.6, ge=0.0, le=10.0, description="weight of the LGMD1's inhibition")
     lgmd_t_g: float = Field(default=30.0, ge=0.0, le=1e6, description="threshold of its grouped excitation")
     lgmd_t_ffi: float = Field(
-        default=22.0, ge=0.0, le=255.0, description="mean change of the last frame, grey levels, that vetoes its spikes"
+        default=10.0, ge=0.0, le=255.0, description="mean change of the last frame, grey levels, that vetoes its spikes"
     )
     lgmd_t_sp: float = Field(default=0.78, gt=0.5, le=1.0, description="its spike threshold on the potential k")
     gate: Milliseconds = Field(
@@ -51,9 +51,6 @@ class Hybrid:
     - ``azimuth`` tells where the motion is: the mean column of the squared ON and OFF activity after FDSR, -1 at the
       left edge, 1 at the right; 0 where nothing moves. Flies fixate by such a dependence on position (Reichardt and
       Poggio 1976).
-
-    The LGMD1's veto is not the literature's 10 but 22 grey levels: on a robot that drives at 10 cm/s through clutter a
-    thing 3 cm ahead changes the picture by 10 to 25 a frame, its own turning by 30 to 65 (measured in Avoidance-v0).
 
     Costs about 1.5 steps of the DSNN at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
     frame it cannot take.
