@@ -47,6 +47,8 @@ def test_every_claim_is_answered(reproduced):
     assert all(claim["tried"] for claim in at_seeds if claim["seeds_holding"] < 2 or claim["verdict"] == "fails")
     assert "colias watch" in claims[11]["measured"] and claims[11]["verdict"] == "untested"
     assert {"says", "measured"} <= claims[0].keys()
+    own = json.loads((colias.folder / "out" / "behaviours.json").read_text())
+    assert [(claim["id"], claim["verdict"]) for claim in own] == [(f"B{i}", "untested") for i in range(1, 5)]
     assert "C20" in done.stdout and "report.html" in done.stdout
 
 
@@ -123,8 +125,8 @@ def test_the_page_in_a_browser(reproduced, width, tmp_path):
     seen = json.loads(re.search(r"<title>(.*?)</title>", done.stdout).group(1).replace("&quot;", '"'))
     assert "claims hold" in seen["heading"]
     assert seen["overflow"] <= 0
-    assert seen["claims"] == 21
-    assert seen["drawn"] == seen["pictures"] == 11
+    assert seen["claims"] == 21 + 4  # the paper's, and our own of behaviours
+    assert seen["drawn"] == seen["pictures"] == 11 + 3
 
 
 @pytest.mark.parametrize("name", ["seeds", "sensitivity", "speed"])
