@@ -91,7 +91,7 @@ def plan(
     behaviour: str, env: str | None, assignments: Sequence[str], episodes: int, seed: int, baselines: bool
 ) -> BehaviourPlan:
     """A checked plan of one behaviour and its baselines; `UsageError` for what cannot be played."""
-    check_counts(seed, episodes)
+    check_counts(seed, episodes, "--episodes")
     entry = load_behaviour(behaviour)
     where = env_id(env) if env is not None else env_id(entry.env)
     options = _options(where, assignments)
@@ -133,7 +133,7 @@ def score(
 
     ``options`` are the env's arguments. Raises ``ValueError`` for what is not legal.
     """
-    check_counts(seed, episodes)
+    check_counts(seed, episodes, "--episodes")
     where = env_id(env or behaviour.env)
     rows: list[dict[str, Any]] = []
     wanted = float(options.get("distance_cm", DEFAULT_GAP_CM))

@@ -113,10 +113,10 @@ def watchers(
     return _applied(chosen, collected), collected
 
 
-def check_counts(seed: int, repeats: int = 1) -> None:
-    """Raise `UsageError` for a seed or a number of repeats that no run can have."""
+def check_counts(seed: int, repeats: int = 1, option: str = "--repeats") -> None:
+    """Raise `UsageError` for a seed or a number of repeats, typed as ``option``, that no run can have."""
     if repeats < 1:
-        raise UsageError(f"--repeats {repeats}: legal is a whole number from 1 up")
+        raise UsageError(f"{option} {repeats}: legal is a whole number from 1 up")
     if seed < 0:
         raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
 
