@@ -132,6 +132,11 @@ if __name__ == "__main__":
 """
 
 
+def heeds_interrupts() -> None:
+    """What a shell starts in the background is deaf to Ctrl-C, and so is all that comes of it."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.mark.parametrize("end", [None, signal.SIGINT, signal.SIGTERM, signal.SIGKILL], ids=str)
 def test_the_workers_go_with_their_parent(end: signal.Signals | None, tmp_path: Path) -> None:
     """At its own end nothing is said; Ctrl-C, which goes to all, shows one traceback."""
@@ -139,7 +144,7 @@ def test_the_workers_go_with_their_parent(end: signal.Signals | None, tmp_path: 
     script.write_text(SCRIPT)
     process = subprocess.Popen(
         [sys.executable, "-W", "error", script, *(["run"] if end else [])], env=ENVIRONMENT, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, preexec_fn=heeds_interrupts,
     )  # fmt: skip
     assert process.stdout is not None
     pids = [int(pid) for pid in process.stdout.readline().split()]
@@ -148,7 +153,10 @@ def test_the_workers_go_with_their_parent(end: signal.Signals | None, tmp_path: 
         os.killpg(process.pid, end)
     elif end:
         process.send_signal(end)
-    _, complaints = process.communicate(timeout=60)
+    try:
+        _, complaints = process.communicate(timeout=60)
+    finally:
+        process.kill()  # whatever has gone wrong, it does not go on for ever
     assert gone(pids)
     assert complaints.count("Traceback") == (1 if end == signal.SIGINT else 0), complaints
     assert "leaked" not in complaints

@@ -41,9 +41,12 @@ Episodes = Mapping[str, Sequence[Row]]
 """Behaviour -> its rows."""
 
 
-def plans(episodes: int, seed: int) -> list[BehaviourPlan]:
+def plans(episodes: int, seed: int, steps: int | None = None) -> list[BehaviourPlan]:
     """What the claims need: every behaviour at the same seeds, in the envs' default settings."""
-    return [BehaviourPlan(tuple(Setting(name, env) for name in names), episodes, seed) for env, names in PLAYED.items()]
+    return [
+        BehaviourPlan(tuple(Setting(name, env, steps=steps) for name in names), episodes, seed)
+        for env, names in PLAYED.items()
+    ]
 
 
 def judge(standings: Sequence[Standing]) -> list[BehaviourClaim]:

@@ -52,6 +52,8 @@ class Scale:
     """Seeds of the off-line experiments; otherwise each one's own number."""
     episodes: int
     """Of each behaviour."""
+    steps: int | None = None
+    """Frames of an episode at most; otherwise the env's own number."""
     offline: tuple[str, ...] = OFFLINE
     """The off-line experiments to run."""
 
@@ -64,7 +66,9 @@ RELIABLE = 0.9
 """The share of seeds a claim should hold at."""
 NOTHING_TRIED = "nothing yet: it held when the defaults were chosen"
 
-QUICK = Scale(2, seeds=2, seed_repeats=1, sensitivity_repeats=1, offline_repeats=1, episodes=1, offline=SHORT)
+QUICK = Scale(
+    2, seeds=2, seed_repeats=1, sensitivity_repeats=1, offline_repeats=1, episodes=1, steps=150, offline=SHORT
+)
 USUAL = Scale(10, seeds=20, seed_repeats=2, sensitivity_repeats=2, offline_repeats=None, episodes=20)
 FULL = Scale(10, seeds=20, seed_repeats=10, sensitivity_repeats=10, offline_repeats=5, episodes=60)
 
@@ -126,7 +130,7 @@ def reproduce(
     ]
     _check_names(plans)
     offline = [_offline_plan(name, scale, seed) for name in scale.offline if not robot_only]
-    loops = [] if robot_only else behaviour_claims.plans(scale.episodes, seed)
+    loops = [] if robot_only else behaviour_claims.plans(scale.episodes, seed, scale.steps)
     seeds = study.seed_cases(range(seed, seed + scale.seeds), scale.seed_repeats)
     moves = study.sensitivity_cases(scale.sensitivity_repeats, seed)
     if means.cluster is None:
