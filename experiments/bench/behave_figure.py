@@ -12,6 +12,7 @@ import pyarrow.compute as pc
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from matplotlib.ticker import NullFormatter
 
 from experiments.bench import figures
 from experiments.bench.behave import Played, Standing
@@ -71,6 +72,7 @@ def _measure(axes: Axes, name: str, standings: Sequence[Standing]) -> None:
     axes.grid(axis="x", lw=0.4, alpha=0.5)
     if name == "free distance (m)":
         axes.set_xscale("log")
+        axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _tracks(axes: Axes, standing: Standing, played: Played) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from colias_sim.envs import ENVS
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.bench.behave import BehaviourPlan, Standing
 from experiments.bench.episode_scores import Row, Score, mean, rate, rate_ratio
@@ -42,11 +43,13 @@ Episodes = Mapping[str, Sequence[Row]]
 
 
 def plans(episodes: int, seed: int, steps: int | None = None) -> list[BehaviourPlan]:
-    """What the claims need: every behaviour at the same seeds, in the envs' default settings."""
-    return [
-        BehaviourPlan(tuple(Setting(name, env, steps=steps) for name in names), episodes, seed)
-        for env, names in PLAYED.items()
-    ]
+    """What the claims need: every behaviour at the same seeds, for ``steps`` frames or the env's own number if fewer."""
+    made = []
+    for env, names in PLAYED.items():
+        whole = ENVS[env].max_episode_steps
+        frames = whole if steps is None else min(steps, whole)
+        made.append(BehaviourPlan(tuple(Setting(name, env, steps=frames) for name in names), episodes, seed))
+    return made
 
 
 def judge(standings: Sequence[Standing]) -> list[BehaviourClaim]:

@@ -69,7 +69,7 @@ NOTHING_TRIED = "nothing yet: it held when the defaults were chosen"
 QUICK = Scale(
     2, seeds=2, seed_repeats=1, sensitivity_repeats=1, offline_repeats=1, episodes=1, steps=150, offline=SHORT
 )
-USUAL = Scale(10, seeds=20, seed_repeats=2, sensitivity_repeats=2, offline_repeats=None, episodes=20)
+USUAL = Scale(10, seeds=20, seed_repeats=2, sensitivity_repeats=2, offline_repeats=None, episodes=20, steps=900)
 FULL = Scale(10, seeds=20, seed_repeats=10, sensitivity_repeats=10, offline_repeats=5, episodes=60)
 
 
