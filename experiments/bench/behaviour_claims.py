@@ -43,7 +43,7 @@ Episodes = Mapping[str, Sequence[Row]]
 
 
 def plans(episodes: int, seed: int, steps: int | None = None) -> list[BehaviourPlan]:
-    """What the claims need: every behaviour at the same seeds, for ``steps`` frames or the env's own number if fewer."""
+    """What the claims need: every behaviour at the same seeds, for ``steps`` frames, or fewer if the env says so."""
     made = []
     for env, names in PLAYED.items():
         whole = ENVS[env].max_episode_steps
