@@ -73,12 +73,11 @@ def _b2(by_env: Mapping[str, Episodes]) -> BehaviourClaim:
     says = "hybrid avoidance collides less often per metre than LGMD alone"
     played = by_env.get(AVOIDANCE, {})
     claim = _rarer("B2", says, played, "lgmd", 1.0)
-    if claim.verdict == "untested" or not played.get("lgmd-held"):
+    if claim.verdict == "untested" or not played.get("lgmd-hybrid"):
         return claim
-    held = rate_ratio(played["lgmd-held"], played["hybrid"])
-    return replace(
-        claim, measured=f"{claim.measured}; one that keeps to its side, {_hits(played['lgmd-held'])}: {held}"
-    )
+    blind = rate_ratio(played["lgmd-hybrid"], played["hybrid"])
+    said = f"the hybrid without direction, a side by chance, {_hits(played['lgmd-hybrid'])}: {blind} times"
+    return replace(claim, measured=f"{claim.measured}; {said}")
 
 
 def _b3(by_env: Mapping[str, Episodes]) -> BehaviourClaim:
