@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.lgmd1 import LGMD1, LGMD1Params
-from dsnn.model import LayerMaps, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.network import DSNN
 from dsnn.params import DSNNParams, Milliseconds
 
@@ -75,23 +75,22 @@ class Hybrid:
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
         """Answer the next frame; see `dsnn.frames.luma` for what a frame may be. Maps are the DSNN's."""
         grey = luma(frame, self.shape, channels)
-        way, near = self._dsnn.step(grey, maps=True), self._lgmd.step(grey)
+        way, near = self._dsnn.step(grey, maps=maps), self._lgmd.step(grey)
         self._held = self._frames_held + 1 if near.looming_spikes else max(self._held - 1, 0)
-        assert way.maps is not None
         return dataclasses.replace(
             way,
             hs_spikes=0 if self._held else way.hs_spikes,
             vs_spikes=0 if self._held else way.vs_spikes,
             looming=near.looming,
             looming_spikes=near.looming_spikes,
-            azimuth=self._azimuth(way.maps),
-            maps=way.maps if maps else None,
+            azimuth=self._azimuth(),
         )
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
         """Reset, then answer every frame of a (T, R, C) array or iterable."""
         return run_model(self, frames, channels=channels)
 
-    def _azimuth(self, maps: LayerMaps) -> float:
-        energy = np.einsum("rc,rc->c", maps.f_on, maps.f_on) + np.einsum("rc,rc->c", maps.f_off, maps.f_off)
+    def _azimuth(self) -> float:
+        on, off = self._dsnn.pathways
+        energy = np.einsum("rc,rc->c", on, on) + np.einsum("rc,rc->c", off, off)
         return float(energy @ self._columns) / (float(energy.sum()) + LEAST_ENERGY)

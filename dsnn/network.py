@@ -137,6 +137,11 @@ class DSNN:
     def __reduce__(self) -> NoReturn:
         raise TypeError("a DSNN cannot be copied or pickled: make another with DSNN(model.shape, model.params)")
 
+    @property
+    def pathways(self) -> Floats:
+        """The ON and OFF signals after FDSR of the last frame, (2, R, C); the next step overwrites them."""
+        return self._correlators.f
+
     def reset(self) -> None:
         """Return to the state before the first frame."""
         for part in (self._retina, self._lamina, self._fdsr, self._correlators, self._hs, self._vs):
