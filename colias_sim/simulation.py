@@ -27,8 +27,8 @@ TRIAL_ROBOTS = {"observer": "colias", "stimulus": "colias_black"}
 class Simulation:
     """One compiled scene with its robots and the camera of ``eye_of``; use it in a ``with`` statement.
 
-    ``robots`` holds those that drive, ``parked`` those that cannot. With ``fence`` the wall can be bumped into. With
-    ``seeing=False`` nothing is ever rendered, and `advance` alone moves it on.
+    ``robots`` holds those that drive, ``parked`` those that cannot, ``everyone`` both. With ``fence`` the wall can be
+    bumped into. With ``seeing=False`` nothing is ever rendered, and `advance` alone moves it on.
 
     Nothing random happens outside `reset` and `step`, and both draw only from the generators they are given,
     so equal seeds give equal frames, in any process and after any number of earlier trials.
@@ -53,6 +53,7 @@ class Simulation:
         parked = {name for name in variants if self.model.body(f"{name}/base").jntnum[0] == 0}
         self.robots = {name: Robot(self.model, self.data, name, robot) for name in variants if name not in parked}
         self.parked = {name: Parked(self.model, name) for name in variants if name in parked}
+        self.everyone: dict[str, Robot | Parked] = {**self.robots, **self.parked}
         self.frame_interval = 1.0 / camera.fps
         clock = FrameClock(camera.fps)
         self._command_interval = clock.command_steps * clock.timestep
@@ -106,11 +107,6 @@ class Simulation:
         """Turn the wall, what is on it with it, to ``angle`` radians about the arena's middle, left positive."""
         self.wall_turn = angle
         self._wall_quat[:] = math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)
-
-    @property
-    def everyone(self) -> dict[str, Robot | Parked]:
-        """All robots by name, those that drive first."""
-        return {**self.robots, **self.parked}
 
     def _check(self, placements: Mapping[str, Pose]) -> None:
         """Raise ``ValueError`` for a robot that is not there, a pose that is no pose, and robots inside each other."""

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from colias_sim.config import known_arena
-from colias_sim.envs.base import OBSERVER, ColiasEnv
+from colias_sim.envs.base import OBSERVER, ColiasEnv, parked
 from colias_sim.envs.describing import documented
 from colias_sim.envs.drivers import Driver, Wander, scatter
-from colias_sim.envs.options import MOST_ROBOTS, EnvOptions
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions
 from colias_sim.robot import Pose
 
-FASTEST = 0.35
 
-
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True))
+@dataclass(frozen=True, config=STRICT)
 class AvoidanceOptions(EnvOptions):
     """The arguments of `Avoidance`."""
 
-    arena: Annotated[str, AfterValidator(known_arena)] = Field(default="leaves", description="an arena of scenes")
+    arena: Arena = Field(default="leaves", description="an arena of scenes")
     robots: int = Field(default=10, ge=1, le=MOST_ROBOTS, description="other robots, moving and parked")
     moving: int = Field(default=5, ge=0, le=MOST_ROBOTS, description="how many of them move; at most all")
     speed_cm_s: float = Field(default=8.0, ge=0.0, le=20.0, description="of those that move")
@@ -78,10 +75,7 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
 
     def _others(self) -> Mapping[str, str]:
         moving = min(self.options.moving, self.options.robots)
-        return {
-            **{f"mover{i}": "colias_black" for i in range(1, moving + 1)},
-            **{f"parked{i}": "colias_parked" for i in range(1, self.options.robots - moving + 1)},
-        }
+        return {f"mover{i}": "colias_black" for i in range(1, moving + 1)} | parked(self.options.robots - moving)
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         (observer,) = scatter(rng, 1)
@@ -92,4 +86,4 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
         return places, {name: Wander(self._sim.robots[name], speed, rng) for name in movers}
 
     def _reward(self) -> dict[str, float]:
-        return {"ahead": self.speed / FASTEST}
+        return {"ahead": self.speed / self._fastest}

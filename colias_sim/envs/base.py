@@ -21,7 +21,7 @@ from colias_sim.envs.drivers import Driver, gap_to, wall
 from colias_sim.envs.options import Answer, EnvOptions, checked
 from colias_sim.envs.senses import Other, State, build_model, neural, space
 from colias_sim.envs.showing import Shower
-from colias_sim.robot import Pose, Robot, WheelSpeeds, bearing
+from colias_sim.robot import Pose, Robot, WheelSpeeds
 from colias_sim.simulation import Simulation
 
 OBSERVER, TARGET = "observer", "target"
@@ -49,13 +49,14 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         self.options = own = checked(self.options_type, options)  # type: ignore[assignment]
         self.render_mode = own.render_mode
         self.metadata = {"render_modes": _render_modes(), "render_fps": 30.0 / own.frame_skip}
-        self._robot_config, camera = RobotConfig(), _camera(own)
+        robot, camera = RobotConfig(), _camera(own)
+        self._fastest = robot.max_speed_cm_s / 100
         self._shape = camera.height, camera.width
         self.observation_space, self.action_space = spaces_of(own)
         model = build_model(own.model, self._shape)  # always: a wrong one is told of, whatever is observed
         self._model = model if own.observation in ("neural", "both") else None
         self._sim = Simulation(
-            self._robot_config, camera, SceneConfig(arena=own.arena), {OBSERVER: "colias", **self._others()},
+            robot, camera, SceneConfig(arena=own.arena), {OBSERVER: "colias", **self._others()},
             fence=True, seeing=own.observation != "state",
         )  # fmt: skip
         try:
@@ -128,8 +129,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         if not self._running:
             raise error.ResetNeeded("step() before reset(), or after the episode's end: call reset() first")
         self._wheels = self._steer(wheels_of(self.action_space, action))
-        limit = self._robot_config.max_speed_cm_s / 100
-        left, right = (float(w) * limit * gain for w, gain in zip(self._wheels, self._wheel_gains, strict=True))
+        left, right = (float(w) * self._fastest * gain for w, gain in zip(self._wheels, self._wheel_gains, strict=True))
         self._command = WheelSpeeds(left, right)
         self._answers, self._driven = [], 0.0
         terms: dict[str, float] = {}
@@ -295,14 +295,18 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         """What a task adds to ``info``."""
         return {}
 
-    def _target_bearing(self) -> float:
-        """The target's angle off the optical axis in radians, left positive."""
-        eye = self._sim.camera_config.forward_cm / 100
-        return bearing(self._sim.robots[OBSERVER].pose, self._sim.robots[TARGET].pose, eye)
+    def _effort(self) -> float:
+        """The reward's term for sparing the motors."""
+        return -0.05 * float(np.mean(self._wheels**2))
 
     def _check_open(self) -> None:
         if self._closed:
             raise error.ClosedEnvironmentError("this env is closed: make a new one")
+
+
+def parked(count: int) -> dict[str, str]:
+    """So many robots that stand about, name -> variant."""
+    return {f"parked{i}": "colias_parked" for i in range(1, count + 1)}
 
 
 def spaces_of(options: EnvOptions) -> tuple[spaces.Space[Any], spaces.Space[Any]]:

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from colias_sim.config import CameraConfig
-from colias_sim.envs.base import OBSERVER, TARGET, ColiasEnv
+from colias_sim.envs.base import OBSERVER, TARGET, parked
 from colias_sim.envs.describing import documented
 from colias_sim.envs.drivers import Driver, Orbit, scatter
-from colias_sim.envs.options import MOST_ROBOTS, EnvOptions
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
+from colias_sim.envs.targeted import TargetEnv
 from colias_sim.robot import Pose
 
-HALF_VIEW = math.radians(CameraConfig().hfov_deg / 2)
 
-
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True))
+@dataclass(frozen=True, config=STRICT)
 class FixationOptions(EnvOptions):
     """The arguments of `Fixation`."""
 
@@ -41,7 +39,7 @@ class FixationOptions(EnvOptions):
 
 
 @documented
-class Fixation(ColiasEnv[FixationOptions]):
+class Fixation(TargetEnv[FixationOptions]):
     """
     ## Description
 
@@ -91,10 +89,6 @@ class Fixation(ColiasEnv[FixationOptions]):
 
     options_type: ClassVar[type[EnvOptions]] = FixationOptions
 
-    def _others(self) -> Mapping[str, str]:
-        parked = {f"parked{i}": "colias_parked" for i in range(1, self.options.robots)}
-        return {TARGET: "colias_black", **parked}
-
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         own = self.options
         heading, off = float(rng.uniform(-math.pi, math.pi)), math.radians(float(rng.uniform(-20.0, 20.0)))
@@ -103,8 +97,8 @@ class Fixation(ColiasEnv[FixationOptions]):
         path = [Pose(far * math.cos(a), far * math.sin(a), 0.0) for a in np.linspace(0, 2 * math.pi, 48)]
         places: dict[str, Pose] = {OBSERVER: Pose(0.0, 0.0, heading), TARGET: start}
         # Clear of the path all around, and of the observer in its middle.
-        parked = scatter(rng, own.robots - 1, [*path, places[OBSERVER]], apart=0.05, clear=0.055)
-        places |= {f"parked{i}": pose for i, pose in enumerate(parked, 1)}
+        others = scatter(rng, own.robots - 1, [*path, places[OBSERVER]], apart=0.05, clear=0.055)
+        places |= zip(parked(own.robots - 1), others, strict=True)
         slowest, fastest = math.radians(own.slowest_deg_s), math.radians(own.fastest_deg_s)
         return places, {TARGET: Orbit(self._sim.robots[TARGET], (0.0, 0.0), far, slowest, fastest, rng)}
 
@@ -115,9 +109,4 @@ class Fixation(ColiasEnv[FixationOptions]):
         return np.array([-half, half], np.float32)
 
     def _reward(self) -> dict[str, float]:
-        off = abs(self._target_bearing())
-        return {"centre": max(1.0 - off / HALF_VIEW, -1.0), "effort": -0.05 * float(np.mean(self._wheels**2))}
-
-    def _measures(self) -> dict[str, Any]:
-        off = self._target_bearing()
-        return {"bearing_deg": math.degrees(off), "in_view": abs(off) < HALF_VIEW}
+        return {"centre": self._centre(), "effort": self._effort()}

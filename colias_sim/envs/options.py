@@ -16,6 +16,9 @@ from pydantic.fields import FieldInfo
 from colias_sim.config import known_arena
 
 MOST_ROBOTS = 20
+STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
+Arena = Annotated[str, AfterValidator(known_arena)]
+"""The name of a registered arena."""
 
 
 class Answer(Protocol):
@@ -57,7 +60,7 @@ View = Literal["arena", "top", "observer"]
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True))
+@dataclass(frozen=True, config=STRICT)
 class EnvOptions:
     """What a person may set of any env; a value outside its range raises ``ValueError`` through `checked`."""
 
@@ -69,7 +72,7 @@ class EnvOptions:
     )
     frame_skip: int = Field(default=1, ge=1, le=30, description="camera frames, of 1/30 s, that an action lasts")
     robots: int = Field(default=1, ge=0, le=MOST_ROBOTS, description="other robots in the arena")
-    arena: Annotated[str, AfterValidator(known_arena)] = Field(default="bright", description="an arena of scenes")
+    arena: Arena = Field(default="bright", description="an arena of scenes")
     noise: float = Field(default=1.0, ge=0.0, le=10.0, description="camera noise, times the data sheet's")
     randomise: float = Field(default=0.0, ge=0.0, le=1.0, description="domain randomisation: 0 none, 1 the widest")
     model: Any = Field(default="hybrid", description="vision model of neural observations: a name, or a factory")

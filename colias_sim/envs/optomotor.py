@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from colias_sim.config import known_arena
-from colias_sim.envs.base import OBSERVER, ColiasEnv
+from colias_sim.envs.base import OBSERVER, ColiasEnv, parked
 from colias_sim.envs.describing import documented
 from colias_sim.envs.drivers import Driver, scatter
-from colias_sim.envs.options import MOST_ROBOTS, EnvOptions
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions
 from colias_sim.robot import Pose
 
 HARDEST_PUSH_DEG_S = 180.0
@@ -23,12 +22,12 @@ _PUSH_N_M = (0.0, 8.25e-4, 1.237e-3, 1.649e-3, 2.061e-3, 2.474e-3)
 """Measured: how fast a torque turns a robot at rest. Its motors give way; from 4e-3 N m on the tyres do too."""
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True))
+@dataclass(frozen=True, config=STRICT)
 class OptomotorOptions(EnvOptions):
     """The arguments of `Optomotor`."""
 
     robots: int = Field(default=0, ge=0, le=MOST_ROBOTS, description="other robots, parked")
-    arena: Annotated[str, AfterValidator(known_arena)] = Field(default="drum", description="an arena of scenes")
+    arena: Arena = Field(default="drum", description="an arena of scenes")
     disturbance: Literal["drum", "push"] = Field(default="drum", description="the wall turns, or a torque on the robot")
     slowest_deg_s: float = Field(default=20.0, ge=0.0, le=360.0, description="least rate of the disturbance")
     fastest_deg_s: float = Field(default=90.0, ge=0.0, le=360.0, description="greatest; of a push at most 180")
@@ -100,7 +99,7 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     options_type: ClassVar[type[EnvOptions]] = OptomotorOptions
 
     def _others(self) -> Mapping[str, str]:
-        return {f"parked{i}": "colias_parked" for i in range(1, self.options.robots + 1)}
+        return parked(self.options.robots)
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         places = {OBSERVER: Pose(0.0, 0.0, float(rng.uniform(-math.pi, math.pi)))}
@@ -127,4 +126,4 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
 
     def _reward(self) -> dict[str, float]:
         slip = abs(self.slip) / math.radians(self.options.fastest_deg_s)
-        return {"hold": max(1.0 - slip, -1.0), "effort": -0.05 * float(np.mean(self._wheels**2))}
+        return {"hold": max(1.0 - slip, -1.0), "effort": self._effort()}

@@ -7,18 +7,18 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import ConfigDict, Field
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from colias_sim.envs.base import OBSERVER, TARGET, ColiasEnv
+from colias_sim.envs.base import OBSERVER, TARGET, parked
 from colias_sim.envs.describing import documented
 from colias_sim.envs.drivers import RADIUS, Driver, Wander, gap_to, scatter
-from colias_sim.envs.fixation import HALF_VIEW
-from colias_sim.envs.options import MOST_ROBOTS, EnvOptions
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
+from colias_sim.envs.targeted import TargetEnv
 from colias_sim.robot import Pose
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True))
+@dataclass(frozen=True, config=STRICT)
 class PursuitOptions(EnvOptions):
     """The arguments of `Pursuit`."""
 
@@ -28,7 +28,7 @@ class PursuitOptions(EnvOptions):
 
 
 @documented
-class Pursuit(ColiasEnv[PursuitOptions]):
+class Pursuit(TargetEnv[PursuitOptions]):
     """
     ## Description
 
@@ -77,10 +77,6 @@ class Pursuit(ColiasEnv[PursuitOptions]):
 
     options_type: ClassVar[type[EnvOptions]] = PursuitOptions
 
-    def _others(self) -> Mapping[str, str]:
-        parked = {f"parked{i}": "colias_parked" for i in range(1, self.options.robots)}
-        return {TARGET: "colias_black", **parked}
-
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         own = self.options
         away = own.distance_cm / 100 + 0.04
@@ -92,22 +88,17 @@ class Pursuit(ColiasEnv[PursuitOptions]):
         x, y = ring * math.cos(behind), ring * math.sin(behind)
         observer = Pose(x, y, math.atan2(target.y - y, target.x - x))
         places = {OBSERVER: observer, TARGET: target}
-        parked = scatter(rng, own.robots - 1, places.values())
-        places |= {f"parked{i}": pose for i, pose in enumerate(parked, 1)}
+        places |= zip(parked(own.robots - 1), scatter(rng, own.robots - 1, places.values()), strict=True)
         driver = Wander(self._sim.robots[TARGET], own.target_speed_cm_s / 100, rng, unheeded=[OBSERVER])
         return places, {TARGET: driver}
 
     def _reward(self) -> dict[str, float]:
-        wanted, off = self.options.distance_cm, abs(self._target_bearing())
-        return {
-            "distance": max(1.0 - abs(self._gap_cm() - wanted) / wanted, -1.0),
-            "centre": max(1.0 - off / HALF_VIEW, -1.0),
-        }
+        wanted = self.options.distance_cm
+        return {"distance": max(1.0 - abs(self._gap_cm() - wanted) / wanted, -1.0), "centre": self._centre()}
 
     def _gap_cm(self) -> float:
         robots = self._sim.robots
         return 100 * gap_to(robots[OBSERVER].pose, robots[TARGET].pose)[0]
 
     def _measures(self) -> dict[str, Any]:
-        off = self._target_bearing()
-        return {"gap_cm": self._gap_cm(), "bearing_deg": math.degrees(off), "in_view": abs(off) < HALF_VIEW}
+        return {"gap_cm": self._gap_cm(), **super()._measures()}
