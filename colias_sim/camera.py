@@ -21,7 +21,10 @@ _STANDARD_NORMAL = np.zeros(1), np.ones(1)
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One luma image: ``luma`` (R, C) uint8 and the time its exposure ended, in seconds of simulation."""
+    """One luma image: ``luma`` (R, C) uint8 and the time its exposure ended, in seconds of simulation.
+
+    ``luma`` is read-only: several models, a recording and an agent are shown one frame.
+    """
 
     luma: npt.NDArray[np.uint8]
     time: float
@@ -84,7 +87,8 @@ class Camera:
         noise = self._draw_noise(light, rng) if noisy else self._no_noise
         cv2.add(light, noise, dst=luma, dtype=cv2.CV_8U)  # rounds and saturates
         self.discard()
-        return Frame(luma, time)
+        # Over an immutable object: no model can make it writable again.
+        return Frame(np.frombuffer(luma.tobytes(), np.uint8).reshape(luma.shape), time)
 
     def discard(self) -> None:
         """Drop the exposure under way."""

@@ -6,28 +6,34 @@
 >>> response.hs, response.hs_spikes
 """
 
+from dsnn.answers import AnswerError, checked_answer
 from dsnn.emd import EMD, EMDParams
 from dsnn.flow import Flow, FlowParams
 from dsnn.frames import FrameError
+from dsnn.hybrid import Hybrid, HybridParams
 from dsnn.lgmd1 import LGMD1, LGMD1Params
 from dsnn.lgmd2 import LGMD2, LGMD2Params
-from dsnn.model import LayerMaps, Response, ResponseSeries, VisionModel
+from dsnn.model import CHANNELS, LayerMaps, Response, ResponseSeries, VisionModel
 from dsnn.network import DSNN
 from dsnn.params import DSNNParams
 from dsnn.reference import ReferenceDSNN
 from dsnn.registry import MODELS, ModelEntry, model_entry
 
 __all__ = [
+    "CHANNELS",
     "DSNN",
     "EMD",
     "LGMD1",
     "LGMD2",
     "MODELS",
+    "AnswerError",
     "DSNNParams",
     "EMDParams",
     "Flow",
     "FlowParams",
     "FrameError",
+    "Hybrid",
+    "HybridParams",
     "LGMD1Params",
     "LGMD2Params",
     "LayerMaps",
@@ -36,5 +42,6 @@ __all__ = [
     "Response",
     "ResponseSeries",
     "VisionModel",
+    "checked_answer",
     "model_entry",
 ]

@@ -17,6 +17,17 @@ class FrameError(ValueError):
     """A frame the model cannot take; the message names what is wrong and what is legal."""
 
 
+def frozen(luma: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """Return a copy of a frame (R, C) that nobody can write to; a frame that is read-only already comes back as it is.
+
+    Several models, a recording and an agent are shown one frame. The copy lies in an immutable object, so that no
+    model can make it writable again.
+    """
+    if not luma.flags.writeable:
+        return luma
+    return np.frombuffer(luma.tobytes(), luma.dtype).reshape(luma.shape)
+
+
 def checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
     """Return ``shape`` as two ints (R, C), or raise `FrameError` if it is no image shape."""
     try:

@@ -13,6 +13,11 @@ from dsnn.frames import Channels
 
 FloatMap = npt.NDArray[np.floating]
 
+CHANNELS = ("hs", "vs", "looming", "azimuth")
+"""The potentials and positions that a model may answer by: fields of `Response`."""
+SPIKING = ("hs", "vs", "looming")
+"""Those of `CHANNELS` that have spikes, in the order in which a trial's spikes are taken from a model's own."""
+
 
 @dataclass(frozen=True, slots=True)
 class LayerMaps:
@@ -52,7 +57,10 @@ class Response:
 
 @dataclass(frozen=True, slots=True)
 class ResponseSeries:
-    """Answers to T frames as columns of length T: potentials float64, spikes int64."""
+    """Answers to T frames as columns of length T: potentials and azimuth float64, spikes int64.
+
+    A channel that the model does not have is 0 throughout.
+    """
 
     hs: npt.NDArray[np.float64]
     vs: npt.NDArray[np.float64]
@@ -60,11 +68,11 @@ class ResponseSeries:
     vs_spikes: npt.NDArray[np.int64]
     looming: npt.NDArray[np.float64]
     looming_spikes: npt.NDArray[np.int64]
+    azimuth: npt.NDArray[np.float64]
 
-    @property
-    def spikes(self) -> int:
-        """Accumulated spikes: those of HS, or of looming in a model that knows no direction."""
-        return int(np.abs(self.hs_spikes).sum() if self.hs.any() else self.looming_spikes.sum())
+    def accumulated_spikes(self, channel: str) -> int:
+        """Number of spikes of either sign, over all frames, in ``channel``: one of `SPIKING`, or 0 for any other."""
+        return int(np.abs(getattr(self, f"{channel}_spikes")).sum()) if channel in SPIKING else 0
 
     @classmethod
     def from_responses(cls, responses: Iterable[Response]) -> ResponseSeries:
@@ -77,6 +85,7 @@ class ResponseSeries:
             vs_spikes=np.array([a.vs_spikes for a in answers], np.int64),
             looming=np.array([a.looming for a in answers], np.float64),
             looming_spikes=np.array([a.looming_spikes for a in answers], np.int64),
+            azimuth=np.array([a.azimuth for a in answers], np.float64),
         )
 
 

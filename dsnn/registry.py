@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
+import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -13,18 +15,22 @@ from dsnn.flow import Flow, FlowParams
 from dsnn.hybrid import Hybrid, HybridParams
 from dsnn.lgmd1 import LGMD1, LGMD1Params
 from dsnn.lgmd2 import LGMD2, LGMD2Params
-from dsnn.model import VisionModel
+from dsnn.model import CHANNELS, SPIKING, VisionModel
 from dsnn.network import DSNN
 from dsnn.params import DSNNParams
 from dsnn.reference import ReferenceDSNN
 
 DIRECTION = ("hs", "vs")
 LOOMING = ("looming",)
+LONGEST_NAME = 60
 
 
 @dataclass(frozen=True, slots=True)
 class ModelEntry:
-    """A registered model: how to build it for frames of shape (R, C), and its parameters on the robot."""
+    """A registered model: how to build it for frames of shape (R, C), and its parameters on the robot.
+
+    Raises ``ValueError`` on a name that tables and figures cannot show, and on channels that no `dsnn.Response` has.
+    """
 
     name: str
     summary: str
@@ -34,15 +40,53 @@ class ModelEntry:
     source: str = ""
     """The literature that the model is written from."""
     channels: tuple[str, ...] = DIRECTION
-    """The potentials of its `dsnn.Response` that it answers by: ``hs`` and ``vs``, or ``looming``."""
+    """What of a `Response` it answers by: some of ``hs``, ``vs``, ``looming``, ``azimuth``; the rest is dropped."""
     offline: Any = None
     """The parameters of the off-line tests; None where they are those of the robot."""
+    thresholds: Mapping[str, str] = field(default_factory=dict)
+    """Channel -> the name of the parameter that is its spiking threshold, where it is another than ``t_sp``."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", self.name):
+            raise ValueError(f"ModelEntry: name={_short(self.name)}: legal are letters, digits, ., - and _")
+        if len(self.name) > LONGEST_NAME:
+            raise ValueError(f"ModelEntry: name={_short(self.name)}: legal are up to {LONGEST_NAME} characters")
+        own = self.channels
+        if not isinstance(own, tuple) or not own or len(set(own)) < len(own) or not set(own) <= set(CHANNELS):
+            raise ValueError(
+                f"ModelEntry {self.name}: channels={_short(own)}: legal is a tuple of some of {CHANNELS}, each once"
+            )
+        if not isinstance(self.summary, str) or not callable(self.build):
+            raise ValueError(f"ModelEntry {self.name}: legal are a text for summary and a callable for build")
+        for name in ("robot", "offline"):
+            value = getattr(self, name)
+            if not _is_frozen(value) and (value is not None or name == "robot"):
+                raise ValueError(f"ModelEntry {self.name}: {name}={_short(value)}: legal is a frozen dataclass")
+
+    def threshold(self, channel: str, params: Any) -> float | None:
+        """The spiking threshold of ``channel`` under parameters of this model; ``None`` where it has none."""
+        if channel not in SPIKING:
+            return None
+        value = getattr(params, self.thresholds.get(channel, "t_sp"), None)
+        return None if value is None else float(value)
 
     def preset(self, tests: Literal["robot", "offline"]) -> Any:
         """The parameters for these tests; ``ValueError`` for any other word."""
         if tests not in ("robot", "offline"):
             raise ValueError(f"unknown preset '{tests}' of '{self.name}': known are robot, offline")
         return self.robot if tests == "robot" or self.offline is None else self.offline
+
+
+def _is_frozen(value: Any) -> bool:
+    """Whether it is an instance of a frozen dataclass: what a model changed in its parameters would last."""
+    if isinstance(value, type) or not dataclasses.is_dataclass(value):
+        return False
+    return bool(getattr(type(value), "__dataclass_params__").frozen)  # noqa: B009 (mypy does not know it)
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."
 
 
 _DSNN = "Fu, Bellotto and Yue 2018, arXiv 1808.07692"
@@ -99,8 +143,9 @@ _ENTRIES = (
         Hybrid,
         HybridParams.robot(),
         f"{_DSNN}, discussion; Yue and Rind 2006",
-        (*DIRECTION, *LOOMING),
+        (*DIRECTION, *LOOMING, "azimuth"),
         HybridParams.offline(),
+        {"looming": "lgmd_t_sp"},
     ),
 )
 

@@ -1,14 +1,79 @@
-"""Where the envs' neural observations get their models by name: the one room that knows both sides."""
+"""Where the envs' neural observations get their models: the one room that knows both sides."""
 
 from __future__ import annotations
 
-from dsnn import VisionModel, model_entry
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dsnn import CHANNELS, AnswerError, ModelEntry, Response, checked_answer, model_entry
+from dsnn.frames import frozen
+from experiments.bench.files import UsageError, is_file
+from experiments.bench.models import load_model
 
 
-def build(name: str, shape: tuple[int, int]) -> VisionModel:
-    """The registered model ``name`` with its parameters for the robot, for frames of ``shape`` (R, C).
+class CheckedModel:
+    """A model whose answers are checked, and which sees frames that it cannot change.
 
-    Raises ``ValueError`` naming the nearest on an unknown name.
+    ``step`` raises `dsnn.AnswerError` for an answer that is none, naming the model, and whatever the model raises.
     """
-    entry = model_entry(name)
-    return entry.build(shape, entry.robot)
+
+    def __init__(self, name: str, model: Any, channels: Sequence[str]) -> None:
+        self.name, self.channels = name, tuple(channels)
+        self._model = model
+
+    def step(self, frame: npt.NDArray[np.uint8]) -> Response:
+        """Answer the next frame (R, C)."""
+        answer = self._model.step(frozen(frame))
+        try:
+            return checked_answer(answer, self.channels)
+        except AnswerError as error:
+            raise AnswerError(f"model {self.name}: {error}") from None
+
+    def reset(self) -> None:
+        """Forget every frame."""
+        self._model.reset()
+
+
+def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
+    """Build a model with its parameters for the robot, for frames of ``shape`` (R, C).
+
+    Parameters
+    ----------
+    model
+        A registered model's name, the path of a .py file that declares ``MODEL``, a `dsnn.ModelEntry`, or a factory
+        that is called with ``shape`` as its only argument; of what that makes, every channel counts as declared.
+
+    Raises
+    ------
+    ValueError
+        On an unknown name, naming the nearest; on a file that declares no model; on what is none of these.
+    """
+    entry = _entry(model)
+    if entry is not None:
+        name, channels, built = entry.name, entry.channels, entry.build(shape, entry.robot)
+    elif callable(model):
+        name, channels, built = getattr(model, "__name__", type(model).__name__), CHANNELS, model(shape)
+    else:
+        raise ValueError(
+            f"model={model!r}: expected a model's name, a .py file, a dsnn.ModelEntry,"
+            " or a factory that takes the tuple (rows, columns)"
+        )
+    if not (callable(getattr(built, "step", None)) and callable(getattr(built, "reset", None))):
+        raise ValueError(f"model={model!r} made {built!r}: expected an object with step(frame) and reset()")
+    return CheckedModel(name, built, channels)
+
+
+def _entry(model: Any) -> ModelEntry | None:
+    """The entry that a name, a path or an entry means; ``None`` for anything else."""
+    if isinstance(model, Path) or (isinstance(model, str) and is_file(model)):
+        try:
+            return load_model(str(model))
+        except UsageError as error:
+            raise ValueError(f"model={str(model)!r}: {error}") from None
+    if isinstance(model, str):
+        return model_entry(model)
+    return model if isinstance(model, ModelEntry) else None

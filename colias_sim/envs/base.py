@@ -18,7 +18,7 @@ from colias_sim import gl
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.envs.actions import action_space, wheels_of
 from colias_sim.envs.drivers import Driver, gap_to, wall
-from colias_sim.envs.options import Answer, EnvOptions, checked
+from colias_sim.envs.options import Answer, EnvOptions, Model, checked
 from colias_sim.envs.senses import Other, State, build_model, neural, space
 from colias_sim.envs.showing import Shower
 from colias_sim.robot import Pose, Robot, WheelSpeeds
@@ -67,7 +67,8 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         self._hull = self._sim.model.geom(f"{OBSERVER}/hull").id
         self._eye = self._sim.model.camera(f"{OBSERVER}/eye")
         self._eye_quat = self._eye.quat.copy()
-        self._pixels = np.zeros((*self._shape, 1), np.uint8)
+        self._luma = np.zeros(self._shape, np.uint8)
+        self._luma.flags.writeable = False
         self._begun = self._running = self._closed = False
         self._forget()
 
@@ -171,8 +172,13 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
 
     @property
     def luma(self) -> npt.NDArray[np.uint8]:
-        """The last frame, (R, C) uint8; zeros with ``observation="state"``, which sees nothing."""
-        return self._pixels[..., 0]
+        """The last frame, (R, C) uint8, read-only; zeros with ``observation="state"``, which sees nothing."""
+        return self._luma
+
+    @property
+    def model(self) -> Model | None:
+        """The vision model of neural observations; ``None`` where nothing asks it."""
+        return self._model
 
     @property
     def answer(self) -> Answer | None:
@@ -240,7 +246,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         self._driven += math.hypot(after.x - before.x, after.y - before.y)
         if look and self.options.observation != "state":
             frame = self._sim.camera.develop(self._film, self._sim.data.time)
-            self._pixels = frame.luma[..., None]
+            self._luma = frame.luma
             if self._model is not None:
                 self._answers.append(self._model.step(frame.luma))
 
@@ -275,10 +281,10 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         kind = self.options.observation
         if kind == "state":
             return self.state.vector()
-        if kind == "pixels":
-            return self._pixels
-        nerves = neural(self._answers)
-        return nerves if kind == "neural" else {"pixels": self._pixels, "neural": nerves}
+        if kind == "neural":
+            return neural(self._answers)
+        pixels = self._luma[..., None].copy()  # the agent's own: it may write to it
+        return pixels if kind == "pixels" else {"pixels": pixels, "neural": neural(self._answers)}
 
     def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
         """The reward's terms, and what measures a behaviour; units are in the names."""

@@ -75,7 +75,9 @@ class EnvOptions:
     arena: Arena = Field(default="bright", description="an arena of scenes")
     noise: float = Field(default=1.0, ge=0.0, le=10.0, description="camera noise, times the data sheet's")
     randomise: float = Field(default=0.0, ge=0.0, le=1.0, description="domain randomisation: 0 none, 1 the widest")
-    model: Any = Field(default="hybrid", description="vision model of neural observations: a name, or a factory")
+    model: Any = Field(
+        default="hybrid", description="vision model of neural observations: a name, a .py file, an entry, or a factory"
+    )
     render_mode: RenderMode | None = Field(default=None, description="how render() shows the scene")
     render_view: View = Field(default="arena", description="where render() looks from")
     render_width: int = Field(default=480, ge=16, le=1920, description="of render()'s picture, px")

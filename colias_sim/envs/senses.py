@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
-from colias_sim.envs.options import Answer, Model, ModelFactory
+from colias_sim.envs.options import Answer, Model
 from scenes import ARENA_RADIUS_CM
 
 Vector = npt.NDArray[np.float32]
@@ -115,18 +115,19 @@ def space(observation: str, shape: tuple[int, int], robots: int) -> spaces.Space
     return pixels if observation == "pixels" else nerves
 
 
-def build_model(model: str | ModelFactory, shape: tuple[int, int]) -> Model:
-    """The model of neural observations: what a factory builds, or the registered one of that name.
+def build_model(model: Any, shape: tuple[int, int]) -> Model:
+    """Build the model of neural observations for frames of ``shape`` (R, C); its answers are checked at every frame.
 
-    Raises ``ValueError`` on an unknown name, and on what is neither.
+    Parameters
+    ----------
+    model
+        A registered model's name, the path of a .py file that declares ``MODEL``, an entry such as that ``MODEL``, or
+        a factory that is called with ``shape``, the tuple (rows, columns), as its only argument.
+
+    Raises
+    ------
+    ValueError
+        On an unknown name, a file that declares no model, and what is none of these.
     """
-    built: Model
-    if isinstance(model, str):
-        built = importlib.import_module(WIRING).build(model, shape)
-    elif callable(model):
-        built = model(shape)
-    else:
-        raise ValueError(f"model={model!r}: expected a model's name, or a factory that takes (rows, columns)")
-    if not (callable(getattr(built, "step", None)) and callable(getattr(built, "reset", None))):
-        raise ValueError(f"model={model!r} made {built!r}: expected an object with step(frame) and reset()")
+    built: Model = importlib.import_module(WIRING).build(model, shape)
     return built

@@ -13,7 +13,7 @@ import numpy as np
 
 from colias_sim.envs import ENVS, State
 from dsnn import Response
-from experiments.bench.files import UsageError, declared, is_file
+from experiments.bench.files import UsageError, check_name, declared, is_file
 
 Wheels = tuple[float, float]
 """Speeds of the wheels, left and right, as shares of the maximum; beyond -1 and 1 they are cut."""
@@ -33,7 +33,14 @@ class Behaviour:
     make: Callable[[np.random.Generator], Policy]
     senses: Literal["neural", "state"] = "neural"
     model: str = "hybrid"
-    """The vision model on its camera, if its senses are neural."""
+    """The vision model on its camera, if its senses are neural: a name, or the path of a .py file."""
+
+    def __post_init__(self) -> None:
+        check_name("behaviour", self.name)
+        if self.senses not in ("neural", "state"):
+            raise ValueError(f"behaviour {self.name}: senses={self.senses!r}: legal is neural or state")
+        if not callable(self.make) or not isinstance(self.summary, str):
+            raise ValueError(f"behaviour {self.name}: legal are a text for summary and a callable for make")
 
     @classmethod
     def reflex(cls, name: str, summary: str, env: str, reflex: Callable[[Response], Wheels]) -> Behaviour:
@@ -69,6 +76,10 @@ def load_behaviour(source: str) -> Behaviour:
     if source.endswith(".npz"):
         from experiments.bench import policy_file
 
+        try:
+            check_name("policy", Path(source).stem)
+        except ValueError as error:
+            raise UsageError(f"{source}: {error}") from None
         return policy_file.load(Path(source)).behaviour(Path(source).stem)
     if not in_file(source):
         from experiments.behaviours import BEHAVIOURS

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from experiments.bench import cli_behave, cli_leaderboard, cli_offline, cli_train, cli_tune, cli_watch
 from experiments.bench.options import Assignments, Cluster, Models, Quiet, Repeats, Seed, Workers, worker_count
@@ -240,8 +241,8 @@ def parameters(
     from experiments.bench import catalogue, settings
 
     for row in settings.parameters(catalogue.load(experiment), model or ["dsnn"]):
-        legal = f"  [dim]({row.legal})[/dim]" if row.legal else ""
-        out_console.print(f"{row.key}=[b]{row.value}[/b]{legal}\n    {row.description}", soft_wrap=True)
+        legal = f"  [dim]({escape(row.legal)})[/dim]" if row.legal else ""
+        out_console.print(f"{row.key}=[b]{escape(row.value)}[/b]{legal}\n    {escape(row.description)}", soft_wrap=True)
 
 
 @app.command(short_help="Open recordings in Rerun, or a scene in MuJoCo's viewer.")

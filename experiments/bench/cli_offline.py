@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 if TYPE_CHECKING:
     from dsnn.stimuli import ClipParams, Stimulus
@@ -99,12 +100,18 @@ def play(
     clip = _clip(name, collected, seed, jitter)
     with _progress(f"{name}: frames", len(clip)) as advance:
         played = player.play(name, clip, models, advance)
-    for each, answer in zip(models, played.answers, strict=True):
-        ranges = {channel: getattr(answer.series, channel) for channel in each.channels}
+    console = Console(highlight=False)
+    for answer in played.answers:
+        ranges = {channel: getattr(answer.series, channel) for channel in answer.channels}
         said = [f"{channel.upper()} {v.min():+.2f} .. {v.max():+.2f}" for channel, v in ranges.items()]
-        said += [] if answer.threshold is None else [f"T {answer.threshold:g}"]
-        Console(highlight=False).print(f"{answer.model:<18}{'   '.join(said)}")
+        levels = dict.fromkeys(level for level in answer.thresholds.values() if level is not None)
+        said += [f"T {' and '.join(f'{level:g}' for level in levels)}"] if levels else []
+        console.print(f"{answer.model:<18}{'   '.join(said)}", soft_wrap=True, markup=False)
+    for label, trouble in played.troubles.items():
+        Console(stderr=True, highlight=False).print(f"{label} failed: {trouble}", soft_wrap=True, markup=False)
     _show(played, record, view)
+    if played.troubles:
+        raise typer.Exit(1)
 
 
 def run(
@@ -185,8 +192,8 @@ def _list(name: str) -> None:
 
     console = Console(highlight=False)
     for row in settings.described(_section(name)):
-        legal = f"  [dim]({row.legal})[/dim]" if row.legal else ""
-        console.print(f"{row.key}=[b]{row.value}[/b]{legal}\n    {row.description}", soft_wrap=True)
+        legal = f"  [dim]({escape(row.legal)})[/dim]" if row.legal else ""
+        console.print(f"{row.key}=[b]{escape(row.value)}[/b]{legal}\n    {escape(row.description)}", soft_wrap=True)
 
 
 def _clip(name: str, collected: Mapping[str, Mapping[str, str]], seed: int, jitter: float) -> Stimulus[ClipParams]:

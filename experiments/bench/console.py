@@ -202,7 +202,7 @@ def show_offline(report: OfflineReport, recorded: bool) -> None:
         table.add_column(name, justify="left" if name in ("clip", "model") else "right", no_wrap=True)
     for row in (row for row in report.rows if row["repeat"] == 0):
         ranges = (f"{row[f'trough_{system}']:+.3f} .. {row[f'peak_{system}']:+.3f}" for system in ("hs", "vs"))
-        table.add_row(row["clip"], row["model"], *ranges, f"{row['peak_looming']:.2f}", f"{row['spikes']}")
+        table.add_row(Text(row["clip"]), row["model"], *ranges, f"{row['peak_looming']:.2f}", f"{row['spikes']}")
     out_console.print(table)
     for verdict in report.verdicts:
         colour = {"holds": "green", "fails": "red", "untested": "yellow"}[verdict.verdict]

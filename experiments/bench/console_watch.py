@@ -13,22 +13,25 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import pyarrow as pa
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 from threadpoolctl import threadpool_limits
 
+from dsnn import Response
 from experiments.bench.claims import Outcome
 from experiments.bench.console import error_console, out_console
 from experiments.bench.footage import Footage, Picture, ahead
 from experiments.bench.footage_claims import FlowJudge
 from experiments.bench.frame_table import FrameTable
+from experiments.bench.model_runner import explained
 from experiments.bench.models import Chosen
 from experiments.bench.paper import claim_texts
 from experiments.bench.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
 
 WAYS = ("rightward", "leftward", "downward", "upward", "looming")
 SAME_ASPECT = 1.05
-EXIT_EARLY, EXIT_INTERRUPTED = 1, 130
+EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +51,12 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[Chosen], wanted: 
     """
     cv2.setNumThreads(1)  # as in trials: more threads cost a second core for a sixth of the time
     watchers = [Watcher(model, size[::-1]) for model in chosen]
-    own = [model.threshold if "hs" in model.channels else None for model in chosen]
+    own = [model.thresholds.get("hs") for model in chosen]
     judge = FlowJudge(own) if wanted.judge else None
-    seen = Seen()
+    seen, spoilt = Seen(), _Spoilt()
     with threadpool_limits(1), _interrupts() as stop, ExitStack() as outputs:
         outputs.callback(film.close)
-        observers: list[Observer] = [*_outputs(outputs, chosen, size, wanted), *([judge] if judge else [])]
+        observers = [*_outputs(outputs, chosen, size, wanted, spoilt), *([judge] if judge else [])]
         pictures = film.pictures(size)
         going = ahead(pictures, stop) if film.live else takewhile(lambda _: not stop.is_set(), pictures)
         watch(_counted(going, film), watchers, observers, seen)
@@ -64,28 +67,76 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[Chosen], wanted: 
     notes = (_other_aspect(film.size, size), *film.notes(), *(observer.note for observer in observers), early)
     for note in filter(None, notes):
         error_console.print(f"note: {note}", soft_wrap=True, markup=False)
-    return EXIT_INTERRUPTED if stop.is_set() else EXIT_EARLY if early else 0
+    troubles = [f"{w.chosen.label} failed: {w.trouble}" for w in watchers if w.trouble]
+    for line in (*troubles, *spoilt.told):
+        error_console.print(line, soft_wrap=True, markup=False)
+    failed = bool(early or troubles or spoilt.told)
+    return EXIT_INTERRUPTED if stop.is_set() else EXIT_FAILED if failed else 0
 
 
-def _outputs(stack: ExitStack, chosen: Sequence[Chosen], size: tuple[int, int], wanted: Wanted) -> Iterator[Observer]:
+class _Spoilt:
+    """Outputs that could not be written, a line each: the disk was full, say. What else there is goes on."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+
+    @contextmanager
+    def noting(self, what: str) -> Iterator[None]:
+        """Take note of what goes wrong with an output within, and go on."""
+        try:
+            yield
+        except (OSError, RuntimeError, pa.ArrowException) as error:
+            self.told.append(f"{what} could not be written: {explained(error)}")
+
+
+class _Output:
+    """An observer that writes somewhere. Once it cannot, it is asked no more."""
+
+    def __init__(self, what: str, inner: Any, spoilt: _Spoilt) -> None:
+        self._what, self._inner, self._spoilt = what, inner, spoilt
+        self._well = True
+
+    @property
+    def note(self) -> str:
+        """What to say of it at the end; empty if nothing."""
+        return str(self._inner.note)
+
+    def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
+        """Take a frame and the models' answers to it."""
+        if self._well:
+            told = len(self._spoilt.told)
+            with self._spoilt.noting(self._what):
+                self._inner.add(picture, answers)
+            self._well = len(self._spoilt.told) == told
+
+    def close(self) -> None:
+        """Write what is left."""
+        if self._well:
+            with self._spoilt.noting(self._what):
+                self._inner.close()
+
+
+def _outputs(
+    stack: ExitStack, chosen: Sequence[Chosen], size: tuple[int, int], wanted: Wanted, spoilt: _Spoilt
+) -> Iterator[Observer]:
     """The viewer and files that are wanted, each closed by ``stack``."""
+
+    def output(what: str, inner: Any) -> _Output:
+        made = _Output(what, inner, spoilt)
+        stack.callback(made.close)
+        return made
+
     if wanted.view or wanted.record is not None:
-        # Of a viewer that was closed, one line of ours is enough.
-        os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off")
+        # Of a viewer that was closed, or a full disk, one line of ours is enough.
+        os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off,re_log_encoding=off")
         from experiments.bench.log_live import LiveLog  # not before: rerun takes its time
 
         if wanted.view:
-            viewer = LiveLog.to_viewer(chosen, size)
-            stack.callback(viewer.close)
-            yield viewer
+            yield output("the viewer's stream", LiveLog.to_viewer(chosen, size))
         if wanted.record is not None:
-            recording = LiveLog.to_file(wanted.record, chosen, size)
-            stack.callback(recording.close)
-            yield recording
+            yield output(str(wanted.record), LiveLog.to_file(wanted.record, chosen, size))
     if wanted.table is not None:
-        table = FrameTable(wanted.table, [model.label for model in chosen])
-        stack.callback(table.close)
-        yield table
+        yield output(str(wanted.table), FrameTable(wanted.table, [model.label for model in chosen]))
 
 
 @contextmanager
@@ -174,7 +225,7 @@ def _totals(watchers: Sequence[Watcher], seen: Seen) -> Table:
     table = Table(box=None, header_style="bold", pad_edge=False)
     table.add_column("model", no_wrap=True)
     for name in ("step Hz", "T", *WAYS, "spikes", "ms a frame"):
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(name, justify="right", no_wrap=name != "spikes")
     for watcher in watchers:
         ways = [motion.direction for motion in watcher.motions()]
         rate = getattr(watcher.chosen.network, "fps", None)

@@ -43,7 +43,7 @@ STEP_SCHEMA = pa.schema(
         "frame": pa.int64(),
         "sim_time_s": pa.float64(),
         **dict.fromkeys(("x_cm", "y_cm", "heading_deg", "left_wheel", "right_wheel", "reward"), pa.float64()),
-        **dict.fromkeys(("hs", "vs", "looming"), pa.float64()),
+        **dict.fromkeys(("hs", "vs", "looming", "azimuth"), pa.float64()),
         **dict.fromkeys(("hs_spikes", "vs_spikes", "looming_spikes"), pa.int64()),
     }
 )
@@ -189,6 +189,6 @@ def _steps(episode: Episode, index: int) -> pa.Table:
         "right_wheel": episode.wheels[:, 1],
         "reward": episode.rewards,
     }
-    for name in ("hs", "vs", "looming", "hs_spikes", "vs_spikes", "looming_spikes"):
+    for name in ("hs", "vs", "looming", "azimuth", "hs_spikes", "vs_spikes", "looming_spikes"):
         columns[name] = [None] * count if series is None else getattr(series, name)
     return pa.table(columns).select(STEP_SCHEMA.names).cast(STEP_SCHEMA)

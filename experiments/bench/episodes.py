@@ -62,6 +62,10 @@ class Episode:
     """Robot -> (T, 3): x and y in cm, heading in degrees; the observer first."""
     wheels: npt.NDArray[np.float32]
     """(T, 2): left and right, shares of the maximum."""
+    model: str
+    """The vision model's name; empty where nothing was seen."""
+    channels: tuple[str, ...]
+    """Those that the vision model declares."""
     series: ResponseSeries | None
     rewards: Floats
     infos: Mapping[str, Floats]
@@ -168,6 +172,8 @@ class _Keeper:
             time_s=interval * np.arange(1, count + 1),
             paths={name: np.array(path) for name, path in self._poses.items()},
             wheels=np.array(self._wheels, np.float32),
+            model=getattr(self._env.model, "name", ""),
+            channels=tuple(getattr(self._env.model, "channels", ())),
             series=ResponseSeries.from_responses(self._answers) if self._answers else None,
             rewards=np.array(self._rewards),
             infos={name: np.array(values) for name, values in self._infos.items()},

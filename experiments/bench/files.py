@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 import traceback
 from pathlib import Path
@@ -16,6 +17,16 @@ USER_MODULE = "colias_user_"
 
 class UsageError(Exception):
     """A wrong use, told in one line: what was given, what is legal, where it came from."""
+
+
+LONGEST_NAME = 60
+
+
+def check_name(what: str, name: object) -> None:
+    """Raise ``ValueError`` for a name, of a ``what``, that tables, figures and file names cannot show."""
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name) or len(name) > LONGEST_NAME:
+        text = repr(name) if len(repr(name)) <= LONGEST_NAME else f"{repr(name)[:LONGEST_NAME]}..."
+        raise ValueError(f"{what} {text}: legal in a name are up to {LONGEST_NAME} letters, digits, ., - and _")
 
 
 def is_file(name: str) -> bool:

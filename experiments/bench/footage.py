@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from dsnn.frames import frozen
 from experiments.bench.files import UsageError
 
 LONG_SIDE = 320
@@ -163,9 +164,9 @@ class _Clock:
 
 
 def resized(image: Image, size: tuple[int, int]) -> Image:
-    """BT.601 luma of a BGR or grey ``image`` at ``size`` (width, height), by area averages."""
+    """BT.601 luma of a BGR or grey ``image`` at ``size`` (width, height), by area averages; read-only."""
     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
-    return np.asarray(cv2.resize(grey, size, interpolation=cv2.INTER_AREA), np.uint8)  # a copy at equal sizes
+    return frozen(np.asarray(cv2.resize(grey, size, interpolation=cv2.INTER_AREA), np.uint8))
 
 
 def usual_size(size: tuple[int, int]) -> tuple[int, int]:

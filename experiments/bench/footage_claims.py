@@ -50,14 +50,17 @@ class FlowJudge:
         self._until_s = 0.0
         self._flow = array("d")
         self._hs, self._vs = ([array("d") for _ in thresholds] for _ in range(2))
+        self._lost = [False for _ in thresholds]
 
-    def add(self, picture: Picture, answers: Sequence[Response]) -> None:
+    def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
         """Take a frame and the models' answers to it; the first frame has no flow, and does not count."""
+        self._lost = [lost or answer is None for lost, answer in zip(self._lost, answers, strict=True)]
         if self._before is not None:
             self._flow.append(mean_flow(self._before, picture.luma))
             for answer, hs, vs in zip(answers, self._hs, self._vs, strict=True):
-                hs.append(answer.hs)
-                vs.append(answer.vs)
+                if answer is not None:
+                    hs.append(answer.hs)
+                    vs.append(answer.vs)
         self._before, self._until_s = picture.luma, picture.time_s
 
     def outcomes(self) -> list[Outcome]:
@@ -67,8 +70,10 @@ class FlowJudge:
         return [
             Outcome("untested", "this model has no HS spikes")
             if threshold is None
+            else Outcome("untested", "this model went wrong before the end", n=len(hs))
+            if lost
             else judge(flow, np.asarray(hs), np.asarray(vs), threshold, rate)
-            for hs, vs, threshold in zip(self._hs, self._vs, self._thresholds, strict=True)
+            for hs, vs, threshold, lost in zip(self._hs, self._vs, self._thresholds, self._lost, strict=True)
         ]
 
 

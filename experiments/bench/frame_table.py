@@ -23,6 +23,7 @@ SCHEMA = pa.schema(
         "vs_spikes": pa.int64(),
         "looming": pa.float64(),
         "looming_spikes": pa.int64(),
+        "azimuth": pa.float64(),
     }
 )
 ENDINGS = (".csv", ".parquet")
@@ -45,10 +46,12 @@ class FrameTable:
         self._writer = kind(str(self._partial), SCHEMA)
         self._rows: list[tuple[int | float | str, ...]] = []
 
-    def add(self, picture: Picture, answers: Sequence[Response]) -> None:
-        """Take a frame and the models' answers to it."""
+    def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
+        """Take a frame and the models' answers to it; a model that went wrong has no row."""
         for label, a in zip(self._labels, answers, strict=True):
-            potentials = (a.hs, a.vs, a.hs_spikes, a.vs_spikes, a.looming, a.looming_spikes)
+            if a is None:
+                continue
+            potentials = (a.hs, a.vs, a.hs_spikes, a.vs_spikes, a.looming, a.looming_spikes, a.azimuth)
             self._rows.append((picture.frame, picture.time_s, label, *potentials))
         if len(self._rows) >= ROWS_AT_ONCE:
             self._flush()

@@ -139,4 +139,5 @@ def _standing(
     own_robot, own_clips = ([row for row in rows if row["model"] == model.label] for rows in (robot, clips))
     us = {measure: taken[model.label] for measure, taken in times.items() if model.label in taken}
     looming = not {"hs", "vs"} & set(model.channels)
-    return Standing(model.label, scores(own_robot, own_clips, us, looming, model.threshold is not None))
+    spiking = any(threshold is not None for threshold in model.thresholds.values())
+    return Standing(model.label, scores(own_robot, own_clips, us, looming, spiking))

@@ -94,8 +94,13 @@ def separation(rows: Iterable[Row], looming: bool) -> Score | None:
 
 
 def false_alarms(rows: Iterable[Row]) -> Score | None:
-    """The share of clips of background alone in which the model passed its threshold: it spiked."""
-    return _share([row["spikes"] > 0 for row in rows if shown(row) == BACKGROUND])
+    """The share of clips of background alone in which the model spiked, in any channel that it declares."""
+    return _share([_fired(row) for row in rows if shown(row) == BACKGROUND])
+
+
+def _fired(row: Row) -> bool:
+    """Whether any declared channel spiked; the others' counts are null."""
+    return any(row[name] for name in ("hs_spikes", "vs_spikes", "looming_spikes"))
 
 
 def frame_time(us: Sequence[float] | None) -> Score | None:

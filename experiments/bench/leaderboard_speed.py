@@ -10,6 +10,7 @@ import cv2
 from threadpoolctl import threadpool_limits
 
 from dsnn import VisionModel
+from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
 from experiments.bench.models import Chosen
 
@@ -26,7 +27,7 @@ def time_models(models: Sequence[Chosen], shape: tuple[int, int]) -> dict[str, l
     """
     rows, columns = shape
     clip = stimulus("cluttered", 0, rows=rows, columns=columns, width=columns / 6, height=rows / 2, speed=columns / 2)
-    frames = [clip[index].luma for index in range(min(len(clip), 60))]
+    frames = [frozen(clip[index].luma) for index in range(min(len(clip), 60))]
     cv2.setNumThreads(1)
     running = _built(models, shape)
     taken: dict[str, list[float]] = {label: [] for label in running}

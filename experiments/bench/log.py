@@ -10,7 +10,7 @@ import dataclasses
 import hashlib
 import math
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -22,6 +22,7 @@ import rerun_bindings
 
 from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
+from dsnn.model import SPIKING
 from experiments.bench.media import Images, Media
 from experiments.bench.results import recording_name
 from experiments.bench.trial import TrialResult
@@ -30,9 +31,16 @@ from scenes import ARENA_RADIUS_CM
 APPLICATION = "colias-sim"
 Floats = npt.NDArray[np.float64]
 LIMIT_COLOUR = (140, 140, 140)
-HS_COLOURS = ((31, 119, 180), (44, 160, 44), (148, 103, 189), (23, 190, 207), (100, 100, 100))
-VS_COLOURS = ((214, 124, 30), (214, 39, 40), (227, 119, 194), (188, 189, 34), (160, 160, 160))
-"""Of the first model, the second, ..."""
+Colour = tuple[int, int, int]
+HS_COLOURS: tuple[Colour, ...] = (
+    (31, 119, 180), (44, 160, 44), (148, 103, 189), (23, 190, 207), (100, 100, 100)
+)  # fmt: skip
+VS_COLOURS: tuple[Colour, ...] = (
+    (214, 124, 30), (214, 39, 40), (227, 119, 194), (188, 189, 34), (160, 160, 160)
+)  # fmt: skip
+LOOMING_COLOURS: tuple[Colour, ...] = ((180, 30, 60), (120, 60, 20), (90, 0, 120), (0, 90, 90), (60, 60, 60))
+COLOURS = {"hs": HS_COLOURS, "vs": VS_COLOURS, "looming": LOOMING_COLOURS, "azimuth": HS_COLOURS}
+"""Channel -> the colours of the first model's line, the second's, ..."""
 
 ROBOT_RADIUS_CM, ROBOT_HEIGHT_CM = 2.0, 3.0
 MAP_TITLES = {"p": "retina P", "la": "lamina LA", "f_on": "ON after FDSR", "f_off": "OFF after FDSR"}
@@ -127,8 +135,13 @@ class Answered(Protocol):
         ...
 
     @property
-    def threshold(self) -> float | None:
-        """The spiking threshold on its potentials, if it has one."""
+    def channels(self) -> tuple[str, ...]:
+        """The channels that it declares: these are drawn, whatever their values."""
+        ...
+
+    @property
+    def thresholds(self) -> Mapping[str, float | None]:
+        """Each channel's spiking threshold on its potential, if it has one."""
         ...
 
     @property
@@ -137,34 +150,69 @@ class Answered(Protocol):
         ...
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Line:
+    """A line of a recording's plots: where it is logged, its title, its colour, the `dsnn.Response` field it shows."""
+
+    entity: str
+    title: str
+    colour: Colour
+    field: str
+
+
+def lines(model: str, channels: Sequence[str], place: int, several: bool) -> list[Line]:
+    """The lines of the declared channels of the model at ``place``; titles name the model where there are several."""
+    name, prefix = rr.escape_entity_path_part(model), f"{model} " if several else ""
+    made = []
+    for channel in channels:
+        colour, title = COLOURS[channel][place % 5], channel.upper() if channel in ("hs", "vs") else channel
+        if channel not in SPIKING:
+            made.append(Line(f"{channel}/{name}", f"{prefix}{title}", colour, channel))
+            continue
+        made.append(Line(f"potential/{name}/{channel}", f"{prefix}{title}", colour, channel))
+        made.append(Line(f"spikes/{name}/{channel}", f"{prefix}{title} spikes", colour, f"{channel}_spikes"))
+    return made
+
+
+def levels(thresholds: Iterable[Mapping[str, float | None]]) -> list[float]:
+    """The thresholds to draw, lowest first: of either sign for HS and VS, of looming the positive one alone."""
+    signs = {"hs": (1, -1), "vs": (1, -1), "looming": (1,)}
+    known = [(signs[c], level) for own in thresholds for c, level in own.items() if c in signs and level is not None]
+    return sorted({sign * level for both, level in known for sign in both})
+
+
+def level_entity(level: float) -> str:
+    """Where the line of a threshold is logged."""
+    return f"potential/threshold/{'plus' if level > 0 else 'minus'}_{abs(level):g}".replace(".", "_")
+
+
 def potentials(recording: rr.RecordingStream, answers: Sequence[Answered], time_s: Floats) -> None:
-    """Potentials and spikes of each model at ``time_s`` (T,), and their thresholds as grey lines."""
+    """Potentials, spikes and azimuth of each model at ``time_s`` (T,), and their thresholds as grey lines."""
     frames = np.arange(len(time_s))
     times = timelines(time_s, frames)
     for place, answer in enumerate(answers):
-        series, hs, vs = answer.series, HS_COLOURS[place % 5], VS_COLOURS[place % 5]
-        prefix = f"{answer.model} " if len(answers) > 1 else ""
-        lines: tuple[tuple[str, npt.NDArray[Any], str, tuple[int, int, int]], ...] = (
-            (f"potential/{answer.model}/hs", series.hs, "HS", hs),
-            (f"potential/{answer.model}/vs", series.vs, "VS", vs),
-            (f"spikes/{answer.model}/hs", series.hs_spikes, "HS spikes", hs),
-            (f"spikes/{answer.model}/vs", series.vs_spikes, "VS spikes", vs),
-        )
-        if series.looming.any():  # a looming detector, which rests above 0 and knows no direction
-            lines = (
-                (f"potential/{answer.model}/looming", series.looming, "looming", hs),
-                (f"spikes/{answer.model}/looming", series.looming_spikes, "looming spikes", hs),
-            )
-        for entity, values, name, colour in lines:
-            recording.log(entity, rr.SeriesLines(colors=colour, names=prefix + name, widths=1.5), static=True)
-            recording.send_columns(entity, times, rr.Scalars.columns(scalars=values))
+        for line in lines(answer.model, answer.channels, place, len(answers) > 1):
+            values = getattr(answer.series, line.field)
+            style = rr.SeriesLines(colors=line.colour, names=line.title, widths=1.5)
+            recording.log(line.entity, style, static=True)
+            recording.send_columns(line.entity, times, rr.Scalars.columns(scalars=values.astype(float)))
     ends = timelines(time_s[[0, -1]], frames[[0, -1]])
-    thresholds = {answer.threshold for answer in answers if answer.threshold is not None}
-    for level in sorted({sign * threshold for threshold in thresholds for sign in (1, -1)}):
-        entity = f"potential/threshold/{'plus' if level > 0 else 'minus'}_{abs(level):g}".replace(".", "_")
-        name = f"{'' if level > 0 else '-'}T = {level:g}"
+    for level in levels(answer.thresholds for answer in answers):
+        entity, name = level_entity(level), f"{'' if level > 0 else '-'}T = {level:g}"
         recording.log(entity, rr.SeriesLines(colors=LIMIT_COLOUR, names=name, widths=1.0), static=True)
         recording.send_columns(entity, ends, rr.Scalars.columns(scalars=[level, level]))
+
+
+def plots(answers: Sequence[Answered]) -> rrb.Horizontal:
+    """The views of `potentials`; one of the azimuth where a model declares it."""
+    wide = rrb.ScalarAxis(range=(-1.05, 1.05))
+    views = [
+        rrb.TimeSeriesView(origin="potential", name="membrane potential", axis_y=wide),
+        rrb.TimeSeriesView(origin="spikes", name="spikes per frame", axis_y=rrb.ScalarAxis(range=(-3.2, 3.2))),
+    ]
+    if any("azimuth" in answer.channels for answer in answers):
+        views.append(rrb.TimeSeriesView(origin="azimuth", name="azimuth, -1 left to 1 right", axis_y=wide))
+    return rrb.Horizontal(*views, column_shares=[3, 2, 2][: len(views)])
 
 
 def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:
@@ -236,13 +284,7 @@ def blueprint(result: TrialResult) -> rrb.Blueprint:
             ),
             column_shares=[2, 3],
         ),
-        rrb.Horizontal(
-            rrb.TimeSeriesView(
-                origin="potential", name="membrane potential", axis_y=rrb.ScalarAxis(range=(-1.05, 1.05))
-            ),
-            rrb.TimeSeriesView(origin="spikes", name="spikes per frame", axis_y=rrb.ScalarAxis(range=(-3.2, 3.2))),
-            column_shares=[3, 2],
-        ),
+        plots(result.answers),
     ]
     if result.media is not None and result.media.maps:
         maps = [rrb.Spatial2DView(origin=f"maps/{name}", name=MAP_TITLES[name]) for name in result.media.maps]

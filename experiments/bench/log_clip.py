@@ -33,7 +33,7 @@ def record(played: Played, identity: str | None = None, quality: int | None = No
 
 def _write(path: Path, played: Played, identity: str | None, quality: int | None) -> None:
     recording = rr.RecordingStream(log.APPLICATION, recording_id=identity)
-    log.save(recording, path, _blueprint(played.name))
+    log.save(recording, path, _blueprint(played))
     recording.send_recording_name(played.name)
     recording.send_property("stimulus", rr.AnyValues(**played.settings))
     times = log.timelines(played.times_s, np.arange(len(played.times_s)))
@@ -67,16 +67,9 @@ def _object(recording: rr.RecordingStream, truths: Sequence[Truth], times: list[
     recording.send_columns("clip/object", times, columns.partition([int(box is not None) for box in boxes]))
 
 
-def _blueprint(name: str) -> rrb.Blueprint:
+def _blueprint(played: Played) -> rrb.Blueprint:
     return rrb.Blueprint(
-        rrb.Vertical(
-            rrb.Spatial2DView(origin="clip", name=name),
-            rrb.TimeSeriesView(
-                origin="potential", name="membrane potential", axis_y=rrb.ScalarAxis(range=(-1.05, 1.05))
-            ),
-            rrb.TimeSeriesView(origin="spikes", name="spikes per frame"),
-            row_shares=[3, 2, 1],
-        ),
+        rrb.Vertical(rrb.Spatial2DView(origin="clip", name=played.name), log.plots(played.answers), row_shares=[3, 2]),
         rrb.TimePanel(state="collapsed", timeline="sim_time"),
         collapse_panels=True,
     )

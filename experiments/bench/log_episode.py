@@ -68,18 +68,13 @@ def _write(path: Path, episode: Episode) -> None:
 
 
 def _neurons(recording: rr.RecordingStream, episode: Episode, times: list[rr.TimeColumn]) -> None:
-    """Every potential and every spike train there is: a hybrid answers by direction and by looming."""
+    """Potential, spikes and azimuth of every channel that the model declares."""
     if episode.series is None:
         return
-    colours = {"hs": log.HS_COLOURS[0], "vs": log.VS_COLOURS[0], "looming": (214, 39, 40)}
-    for channel, colour in colours.items():
-        potential, spikes = getattr(episode.series, channel), getattr(episode.series, f"{channel}_spikes")
-        if not potential.any():
-            continue
-        name = channel if channel == "looming" else channel.upper()
-        for entity, values in ((f"potential/{channel}", potential), (f"spikes/{channel}", spikes)):
-            recording.log(entity, rr.SeriesLines(colors=colour, names=name, widths=1.5), static=True)
-            recording.send_columns(entity, times, rr.Scalars.columns(scalars=values.astype(float)))
+    for line in log.lines(episode.model, episode.channels, 0, several=False):
+        values = getattr(episode.series, line.field)
+        recording.log(line.entity, rr.SeriesLines(colors=line.colour, names=line.title, widths=1.5), static=True)
+        recording.send_columns(line.entity, times, rr.Scalars.columns(scalars=values.astype(float)))
 
 
 def _arena(recording: rr.RecordingStream, episode: Episode, times: list[rr.TimeColumn]) -> None:
@@ -123,7 +118,11 @@ def _blueprint(episode: Episode) -> rrb.Blueprint:
     potential = rrb.TimeSeriesView(origin="potential", name="membrane potential",
                                    axis_y=rrb.ScalarAxis(range=(-1.05, 1.05)))  # fmt: skip
     spikes = rrb.TimeSeriesView(origin="spikes", name="spikes per frame")
-    lower = rrb.Vertical(rrb.Horizontal(potential, spikes), rrb.Horizontal(wheels, rewards))
+    answers = [potential, spikes]
+    if "azimuth" in episode.channels:
+        answers.append(rrb.TimeSeriesView(origin="azimuth", name="azimuth, -1 left to 1 right",
+                                          axis_y=rrb.ScalarAxis(range=(-1.05, 1.05))))  # fmt: skip
+    lower = rrb.Vertical(rrb.Horizontal(*answers), rrb.Horizontal(wheels, rewards))
     top = rrb.Horizontal(camera, above) if len(episode.frames) else above
     return _page(top, lower, [3, 2])
 

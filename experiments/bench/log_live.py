@@ -24,7 +24,7 @@ import rerun.blueprint as rrb
 from dsnn import Response
 from experiments.bench.files import UsageError
 from experiments.bench.footage import Picture
-from experiments.bench.log import APPLICATION, HS_COLOURS, LIMIT_COLOUR, VS_COLOURS
+from experiments.bench.log import APPLICATION, COLOURS, LIMIT_COLOUR, Line, level_entity, levels, lines
 from experiments.bench.models import Chosen
 
 QUALITY = 80
@@ -40,7 +40,7 @@ class _Chunk:
 
     times_s: list[float] = field(default_factory=list)
     frames: list[int] = field(default_factory=list)
-    answers: list[Sequence[Response]] = field(default_factory=list)
+    answers: list[Sequence[Response | None]] = field(default_factory=list)
     image_at: list[int] = field(default_factory=list)
     images: list[bytes] = field(default_factory=list)
 
@@ -53,20 +53,22 @@ class LiveLog:
 
     def __init__(
         self, stream: rr.RecordingStream, models: Sequence[Chosen], size: tuple[int, int],
-        viewer: subprocess.Popen[bytes] | None = None,
+        viewer: subprocess.Popen[bytes] | None = None, place: Path | None = None,
     ) -> None:  # fmt: skip
         self._stream, self._models, self._size, self._viewer = stream, models, size, viewer
+        self._place = place
         self.note = ""
         self._chunk = _Chunk()
         self._sent = self._shown = 0.0
+        self._levels = levels(model.thresholds for model in models)
         self._describe()
 
     @classmethod
     def to_file(cls, path: Path, models: Sequence[Chosen], size: tuple[int, int]) -> LiveLog:
-        """Record into the .rrd file ``path``, every frame with its image."""
+        """Record every frame with its image into the .rrd file ``path``, which is NAME.part until it is whole."""
         stream = rr.RecordingStream(APPLICATION)
-        stream.save(path, default_blueprint=blueprint(size))
-        return cls(stream, models, size)
+        stream.save(_partial(path), default_blueprint=blueprint(size, models))
+        return cls(stream, models, size, place=path)
 
     @classmethod
     def to_viewer(cls, models: Sequence[Chosen], size: tuple[int, int]) -> LiveLog:
@@ -84,10 +86,10 @@ class LiveLog:
         viewer = subprocess.Popen(command, stdout=quiet, stderr=quiet, start_new_session=True)
         _await(viewer, port)
         stream = rr.RecordingStream(APPLICATION)
-        stream.connect_grpc(f"rerun+http://127.0.0.1:{port}/proxy", default_blueprint=blueprint(size))
+        stream.connect_grpc(f"rerun+http://127.0.0.1:{port}/proxy", default_blueprint=blueprint(size, models))
         return cls(stream, models, size, viewer)
 
-    def add(self, picture: Picture, answers: Sequence[Response]) -> None:
+    def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
         """Take a frame and the models' answers to it. A viewer that was closed is not missed."""
         if self._viewer is not None and self._viewer.poll() is not None:
             self.note = "the viewer was closed, or could not open its window: watching went on without it"
@@ -112,65 +114,71 @@ class LiveLog:
                 self._send()
             self._stream.flush(timeout_sec=10.0)
         self._stream.disconnect()
+        if self._place is not None:
+            _partial(self._place).replace(self._place)
 
     def _describe(self) -> None:
         """What does not change: names, colours, where the arrows start."""
         stream, centre = self._stream, (self._size[0] / 2, self._size[1] / 2)
         stream.log("picture", rr.EncodedImage.from_fields(media_type="image/jpeg"), static=True)
         for place, model in enumerate(self._models):
-            prefix = f"{model.label} " if len(self._models) > 1 else ""
-            colours = {"hs": HS_COLOURS[place % 5], "vs": VS_COLOURS[place % 5], "looming": HS_COLOURS[place % 5]}
-            for system in model.channels:
-                colour = colours[system]
-                name = f"{prefix}{system.upper()}"
-                lines = {"potential": name, "spikes": f"{name} spikes"}
-                for kind, shown in lines.items():
-                    style = rr.SeriesLines(colors=colour, names=shown, widths=1.5)
-                    stream.log(f"{kind}/{model.label}/{system}", style, static=True)
-            if "hs" in model.channels:
-                both = [colours["hs"], colours["vs"]]
-                arrows = rr.Arrows2D.from_fields(origins=[centre] * 2, colors=both, radii=[1.5] * 2)
-                stream.log(f"picture/direction/{model.label}", arrows, static=True)
-        for level in self._levels():
+            for line in self._lines(place):
+                style = rr.SeriesLines(colors=line.colour, names=line.title, widths=1.5)
+                stream.log(line.entity, style, static=True)
+            arrows = [system for system in ("hs", "vs") if system in model.channels]
+            if arrows:
+                colours = [COLOURS[system][place % 5] for system in arrows]
+                radii = [1.5] * len(arrows)
+                shown = rr.Arrows2D.from_fields(origins=[centre] * len(arrows), colors=colours, radii=radii)
+                stream.log(_direction(model), shown, static=True)
+        for level in self._levels:
             name = f"{'' if level > 0 else '-'}T = {level:g}"
-            stream.log(_limit(level), rr.SeriesLines(colors=LIMIT_COLOUR, names=name, widths=1.0), static=True)
+            stream.log(level_entity(level), rr.SeriesLines(colors=LIMIT_COLOUR, names=name, widths=1.0), static=True)
 
-    def _levels(self) -> list[float]:
-        return sorted({sign * model.threshold for model in self._models for sign in (1, -1) if model.threshold})
+    def _lines(self, place: int) -> list[Line]:
+        model = self._models[place]
+        return lines(model.label, model.channels, place, len(self._models) > 1)
 
     def _send(self) -> None:
         chunk, self._chunk = self._chunk, _Chunk()
         when = np.asarray(chunk.times_s), np.asarray(chunk.frames)
-        times = _timelines(*when)
         if chunk.images:
             images = rr.EncodedImage.columns(blob=chunk.images)
             self._stream.send_columns("picture", _timelines(*(column[chunk.image_at] for column in when)), images)
-        for place, model in enumerate(self._models):
-            answers = [answer[place] for answer in chunk.answers]
-            self._answers(model, answers, times)
+        for place in range(len(self._models)):
+            known = [i for i, answers in enumerate(chunk.answers) if answers[place] is not None]
+            if known:
+                own = [answer for answers in chunk.answers if (answer := answers[place]) is not None]
+                self._answers(place, own, _timelines(*(column[known] for column in when)))
         # A level at the ends of the chunk draws its line.
         ends = _timelines(*(column[[0, -1]] for column in when))
-        for level in self._levels():
-            self._stream.send_columns(_limit(level), ends, rr.Scalars.columns(scalars=[level, level]))
+        for level in self._levels:
+            self._stream.send_columns(level_entity(level), ends, rr.Scalars.columns(scalars=[level, level]))
 
-    def _answers(self, model: Chosen, answers: Sequence[Response], times: list[rr.TimeColumn]) -> None:
-        send, label = self._stream.send_columns, model.label
-        for system in model.channels:
-            potentials = [getattr(answer, system) for answer in answers]
-            spikes = [getattr(answer, f"{system}_spikes") for answer in answers]
-            send(f"potential/{label}/{system}", times, rr.Scalars.columns(scalars=potentials))
-            send(f"spikes/{label}/{system}", times, rr.Scalars.columns(scalars=spikes))
-        if "hs" not in model.channels:
+    def _answers(self, place: int, answers: Sequence[Response], times: list[rr.TimeColumn]) -> None:
+        send, model = self._stream.send_columns, self._models[place]
+        for line in self._lines(place):
+            values = [float(getattr(answer, line.field)) for answer in answers]
+            send(line.entity, times, rr.Scalars.columns(scalars=values))
+        axes = [(system, axis) for system, axis in (("hs", (1, 0)), ("vs", (0, 1))) if system in model.channels]
+        if not axes:
             return
         # A potential of 1 reaches the picture's edge.
         half = np.asarray(self._size) / 2
-        vectors = np.array([[(answer.hs, 0.0), (0.0, answer.vs)] for answer in answers]) * half
-        arrows = rr.Arrows2D.columns(vectors=vectors.reshape(-1, 2)).partition([2] * len(answers))
-        send(f"picture/direction/{label}", times, arrows)
+        vectors = np.array([[np.multiply(getattr(a, system), axis) for system, axis in axes] for a in answers]) * half
+        arrows = rr.Arrows2D.columns(vectors=vectors.reshape(-1, 2)).partition([len(axes)] * len(answers))
+        send(_direction(model), times, arrows)
 
 
-def blueprint(size: tuple[int, int]) -> rrb.Blueprint:
-    """A layout that opens ready to read: the picture of ``size`` with its arrows, beneath it what the network says."""
+def _direction(model: Chosen) -> str:
+    """Where the arrows of a model are logged."""
+    return f"picture/direction/{rr.escape_entity_path_part(model.label)}"
+
+
+def blueprint(size: tuple[int, int], models: Sequence[Chosen]) -> rrb.Blueprint:
+    """A layout that opens ready to read: the picture of ``size`` with its arrows, beneath it what the models answer."""
+    where = any("azimuth" in model.channels for model in models)
+    azimuth = [rrb.TimeSeriesView(origin="azimuth", name="azimuth, -1 left to 1 right")] if where else []
     bounds = rrb.VisualBounds2D(x_range=(0, size[0]), y_range=(0, size[1]))
     return rrb.Blueprint(
         rrb.Vertical(
@@ -179,7 +187,8 @@ def blueprint(size: tuple[int, int]) -> rrb.Blueprint:
             ),
             rrb.TimeSeriesView(origin="potential", name="membrane potential"),
             rrb.TimeSeriesView(origin="spikes", name="spikes per frame"),
-            row_shares=[4, 2, 1],
+            *azimuth,
+            row_shares=[4, 2, 1, 1][: 3 + len(azimuth)],
         ),
         rrb.TimePanel(state="collapsed", timeline="time"),
         collapse_panels=True,
@@ -190,8 +199,8 @@ def _timelines(times_s: npt.NDArray[np.float64], frames: npt.NDArray[np.int64]) 
     return [rr.TimeColumn("time", duration=times_s), rr.TimeColumn("frame", sequence=frames)]
 
 
-def _limit(level: float) -> str:
-    return f"potential/threshold/{'plus' if level > 0 else 'minus'}_{abs(level):g}".replace(".", "_")
+def _partial(path: Path) -> Path:
+    return path.with_name(f"{path.name}.part")
 
 
 def _await(viewer: subprocess.Popen[bytes], port: int) -> None:

@@ -8,10 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-import numpy.typing as npt
-
-from dsnn import ModelEntry, Response, ResponseSeries, VisionModel, model_entry
+from dsnn import ModelEntry, VisionModel, model_entry
+from dsnn.model import SPIKING
 from experiments.bench.files import UsageError, declared, is_file
 
 
@@ -30,15 +28,26 @@ class Chosen:
     """Its parameters, a frozen dataclass."""
 
     @property
-    def threshold(self) -> float | None:
-        """The spiking threshold on its membrane potentials; ``None`` where it has none."""
-        own = getattr(self.network, "t_sp", None)
-        return None if own is None else float(own)
+    def channels(self) -> tuple[str, ...]:
+        """The channels it declares: any of ``hs``, ``vs``, ``looming``, ``azimuth``."""
+        return load_model(self.source).channels
 
     @property
-    def channels(self) -> tuple[str, ...]:
-        """The potentials it answers by: ``hs`` and ``vs``, or ``looming``."""
-        return load_model(self.source).channels
+    def counted(self) -> str:
+        """The channel whose spikes are those of a trial: ``hs``, or ``looming`` where no direction is declared."""
+        own = self.channels
+        return next((channel for channel in SPIKING if channel in own), "")
+
+    @property
+    def thresholds(self) -> dict[str, float | None]:
+        """Each declared channel's spiking threshold on its potential; ``None`` where it has none."""
+        entry = load_model(self.source)
+        return {channel: entry.threshold(channel, self.network) for channel in entry.channels}
+
+    @property
+    def threshold(self) -> float | None:
+        """The spiking threshold of the `counted` channel; ``None`` where it has none."""
+        return self.thresholds.get(self.counted)
 
     def build(self, shape: tuple[int, int]) -> VisionModel:
         """The model itself, for frames of ``shape`` (R, C)."""
@@ -68,8 +77,13 @@ def load_model(source: str) -> ModelEntry:
     entry = declared(Path(source), "MODEL")
     if not isinstance(entry, ModelEntry):
         raise UsageError(f"{source}: MODEL is a {type(entry).__name__}, expected a dsnn.ModelEntry")
-    if not dataclasses.is_dataclass(entry.robot) or isinstance(entry.robot, type):
-        raise UsageError(f"{source}: MODEL.robot is a {type(entry.robot).__name__}, expected a frozen dataclass")
+    for preset in (entry.robot, entry.offline or entry.robot):
+        for channel in entry.channels:
+            try:
+                entry.threshold(channel, preset)
+            except (TypeError, ValueError):
+                name = entry.thresholds.get(channel, "t_sp")
+                raise UsageError(f"{source}: MODEL's parameter {name} is a threshold: legal is a number") from None
     return entry
 
 
@@ -82,50 +96,3 @@ def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> Chosen:
 def family(name: str) -> str:
     """The section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``."""
     return name.split("-")[0]
-
-
-class Watching:
-    """One model at its work. Whatever it raises ends its own part, not that of others beside it.
-
-    ``trouble`` says what went wrong; empty while nothing has.
-    """
-
-    def __init__(self, chosen: Chosen, shape: tuple[int, int]) -> None:
-        self.chosen, self.label = chosen, chosen.label
-        self.responses: list[Response] = []
-        self.trouble = ""
-        try:
-            self._model = chosen.build(shape)
-        except (Exception, SystemExit) as error:
-            self._broke(error)
-
-    def see(self, luma: npt.NDArray[np.uint8], *, maps: bool = False) -> None:
-        """Let it answer the next frame."""
-        if not self.trouble:
-            try:
-                self.responses.append(self._model.step(luma, maps=maps))
-            except (Exception, SystemExit) as error:
-                self._broke(error)
-
-    def series(self) -> ResponseSeries | None:
-        """Its answers to all frames; ``None`` if it broke, or answered with something else than numbers."""
-        if self.trouble:
-            return None
-        try:
-            return _finite(ResponseSeries.from_responses(self.responses))
-        except Exception as error:
-            self._broke(error)
-            return None
-
-    def _broke(self, error: BaseException) -> None:
-        said = " ".join(str(error).split())
-        self.trouble = f"{type(error).__name__}: {said}" if said else type(error).__name__
-
-
-def _finite(series: ResponseSeries) -> ResponseSeries:
-    for field in dataclasses.fields(series):
-        values = getattr(series, field.name)
-        wrong = np.flatnonzero(~np.isfinite(values))
-        if wrong.size:
-            raise ValueError(f"{field.name} is {values[wrong[0]]} in frame {wrong[0]}")
-    return series

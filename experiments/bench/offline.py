@@ -19,8 +19,10 @@ import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from dsnn import ResponseSeries
+from dsnn.frames import frozen
 from dsnn.stimuli import ClipParams, Jittered, Stimulus, StimulusFrame, Truth, stimulus
-from experiments.bench.models import Chosen, Watching
+from experiments.bench.model_runner import ModelRunner, spike_counts
+from experiments.bench.models import Chosen
 from experiments.bench.play import Answer, Played
 from experiments.bench.results import Failure, Finished
 
@@ -42,6 +44,7 @@ CLIP_SCHEMA = pa.schema(
         **{n: pa.float64() if n in ("grey", "speed", "background_speed") else pa.string() for n in SHOWN},
         "background_mean": pa.float64(),
         "spikes": pa.int64(),
+        **dict.fromkeys(("hs_spikes", "vs_spikes", "looming_spikes"), pa.int64()),
         **{f"{end}_{system}": pa.float64() for system in ("hs", "vs") for end in ("peak", "trough")},
         "peak_looming": pa.float64(),
         "frames": pa.int64(),
@@ -161,20 +164,21 @@ def show(showing: Showing, *, record: bool = False) -> Finished:
     began = time.perf_counter()
     clip = showing.condition.build(showing.seed)
     with threadpool_limits(1):
-        watching = [Watching(chosen, clip.shape) for chosen in showing.models]
+        watching = [ModelRunner(chosen, clip.shape) for chosen in showing.models]
         frames: list[StimulusFrame] = []
         for frame in clip:
+            luma = frozen(frame.luma)
             for each in watching:
-                each.see(frame.luma)
+                each.see(luma)
             if record:
                 frames.append(frame)
-    answers = {each.label: series for each in watching if (series := each.series()) is not None}
+    answers = [(each.chosen, series) for each in watching if (series := each.series()) is not None]
     troubles = {each.label: each.trouble for each in watching if each.trouble}
     if not answers:
         raise RuntimeError("; ".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
     wall_s = time.perf_counter() - began
-    rows = tuple(_row(showing, clip, label, series, wall_s) for label, series in answers.items())
-    tables = pa.concat_tables([_series(showing.index, label, series) for label, series in answers.items()])
+    rows = tuple(_row(showing, clip, model, series, wall_s) for model, series in answers)
+    tables = pa.concat_tables([_series(showing.index, model.label, series) for model, series in answers])
     failures = tuple(
         Failure(showing.index, label, showing.condition.label(), showing.seed, 1, trouble)
         for label, trouble in troubles.items()
@@ -184,24 +188,24 @@ def show(showing: Showing, *, record: bool = False) -> Finished:
 
 
 def _recording(
-    showing: Showing, clip: Stimulus[ClipParams], frames: Sequence[StimulusFrame], answers: Mapping[str, ResponseSeries]
-) -> bytes:
+    showing: Showing, clip: Stimulus[ClipParams], frames: Sequence[StimulusFrame],
+    answers: Sequence[tuple[Chosen, ResponseSeries]],
+) -> bytes:  # fmt: skip
     from experiments.bench import log_clip
 
-    thresholds = {model.label: model.threshold for model in showing.models}
     played = Played(
         showing.condition.name,
         {**dataclasses.asdict(clip.params), "seed": clip.seed},
         np.stack([frame.luma for frame in frames]),
         tuple(frame.truth for frame in frames),
         np.arange(len(frames)) / clip.fps,
-        tuple(Answer(label, thresholds[label], series) for label, series in answers.items()),
+        tuple(Answer.of(model, series) for model, series in answers),
     )
     return log_clip.record(played, f"{showing.experiment}-{showing.index}-{showing.seed}", JPEG_QUALITY)
 
 
 def _row(
-    showing: Showing, clip: Stimulus[ClipParams], label: str, series: ResponseSeries, wall_s: float
+    showing: Showing, clip: Stimulus[ClipParams], model: Chosen, series: ResponseSeries, wall_s: float
 ) -> dict[str, Any]:
     shown: Mapping[str, Any] = {name: getattr(clip.params, name, None) for name in SHOWN}
     return {
@@ -209,12 +213,13 @@ def _row(
         "trial": showing.index,
         "repeat": showing.repeat,
         "seed": showing.seed,
-        "model": label,
+        "model": model.label,
         "stimulus": showing.condition.stimulus,
         "clip": showing.condition.name,
         **shown,
         "background_mean": _background_mean(clip),
-        "spikes": series.spikes,
+        "spikes": series.accumulated_spikes(model.counted),
+        **spike_counts(series, model.channels),
         **{
             f"{end}_{system}": float(getattr(getattr(series, system), "max" if end == "peak" else "min")())
             for system in ("hs", "vs")

@@ -36,6 +36,7 @@ TRIAL_SCHEMA = pa.schema(
         "model": pa.string(),
         **{name: pa.string() if name in _TEXT else pa.float64() for name in CONDITION_COLUMNS},
         "spikes": pa.int64(),
+        **dict.fromkeys(("hs_spikes", "vs_spikes", "looming_spikes"), pa.int64()),
         "firing_rate_hz": pa.float64(),
         "peak_hs": pa.float64(),
         "trough_hs": pa.float64(),

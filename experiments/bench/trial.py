@@ -18,7 +18,8 @@ from dsnn import ResponseSeries
 from experiments.bench.courses import Course, course
 from experiments.bench.declaration import Condition, Settings, TrialSpec
 from experiments.bench.media import Media, collect
-from experiments.bench.models import Watching
+from experiments.bench.model_runner import ModelRunner, spike_counts
+from experiments.bench.models import Chosen
 
 KEPT_SCENES = 6
 AT_REST_M_S = 0.002
@@ -48,8 +49,16 @@ class Answer:
     """What one model made of the trial's frames."""
 
     model: str
-    threshold: float | None
+    channels: tuple[str, ...]
+    """Those that the model declares."""
+    thresholds: Mapping[str, float | None]
+    """Channel -> its spiking threshold."""
     spikes: int
+    """Accumulated count of HS, or of looming where no direction is declared."""
+    hs_spikes: int | None
+    vs_spikes: int | None
+    looming_spikes: int | None
+    """Accumulated counts of each channel; ``None`` where it is not declared."""
     firing_rate_hz: float
     peak_hs: float
     trough_hs: float
@@ -122,7 +131,7 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     route = course(spec.condition, settings, placing)
     sim.reset({"observer": route.observer, "stimulus": route.start}, scenery)
     shape = (settings.camera.height, settings.camera.width)
-    watching = [Watching(chosen, shape) for chosen in settings.models]
+    watching = [ModelRunner(chosen, shape) for chosen in settings.models]
     drive = _Drive(sim, route, spec.condition)
     frames: list[Frame] = []
     poses: list[tuple[Pose, Pose]] = []
@@ -139,7 +148,7 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     columns = _columns(frames, poses, settings)
     seconds = len(frames) / settings.camera.fps
     series = [(each.chosen, given) for each in watching if (given := each.series()) is not None]
-    answers = tuple(_answer(chosen.label, chosen.threshold, given, seconds) for chosen, given in series)
+    answers = tuple(_answer(chosen, given, seconds) for chosen, given in series)
     broken = {each.label: each.trouble for each in watching if each.trouble}
     if not answers:
         raise TrialError("; ".join(f"{label}: {trouble}" for label, trouble in broken.items()))
@@ -214,12 +223,14 @@ def _closest_cm(columns: FrameColumns, forward_cm: float) -> float:
     return float(np.hypot(columns.stimulus_x_cm - lens_x, columns.stimulus_y_cm - lens_y).min())
 
 
-def _answer(model: str, threshold: float | None, series: ResponseSeries, seconds: float) -> Answer:
-    spikes = series.spikes
+def _answer(model: Chosen, series: ResponseSeries, seconds: float) -> Answer:
+    channels, spikes = model.channels, series.accumulated_spikes(model.counted)
     return Answer(
-        model=model,
-        threshold=threshold,
+        model=model.label,
+        channels=channels,
+        thresholds=model.thresholds,
         spikes=spikes,
+        **spike_counts(series, channels),
         firing_rate_hz=spikes / seconds,
         peak_hs=float(series.hs.max()),
         trough_hs=float(series.hs.min()),

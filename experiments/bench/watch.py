@@ -8,13 +8,13 @@ upward by VS. It lasts from its first frame over the threshold to its last.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from dsnn import Response
 from experiments.bench.footage import Picture
+from experiments.bench.model_runner import ModelRunner
 from experiments.bench.models import Chosen
 
 GAP_S, LEAST_FRAMES = 0.2, 3
@@ -33,7 +33,7 @@ class Motion:
 
 
 WAYS = {"hs": ("rightward", "leftward"), "vs": ("downward", "upward"), "looming": ("looming", "looming")}
-"""A channel -> what its potential tells of above the threshold, and below the negative one."""
+"""A spiking channel -> what its potential tells of above the threshold, and below the negative one."""
 
 
 class Tracker:
@@ -46,7 +46,7 @@ class Tracker:
 
     def add(self, time_s: float, potential: float, spikes: int) -> None:
         """Take a frame's potential and spikes."""
-        if abs(potential) <= self._threshold:
+        if not abs(potential) > self._threshold:
             return
         way = self._ways[potential < 0]
         motion = self._open
@@ -71,29 +71,44 @@ class Tracker:
 class Observer(Protocol):
     """Something that follows along: a table, a recording, a judge."""
 
-    note: str
-    """What to say of it at the end; empty if nothing."""
+    @property
+    def note(self) -> str:
+        """What to say of it at the end; empty if nothing."""
+        ...
 
-    def add(self, picture: Picture, answers: Sequence[Response]) -> None:
-        """Take a frame and the models' answers to it, in the models' order."""
+    def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
+        """Take a frame and the models' answers to it, in the models' order; ``None`` of one that went wrong."""
         ...
 
 
 class Watcher:
-    """One model at its work, with its intervals, spikes of either sign, and time taken; ``shape`` is (R, C)."""
+    """One model at its work, with its intervals, spikes of either sign, and time taken; ``shape`` is (R, C).
+
+    Whatever goes wrong in the model ends its own part: ``trouble`` then says what.
+    """
 
     def __init__(self, chosen: Chosen, shape: tuple[int, int]) -> None:
         self.chosen = chosen
-        self._model = chosen.build(shape)
-        self._trackers = {channel: Tracker(WAYS[channel], chosen.threshold) for channel in chosen.channels}
-        self.spikes = dict.fromkeys(chosen.channels, 0)
-        self.seconds = 0.0
+        self._runner = ModelRunner(chosen, shape, keep=False)
+        thresholds = chosen.thresholds
+        self._trackers = {c: Tracker(WAYS[c], thresholds[c]) for c in chosen.channels if c in WAYS}
+        self.spikes = dict.fromkeys(self._trackers, 0)
 
-    def step(self, picture: Picture) -> Response:
-        """Answer the next frame."""
-        began = time.perf_counter()
-        answer = self._model.step(picture.luma)
-        self.seconds += time.perf_counter() - began
+    @property
+    def seconds(self) -> float:
+        """Time that the model has taken for its steps."""
+        return self._runner.seconds
+
+    @property
+    def trouble(self) -> str:
+        """What went wrong in the model; empty while nothing has."""
+        return self._runner.trouble
+
+    def step(self, picture: Picture) -> Response | None:
+        """Answer the next frame; ``None`` once something went wrong."""
+        answer = self._runner.see(picture.luma)
+        if answer is None:
+            return None
         for channel, tracker in self._trackers.items():
             spikes = getattr(answer, f"{channel}_spikes")
             tracker.add(picture.time_s, getattr(answer, channel), spikes)
@@ -117,9 +132,14 @@ class Seen:
 
 
 def watch(pictures: Iterable[Picture], watchers: Sequence[Watcher], observers: Sequence[Observer], seen: Seen) -> None:
-    """Show every picture to every model, and the answers to every observer; ``seen`` is kept up to date."""
+    """Show every picture to every model, and the answers to every observer; ``seen`` is kept up to date.
+
+    Ends early where every model has gone wrong. A picture that only some could answer counts.
+    """
     for picture in pictures:
         answers = [watcher.step(picture) for watcher in watchers]
+        if all(answer is None for answer in answers):
+            return
         for observer in observers:
             observer.add(picture, answers)
         seen.frames += 1
