@@ -68,7 +68,7 @@ def _potential(name: str, value: Any) -> float:
 
 def _number(name: str, value: Any) -> float:
     """The value of a Python or NumPy scalar, or of an array without dimensions."""
-    if isinstance(value, np.ndarray) and value.ndim == 0:
+    if type(value) is np.ndarray and value.ndim == 0:  # not a masked one, whose item() is its fill value
         value = value.item()
     if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
         raise AnswerError(f"{name} is {_said(value)}: expected a number")

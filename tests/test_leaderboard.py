@@ -44,10 +44,11 @@ from experiments.bench.statistics import area_under_roc, median_interval
 README = Path(__file__).parents[1] / "README.md"
 
 
-def clip(motion, hs=(0.0, 0.0), vs=(0.0, 0.0), spikes=0, looming=0.0, absent=False):
+def clip(motion, hs=(0.0, 0.0), vs=(0.0, 0.0), spikes=0, looming=0.0, absent=False, vs_spikes=0, looming_spikes=None):
     """A row of an off-line clip, with lowest and highest potentials."""
     return {
-        "motion": motion, "object": "absent" if absent else "present", "spikes": spikes, "peak_looming": looming,
+        "motion": motion, "object": "absent" if absent else "present", "peak_looming": looming,
+        "spikes": spikes, "hs_spikes": spikes, "vs_spikes": vs_spikes, "looming_spikes": looming_spikes,
         "trough_hs": hs[0], "peak_hs": hs[1], "trough_vs": vs[0], "peak_vs": vs[1],
     }  # fmt: skip
 
@@ -132,6 +133,8 @@ def test_false_alarms_are_of_backgrounds_alone():
     rows = [clip("rightward", absent=True, spikes=3), clip("rightward", absent=True), clip("rightward", spikes=9)]
     assert (false_alarms(rows).value, false_alarms(rows).n) == (0.5, 2)
     assert false_alarms(rows[2:]) is None
+    others = [clip("still", absent=True, vs_spikes=1), clip("still", absent=True, looming_spikes=2)]
+    assert false_alarms(others).value == 1.0, "a spike of any declared channel is one"
 
 
 def test_times():
@@ -288,5 +291,6 @@ def test_an_answer_that_is_no_number_fails_by_name(tmp_path):
     done = show(plan(experiment, (), (), 1, 0).showings[0])
     assert [row["model"] for row in done.rows] == ["emd"]
     assert [str(failure) for failure in done.failures] == [
-        "gradient failed in trial 0 (dark rightward 120 px/s): ValueError: hs is nan in frame 0"
+        "gradient failed in trial 0 (dark rightward 120 px/s): "
+        "AnswerError: in frame 0, hs is nan: expected a finite number up to 1e+09 in size"
     ]

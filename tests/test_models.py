@@ -30,7 +30,7 @@ COLUMNS = tuple(field.name for field in dataclasses.fields(ResponseSeries))
 DIRECTION = [name for name, entry in MODELS.items() if entry.channels == ("hs", "vs")]
 LOOMING = [name for name, entry in MODELS.items() if entry.channels == ("looming",)]
 FAMILY = [name for name, entry in MODELS.items() if isinstance(entry.robot, DSNNParams)]
-REST = {"hs": 0.0, "vs": 0.0, "looming": 0.5}
+REST = {"hs": 0.0, "vs": 0.0, "looming": 0.5, "azimuth": 0.0}
 NEARLY = {"flow": 0.25}
 """px per frame: DIS lays its patches from the upper left corner, so a mirrored clip is answered only nearly alike."""
 
@@ -96,7 +96,7 @@ def assert_same(one: ResponseSeries, other: ResponseSeries):
 
 def test_says_what_it_is(entry):
     assert entry.summary and entry.source
-    assert entry.channels in (("hs", "vs"), ("looming",), ("hs", "vs", "looming"))
+    assert entry.channels in (("hs", "vs"), ("looming",), ("hs", "vs", "looming", "azimuth"))
 
 
 def test_offers_the_protocol(model):

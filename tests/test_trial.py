@@ -125,7 +125,8 @@ def test_spikes_of_a_looming_detector_are_its_looming_spikes():
     (answer,) = run_trial(spec(models=(choose("lgmd1"),))).answers
     assert answer.spikes == answer.series.looming_spikes.sum() > 0
     assert not answer.series.hs_spikes.any()
-    assert answer.threshold == 0.78
+    assert answer.thresholds == {"looming": 0.78}
+    assert (answer.hs_spikes, answer.vs_spikes, answer.looming_spikes) == (None, None, answer.spikes)
 
 
 def depth_trial(motion, angle, acceleration=15.0, seed=5):

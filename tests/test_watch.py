@@ -263,7 +263,7 @@ def test_an_interrupt_leaves_whole_files_of_what_was_seen(films, tmp_path):
     command = [sys.executable, "-m", "experiments.bench.cli", "watch", str(films / "street.avi"), "--no-view"]
     command += ["--size", "960x540", "--record", "out.rrd", "--table", "out.parquet"]  # slow enough to interrupt
     heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-    recording, deadline = tmp_path / "out.rrd", time.monotonic() + 60
+    recording, deadline = tmp_path / "out.rrd.part", time.monotonic() + 60
     with subprocess.Popen(
         command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heed
     ) as process:

@@ -1,0 +1,324 @@
+"""Models that answer wrongly, or write where they should read: through commands, envs and files."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import resource
+import signal
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import cv2
+import gymnasium as gym
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import colias_sim  # noqa: F401  (registers the envs)
+from dsnn import AnswerError, ModelEntry, Response, checked_answer
+from dsnn.stimuli import stimulus
+
+SMALL = ("run", "trial.py", "--workers", "1", "--out", "out", "--quiet")
+TRIAL = """
+from experiments.bench.declaration import Experiment
+from experiments.bench.designs import Translation
+EXPERIMENT = Experiment("trial", "one fast crossing", Translation((20.0,), (8.0,)), "speed_cm_s", repeats=1)
+"""
+CLIP = """
+from experiments.bench.offline import Clip, OfflineExperiment
+changes = (("rows", 40), ("columns", 60), ("width", 20.0), ("height", 20.0), ("speed", 240.0))
+EXPERIMENT = OfflineExperiment("clip", "one crossing", (Clip("right", "plain", changes),), ("dsnn",))
+"""
+MODEL = """
+import sys
+from dataclasses import dataclass
+import numpy as np
+from dsnn import ModelEntry, Response
+
+@dataclass(frozen=True)
+class Parameters:
+    t_sp: float = 0.2
+
+class Model:
+    def __init__(self, shape, parameters):
+        self.shape, self.frame = shape, 0
+    def reset(self):
+        self.frame = 0
+    def step(self, frame):
+        self.frame += 1
+        return {answer}
+
+MODEL = ModelEntry({name!r}, "a model of the tests", Model, Parameters(){more})
+"""
+NAN = "Response(hs=float('nan'))"
+BAD = {
+    "nan": (NAN, "hs is nan"),
+    "inf": ("Response(vs=float('-inf'))", "vs is -inf"),
+    "half": ("Response(hs_spikes=1.5)", "hs_spikes is 1.5"),
+    "vector": ("Response(hs=np.zeros(3))", "hs is an array of shape (3,)"),
+    "text": ("Response(hs='0.3')", "hs is '0.3'"),
+    "nothing": ("None", "NoneType"),
+    "raises": ("1 / 0", "ZeroDivisionError"),
+    "exits": ("sys.exit(7)", "SystemExit: 7"),
+    "late": (f"Response() if self.frame < 5 else {NAN}", "in frame 4, hs is nan"),
+}
+MUTATING = "frame.__setitem__(slice(None), 0)"
+
+
+def write_model(folder: Path, name: str, answer: str, more: str = "") -> str:
+    (folder / f"{name}.py").write_text(MODEL.format(name=name, answer=answer, more=more))
+    return f"{name}.py"
+
+
+def options(folder: Path, *models: str) -> list[str]:
+    return [word for model in models for word in ("--model", model)]
+
+
+def rows_of(folder: Path, model: str, table: str = "trials") -> list[dict]:
+    """The rows of one model, without what a clock or another model decides."""
+    found = pq.read_table(folder / f"{table}.parquet").to_pylist()
+    return [{k: v for k, v in row.items() if k != "wall_s"} for row in found if row["model"] == model]
+
+
+def film(folder: Path) -> str:
+    """A short film of an object that crosses rightward."""
+    path = folder / "film.avi"
+    writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"FFV1"), 30.0, (60, 40), isColor=False)
+    for frame in stimulus("plain", rows=40, columns=60, width=20.0, height=20.0, speed=240.0):
+        writer.write(frame.luma)
+    writer.release()
+    return path.name
+
+
+@pytest.mark.parametrize(("declared", "folder"), [(TRIAL, "robot"), (CLIP, "clips")])
+def test_bad_models_lose_their_own_part_alone(declared, folder, colias, tmp_path):
+    (tmp_path / "trial.py").write_text(declared)
+    arguments = (*SMALL, "--no-recordings")
+    alone = colias(*arguments, "--model", "dsnn")
+    assert alone.returncode == 0, alone.stderr
+    mine = [write_model(tmp_path, name, answer) for name, (answer, _) in BAD.items()]
+    blinding = write_model(tmp_path, "blinding", MUTATING)
+    done = colias(*arguments[:-3], "both", *arguments[-2:], *options(tmp_path, "dsnn", *mine, blinding))
+    assert done.returncode == 1 and "Traceback" not in done.stderr, done.stderr
+    reasons = {f["model"]: f["reason"] for f in json.loads((tmp_path / "both" / "failures.json").read_text())}
+    assert reasons.keys() == BAD.keys() | {"blinding"}
+    for name, (_, said) in BAD.items():
+        assert said in reasons[name]
+    assert "read-only" in reasons["blinding"]
+    for table in ("trials", "frames"):
+        whole = rows_of(tmp_path / "both", "dsnn", table)
+        assert whole and whole == rows_of(tmp_path / "out", "dsnn", table)
+        assert {row["model"] for row in pq.read_table(tmp_path / "both" / f"{table}.parquet").to_pylist()} == {"dsnn"}
+
+
+def test_what_a_model_is_is_what_its_entry_declares(colias, tmp_path):
+    (tmp_path / "trial.py").write_text(CLIP)
+    filled = "Response(hs=0.5, hs_spikes=2, looming=0.9, looming_spikes=1, azimuth=0.25)"
+    loomer = write_model(tmp_path, "loomer", filled, ', channels=("looming",)')
+    pointer = write_model(tmp_path, "pointer", filled, ', channels=("hs", "azimuth")')
+    done = colias(*SMALL, "--no-recordings", *options(tmp_path, "dsnn", loomer, pointer, "hybrid"))
+    assert done.returncode == 0, done.stderr
+    (loom,), (point,) = rows_of(tmp_path / "out", "loomer"), rows_of(tmp_path / "out", "pointer")
+    frames = loom["frames"]
+    counts = ("spikes", "hs_spikes", "vs_spikes", "looming_spikes")
+    assert [loom[name] for name in counts] == [frames, None, None, frames]
+    assert [point[name] for name in counts] == [2 * frames, 2 * frames, None, None]
+    assert (loom["peak_hs"], point["peak_looming"]) == (0.0, 0.0), "channels that are not declared are left out"
+    assert {row["azimuth"] for row in rows_of(tmp_path / "out", "pointer", "frames")} == {0.25}
+    assert {row["azimuth"] for row in rows_of(tmp_path / "out", "loomer", "frames")} == {0.0}
+    moving = [row["azimuth"] for row in rows_of(tmp_path / "out", "hybrid", "frames")]
+    assert min(moving) < -0.5 and max(moving) > 0.5, "from the left edge to the right one"
+
+
+def test_a_recording_shows_every_declared_channel(colias, tmp_path):
+    """The hybrid's HS and VS too, and a silent looming channel: nothing is guessed from values."""
+    (tmp_path / "trial.py").write_text(TRIAL)
+    silent = write_model(tmp_path, "silent", "Response()", ', channels=("looming",)')
+    done = colias(*SMALL, *options(tmp_path, "dsnn", "hybrid", silent))
+    assert done.returncode == 0, done.stderr
+    (recording,) = (tmp_path / "out" / "recordings").glob("*.rrd")
+    shown = subprocess.run(
+        [sys.executable, "-m", "rerun", "rrd", "print", "-v", str(recording)],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    for channel in ("potential/hybrid/hs", "potential/hybrid/vs", "potential/hybrid/looming", "spikes/hybrid/looming",
+                    "azimuth/hybrid", "potential/silent/looming", "potential/dsnn/hs"):  # fmt: skip
+        assert channel in shown, channel
+    for other in ("potential/silent/hs", "potential/dsnn/looming", "azimuth/dsnn"):
+        assert other not in shown, other
+
+
+@pytest.mark.parametrize("judge", [(), ("--judge",)])
+def test_watch_goes_on_without_the_models_that_go_wrong(judge, colias, tmp_path):
+    mine = [write_model(tmp_path, name, answer) for name, (answer, _) in BAD.items()]
+    arguments = ("watch", film(tmp_path), "--no-view", *judge)
+    alone = colias(*arguments, "--model", "dsnn", "--table", "alone.parquet")
+    assert alone.returncode == 0, alone.stderr
+    done = colias(*arguments, *options(tmp_path, "dsnn", *mine), "--table", "all.parquet")
+    assert done.returncode == 1
+    assert done.stderr.count("failed:") == len(BAD) and "Traceback" not in done.stderr, done.stderr
+    for name, (_, said) in BAD.items():
+        (line,) = [line for line in done.stderr.splitlines() if line.startswith(f"{name} failed")]
+        assert said in line
+    assert pq.read_table(tmp_path / "alone.parquet").to_pylist() == [
+        row for row in pq.read_table(tmp_path / "all.parquet").to_pylist() if row["model"] == "dsnn"
+    ]
+    assert "rightward" in done.stdout and "60 HS" not in done.stdout
+
+
+def test_watch_reads_each_channel_against_its_own_threshold(colias, tmp_path):
+    """The hybrid's looming potential rests at 0.5: over the DSNN's T, under the LGMD's."""
+    (tmp_path / "still.avi").write_bytes(b"")
+    writer = cv2.VideoWriter(
+        str(tmp_path / "still.avi"), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"FFV1"), 30.0, (60, 40), isColor=False
+    )
+    for _ in range(20):
+        writer.write(np.full((40, 60), 128, np.uint8))
+    writer.release()
+    done = colias("watch", "still.avi", "--no-view", "--model", "hybrid")
+    assert done.returncode == 0, done.stderr
+    assert "none" in done.stdout.splitlines(), "nothing moves in a still film"
+
+
+def test_a_full_disk_under_a_recording_is_told_in_a_line(tmp_path):
+    def small_files() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))
+
+    command = [sys.executable, "-m", "experiments.bench.cli", "watch", film(tmp_path), "--no-view", "--size", "360x240"]
+    command += ["--record", "out.rrd", "--table", "out.csv"]
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False, preexec_fn=small_files
+    )
+    assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
+    assert done.stderr.startswith("out.rrd could not be written")
+    assert "rightward" in done.stdout and (tmp_path / "out.csv").exists()
+    assert not (tmp_path / "out.rrd").exists(), "a broken file does not get the name"
+
+
+def test_play_goes_on_without_the_models_that_go_wrong(colias, tmp_path):
+    mine = write_model(tmp_path, "late", BAD["late"][0])
+    done = colias("play", "plain", "--no-view", "--record", "out.rrd", "--set", "plain.rows=40", "--set",
+                  "plain.columns=60", "--set", "plain.speed=240", *options(tmp_path, "dsnn", mine))  # fmt: skip
+    assert done.returncode == 1 and "late failed: AnswerError: in frame 4, hs is nan" in done.stderr
+    assert "dsnn" in done.stdout and (tmp_path / "out.rrd").stat().st_size > 0
+
+
+def test_an_agent_and_a_model_that_write_do_not_blind_each_other():
+    class Blinding:
+        def __init__(self, shape):
+            self.shape = shape
+
+        def reset(self):
+            pass
+
+        def step(self, frame):
+            frame[:] = 0
+            return Response()
+
+    env = gym.make("colias_sim/Fixation-v0", observation="both", model=Blinding)
+    with pytest.raises(ValueError, match="read-only"):
+        env.reset(seed=0)
+    env.close()
+    env = gym.make("colias_sim/Fixation-v0", observation="both")
+    seen, _ = env.reset(seed=0)
+    before = env.unwrapped.luma.copy()
+    seen["pixels"][:] = 0
+    assert before.any() and (env.unwrapped.luma == before).all(), "an agent writes to its own copy"
+    env.close()
+
+
+@pytest.mark.parametrize("how", ["path", "entry", "factory"])
+def test_an_env_takes_a_model_as_the_command_line_does(how, tmp_path):
+    path = tmp_path / write_model(tmp_path, "mine", "Response(hs=0.25, looming=0.75, looming_spikes=1)",
+                                  ', channels=("looming",)')  # fmt: skip
+    spec = importlib.util.spec_from_file_location("mine", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["mine"] = module  # dataclasses look themselves up there
+    spec.loader.exec_module(module)
+    model = {"path": str(path), "entry": module.MODEL, "factory": lambda shape: module.Model(shape, None)}[how]
+    env = gym.make("colias_sim/Fixation-v0", observation="neural", model=model)
+    seen, _ = env.reset(seed=0)
+    env.close()
+    hs = 0.25 if how == "factory" else 0.0  # a factory declares no channels: all count
+    assert seen.tolist() == [hs, 0.0, 0.0, 0.0, 0.75, 1.0, 0.0]
+
+
+@pytest.mark.parametrize("answer", [Response(hs=float("nan")), Response(looming_spikes=0.5), None, Response(azimuth=2)])
+def test_an_env_refuses_an_answer_that_is_none(answer):
+    class Wrong:
+        def reset(self):
+            pass
+
+        def step(self, frame):
+            return answer
+
+    env = gym.make("colias_sim/Fixation-v0", observation="neural", model=lambda shape: Wrong())
+    with pytest.raises(AnswerError, match="expected"):
+        env.reset(seed=0)
+    env.close()
+
+
+@pytest.mark.parametrize(
+    "name", ["$\\frac{1}{0$", "[/foo]", "[red]x[/red]", None, "", "x" * 5000, "a/b", "a\nb", "é", 3]
+)
+def test_a_model_s_name_is_one_that_tables_and_figures_can_show(name, colias, tmp_path):
+    path = write_model(tmp_path, "mine", "Response()")
+    text = (tmp_path / path).read_text()
+    (tmp_path / path).write_text(text.replace("'mine'", repr(name)))
+    (tmp_path / "trial.py").write_text(CLIP)
+    done = colias(*SMALL, "--model", path)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert "mine.py" in done.stderr and "legal are" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("channels", [(), ("hs", "hs"), ("smell",), "hs", ["hs"], None])
+def test_channels_are_some_of_those_there_are(channels):
+    with pytest.raises(ValueError, match="channels="):
+        ModelEntry("mine", "", lambda shape, params: None, _parameters(), channels=channels)
+
+
+def _parameters():
+    from dsnn import DSNNParams
+
+    return DSNNParams.robot()
+
+
+@pytest.mark.parametrize("value", [0.25, np.float32(0.25), np.float64(0.25), np.array(0.25), 1, np.int8(1)])
+def test_numbers_of_every_kind_are_taken(value):
+    found = checked_answer(Response(hs=value))
+    assert type(found.hs) is float and found.hs == float(value)
+
+
+@pytest.mark.parametrize(("value", "count"), [(2, 2), (np.int8(-2), -2), (2.0, 2), (True, 1), (np.bool_(True), 1)])
+def test_whole_numbers_of_every_kind_are_counts(value, count):
+    found = checked_answer(Response(hs_spikes=value))
+    assert type(found.hs_spikes) is int and found.hs_spikes == count
+
+
+@pytest.mark.parametrize("value", [None, "1", 1j, [1], np.zeros(1), np.ma.masked, 1e308, float("nan"), True, object()])
+def test_anything_else_is_refused_as_a_potential(value):
+    with pytest.raises(AnswerError, match="hs is"):
+        checked_answer(Response(hs=value))
+
+
+@pytest.mark.parametrize("value", [None, "1", 0.5, float("nan"), float("inf"), 2**70, np.zeros(2)])
+def test_anything_else_is_refused_as_a_count(value):
+    with pytest.raises(AnswerError, match="vs_spikes is"):
+        checked_answer(Response(vs_spikes=value))
+
+
+def test_a_forked_copy_of_a_model_goes_no_further(colias, tmp_path):
+    """Both branches of a fork come back; the copy must neither answer nor write."""
+    answer = textwrap.dedent("""Response() if os.fork() else Response(hs=0.1)""")
+    path = write_model(tmp_path, "forking", answer)
+    (tmp_path / path).write_text("import os\n" + (tmp_path / path).read_text())
+    done = colias("watch", film(tmp_path), "--no-view", *options(tmp_path, "dsnn", path), "--table", "t.csv")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("own time") == 1, "one summary, by one process"
