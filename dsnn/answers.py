@@ -36,8 +36,8 @@ def checked_answer(answer: Any, channels: Sequence[str] = CHANNELS, shape: tuple
     Raises
     ------
     AnswerError
-        If a declared channel is missing, no number, not finite or beyond `LARGEST`, a spike count is not whole,
-        ``azimuth`` leaves -1..1, or a map has another shape.
+        If a declared channel is missing, no number, not finite or beyond `LARGEST`, a spike count is not whole, or a
+        map has another shape.
     """
     values: dict[str, Any] = {}
     for channel in channels:
@@ -61,8 +61,6 @@ def _potential(name: str, value: Any) -> float:
         value = _number(name, value)
     if not -LARGEST <= value <= LARGEST:  # false for NaN too
         raise AnswerError(f"{name} is {value}: expected a finite number up to {LARGEST:g} in size")
-    if name == "azimuth" and not -1.0 <= value <= 1.0:
-        raise AnswerError(f"azimuth is {value:g}: expected a number from -1 (left edge) to 1 (right edge)")
     return float(value)
 
 

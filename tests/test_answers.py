@@ -249,7 +249,9 @@ def test_an_env_takes_a_model_as_the_command_line_does(how, tmp_path):
     assert seen.tolist() == [hs, 0.0, 0.0, 0.0, 0.75, 1.0, 0.0]
 
 
-@pytest.mark.parametrize("answer", [Response(hs=float("nan")), Response(looming_spikes=0.5), None, Response(azimuth=2)])
+@pytest.mark.parametrize(
+    "answer", [Response(hs=float("nan")), Response(looming_spikes=0.5), None, Response(azimuth=float("inf"))]
+)
 def test_an_env_refuses_an_answer_that_is_none(answer):
     class Wrong:
         def reset(self):

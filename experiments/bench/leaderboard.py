@@ -136,7 +136,9 @@ def _standing(
     model: Chosen, robot: Sequence[Mapping[str, Any]], clips: Sequence[Mapping[str, Any]],
     times: Mapping[str, Mapping[str, Any]],
 ) -> Standing:  # fmt: skip
-    own_robot, own_clips = ([row for row in rows if row["model"] == model.label] for rows in (robot, clips))
+    # A model without a potential, which says where motion is alone, has nothing that could be scored.
+    known = model.label if model.counted else None
+    own_robot, own_clips = ([row for row in rows if row["model"] == known] for rows in (robot, clips))
     us = {measure: taken[model.label] for measure, taken in times.items() if model.label in taken}
     looming = not {"hs", "vs"} & set(model.channels)
     spiking = any(threshold is not None for threshold in model.thresholds.values())

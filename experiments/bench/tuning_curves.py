@@ -91,7 +91,7 @@ def answer(
     """The response of a model that answers by ``channels``; ``series`` are its potentials (T,), ``frames`` move."""
     steady = frames[len(frames) // 2 :]
     hs, vs = (float(series[system][steady].mean()) for system in ("hs", "vs"))
-    looming = float(series["looming"][frames].max()) - REST
+    looming = float(series["looming"][frames].max()) - REST if "looming" in channels else 0.0
     turn = math.radians(probe.direction_deg)
     response = projected(hs, vs, turn) if directional(channels) else looming
     return Answer(
