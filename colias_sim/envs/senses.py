@@ -116,7 +116,7 @@ def space(observation: str, shape: tuple[int, int], robots: int) -> spaces.Space
 
 
 def build_model(model: str | ModelFactory, shape: tuple[int, int]) -> Model:
-    """The model of neural observations: what a factory builds, or the registered one of that name.
+    """The model of neural observations: what a factory builds of ``shape``, or the registered one of that name.
 
     Raises ``ValueError`` on an unknown name, and on what is neither.
     """
@@ -126,7 +126,10 @@ def build_model(model: str | ModelFactory, shape: tuple[int, int]) -> Model:
     elif callable(model):
         built = model(shape)
     else:
-        raise ValueError(f"model={model!r}: expected a model's name, or a factory that takes (rows, columns)")
+        raise ValueError(
+            f"model={model!r}: expected a model's name, or a factory that takes one argument, "
+            "the tuple (rows, columns)"
+        )
     if not (callable(getattr(built, "step", None)) and callable(getattr(built, "reset", None))):
         raise ValueError(f"model={model!r} made {built!r}: expected an object with step(frame) and reset()")
     return built
