@@ -127,8 +127,7 @@ def build_model(model: str | ModelFactory, shape: tuple[int, int]) -> Model:
         built = model(shape)
     else:
         raise ValueError(
-            f"model={model!r}: expected a model's name, or a factory that takes one argument, "
-            "the tuple (rows, columns)"
+            f"model={model!r}: expected a model's name, or a factory that takes one argument, the tuple (rows, columns)"
         )
     if not (callable(getattr(built, "step", None)) and callable(getattr(built, "reset", None))):
         raise ValueError(f"model={model!r} made {built!r}: expected an object with step(frame) and reset()")

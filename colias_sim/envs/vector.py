@@ -151,13 +151,13 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
             )
         self._call("assign", [(name, each[task.rows]) for task in self._tasks])
 
-    @property
-    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[misc]
+    @property  # type: ignore[misc]
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """The random number generator of each env; from other processes come copies."""
         return self.get_attr("np_random")
 
     @property
-    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[misc]
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
         """The seed of each env."""
         return self.get_attr("np_random_seed")
 
