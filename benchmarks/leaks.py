@@ -46,5 +46,5 @@ def _cycle(make: Callable[[], Any], look: bool) -> tuple[float, int, int] | None
     return resident, len(list(Path("/proc/self/fd").iterdir())), threading.active_count()
 
 
-if __name__ == "__main__":  # workers started by spawn read this file too
+if __name__ == "__main__":
     Console().print(table())

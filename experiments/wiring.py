@@ -60,7 +60,7 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
     else:
         raise ValueError(
             f"model={model!r}: expected a model's name, a .py file, a dsnn.ModelEntry,"
-            " or a factory that takes the tuple (rows, columns)"
+            " or a factory that takes one argument, the tuple (rows, columns)"
         )
     if not (callable(getattr(built, "step", None)) and callable(getattr(built, "reset", None))):
         raise ValueError(f"model={model!r} made {built!r}: expected an object with step(frame) and reset()")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import multiprocessing
 import os
 import signal
 import subprocess
@@ -12,6 +11,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,20 +41,40 @@ def status(pid: int) -> str:
         return "zombie"
 
 
+CHILDREN = """
+import os
+from pathlib import Path
+
+def children():
+    found = []
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            parent = entry.read_text().rpartition(")")[2].split()[1]
+        except OSError:
+            continue
+        if int(parent) == os.getpid():
+            found.append(int(entry.parent.name))
+    return found
+"""
+"""For a script; ``children()`` lists also those that have ended and were not asked how."""
+_here: dict[str, Any] = {}
+exec(CHILDREN, _here)
+
+
 def workers() -> list[int]:
-    return [process.pid for process in multiprocessing.active_children() if process.pid]
+    return [pid for pid in _here["children"]() if "colias_sim" in Path(f"/proc/{pid}/cmdline").read_text()]
 
 
 @pytest.fixture(autouse=True)
 def nothing_left() -> Iterator[None]:
-    before = set(workers())
+    before = set(_here["children"]())
     yield
     gc.collect()
-    assert set(workers()) <= before
+    assert set(_here["children"]()) <= before
 
 
 class Failing:
-    """A model's factory in a worker: kills it, or raises, when built or at a later frame."""
+    """A model's factory in a worker: kills it, or raises, when built or at a later frame; "lose" as a pipe would."""
 
     def __init__(self, how: str, frame: int) -> None:
         self.how, self.left = how, frame
@@ -73,14 +93,17 @@ class Failing:
         self.left -= 1
         if self.left < 0 and self.how == "kill":
             os.kill(os.getpid(), signal.SIGKILL)
+        if self.left < 0 and self.how == "lose":
+            raise ConnectionResetError("no picture")
         if self.left < 0:
             raise colias_sim.GLUnavailable("no picture")
 
 
-@pytest.mark.parametrize("how", ["kill", "raise"])
+@pytest.mark.parametrize("how", ["kill", "raise", "lose"])
 @pytest.mark.parametrize("frame", [0, 6])
 def test_a_failing_worker_is_one_error_and_the_end(how: str, frame: int) -> None:
-    expected: type[Exception] = RuntimeError if how == "kill" else colias_sim.GLUnavailable
+    raised: dict[str, type[Exception]] = {"kill": RuntimeError, "lose": ConnectionResetError}
+    expected = raised.get(how, colias_sim.GLUnavailable)
     said = r"envs 0\.\.1 died, signal SIGKILL" if how == "kill" else "no picture"
     if frame == 0:
         with pytest.raises(expected, match=said):
@@ -120,16 +143,22 @@ def test_garbage_collection_ends_the_workers() -> None:
     assert gone(pids)
 
 
-SCRIPT = """
-import gymnasium as gym, multiprocessing, numpy as np, os, sys
+SCRIPT = (
+    CHILDREN
+    + """
+import gymnasium as gym, numpy as np, sys, time
 import colias_sim
 if __name__ == "__main__":
     env = gym.make_vec("colias_sim/Fixation-v0", num_envs=2, observation="state")
     env.reset(seed=0)
-    print(*[process.pid for process in multiprocessing.active_children()], flush=True)
+    print(*children(), flush=True)
+    if sys.argv[1:] == ["fork"] and os.fork() == 0:
+        time.sleep(60)  # a copy of all pipes lives on
+        os._exit(0)
     while len(sys.argv) > 1:
         env.step(np.zeros((2, 2)))
 """
+)
 
 
 def heeds_interrupts() -> None:
@@ -162,17 +191,84 @@ def test_the_workers_go_with_their_parent(end: signal.Signals | None, tmp_path: 
     assert "leaked" not in complaints
 
 
-def test_a_script_without_a_guard_is_told_so(tmp_path: Path) -> None:
+def test_the_workers_of_a_killed_parent_do_not_wait_for_its_forked_copy(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
-    script.write_text(SCRIPT.replace('if __name__ == "__main__":', "if True:"))
-    done = subprocess.run([sys.executable, script], env=ENVIRONMENT, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 1
-    assert "needs 'if __name__ == \"__main__\":'" in done.stderr
+    script.write_text(SCRIPT.replace("    while len", "    print(*children(), flush=True)\n    while len"))
+    process = subprocess.Popen(
+        [sys.executable, script, "fork"], env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, start_new_session=True
+    )
+    assert process.stdout is not None
+    try:
+        before, after = ({int(pid) for pid in process.stdout.readline().split()} for _ in range(2))
+        assert len(after - before) == 1 <= len(before)
+        process.kill()
+        assert gone(list(before))
+        assert all("zombie" not in status(pid) for pid in after - before)
+    finally:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
 
 
-def test_cycles_leave_threads_files_and_memory_alone() -> None:
+FORKING = """
+import gymnasium as gym, numpy as np, os, sys
+import colias_sim
+env = gym.make_vec("colias_sim/Fixation-v0", num_envs=2, workers=1, observation="state")
+env.reset(seed=0)
+child = os.fork()
+if child == 0:
+    try:
+        env.step(np.zeros((2, 2)))
+    except RuntimeError as error:
+        print(error)
+    env.close()
+    sys.exit(0)
+assert os.waitpid(child, 0)[1] == 0
+env.step(np.zeros((2, 2)))
+env.close()
+"""
+
+
+def test_a_forked_copy_neither_steps_nor_closes_it(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", FORKING], env=ENVIRONMENT, capture_output=True, text=True, timeout=120
+    )
+    assert (done.stderr, done.returncode) == ("", 0)
+    assert "belongs to the process that made it" in done.stdout
+
+
+def sockets(*arguments: Any) -> list[str]:
+    """The sockets and shared memory that a process has open."""
+    links = [str(entry.readlink()) for entry in Path("/proc/self/fd").iterdir() if entry.is_symlink()]
+    return [link for link in links if link.startswith("socket:") or "colias" in link]
+
+
+def test_a_process_has_no_other_ones_files() -> None:
+    listing = ["ls", "-l", "/proc/self/fd"]
+    before = subprocess.run(listing, close_fds=False, capture_output=True, text=True, check=True)
+    envs = [make(2, workers=2, observation="state") for _ in range(2)]
+    after = subprocess.run(listing, close_fds=False, capture_output=True, text=True, check=True)
+    assert after.stdout.count("\n") == before.stdout.count("\n")
+    for env in envs:
+        env.set_attr("sockets", sockets)
+        assert [len(found) for found in env.call("sockets")] == [2, 2]  # its pipe and its board
+        env.close()
+
+
+def test_a_dying_worker_says_by_which_signal() -> None:
+    """Signals without a name of their own too."""
+    env = make(2, workers=1, observation="state")
+    env.set_attr("die", [lambda: os.kill(os.getpid(), signal.SIGRTMIN + 1)] * 2)
+    with pytest.raises(
+        RuntimeError, match=rf"envs 0\.\.1 died, signal {signal.SIGRTMIN + 1}: this vector env is closed"
+    ):
+        env.call("die")
+    assert env.closed
+
+
+@pytest.mark.parametrize(("number", "cycles"), [(0, 25), (1, 6)])
+def test_cycles_leave_threads_files_and_memory_alone(number: int, cycles: int) -> None:
     def cycle() -> tuple[int, int, int]:
-        env = make(2, workers=0)
+        env = make(2, workers=number, observation="state" if number else "pixels")
         env.reset(seed=0)
         env.step(actions(1, 2)[0])
         env.close()
@@ -180,6 +276,6 @@ def test_cycles_leave_threads_files_and_memory_alone() -> None:
         resident = int(Path("/proc/self/statm").read_text().split()[1]) * 4096
         return threading.active_count(), len(list(Path("/proc/self/fd").iterdir())), resident
 
-    seen = [cycle() for _ in range(25)]
+    seen = [cycle() for _ in range(cycles)]
     assert seen[-1][:2] == seen[4][:2]
     assert seen[-1][2] - seen[4][2] < 8_000_000

@@ -101,7 +101,9 @@ def _legal(name: str, option: FieldInfo) -> str:
     if name == "arena":
         return ", ".join(f'"{arena}"' for arena in ARENAS)
     if name == "model":
-        return "a name of `colias list`, or a factory taking (rows, columns)"
+        return (
+            "a name of `colias list`, a .py file, an entry, or a factory taking one argument, the tuple (rows, columns)"
+        )
     if option.annotation is bool:
         return "True, False"
     return bounds(option) or ", ".join(_choices(option.annotation))

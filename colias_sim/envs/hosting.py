@@ -141,6 +141,22 @@ class Host:
         """A picture of each, by the envs' ``render_mode``."""
         return [env.render() for env in self.envs]
 
+    def call(self, name: str, arguments: tuple[Any, ...], keywords: Mapping[str, Any]) -> list[Any]:
+        """What each env's method ``name`` gives; or its attribute of that name, if that is no function."""
+        found = (env.get_wrapper_attr(name) for env in self.envs)
+        return [each(*arguments, **keywords) if callable(each) else each for each in found]
+
+    def assign(self, name: str, values: Sequence[Any]) -> list[None]:
+        """Set an attribute of each env, a value for each."""
+        for env, value in zip(self.envs, values, strict=True):
+            env.set_wrapper_attr(name, value)
+        return [None] * len(self.envs)
+
+    @property
+    def who(self) -> str:
+        """The envs' numbers, for a person."""
+        return self._task.who
+
     def close(self) -> None:
         """Close every env."""
         for env in self.envs:

@@ -22,9 +22,11 @@ from colias_sim.envs.base import check_reset_options, spaces_of
 from colias_sim.envs.crew import Crew, Here
 from colias_sim.envs.hosting import Task, env_class
 from colias_sim.envs.infos import merged
+from colias_sim.envs.launching import POSSIBLE
 from colias_sim.envs.options import checked
 from colias_sim.envs.registry import ENVS
 
+_OWN = ("reset", "step", "close")
 Floats = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
@@ -36,6 +38,12 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
     there are: by default one for each core this process may use; with 0 all is done in this one. Whatever a process
     raises is raised here, ``RuntimeError`` if it died; then, and after Ctrl-C in the middle of a step, everything is
     closed. Also raises ``ValueError`` for arguments out of range.
+
+    The processes do not run the script that makes them, which may be any file, standard input or a notebook, with or
+    without ``if __name__ == "__main__":``. They find modules where this process does (``sys.path``). Functions and
+    classes of the script are sent by cloudpickle, with the global names that they use: a global that does not pickle
+    (a lock, an open file, an env) is a ``ValueError``. They are copies: what a process does to a global of the script
+    is not seen here, nor the other way about. Without POSIX (on Windows) all is done in this process.
     """
 
     def __init__(
@@ -56,16 +64,17 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
         self.observation_space, self.action_space = batch_space(seen, num_envs), batch_space(acted, num_envs)
         self._mode, limit = AutoresetMode(autoreset_mode), _limit(max_episode_steps)
         self._begun = np.zeros(num_envs, np.bool_)
+        number = _processes(workers, num_envs)
         self._tasks = [
             Task(entry_point, first, count, num_envs, limit, self._mode)
-            for first, count in _shares(num_envs, _processes(workers, num_envs))
+            for first, count in _shares(num_envs, max(number, 1))
         ]
         self._crew: Crew | Here = (
-            Here(self._tasks[0], options, seen, acted) if workers == 0 else Crew(self._tasks, options, seen, acted)
+            Here(self._tasks[0], options, seen, acted) if number == 0 else Crew(self._tasks, options, seen, acted)
         )
         self.metadata = {**self._crew.metadata, "autoreset_mode": self._mode}
         # OpenGL in this process is gone by the time of atexit; processes are not.
-        weakref.finalize(self, self._crew.close).atexit = workers != 0
+        weakref.finalize(self, self._crew.close).atexit = number != 0
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -112,9 +121,60 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
             raise error.ResetNeeded("render() before reset(): call reset() first")
         return tuple(self._ask("render"))
 
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """What each env's method ``name`` gives, or its attribute of that name: for example ``call("render")``.
+
+        From other processes come copies; what does not pickle, either way, is a ``ValueError``. That, and what the
+        method itself raises, of the first env whose does, leaves everything open. Raises ``ValueError`` for
+        ``reset``, ``step`` and ``close``, which this class has for all envs at once.
+        """
+        self._check_open()
+        if name in _OWN:
+            raise ValueError(f"Trying to call function `{name}` with `call`, use `{name}` directly instead.")
+        return tuple(self._call("call", [(name, args, kwargs)] * len(self._tasks)))
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """The attribute ``name`` of each env; of a function, what it gives, as by `call`."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Set the attribute ``name`` of each env: to its own of a list or tuple of values, or all to the same one.
+
+        Raises ``ValueError`` for a list or tuple of another length. Errors leave everything open, as with `call`.
+        """
+        self._check_open()
+        each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
+        if len(each) != self.num_envs:
+            raise ValueError(
+                "Values must be a list or tuple with length equal to the number of environments. "
+                f"Got `{len(each)}` values for {self.num_envs} environments."
+            )
+        self._call("assign", [(name, each[task.rows]) for task in self._tasks])
+
+    @property  # type: ignore[misc]
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The random number generator of each env; from other processes come copies."""
+        return self.get_attr("np_random")
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The seed of each env."""
+        return self.get_attr("np_random_seed")
+
     def close_extras(self, **kwargs: Any) -> None:
         """End the processes, or close the envs in this one."""
         self._crew.close()
+
+    def _call(self, what: str, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
+        try:
+            replies = self._crew.call(what, arguments)
+        except BaseException:  # a process died, or Ctrl-C, as in `_ask`
+            self.close()
+            raise
+        for reply in replies:
+            if isinstance(reply, Exception):
+                raise reply
+        return [given for reply in replies if isinstance(reply, list) for given in reply]
 
     def _ask(self, what: str, arguments: Sequence[tuple[Any, ...]] | None = None) -> list[Any]:
         try:
@@ -137,12 +197,17 @@ def __getattr__(name: str) -> Callable[..., ColiasVectorEnv]:
 
 
 def _processes(workers: int | None, num_envs: int) -> int:
+    """How many; 0 for none but this one."""
+    if not POSSIBLE and workers:
+        raise ValueError(f"workers={workers}: other processes need POSIX, give 0 (all in this process)")
+    if not POSSIBLE:
+        return 0
     if workers is None:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         return min(cores, num_envs)
     if not 0 <= workers <= num_envs:
         raise ValueError(f"workers={workers}: expected 0 (all in this process) .. num_envs={num_envs}")
-    return max(workers, 1)
+    return workers
 
 
 def _shares(num_envs: int, parts: int) -> list[tuple[int, int]]:
