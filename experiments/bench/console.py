@@ -6,7 +6,7 @@ import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -107,13 +107,14 @@ def run(plan: Plan, out: Path, means: Means, resume: bool, recordings: bool) -> 
     """Run a checked plan with a pool of its own, and show it."""
     if means.cluster is None:
         require_backend()
-    with open_pool(means.workers, means.cluster) as pool:
-        folder = open_folder(plan, out, means, resume, recordings)
-        failures = run_with(plan, folder, pool, means, recordings)
-    # Not before: it loads libraries that the trials do without.
-    from experiments.bench.conclusion import conclude
+    with ExitStack() as held:
+        with open_pool(means.workers, means.cluster) as pool:
+            folder = held.enter_context(closing(open_folder(plan, out, means, resume, recordings)))
+            failures = run_with(plan, folder, pool, means, recordings)
+        # Not before: it loads libraries that the trials do without.
+        from experiments.bench.conclusion import conclude
 
-    report = conclude(plan, folder, failures)
+        report = conclude(plan, folder, failures)
     if not means.quiet:
         show(report, recordings)
     return report
@@ -252,9 +253,9 @@ def sweep(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path
     with open_pool(means.workers, means.cluster) as pool:
         for part in parts:
             place = out / part.folder
-            folder = open_folder(part.plan, place, means, begun(place), recordings=False)
-            failed |= bool(run_with(part.plan, folder, pool, means, recordings=False))
-            rows += folder.rows()
+            with closing(open_folder(part.plan, place, means, begun(place), recordings=False)) as folder:
+                failed |= bool(run_with(part.plan, folder, pool, means, recordings=False))
+                rows += folder.rows()
     from experiments.bench import sweep as grids
 
     if not rows:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import sys
 import traceback
@@ -62,8 +63,9 @@ def _module(path: Path, shown: Path) -> ModuleType:
         sys.path.append(str(path.parent))
     try:
         # Not by the loader, which may take what Python compiled of the file as it was up to a second ago.
-        exec(compile(path.read_bytes(), str(path), "exec", dont_inherit=True), module.__dict__)
-        _loaded[str(path)] = closure(path)
+        data = path.read_bytes()
+        exec(compile(data, str(path), "exec", dont_inherit=True), module.__dict__)
+        _loaded[str(path)] = {**closure(path), str(path): hashlib.sha256(data).hexdigest()}
     except SyntaxError as error:
         del sys.modules[alias]
         raise UsageError(f"{shown}, line {error.lineno}: {error.msg}") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -110,10 +111,15 @@ def run(made: OfflinePlan, out: Path, pool: Pool, means: console.Means, resume: 
     recorded = [showing.index for showing in made.showings if record and showing.repeat == 0]
     contents = clip_contents(made.showings, recorded)
     folder.enter({**made.describe(), "recordings": record}, resume, contents, means.other_code)
+    with contextlib.closing(folder):
+        return _shown(made, folder, pool, means, record)
+
+
+def _shown(made: OfflinePlan, folder: RunFolder, pool: Pool, means: console.Means, record: bool) -> OfflineReport:
     done = len(folder.done())
     if not means.quiet:
         resumed = f"; {done} of them done already" if done else ""
-        said = f"{made.experiment.name}: {estimate(made, means.workers)}{resumed}, into {out}"
+        said = f"{made.experiment.name}: {estimate(made, means.workers)}{resumed}, into {folder.folder}"
         console.error_console.print(said, soft_wrap=True, markup=False)
     with console.progress(made.experiment.name, len(made.showings) - done, means.quiet, "clips") as advance:
         failures = run_all(made.showings, folder, pool, advance, partial(_show, record=record))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -144,8 +145,8 @@ def reproduce(
         folder.mkdir(parents=True, exist_ok=True)
         for each in plans:
             out = folder / each.experiment.name
-            run = console.open_folder(each, out, means, begun(out), recordings=True)
-            done.append((each, run, console.run_with(each, run, pool, means, recordings=True)))
+            with contextlib.closing(console.open_folder(each, out, means, begun(out), recordings=True)) as run:
+                done.append((each, run, console.run_with(each, run, pool, means, recordings=True)))
         shows = [_show(each, folder / each.experiment.name, pool, means) for each in offline]
         played = [_play(each, folder, pool, means) for each in loops]
         seed_rows, seed_failures = _study(folder / SEEDS, "other seeds", seeds, plans[0], pool, means)
@@ -210,7 +211,7 @@ def _study(
     left = len(specs) - len(run.done())
     if not means.quiet:
         console.error_console.print(f"{name}: {len(specs)} trials, {left} of them to do", markup=False)
-    with console.progress(name, left, means.quiet) as advance:
+    with contextlib.closing(run), console.progress(name, left, means.quiet) as advance:
         failures = run_trials(specs, run, pool, advance, Keep(recordings=False, frames=False))
     console.tell(failures, run)
     return run.rows(), failures

@@ -256,16 +256,17 @@ class RunFolder:
         if not os.path.lexists(self.path("trials.parquet")):
             return
         table = read_table(self.path("trials.parquet"), self._trial_schema)
-        self._rows = checked_rows(table, contents, codes)
+        rows = checked_rows(table, contents, codes)
+        failures = checked_failures(self._listed_failures(), rows, contents, Failure)
+        gone = {t for t in rows if contents.trials[t].recorded and not is_recording(self.recording(t))}
+        again = gone | set(lacking(rows, [(f.trial, f.model) for f in failures], contents))
+        self._before = {trial: rows[trial] for trial in again}
+        self._rows = {trial: own for trial, own in rows.items() if trial not in again}
+        self._failures = [failure for failure in failures if failure.trial not in again]
         frames = read_table(self.path("frames.parquet"), self._frame_schema)
         self._frames = checked_frames(frames, self._rows, contents)
-        self._failures = checked_failures(self._listed_failures(), self._rows, contents, Failure)
-        gone = [t for t in self._rows if contents.trials[t].recorded and not is_recording(self.recording(t))]
-        partly = lacking(self._rows, [(f.trial, f.model) for f in self._failures], contents)
-        for trial in {*gone, *partly}:
-            self._before[trial] = self._rows.pop(trial)
-            del self._frames[trial]
-            self._failures = [failure for failure in self._failures if failure.trial != trial]
+        # Rows in another order, or frames of trials without rows, which a kill leaves, are put right.
+        self._stale = self.rows() != table.to_pylist() or not self.frames().equals(frames)
 
     def _listed_failures(self) -> Any:
         path = self.path("failures.json")
