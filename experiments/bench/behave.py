@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,12 +19,13 @@ from threadpoolctl import threadpool_limits
 from colias_sim.envs import ENVS
 from colias_sim.gl import require_backend
 from experiments.behaviours import BASELINES
-from experiments.bench import console
+from experiments.bench import console, provenance
 from experiments.bench.behaving import Behaviour, env_id, in_file, load_behaviour
+from experiments.bench.contents import Contents, Planned
+from experiments.bench.description import begun
 from experiments.bench.episode_scores import EPISODE_SCHEMA, STEP_SCHEMA, Score, finished, scores
 from experiments.bench.episodes import EpisodeSpec, Setting, play_behaviour, play_entry
 from experiments.bench.files import UsageError
-from experiments.bench.plan import versions
 from experiments.bench.pool import Pool, open_pool
 from experiments.bench.results import Failure, Finished, RunFolder
 from experiments.bench.runner import run_all
@@ -56,14 +56,18 @@ class BehaviourPlan:
         return {
             "experiment": "behave", "seed": self.seed, "repeats": self.episodes, "trials": len(self.specs()),
             "settings": [dataclasses.asdict(setting) for setting in self.settings],
-            "files": _files(self.settings), "versions": versions(),
+            **provenance.of(s.behaviour for s in self.settings if in_file(s.behaviour)),
         }  # fmt: skip
 
-
-def _files(settings: Sequence[Setting]) -> dict[str, str]:
-    """SHA-256 of the user's own files that the numbers depend on, by path."""
-    sources = sorted({setting.behaviour for setting in settings if in_file(setting.behaviour)})
-    return {source: hashlib.sha256(Path(source).read_bytes()).hexdigest() for source in sources}
+    def contents(self, recorded: int) -> Contents:
+        """What the run's folder may hold, with recordings of the first ``recorded`` episodes."""
+        names = {setting.behaviour: load_behaviour(setting.behaviour).name for setting in self.settings}
+        trials = {}
+        for spec in self.specs():
+            setting = spec.condition
+            columns = {"experiment": "behave", "repeat": spec.repeat, "seed": spec.seed, "env": setting.env}
+            trials[spec.index] = Planned(columns, (names[setting.behaviour],), spec.index < recorded)
+        return Contents(trials)
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +176,8 @@ def run_with(made: BehaviourPlan, out: Path, pool: Pool, means: console.Means, r
     """Play what is missing, and score; the first ``recorded`` episodes leave recordings."""
     specs = made.specs()
     with contextlib.closing(RunFolder(out, EPISODE_SCHEMA, STEP_SCHEMA)) as folder:
-        folder.enter({**made.describe(), "recorded": recorded}, (out / "experiment.json").exists())
+        description = {**made.describe(), "recorded": recorded}
+        folder.enter(description, begun(out), made.contents(recorded), means.other_code)
         left = len(specs) - len(folder.done())
         if not means.quiet:
             who = ", ".join(Path(setting.behaviour).stem for setting in made.settings)
@@ -180,7 +185,7 @@ def run_with(made: BehaviourPlan, out: Path, pool: Pool, means: console.Means, r
             console.error_console.print(said, soft_wrap=True, markup=False)
         with console.progress("behave", left, means.quiet, "episodes") as advance:
             failures = run_all(specs, folder, pool, advance, partial(work, recorded=recorded))
-        console.tell(failures)
+        console.tell(failures, folder)
         standings = _standings(made, folder.rows())
         folder.write_rows("scores.csv", table(standings))
         return Played(out, standings, folder.frames(), failures)

@@ -13,6 +13,7 @@ from experiments.bench.behave import BehaviourPlan, Standing
 from experiments.bench.episode_scores import Row, Score, mean, rate, rate_ratio
 from experiments.bench.episodes import Setting
 from experiments.bench.paper import tried
+from experiments.bench.results import mixture
 
 PLAYED: Mapping[str, tuple[str, ...]] = {
     AVOIDANCE: ("hybrid", "lgmd", "lgmd-hybrid", "straight"),
@@ -57,7 +58,14 @@ def judge(standings: Sequence[Standing]) -> list[BehaviourClaim]:
     by_env: dict[str, dict[str, Sequence[Row]]] = {}
     for standing in standings:
         by_env.setdefault(standing.env, {})[standing.behaviour] = standing.rows
-    return [_explained(claim(by_env)) for claim in (_b1, _b2, _b3, _b4)]
+    claims = [_explained(claim(by_env)) for claim in (_b1, _b2, _b3, _b4)]
+    return [_admitting(claim, by_env.get(claim.env, {})) for claim in claims]
+
+
+def _admitting(claim: BehaviourClaim, played: Episodes) -> BehaviourClaim:
+    """The claim saying too, if several did, which code played the episodes."""
+    mixed = mixture([row for rows in played.values() for row in rows])
+    return replace(claim, measured=f"{claim.measured}; {mixed}") if mixed else claim
 
 
 def _explained(claim: BehaviourClaim) -> BehaviourClaim:

@@ -14,7 +14,17 @@ from rich.console import Console
 from rich.markup import escape
 
 from experiments.bench import cli_behave, cli_leaderboard, cli_offline, cli_train, cli_tune, cli_watch
-from experiments.bench.options import Assignments, Cluster, Models, Quiet, Repeats, Seed, Workers, worker_count
+from experiments.bench.options import (
+    Assignments,
+    Cluster,
+    Models,
+    OtherCode,
+    Quiet,
+    Repeats,
+    Seed,
+    Workers,
+    worker_count,
+)
 
 if TYPE_CHECKING:
     from experiments.bench.plan import Plan
@@ -80,6 +90,7 @@ def run(
     assignments: Assignments = None,
     model: Models = None,
     recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
+    other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
@@ -96,16 +107,14 @@ def run(
     declared = catalogue.find(experiment)
     if resume is not None and out is not None:
         raise UsageError("--out and --resume name one folder each: give one of them")
+    means = console.Means(worker_count(workers), cluster, quiet, other_code)
     if isinstance(declared, OfflineExperiment):
-        means = console.Means(worker_count(workers), cluster, quiet)
         return cli_offline.run(declared, repeats, seed, out, resume, assignments or (), model or (), means, recordings)
     plan = settings.plan(declared, model or ["dsnn"], assignments or (), repeats, seed)
     _note_rates(plan)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = resume or out or Path("runs") / f"{declared.name}-{stamp}"
-    report = console.run(
-        plan, folder, console.Means(worker_count(workers), cluster, quiet), resume is not None, recordings
-    )
+    report = console.run(plan, folder, means, resume is not None, recordings)
     if report.failures:
         raise typer.Exit(EXIT_FAILED)
 
@@ -121,6 +130,7 @@ def sweep(
     ] = None,
     assignments: Assignments = None,
     model: Annotated[str, typer.Option(help="The vision model on the observer.")] = "dsnn",
+    other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
@@ -137,7 +147,7 @@ def sweep(
     parts = grids.parts(declared, model, points, assignments or (), repeats, seed)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"sweep-{declared.name}-{stamp}"
-    means = console.Means(worker_count(workers), cluster, quiet)
+    means = console.Means(worker_count(workers), cluster, quiet, other_code)
     if console.sweep(parts, points, declared.varies, folder, means):
         raise typer.Exit(EXIT_FAILED)
 
@@ -161,6 +171,7 @@ def reproduce(
     experiment: Annotated[
         list[str] | None, typer.Option(help="An experiment to add: a name or a .py file. Repeatable.")
     ] = None,
+    other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
@@ -176,7 +187,7 @@ def reproduce(
     if quick and full:
         raise UsageError("--quick and --full: give one of them")
     settings.check_counts(seed)
-    means = console.Means(worker_count(workers), cluster, quiet)
+    means = console.Means(worker_count(workers), cluster, quiet, other_code)
     from experiments.bench import report
     from experiments.bench import reproduce as whole
 

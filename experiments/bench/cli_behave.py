@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.options import Cluster, Quiet, Seed, Workers, worker_count
+from experiments.bench.options import Cluster, OtherCode, Quiet, Seed, Workers, worker_count
 
 
 def register(app: typer.Typer) -> None:
@@ -37,6 +37,7 @@ def behave(
     recordings: Annotated[
         bool, typer.Option(help="Write a Rerun recording of each of the behaviour's episodes.")
     ] = True,
+    other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
@@ -53,7 +54,7 @@ def behave(
     made = behaving.plan(name, env, assignments or (), episodes, seed, baselines)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"behave-{Path(name).stem}-{stamp}"
-    played = behaving.run(made, folder, console.Means(worker_count(workers), cluster, quiet), recordings)
+    played = behaving.run(made, folder, console.Means(worker_count(workers), cluster, quiet, other_code), recordings)
     behave_figure.write(played)
     if not quiet:
         console_behave.show(played, recordings)

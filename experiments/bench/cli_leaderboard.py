@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.options import Cluster, Quiet, Seed, Workers, worker_count
+from experiments.bench.options import Cluster, OtherCode, Quiet, Seed, Workers, worker_count
 
 
 def register(app: typer.Typer) -> None:
@@ -27,6 +27,7 @@ def leaderboard(
         Path | None,
         typer.Option(help="Folder of the results, otherwise runs/leaderboard-TIME; goes on with one begun."),
     ] = None,
+    other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
@@ -43,7 +44,7 @@ def leaderboard(
 
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"leaderboard-{stamp}"
-    means = console.Means(worker_count(workers), cluster, quiet)
+    means = console.Means(worker_count(workers), cluster, quiet, other_code)
     result = board.leaderboard(folder, board.contenders(model or (), only), repeats, seed, means)
     if not quiet:
         console_leaderboard.show(result)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.options import Cluster, Quiet, Workers, worker_count
+from experiments.bench.options import Cluster, OtherCode, Quiet, Workers, worker_count
 
 
 def register(app: typer.Typer) -> None:
@@ -32,6 +32,7 @@ def tune(
     assignments: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a model's parameter. Repeatable.")
     ] = None,
+    other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
@@ -49,7 +50,7 @@ def tune(
 
     made = tuning_run.plan(model or contenders((), only=False), curve or (), assignments or (), seed)
     folder = out or Path("runs") / f"tune-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
-    means = console.Means(worker_count(workers), cluster, quiet)
+    means = console.Means(worker_count(workers), cluster, quiet, other_code)
     with open_pool(means.workers, means.cluster) as pool:
         report = tuning_run.run(made, folder, pool, means)
     if not quiet:

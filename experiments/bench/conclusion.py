@@ -13,7 +13,7 @@ from experiments.bench import figures
 from experiments.bench.claims import Verdict, concerns, flaws, judge
 from experiments.bench.declaration import CONDITION_COLUMNS
 from experiments.bench.plan import Plan
-from experiments.bench.results import Failure, RunFolder, group
+from experiments.bench.results import Failure, RunFolder, group, mixture
 from experiments.bench.statistics import holm, paired, summarise
 
 QUANTITIES = ("spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s")
@@ -36,8 +36,9 @@ class Report:
 def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:
     """Write summary, claims and figure of the trials in ``folder``."""
     rows = folder.rows()
+    mixed = mixture(rows)
     verdicts = [
-        _admitting(judge(claim, own, model.threshold, model.label), lost)
+        _admitting(judge(claim, own, model.threshold, model.label), lost, mixed)
         for model in plan.settings.models
         for own in [[row for row in rows if row["model"] == model.label]]
         for lost in [sum(failure.model in ("", model.label) for failure in failures)]
@@ -55,11 +56,10 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     return Report(folder.folder, plan.experiment.varies, rows, summary, verdicts, compared, flaws(rows), list(failures))
 
 
-def _admitting(verdict: Verdict, lost: int) -> Verdict:
-    """The verdict saying too how many trials of the run it could not be judged on."""
-    if not lost:
-        return verdict
-    return dataclasses.replace(verdict, measured=f"{verdict.measured}; {lost} trials of the run failed")
+def _admitting(verdict: Verdict, lost: int, mixed: str) -> Verdict:
+    """The verdict saying too how many trials of the run it could not be judged on, and what computed the others."""
+    admitted = [*([f"{lost} trials of the run failed"] if lost else []), *([mixed] if mixed else [])]
+    return dataclasses.replace(verdict, measured="; ".join([verdict.measured, *admitted]))
 
 
 def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:

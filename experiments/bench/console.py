@@ -6,7 +6,7 @@ import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,9 @@ from rich.table import Table
 from rich.text import Text
 
 from colias_sim.gl import require_backend
+from experiments.bench.contents import robot_contents
 from experiments.bench.declaration import CONDITION_COLUMNS
+from experiments.bench.description import begun
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
 from experiments.bench.results import Failure, RunFolder, group, varying
@@ -51,6 +53,8 @@ class Means:
     workers: int
     cluster: str | None = None
     quiet: bool = False
+    other_code: bool = False
+    """Whether to go on with a run that other code began."""
 
 
 class _Rate(ProgressColumn):
@@ -103,22 +107,24 @@ def run(plan: Plan, out: Path, means: Means, resume: bool, recordings: bool) -> 
     """Run a checked plan with a pool of its own, and show it."""
     if means.cluster is None:
         require_backend()
-    with open_pool(means.workers, means.cluster) as pool:
-        folder = open_folder(plan, out, resume)
-        failures = run_with(plan, folder, pool, means, recordings)
-    # Not before: it loads libraries that the trials do without.
-    from experiments.bench.conclusion import conclude
+    with ExitStack() as held:
+        with open_pool(means.workers, means.cluster) as pool:
+            folder = held.enter_context(closing(open_folder(plan, out, means, resume, recordings)))
+            failures = run_with(plan, folder, pool, means, recordings)
+        # Not before: it loads libraries that the trials do without.
+        from experiments.bench.conclusion import conclude
 
-    report = conclude(plan, folder, failures)
+        report = conclude(plan, folder, failures)
     if not means.quiet:
         show(report, recordings)
     return report
 
 
-def open_folder(plan: Plan, out: Path, resume: bool) -> RunFolder:
+def open_folder(plan: Plan, out: Path, means: Means, resume: bool, recordings: bool) -> RunFolder:
     """The run's folder, made or reopened."""
     folder = RunFolder(out)
-    folder.enter(describe(plan), resume)
+    contents = robot_contents(plan.specs(), recordings=recordings)
+    folder.enter({**describe(plan), "recordings": recordings}, resume, contents, means.other_code)
     return folder
 
 
@@ -137,12 +143,14 @@ def run_with(plan: Plan, folder: RunFolder, pool: Pool, means: Means, recordings
             said = f"stopped after {len(folder.done())} of {total} trials; they are in {folder.folder}"
             error_console.print(said, soft_wrap=True, markup=False)
             raise
-    tell(failures)
+    tell(failures, folder)
     return failures
 
 
-def tell(failures: Sequence[Failure]) -> None:
-    """Name what failed, the first few each."""
+def tell(failures: Sequence[Failure], folder: RunFolder) -> None:
+    """Name what failed, the first few each, and what is to be known of the tables."""
+    for note in folder.notes():
+        error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     for failure in failures[:SHOWN_FAILURES]:
         error_console.print(str(failure), soft_wrap=True, markup=False)
     if len(failures) > SHOWN_FAILURES:
@@ -244,10 +252,10 @@ def sweep(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path
         error_console.print(f"{len(points)} points: {whole_plan}, into {out}", soft_wrap=True, markup=False)
     with open_pool(means.workers, means.cluster) as pool:
         for part in parts:
-            begun = out / part.folder
-            folder = open_folder(part.plan, begun, resume=(begun / "experiment.json").exists())
-            failed |= bool(run_with(part.plan, folder, pool, means, recordings=False))
-            rows += folder.rows()
+            place = out / part.folder
+            with closing(open_folder(part.plan, place, means, begun(place), recordings=False)) as folder:
+                failed |= bool(run_with(part.plan, folder, pool, means, recordings=False))
+                rows += folder.rows()
     from experiments.bench import sweep as grids
 
     if not rows:

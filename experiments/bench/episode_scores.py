@@ -34,6 +34,7 @@ EPISODE_SCHEMA = pa.schema(
         "in_view": pa.float64(),
         "off_axis_deg": pa.float64(),
         "gap_error_cm": pa.float64(),
+        "code": pa.string(),
     }
 )
 STEP_SCHEMA = pa.schema(

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import re
 import sys
 import traceback
+from collections.abc import Mapping
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 
 from pydantic import ValidationError
 
+from experiments.bench.own_files import closure
+
 USER_MODULE = "colias_user_"
 """What the names of modules made from users' files begin with."""
+
+_loaded: dict[str, Mapping[str, str]] = {}
 
 
 class UsageError(Exception):
@@ -48,6 +54,12 @@ def declared(path: Path, name: str) -> object:
     return getattr(module, name)
 
 
+def as_loaded(path: str) -> Mapping[str, str]:
+    """SHA-256, by path, of a file that `declared` ran in this process, and of the modules of the user's own that it
+    imports, as they were then; empty if it ran none at ``path``."""
+    return _loaded.get(path, MappingProxyType({}))
+
+
 def _module(path: Path, shown: Path) -> ModuleType:
     alias = USER_MODULE + path.stem
     known = sys.modules.get(alias)
@@ -61,7 +73,10 @@ def _module(path: Path, shown: Path) -> ModuleType:
     if str(path.parent) not in sys.path:
         sys.path.append(str(path.parent))
     try:
-        spec.loader.exec_module(module)
+        # Not by the loader, which may take what Python compiled of the file as it was up to a second ago.
+        data = path.read_bytes()
+        exec(compile(data, str(path), "exec", dont_inherit=True), module.__dict__)
+        _loaded[str(path)] = {**closure(path), str(path): hashlib.sha256(data).hexdigest()}
     except SyntaxError as error:
         del sys.modules[alias]
         raise UsageError(f"{shown}, line {error.lineno}: {error.msg}") from None

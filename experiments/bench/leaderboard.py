@@ -15,12 +15,14 @@ import pyarrow as pa
 from colias_sim.gl import require_backend
 from dsnn import MODELS
 from experiments.bench import console, figures, leaderboard_figure, offline_run, settings
+from experiments.bench.contents import Contents, robot_contents
+from experiments.bench.description import begun
 from experiments.bench.files import UsageError
 from experiments.bench.leaderboard_scores import Standing, ranked, scores, table
 from experiments.bench.leaderboard_speed import time_models
 from experiments.bench.leaderboard_trials import REPEATS, ROBOT, clip_experiments
 from experiments.bench.models import Chosen
-from experiments.bench.offline import CLIP_SCHEMA, SERIES_SCHEMA, OfflineExperiment, Showing, show
+from experiments.bench.offline import CLIP_SCHEMA, SERIES_SCHEMA, OfflineExperiment, Showing, clip_contents, show
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
 from experiments.bench.results import FRAME_SCHEMA, TRIAL_SCHEMA, Failure, Finished, RunFolder
@@ -38,6 +40,7 @@ class Part:
     things: str
     specs: Sequence[Any]
     description: Mapping[str, Any]
+    contents: Contents
     schemas: tuple[pa.Schema, pa.Schema]
     work: Callable[[Any], Finished]
 
@@ -92,10 +95,11 @@ def leaderboard(folder: Path, models: Sequence[str], repeats: int | None, seed: 
 
 
 def _parts(robot: Plan, clips: Sequence[offline_run.OfflinePlan]) -> list[Part]:
-    """The robot's trials first: their description tells of a model's file that has changed."""
-    trials = Part(ROBOT.name, "trials", robot.specs(), describe(robot), (TRIAL_SCHEMA, FRAME_SCHEMA), _trial)
-    schemas = (CLIP_SCHEMA, SERIES_SCHEMA)
-    return [trials, *(Part(p.experiment.name, "clips", p.showings, p.describe(), schemas, _clip) for p in clips)]
+    specs, schemas = robot.specs(), (CLIP_SCHEMA, SERIES_SCHEMA)
+    crossings = robot_contents(specs, recordings=False, frames=False)
+    trials = Part(ROBOT.name, "trials", specs, describe(robot), crossings, (TRIAL_SCHEMA, FRAME_SCHEMA), _trial)
+    shown = ((p, clip_contents(p.showings, frames=False)) for p in clips)
+    return [trials, *(Part(p.experiment.name, "clips", p.showings, p.describe(), c, schemas, _clip) for p, c in shown)]
 
 
 def _clip_plan(experiment: OfflineExperiment, repeats: int | None, seed: int) -> offline_run.OfflinePlan:
@@ -114,14 +118,14 @@ def _clip(showing: Showing) -> Finished:
 def _run(part: Part, out: Path, pool: Pool, means: console.Means) -> Done:
     """Do what is missing of a part, with progress."""
     with contextlib.closing(RunFolder(out, *part.schemas)) as run:
-        run.enter(part.description, (out / "experiment.json").exists())
+        run.enter(part.description, begun(out), part.contents, means.other_code)
         left = len(part.specs) - len(run.done())
         if not means.quiet:
             said = f"{part.name}: {len(part.specs)} {part.things}, {left} of them to do"
             console.error_console.print(said, markup=False)
         with console.progress(part.name, left, means.quiet, part.things) as advance:
             failures = run_all(part.specs, run, pool, advance, part.work)
-        console.tell(failures)
+        console.tell(failures, run)
         return Done(run.rows(), failures)
 
 

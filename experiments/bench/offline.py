@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import re
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 from dsnn import ResponseSeries
 from dsnn.frames import frozen
 from dsnn.stimuli import ClipParams, Jittered, Stimulus, StimulusFrame, Truth, stimulus
+from experiments.bench.contents import Contents, planned_trial
 from experiments.bench.model_runner import ModelRunner, spike_counts
 from experiments.bench.models import Chosen
 from experiments.bench.play import Answer, Played
@@ -49,6 +50,7 @@ CLIP_SCHEMA = pa.schema(
         "peak_looming": pa.float64(),
         "frames": pa.int64(),
         "wall_s": pa.float64(),
+        "code": pa.string(),
     }
 )
 SERIES_SCHEMA = pa.schema(
@@ -153,6 +155,23 @@ def showings(experiment: OfflineExperiment, models: tuple[Chosen, ...], repeats:
         Showing(experiment.name, index, index // len(clips), seed + index // len(clips), clip, models)
         for index, clip in enumerate(clips * repeats)
     ]
+
+
+def clip_contents(shown: Sequence[Showing], recorded: Iterable[int] = (), *, frames: bool = True) -> Contents:
+    """What a run of these clips may hold; the ``recorded`` ones leave recordings."""
+    with_recording = frozenset(recorded)
+    known: dict[int, Mapping[str, Any]] = {}  # clips of all repeats are the same few objects
+    trials = {}
+    for showing in shown:
+        clip = showing.condition
+        if id(clip) not in known:
+            params = clip.build(showing.seed).params
+            known[id(clip)] = {
+                "stimulus": clip.stimulus, "clip": clip.name, **{name: getattr(params, name, None) for name in SHOWN}
+            }  # fmt: skip
+        labels = (model.label for model in showing.models)
+        trials[showing.index] = planned_trial(showing, labels, showing.index in with_recording, **known[id(clip)])
+    return Contents(trials, frames)
 
 
 def show(showing: Showing, *, record: bool = False) -> Finished:

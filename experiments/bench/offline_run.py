@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from experiments.bench import console, figures, offline_figures
+from experiments.bench import console, figures, offline_figures, provenance
 from experiments.bench.claims import Outcome
-from experiments.bench.offline import CLIP_SCHEMA, SERIES_SCHEMA, OfflineExperiment, Showing, show, showings
+from experiments.bench.files import is_file
+from experiments.bench.offline import (
+    CLIP_SCHEMA,
+    SERIES_SCHEMA,
+    OfflineExperiment,
+    Showing,
+    clip_contents,
+    show,
+    showings,
+)
 from experiments.bench.offline_claims import judge
 from experiments.bench.paper import claim_texts
-from experiments.bench.plan import versions
 from experiments.bench.pool import Pool
-from experiments.bench.results import Failure, Finished, RunFolder
+from experiments.bench.results import Failure, Finished, RunFolder, mixture
 from experiments.bench.runner import run_all
 from experiments.bench.settings import check_counts, watchers
 
@@ -46,7 +55,7 @@ class OfflinePlan:
             "trials": len(self.showings),
             "models": self.showings[0].models,
             "clips": {clip.name: clip.build(self.seed).params for clip in self.experiment.clips},
-            "versions": versions(),
+            **provenance.of([m.source for m in self.showings[0].models if is_file(m.source)], self.experiment),
         }
 
 
@@ -99,15 +108,22 @@ def estimate(made: OfflinePlan, workers: int) -> str:
 def run(made: OfflinePlan, out: Path, pool: Pool, means: console.Means, resume: bool, record: bool) -> OfflineReport:
     """Show what has not been shown, with progress, and conclude; ``record`` the first seed's clips."""
     folder = RunFolder(out, CLIP_SCHEMA, SERIES_SCHEMA)
-    folder.enter(made.describe(), resume)
+    recorded = [showing.index for showing in made.showings if record and showing.repeat == 0]
+    contents = clip_contents(made.showings, recorded)
+    folder.enter({**made.describe(), "recordings": record}, resume, contents, means.other_code)
+    with contextlib.closing(folder):
+        return _shown(made, folder, pool, means, record)
+
+
+def _shown(made: OfflinePlan, folder: RunFolder, pool: Pool, means: console.Means, record: bool) -> OfflineReport:
     done = len(folder.done())
     if not means.quiet:
         resumed = f"; {done} of them done already" if done else ""
-        said = f"{made.experiment.name}: {estimate(made, means.workers)}{resumed}, into {out}"
+        said = f"{made.experiment.name}: {estimate(made, means.workers)}{resumed}, into {folder.folder}"
         console.error_console.print(said, soft_wrap=True, markup=False)
     with console.progress(made.experiment.name, len(made.showings) - done, means.quiet, "clips") as advance:
         failures = run_all(made.showings, folder, pool, advance, partial(_show, record=record))
-    console.tell(failures)
+    console.tell(failures, folder)
     return conclude(made, folder, failures)
 
 
@@ -135,8 +151,7 @@ def _verdict(claim: str, made: OfflinePlan, rows: Sequence[Mapping[str, Any]]) -
         whole = len({row["trial"] for row in own}) == len(made.experiment.clips)
         lost = Outcome("untested", "some of its clips failed")
         by_seed.append(judge(claim, own, made.thresholds) if whole else lost)
-    first = by_seed[0]
+    first, mixed = by_seed[0], mixture(rows)
+    measured = "; ".join([first.measured, *([mixed] if mixed else [])])
     holding = sum(outcome.verdict == "holds" for outcome in by_seed)
-    return OfflineVerdict(
-        claim, says, source, first.verdict, first.measured, first.effect, first.n, holding, len(by_seed)
-    )
+    return OfflineVerdict(claim, says, source, first.verdict, measured, first.effect, first.n, holding, len(by_seed))

@@ -23,6 +23,10 @@ Workers = Annotated[
 Cluster = Annotated[str | None, typer.Option(help="Run on the Dask scheduler at this address (tcp://...) instead.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Neither progress nor tables, only errors.")]
 Seed = Annotated[int, typer.Option(help="Seed of the whole run, 0 or more.")]
+OtherCode = Annotated[
+    bool,
+    typer.Option("--other-code", help="Go on with a run that other code began; the column [b]code[/b] marks its rows."),
+]
 Repeats = Annotated[int | None, typer.Option(help="Trials of each condition; otherwise the experiment's own number.")]
 
 

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import importlib.metadata
-import platform
-import sys
-from pathlib import Path
 from typing import Any
 
+from experiments.bench import provenance
 from experiments.bench.courses import clearance_cm, nominal, reach_cm
 from experiments.bench.declaration import Condition, Experiment, Settings, TrialSpec, trial_specs
-from experiments.bench.files import USER_MODULE, UsageError, is_file
+from experiments.bench.files import UsageError, is_file
 from scenes import ARENA_RADIUS_CM
-
-LIBRARIES = ("colias-sim", "mujoco", "numpy", "opencv-python-headless", "rerun-sdk", "scipy", "pyarrow")
 
 STEERING_SHARE = 0.95
 """How much of a wheel's top speed a straight drive may use; the rest keeps it on its line."""
@@ -82,31 +76,13 @@ def _check_condition(condition: Condition, settings: Settings) -> None:
         )
 
 
-def _own_files(plan: Plan) -> dict[str, str]:
-    """SHA-256 of the user's own files that the numbers depend on, by path."""
-    design = sys.modules[type(plan.experiment.design).__module__]
-    sources = [model.source for model in plan.settings.models if is_file(model.source)]
-    if design.__name__.startswith(USER_MODULE):
-        sources.append(str(design.__file__))
-    return {source: hashlib.sha256(Path(source).read_bytes()).hexdigest() for source in sources}
-
-
 def describe(plan: Plan) -> dict[str, Any]:
-    """What ``experiment.json`` holds: every parameter, the seed, the user's files, the versions of what computed it."""
+    """What ``experiment.json`` holds: every parameter, the seed, and what computes it (see `provenance`)."""
     return {
         "experiment": plan.experiment,
         "repeats": plan.repeats,
         "seed": plan.seed,
         "trials": len(plan.specs()),
         "settings": plan.settings,
-        "files": _own_files(plan),
-        "versions": versions(),
-    }
-
-
-def versions() -> dict[str, str]:
-    """Of Python and the libraries that compute the numbers."""
-    return {
-        "python": platform.python_version(),
-        **{name: importlib.metadata.version(name) for name in LIBRARIES},
+        **provenance.of([model.source for model in plan.settings.models if is_file(model.source)], plan.experiment),
     }

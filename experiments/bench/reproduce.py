@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,13 +24,15 @@ from experiments.bench.behave import BehaviourPlan, Played
 from experiments.bench.behaviour_claims import BehaviourClaim
 from experiments.bench.claims import LOOMING_CLAIMS, Verdict
 from experiments.bench.conclusion import Report, conclude
+from experiments.bench.contents import robot_contents
+from experiments.bench.description import begun
 from experiments.bench.files import UsageError
 from experiments.bench.offline import OfflineExperiment
 from experiments.bench.offline_run import OfflineReport, OfflineVerdict
 from experiments.bench.paper import claim_texts, tried
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
-from experiments.bench.results import Failure, RunFolder
+from experiments.bench.results import Failure, RunFolder, mixture
 from experiments.bench.runner import Keep, run_trials
 from experiments.bench.settings import plan
 
@@ -142,14 +145,14 @@ def reproduce(
         folder.mkdir(parents=True, exist_ok=True)
         for each in plans:
             out = folder / each.experiment.name
-            run = console.open_folder(each, out, resume=(out / "experiment.json").exists())
-            done.append((each, run, console.run_with(each, run, pool, means, recordings=True)))
+            with contextlib.closing(console.open_folder(each, out, means, begun(out), recordings=True)) as run:
+                done.append((each, run, console.run_with(each, run, pool, means, recordings=True)))
         shows = [_show(each, folder / each.experiment.name, pool, means) for each in offline]
         played = [_play(each, folder, pool, means) for each in loops]
         seed_rows, seed_failures = _study(folder / SEEDS, "other seeds", seeds, plans[0], pool, means)
         move_rows, move_failures = _study(folder / SENSITIVITY, "sensitivity", moves, plans[0], pool, means)
     runs = [(each, conclude(each, run, failed)) for each, run, failed in done]
-    claims = _claims(runs, shows, study.verdicts(seeds, seed_rows), study.pooled(seeds, seed_rows))
+    claims = _claims(runs, shows, study.verdicts(seeds, seed_rows), study.pooled(seeds, seed_rows), mixture(seed_rows))
     failures = {SEEDS: seed_failures, SENSITIVITY: move_failures}
     sensitivity = study.verdicts(moves, move_rows)
     own = behaviour_claims.judge([standing for each in played for standing in each.standings]) if played else []
@@ -185,7 +188,7 @@ def _play(each: BehaviourPlan, folder: Path, pool: Pool, means: console.Means) -
 
 
 def _show(each: offline_run.OfflinePlan, out: Path, pool: Pool, means: console.Means) -> OfflineReport:
-    return offline_run.run(each, out, pool, means, (out / "experiment.json").exists(), each.experiment.recorded)
+    return offline_run.run(each, out, pool, means, begun(out), each.experiment.recorded)
 
 
 def _check_names(plans: Sequence[Plan]) -> None:
@@ -204,13 +207,13 @@ def _study(
     run = RunFolder(folder)
     listed = [{"case": case.name, "trials": len(case.specs), "settings": case.specs[0].settings} for case in cases]
     description = {**describe(example), "experiment": name, "trials": len(specs), "cases": listed}
-    run.enter(description, (folder / "experiment.json").exists())
+    run.enter(description, begun(folder), robot_contents(specs, recordings=False, frames=False), means.other_code)
     left = len(specs) - len(run.done())
     if not means.quiet:
         console.error_console.print(f"{name}: {len(specs)} trials, {left} of them to do", markup=False)
-    with console.progress(name, left, means.quiet) as advance:
+    with contextlib.closing(run), console.progress(name, left, means.quiet) as advance:
         failures = run_trials(specs, run, pool, advance, Keep(recordings=False, frames=False))
-    console.tell(failures)
+    console.tell(failures, run)
     return run.rows(), failures
 
 
@@ -219,6 +222,7 @@ def _claims(
     shows: Sequence[OfflineReport],
     by_seed: Mapping[str, Mapping[str, str]],
     pooled: Mapping[str, Verdict],
+    mixed: str,
 ) -> list[ClaimReport]:
     """Every claim of the paper, in its order; those that nothing here tests yet say so."""
     shown = {verdict.id: (report, verdict) for report in shows for verdict in report.verdicts}
@@ -245,12 +249,13 @@ def _claims(
         (verdict,) = [v for v in reports[name].verdicts if v.id == claim and v.model == study.MODEL]
         found = [seed[claim] for seed in by_seed.values()]
         whole = pooled[claim]
+        said = "; ".join([f"{whole.verdict}: {whole.measured}", *([mixed] if mixed else [])])
         rare = verdict.verdict == "fails" or found.count("holds") < RELIABLE * len(found)
         lines.append(
             ClaimReport(
                 claim, says, source, verdict.verdict, verdict.measured, verdict.effect, verdict.n, name,
                 found.count("holds"), len(found), found.count("untested"),
-                f"{whole.verdict}: {whole.measured}", tried().get(claim, NOTHING_TRIED) if rare else "",
+                said, tried().get(claim, NOTHING_TRIED) if rare else "",
             )
         )  # fmt: skip
     return lines

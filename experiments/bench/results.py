@@ -17,7 +17,29 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from dsnn import ResponseSeries
-from experiments.bench.declaration import CONDITION_COLUMNS, plain
+from experiments.bench import provenance
+from experiments.bench.contents import (
+    Contents,
+    Misfit,
+    check_recordings,
+    checked_failures,
+    checked_frames,
+    checked_rows,
+    is_recording,
+    lacking,
+    read_table,
+    same_rows,
+)
+from experiments.bench.declaration import CONDITION_COLUMNS
+from experiments.bench.description import (
+    codes,
+    holds_results,
+    read_description,
+    reconciled,
+    short,
+    to_json,
+    write_new,
+)
 from experiments.bench.files import UsageError
 from experiments.bench.trial import FrameColumns, TrialResult
 
@@ -48,6 +70,7 @@ TRIAL_SCHEMA = pa.schema(
         "closest_cm": pa.float64(),
         "frames": pa.int64(),
         "wall_s": pa.float64(),
+        "code": pa.string(),  # of what computed the row: see `experiments.bench.provenance`
     }
 )
 
@@ -64,6 +87,9 @@ FRAME_SCHEMA = pa.schema(
         **{field.name: pa.float64() for field in dataclasses.fields(FrameColumns) if field.name != "sim_time_s"},
     }
 )
+
+MOST_LISTED = 10
+"""Numbers of trials in a message."""
 
 WRITING_SHARE = 0.05
 """Of a run's time, what rewriting the tables may take: they are brought up to date as often as this allows."""
@@ -161,13 +187,21 @@ class RunFolder:
         self._rows: dict[int, tuple[dict[str, Any], ...]] = {}
         self._frames: dict[int, pa.Table] = {}
         self._failures: list[Failure] = []
+        self._before: dict[int, tuple[dict[str, Any], ...]] = {}
+        self._changed: list[int] = []
+        self._code = ""
+        self.provenance: Mapping[str, Any] = {}
+        """What computes, as the folder was entered with it."""
         self._lock: IO[str] | None = None
         self._due = 0.0
         self._stale = False
 
-    def enter(self, description: Mapping[str, Any], begun: bool) -> None:
-        """`reopen` a run that was ``begun``, otherwise `create` one."""
-        (self.reopen if begun else self.create)(description)
+    def enter(self, description: Mapping[str, Any], begun: bool, contents: Contents, other_code: bool = False) -> None:
+        """`reopen` a run that was ``begun``, otherwise `create` one; ``contents`` is what it may hold."""
+        if begun:
+            self.reopen(description, contents, other_code)
+        else:
+            self.create(description)
 
     def create(self, description: Mapping[str, Any]) -> None:
         """Make the folder with its ``experiment.json``.
@@ -178,47 +212,69 @@ class RunFolder:
         self.recordings.mkdir(parents=True, exist_ok=True)
         self._take()
         try:
-            if self.path("trials.parquet").exists():
+            if holds_results(self.folder):
                 raise FileExistsError
-            with self.path("experiment.json").open("x", encoding="utf-8") as file:
-                file.write(to_json(description))
+            write_new(self.folder, description)
         except FileExistsError:
+            self.close()
             raise FileExistsError(
                 f"{self.folder} already holds a run: choose another --out, remove it, or go on with it by --resume"
             ) from None
+        self._made_by(description)
 
-    def reopen(self, description: Mapping[str, Any]) -> None:
+    def reopen(self, description: Mapping[str, Any], contents: Contents, other_code: bool = False) -> None:
         """Go on with the run that the folder holds.
 
-        Raises `UsageError` if it holds none, or one with other parameters, naming the first that differs.
+        Raises `UsageError` if it holds none, one with other parameters or of other code (which ``other_code``
+        allows), naming the first that differs, or one whose files do not fit ``contents``, naming what does not.
         """
-        try:
-            there = json.loads(self.path("experiment.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            raise UsageError(f"--resume {self.folder}: no readable experiment.json there") from None
-        difference = _difference(there, json.loads(to_json(description)))
-        if difference:
-            raise UsageError(f"--resume {self.folder}: {difference}")
+        read_description(self.folder)  # before anything is written where there may be no run
         self._take()
-        self.recordings.mkdir(exist_ok=True)
         try:
-            self._read()
-        except (pa.ArrowException, OSError, ValueError, TypeError, KeyError) as error:
-            said = " ".join(str(error).split())[:200]
-            raise UsageError(f"--resume {self.folder}: its tables cannot be read ({said})") from None
+            there = reconciled(self.folder, description, other_code)
+            self.recordings.mkdir(exist_ok=True)
+            self._read(contents, codes(there))
+        except Misfit as error:
+            self.close()
+            raise UsageError(f"{self.folder}: {error}") from None
+        except BaseException:
+            self.close()
+            raise
+        self._made_by(description)
+        if there != read_description(self.folder):
+            self.write_json("experiment.json", there)
+        if self._before:
+            # Rows first: whenever this is cut short, a trial that has its row has its frames.
+            self._write_table("trials.parquet", pa.Table.from_pylist(self.rows(), self._trial_schema))
 
-    def _read(self) -> None:
-        """Take in the tables, and the failures of models in trials that are there; others will run again."""
-        if not self.path("trials.parquet").exists():
+    def _made_by(self, description: Mapping[str, Any]) -> None:
+        self.provenance = {key: description[key] for key in provenance.KEYS if key in description}
+        self._code = str(description.get("code", ""))
+
+    def _read(self, contents: Contents, codes: frozenset[str]) -> None:
+        """Take in what is there and belongs there; trials of which a part is gone are to be done again."""
+        check_recordings(self.recordings, contents, recording_name)
+        if not os.path.lexists(self.path("trials.parquet")):
             return
-        for row in pq.read_table(self.path("trials.parquet"), schema=self._trial_schema).to_pylist():
-            self._rows[row["trial"]] = (*self._rows.get(row["trial"], ()), row)
-        frames = pq.read_table(self.path("frames.parquet"), schema=self._frame_schema)
-        trials = frames["trial"].to_numpy()
-        self._frames = {trial: frames.filter(trials == trial) for trial in self._rows}
-        if self.path("failures.json").exists():
-            listed = json.loads(self.path("failures.json").read_text(encoding="utf-8"))
-            self._failures = [f for f in (Failure(**item) for item in listed) if f.model and f.trial in self._rows]
+        table = read_table(self.path("trials.parquet"), self._trial_schema)
+        rows = checked_rows(table, contents, codes)
+        failures = checked_failures(self._listed_failures(), rows, contents, Failure)
+        gone = {t for t in rows if contents.trials[t].recorded and not is_recording(self.recording(t))}
+        again = gone | set(lacking(rows, [(f.trial, f.model) for f in failures], contents))
+        self._before = {trial: rows[trial] for trial in again}
+        self._rows = {trial: own for trial, own in rows.items() if trial not in again}
+        self._failures = [failure for failure in failures if failure.trial not in again]
+        frames = read_table(self.path("frames.parquet"), self._frame_schema)
+        self._frames = checked_frames(frames, self._rows, contents)
+        # Rows in another order, or frames of trials without rows, which a kill leaves, are put right.
+        self._stale = self.rows() != table.to_pylist() or not self.frames().equals(frames)
+
+    def _listed_failures(self) -> Any:
+        path = self.path("failures.json")
+        try:
+            return json.loads(path.read_text(encoding="utf-8")) if os.path.lexists(path) else []
+        except (OSError, ValueError, RecursionError) as error:
+            raise Misfit(f"failures.json cannot be read ({short(error)})") from None
 
     def _take(self) -> None:
         """Keep other processes from writing here as long as this one does."""
@@ -249,11 +305,17 @@ class RunFolder:
         """The trials that are finished."""
         return frozenset(self._rows)
 
-    def add(self, trial: Finished, recording_name: str) -> None:
+    def recording(self, trial: int) -> Path:
+        """Path of a trial's recording."""
+        return self.recordings / recording_name(trial)
+
+    def add(self, trial: Finished) -> None:
         """Append a finished trial: its recording, then the tables as soon as they may take the time."""
         if trial.recording is not None:
-            self._replace(self.recordings / recording_name, trial.recording)
-        self._rows[trial.index] = trial.rows
+            self._replace(self.recording(trial.index), trial.recording)
+        self._rows[trial.index] = tuple({**row, "code": self._code} for row in trial.rows)
+        if trial.index in self._before and not same_rows(self._before[trial.index], self._rows[trial.index]):
+            self._changed.append(trial.index)
         self._frames[trial.index] = trial.frames
         self._failures += trial.failures
         self._stale = True
@@ -274,11 +336,11 @@ class RunFolder:
         if not self._stale:
             return
         began = time.monotonic()
-        # Frames first: whenever this is cut short, a trial that has its row has its frames.
+        # Rows last: whenever this is cut short, a trial that has its row has its frames, and its models' failures.
         self._write_table("frames.parquet", self.frames())
-        self._write_table("trials.parquet", pa.Table.from_pylist(self.rows(), self._trial_schema))
         if self._failures or self.path("failures.json").exists():
             self.write_json("failures.json", self.failures())
+        self._write_table("trials.parquet", pa.Table.from_pylist(self.rows(), self._trial_schema))
         self._stale = False
         ended = time.monotonic()
         self._due = ended + (ended - began) / WRITING_SHARE
@@ -286,6 +348,17 @@ class RunFolder:
     def rows(self) -> list[dict[str, Any]]:
         """The rows so far, in order of trial, then model."""
         return [row for trial in sorted(self._rows) for row in self._rows[trial]]
+
+    def notes(self) -> list[str]:
+        """What is to be known of the tables beside their numbers, a line each."""
+        said = []
+        if self._before:
+            lost = "a part of what they left was gone"
+            said.append(f"{self.folder}: done again, since {lost}: {_listed(self._before)}")
+        if self._changed:
+            said.append(f"{self.folder}: done again with other numbers than before: {_listed(self._changed)}")
+        mixed = mixture(self.rows())
+        return [*said, *([f"{self.folder}: {mixed}; experiment.json tells them apart"] if mixed else [])]
 
     def frames(self) -> pa.Table:
         """The per-frame table so far, in the same order."""
@@ -352,20 +425,17 @@ def varying(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:
     return [*(["model"] if "model" in others else []), varies, *(name for name in others if name != "model")]
 
 
-def to_json(value: Any) -> str:
-    """Indented JSON; dataclasses become objects."""
-    return json.dumps(value, indent=2, default=plain) + "\n"
+def mixture(rows: Iterable[Mapping[str, Any]]) -> str:
+    """In words, of how many trials each code computed the rows, if more than one did; otherwise empty."""
+    trials: dict[str, set[int]] = {}
+    for row in rows:
+        trials.setdefault(row.get("code", ""), set()).add(row["trial"])
+    if len(trials) < 2:
+        return ""
+    return f"rows of {len(trials)} codes ({', '.join(f'{code}: {len(own)} trials' for code, own in trials.items())})"
 
 
-def _difference(there: Any, here: Any, path: str = "") -> str:
-    """The first parameter in which two descriptions differ, in words; empty if none does."""
-    if path == "versions.python":
-        return ""  # another patch of Python changes no number
-    if isinstance(there, dict) and isinstance(here, dict):
-        keys = [*there, *(key for key in here if key not in there)]
-        found = (_difference(there.get(k), here.get(k), f"{path}.{k}".lstrip(".")) for k in keys)
-        return next(filter(None, found), "")
-    if isinstance(there, list) and isinstance(here, list) and len(there) == len(here):
-        found = (_difference(a, b, f"{path}[{i}]") for i, (a, b) in enumerate(zip(there, here, strict=True)))
-        return next(filter(None, found), "")
-    return "" if there == here else f"{path} is {json.dumps(there)} there and {json.dumps(here)} now"
+def _listed(trials: Iterable[int]) -> str:
+    numbers = sorted(trials)
+    more = f" and {len(numbers) - MOST_LISTED} more" if len(numbers) > MOST_LISTED else ""
+    return f"trials {', '.join(map(str, numbers[:MOST_LISTED]))}{more}"

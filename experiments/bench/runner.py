@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import cv2
 from threadpoolctl import threadpool_limits
 
 from colias_sim import GLUnavailable
+from experiments.bench import provenance
 from experiments.bench.declaration import TrialSpec
 from experiments.bench.pool import Jobs, Pool
-from experiments.bench.results import Failure, Finished, RunFolder, finished, recording_name
+from experiments.bench.results import Failure, Finished, RunFolder, finished
 from experiments.bench.trial import run_trial
 
 
@@ -88,7 +89,7 @@ def run_all(
     """
 
     def deliver(trial: Finished) -> None:
-        folder.add(trial, recording_name(trial.index))
+        folder.add(trial)
         on_trial()
 
     def fail(spec: AnySpec, attempts: int, reason: str) -> None:
@@ -98,7 +99,15 @@ def run_all(
     done = folder.done()
     left = [spec for spec in specs if spec.index not in done]
     try:
-        Jobs(pool, work, deliver, fail, fatal=(GLUnavailable,)).run(left)
+        same = partial(_by_same_code, work, folder.provenance)
+        Jobs(pool, same, deliver, fail, fatal=(GLUnavailable, provenance.OtherCode)).run(left)
     finally:
         folder.flush()
     return folder.failures()
+
+
+def _by_same_code(work: Callable[[AnySpec], Finished], made_by: Mapping[str, Any], spec: AnySpec) -> Finished:
+    """In a worker: ``work``, if the worker has the code that the rows will be marked with."""
+    if made_by:
+        provenance.check(made_by)
+    return work(spec)

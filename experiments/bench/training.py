@@ -17,8 +17,8 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import SubprocVecEnv, VecEnv
 
-from experiments.bench.plan import versions
 from experiments.bench.policy import ROLLOUT, About, Layer, Policy
+from experiments.bench.provenance import versions
 from experiments.bench.steered import steered
 
 WORLDS = 2**32

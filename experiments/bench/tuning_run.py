@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from experiments.bench import console, figures, tuning_figures
+from experiments.bench import console, figures, provenance, tuning_figures
+from experiments.bench.description import begun, read_description, vacant
 from experiments.bench.files import UsageError, is_file
 from experiments.bench.models import Chosen
-from experiments.bench.offline import CLIP_SCHEMA, SERIES_SCHEMA, Showing, show
+from experiments.bench.offline import CLIP_SCHEMA, SERIES_SCHEMA, Showing, clip_contents, show
 from experiments.bench.offline_run import NS_A_PIXEL
-from experiments.bench.plan import versions
 from experiments.bench.pool import Pool
 from experiments.bench.results import Failure, RunFolder
 from experiments.bench.runner import run_all
@@ -57,8 +55,7 @@ class TuningPlan:
             "trials": len(self.shown()),
             "models": self.models,
             "curves": self.families,
-            "files": {source: hashlib.sha256(Path(source).read_bytes()).hexdigest() for source in sources},
-            "versions": versions(),
+            **provenance.of(sources),
         }
 
 
@@ -93,8 +90,8 @@ def estimate(made: TuningPlan, means: console.Means) -> str:
 
 def run(made: TuningPlan, out: Path, pool: Pool, means: console.Means) -> TuningReport:
     """Show what has not been shown, with progress, and conclude. Goes on where an earlier call stopped."""
-    begun, folder = _begun(out), RunFolder(out, CLIP_SCHEMA, SERIES_SCHEMA)
-    folder.enter(made.describe(), begun)
+    resume, folder = _begun(out), RunFolder(out, CLIP_SCHEMA, SERIES_SCHEMA)
+    folder.enter(made.describe(), resume, clip_contents(made.showings()), means.other_code)
     try:
         return _measure(made, folder, pool, means)
     finally:
@@ -109,7 +106,7 @@ def _measure(made: TuningPlan, folder: RunFolder, pool: Pool, means: console.Mea
         console.error_console.print(said, soft_wrap=True, markup=False)
     with console.progress(EXPERIMENT, len(made.shown()) - done, means.quiet, "clips") as advance:
         failures = run_all(made.showings(), folder, pool, advance, show)
-    console.tell(failures)
+    console.tell(failures, folder)
     return conclude(made, folder, failures)
 
 
@@ -119,15 +116,11 @@ def _begun(out: Path) -> bool:
         return False
     if not out.is_dir():
         raise UsageError(f"--out {out}: is a file; choose a folder")
-    try:
-        there = json.loads((out / "experiment.json").read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        if any(out.iterdir()):
-            raise UsageError(f"--out {out}: holds other files; choose a new folder, or an empty one") from None
+    if not begun(out):
+        if not vacant(out):
+            raise UsageError(f"--out {out}: holds other files; choose a new folder, or an empty one")
         return False
-    except (OSError, ValueError):
-        there = None
-    if not isinstance(there, dict) or there.get("experiment") != EXPERIMENT:
+    if read_description(out).get("experiment") != EXPERIMENT:
         raise UsageError(f"--out {out}: holds another run; choose a new folder, or an empty one")
     return True
 
