@@ -52,9 +52,6 @@ class Model(Protocol):
         ...
 
 
-ModelFactory = Callable[[tuple[int, int]], Model]
-"""Builds a model: called with one argument ``shape``, the tuple (rows, columns) of the frames that it will be given."""
-
 RenderMode = Literal["rgb_array", "rgb_array_list", "human"]
 View = Literal["arena", "top", "observer"]
 T = TypeVar("T")

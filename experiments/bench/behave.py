@@ -25,7 +25,7 @@ from experiments.bench.contents import Contents, Planned
 from experiments.bench.description import begun
 from experiments.bench.episode_scores import EPISODE_SCHEMA, STEP_SCHEMA, Score, finished, scores
 from experiments.bench.episodes import EpisodeSpec, Setting, play_behaviour, play_entry
-from experiments.bench.files import UsageError
+from experiments.bench.files import UsageError, is_file
 from experiments.bench.pool import Pool, open_pool
 from experiments.bench.results import Failure, Finished, RunFolder
 from experiments.bench.runner import run_all
@@ -56,8 +56,13 @@ class BehaviourPlan:
         return {
             "experiment": "behave", "seed": self.seed, "repeats": self.episodes, "trials": len(self.specs()),
             "settings": [dataclasses.asdict(setting) for setting in self.settings],
-            **provenance.of(s.behaviour for s in self.settings if in_file(s.behaviour)),
+            **provenance.of(self._sources()),
         }  # fmt: skip
+
+    def _sources(self) -> list[str]:
+        """The user's own files that decide the numbers: of behaviours, and of the models that they look through."""
+        models = [str(Path(m).resolve()) for s in self.settings if is_file(m := load_behaviour(s.behaviour).model)]
+        return [*(setting.behaviour for setting in self.settings if in_file(setting.behaviour)), *models]
 
     def contents(self, recorded: int) -> Contents:
         """What the run's folder may hold, with recordings of the first ``recorded`` episodes."""

@@ -17,9 +17,10 @@ import pyarrow.parquet as pq
 from experiments.bench.description import short
 
 Row = dict[str, Any]
-MAY_BE_NULL = frozenset({"background_mean", "optomotor_gain", "in_view", "off_axis_deg", "gap_error_cm"})
+SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")
+MAY_BE_NULL = frozenset({"background_mean", "optomotor_gain", "in_view", "off_axis_deg", "gap_error_cm", *SPIKES})
 """Measures that some trials do not have. What a trial sets may be null wherever the plan says so."""
-STEPS_MAY_LACK = frozenset({"hs", "vs", "looming", "hs_spikes", "vs_spikes", "looming_spikes"})
+STEPS_MAY_LACK = frozenset({"hs", "vs", "looming", "azimuth", *SPIKES})
 """Of a robot's frames in an env, where it sees nothing."""
 RRD_BEGINS, RRD_ENDS = b"RRF2", b"RRF2FOOT"
 RRD_TAIL = 12
