@@ -12,8 +12,9 @@ from typing import Any
 import pyarrow.csv
 import pyarrow.parquet as pq
 
-from tests.attack.commands import CLIPS, EXPERIMENT, refusal, strict_json
+from tests.attack.commands import CLIPS, EXPERIMENT
 from tests.attack.damages import Damage, Scene
+from tests.attack.judging import refusal, strict_json
 from tests.attack.processes import Ended, colias
 
 
@@ -25,11 +26,12 @@ class Kind:
     again: str
 
 
+QUIETLY, MODELS = ("--workers", "0", "-q"), ("--model", "dsnn", "--model", "emd")
 KINDS = {
-    "robot": Kind(("run", "tiny.py", "--repeats", "2", "--workers", "0", "-q", "--model", "dsnn", "--model", "emd"), "--resume"),
-    "clips": Kind(("run", "clips.py", "--repeats", "2", "--workers", "0", "-q", "--model", "dsnn"), "--resume"),
-    "tune": Kind(("tune", "--curve", "size", "--workers", "0", "-q", "--model", "dsnn", "--model", "emd"), "--out"),
-    "behave": Kind(("behave", "straight", "--episodes", "2", "--no-baselines", "--workers", "0", "-q"), "--out"),
+    "robot": Kind(("run", "tiny.py", "--repeats", "2", *QUIETLY, *MODELS), "--resume"),
+    "clips": Kind(("run", "clips.py", "--repeats", "2", *QUIETLY, "--model", "dsnn"), "--resume"),
+    "tune": Kind(("tune", "--curve", "size", *QUIETLY, *MODELS), "--out"),
+    "behave": Kind(("behave", "straight", "--episodes", "2", "--no-baselines", *QUIETLY), "--out"),
 }  # fmt: skip
 
 DERIVED = ("summary.csv", "comparisons.csv", "claims.json", "scores.csv", "tuning.csv", "preferences.csv")

@@ -14,7 +14,8 @@ from pathlib import Path
 import pyarrow.csv
 import pyarrow.parquet as pq
 
-from tests.attack.commands import CLIPS, EXPERIMENT, film, strict_json
+from tests.attack.commands import CLIPS, EXPERIMENT, film
+from tests.attack.judging import strict_json
 from tests.attack.processes import ROOT, Ended, Interrupt, colias
 
 LAST_S = 3.0

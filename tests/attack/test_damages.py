@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from tests.attack.commands import expect_none
 from tests.attack.damages import DAMAGES, Damage
 from tests.attack.folders import go_on, problems, state, tables
+from tests.attack.judging import expect_none
 
 pytestmark = pytest.mark.attack
 Made = Callable[[str], tuple[Path, dict[str, Any]]]

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.attack.commands import expect_none
 from tests.attack.interrupts import JOBS, Job, go_on, problems, share
+from tests.attack.judging import expect_none
 
 pytestmark = pytest.mark.attack
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,9 +11,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from tests.attack import commands, models
-from tests.attack.commands import Command, Reference, expect_none, problems, refusal, show, strict_json
-from tests.attack.models import Case
-from tests.attack.processes import Ended, colias, python
+from tests.attack.commands import Command, Reference, show
+from tests.attack.judging import expect_none, problems, refusal, strict_json
+from tests.attack.model_files import Case
+from tests.attack.processes import colias
 
 pytestmark = pytest.mark.attack
 
@@ -36,7 +36,7 @@ WORST = tuple(
 
 
 def attributed(command: Command, cases: Sequence[Case], folder: Path, honest: Reference) -> list[str]:
-    """The problems of all cases in one command; with COLIAS_ATTACK_ALONE set, of each case alone too where there are."""
+    """The problems of all cases in one command; where there are, and COLIAS_ATTACK_ALONE is set, of each case alone."""
     found = problems(command, cases, folder, honest)
     if not found or len(cases) == 1 or "COLIAS_ATTACK_ALONE" not in os.environ:
         return found
@@ -246,78 +246,3 @@ def test_the_worst_through_reproduce(folder, honest):
     if page.exists() and "<b>fat" in page.read_text():
         found.append("the report does not escape what models say")
     expect_none(found)
-
-
-# Envs.
-
-ENVS = Path(__file__).with_name("through_envs.py")
-
-
-@pytest.mark.parametrize("how", ["factory", "path"])
-def test_envs_pass_on_numbers_or_raise(how, folder):
-    shown = [case for case in (*models.RAISING, *models.WRONG, *models.ODD, *models.MUTATING, *models.MEDDLING)
-             if case.name not in ("starts-a-program", "keeps-300-mb")]  # fmt: skip
-    answers = _through_envs(folder, how, [models.TWIN, *shown])
-    honest, found = answers["twin"], []
-    assert honest["raised"] == "", honest
-    for case in shown:
-        said = answers[case.name]
-        if said["raised"]:
-            found += [f"{case.name}: raised {said['raised']}"] if models.LOST not in case.may else []
-        elif models.WORKS not in case.may and case.name != "raises-in-reset":
-            found.append(f"{case.name}: passes as if it answered: {said['neural'][-1]}")
-        elif (
-            case.twin == "twin"
-            and not case.close
-            and case.name != "direction-that-looms"
-            and said["neural"] != honest["neural"]
-        ):
-            found.append(f"{case.name}: observes {said['neural'][-1]} where its twin has {honest['neural'][-1]}")
-        if said["outside"]:
-            found.append(f"{case.name}: observes {said['outside']}, which is not in the space")
-        if said["pixels"] != honest["pixels"][: len(said["pixels"])]:
-            found.append(f"{case.name}: changes what the camera sees")
-    expect_none(found)
-
-
-def _other(said: dict, honest: dict) -> bool:
-    return said["neural"] != honest["neural"]
-
-
-def _through_envs(folder: Path, how: str, cases: Sequence[Case]) -> dict[str, dict]:
-    written = [case.write(folder) for case in cases]
-    ended = python(folder, [str(ENVS), how, *written], environment={"ATTACK_LAST": "9"})
-    assert ended.status == 0 and ended.left == (), _tail(ended)
-    return json.loads((folder / "answers.json").read_text())
-
-
-def _tail(ended: Ended) -> tuple[int | None, str, tuple[str, ...]]:
-    return ended.status, ended.err[-2000:], ended.left
-
-
-VECTOR = """
-import sys
-import gymnasium as gym, numpy as np
-import colias_sim
-if __name__ == "__main__":
-    envs = gym.make_vec("colias_sim/Fixation-v0", num_envs=2, observation="neural", model=sys.argv[1])
-    try:
-        envs.reset(seed=0)
-        for _ in range(12):
-            seen = envs.step(np.zeros(envs.action_space.shape, np.float32))[0]
-            assert np.isfinite(seen).all(), seen
-    finally:
-        envs.close()
-"""
-
-
-@pytest.mark.parametrize("name", ["twin", "raises-at-5", "raises-system-exit", "answers-none", "exits-anyhow"])
-def test_many_envs_end_with_a_bad_model(name, folder: Path):
-    """Nothing hangs, and no process stays."""
-    cases = {case.name: case for case in (models.TWIN, *models.TOGETHER)}
-    cases["exits-anyhow"] = models.case("exits-anyhow", models.KILLS, step="if n == 5: os._exit(3)")
-    (folder / "many.py").write_text(VECTOR)
-    ended = python(folder, ["many.py", cases[name].write(folder)], timeout_s=60)
-    assert ended.left == () and ended.status is not None, ended
-    assert (ended.status == 0) == (name == "twin"), ended
-    assert "model" in ended.err or name == "twin", ended

@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 
 from tests.attack import commands, interrupts, models
-from tests.attack.commands import expect_none, problems, refusal, show
+from tests.attack.commands import show
 from tests.attack.damages import DAMAGES, Damage
 from tests.attack.folders import problems as damaged
-from tests.attack.models import Case
+from tests.attack.judging import expect_none, problems, refusal
+from tests.attack.model_files import Case
 from tests.attack.processes import Interrupt
 
 TOGETHER = (
