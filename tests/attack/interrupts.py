@@ -37,10 +37,13 @@ class Job:
     folder: bool = True
     """Whether what it makes is a run's folder, in which parts of files may be left."""
 
+    def count(self) -> int:
+        """At how many moments to interrupt it."""
+        return int(os.environ.get("COLIAS_ATTACK_MOMENTS", 0)) or (OF_RUN if self.name == "run" else USUAL)
+
     def moments(self) -> list[Interrupt]:
         """When to interrupt it: the process alone and its group in turns."""
-        count = int(os.environ.get("COLIAS_ATTACK_MOMENTS", 0)) or (OF_RUN if self.name == "run" else USUAL)
-        first = start_s()
+        count, first = self.count(), start_s()
         return [
             Interrupt(first + (LAST_S - first) * i / max(count - 1, 1), group=bool((i + i // 2) % 2))
             for i in range(count)

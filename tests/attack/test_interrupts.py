@@ -20,7 +20,7 @@ AT_ONCE = 6
 def _parts(job: Job) -> list[tuple[Job, int]]:
     if job.name == "view":  # its port is one for the machine
         return [(job, -1)]
-    return [(job, first) for first in range(0, len(job.moments()), AT_ONCE)]
+    return [(job, first) for first in range(0, job.count(), AT_ONCE)]
 
 
 @pytest.fixture(scope="session")
