@@ -248,7 +248,7 @@ KILLERS = (
 NAMES = {
     "mathtext": r"$\frac{1}{0$", "closing-tag": "[/foo]", "tags": "[red]x[/red]", "unicode": "Grüße 目 🤖",
     "space": "two words", "dash": "--model", "percent": "100 %", "quote": "o'clock \"x\"", "equals": "a=b",
-    "html": "<b>fat",
+    "html": "<b>fat", "section": "camera",
 }  # fmt: skip
 
 NAMED = tuple(case(f"named-{name}", WORKS, REFUSED, label=label) for name, label in NAMES.items())
@@ -256,7 +256,7 @@ NAMED = tuple(case(f"named-{name}", WORKS, REFUSED, label=label) for name, label
 BAD_NAMES = {
     "none": None, "empty": "", "long": "x" * 5000, "slash": "a/b", "dots": "../up", "newline": "two\nlines",
     "number": 3,
-    "nul": "a\0b", "surrogate": "\udc80", "escape": "a\x1b[31mb", "dsnn": "dsnn", "section": "camera",
+    "nul": "a\0b", "surrogate": "\udc80", "escape": "a\x1b[31mb", "dsnn": "dsnn",
 }  # fmt: skip
 
 FILES = {
