@@ -2,7 +2,7 @@
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run reproduce train test test-train lint types bench setup lock clean
+.PHONY: run reproduce train test test-train attack lint types bench setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -21,6 +21,9 @@ test: $(READY) ## Every test; the report's needs Debian's chromium, and is skipp
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train
 	$(BIN)/python -m pytest tests/test_train.py
+
+attack: $(READY) ## Bad models, damaged folders, Ctrl-C at any moment; COLIAS_ATTACK_MOMENTS=30 of them for each command
+	$(BIN)/python -m pytest -m attack -n 2 --dist worksteal tests/attack
 
 lint: $(READY)
 	$(BIN)/ruff check .

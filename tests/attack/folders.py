@@ -1,0 +1,111 @@
+"""Small run folders of every kind, made once, and what going on with a damaged copy comes to."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+from tests.attack.commands import CLIPS, EXPERIMENT
+from tests.attack.damages import Damage, Scene
+from tests.attack.judging import refusal, strict_json
+from tests.attack.processes import Ended, colias
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A command that leaves a run's folder: its words without those that name the folder, and with which it goes on."""
+
+    words: tuple[str, ...]
+    again: str
+
+
+QUIETLY, MODELS = ("--workers", "0", "-q"), ("--model", "dsnn", "--model", "emd")
+KINDS = {
+    "robot": Kind(("run", "tiny.py", "--repeats", "2", *QUIETLY, *MODELS), "--resume"),
+    "clips": Kind(("run", "clips.py", "--repeats", "2", *QUIETLY, "--model", "dsnn"), "--resume"),
+    "tune": Kind(("tune", "--curve", "size", *QUIETLY, *MODELS), "--out"),
+    "behave": Kind(("behave", "straight", "--episodes", "2", "--no-baselines", *QUIETLY), "--out"),
+}  # fmt: skip
+
+DERIVED = ("summary.csv", "comparisons.csv", "claims.json", "scores.csv", "tuning.csv", "preferences.csv")
+
+
+def make(folder: Path, kind: str) -> None:
+    """Run the command twice: into ``out``, and into ``other`` at another seed."""
+    (folder / "tiny.py").write_text(EXPERIMENT.format(repeats=1, speeds="(20, 25)"))
+    (folder / "clips.py").write_text(CLIPS)
+    for out, seed in (("out", "0"), ("other", "1")):
+        ended = colias(folder, [*KINDS[kind].words, "--seed", seed, "--out", out])
+        assert (ended.status, ended.err) == (0, ""), ended
+
+
+def go_on(folder: Path, kind: str) -> Ended:
+    """The same command again on what it left."""
+    return colias(folder, [*KINDS[kind].words, KINDS[kind].again, "out"], timeout_s=90.0)
+
+
+def tables(out: Path) -> dict[str, Any]:
+    """Every table, times on the wall left out."""
+    found: dict[str, Any] = {}
+    for name in ("trials.parquet", "frames.parquet"):
+        rows = pq.read_table(out / name).to_pylist()
+        found[name] = [{key: repr(value) for key, value in row.items() if key != "wall_s"} for row in rows]
+    for name in DERIVED:
+        path = out / name
+        if path.exists():
+            found[name] = strict_json(path) if path.suffix == ".json" else pyarrow.csv.read_csv(path).to_pylist()
+    found["failures.json"] = strict_json(out / "failures.json") if (out / "failures.json").exists() else []
+    return found
+
+
+def state(out: Path) -> dict[str, str]:
+    """Every file's contents, what kind of thing it is; lock and leftovers aside."""
+    found = {}
+    for path in sorted(out.rglob("*")):
+        if path.name == ".lock" or path.name.endswith(".part"):
+            continue
+        name = str(path.relative_to(out))
+        if path.is_symlink():
+            found[name] = f"link to {path.readlink()}"
+        elif path.is_file():
+            found[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+        else:
+            found[name] = "folder" if path.is_dir() else "other"
+    return found
+
+
+def problems(damage: Damage, made: Path, place: Path, whole: dict[str, Any]) -> list[str]:
+    """Damage a copy of the folder ``made``, go on with it, and say what is not as promised."""
+    shutil.copytree(made, place, symlinks=True)
+    out = place / "out"
+    with ExitStack() as stack:
+        damage.apply(Scene(out, place / "other", stack))
+        before = state(out)
+        ended = go_on(place, damage.kind)
+    if ended.status == 0 and not ended.crashes() and not damage.must_refuse:
+        return [f"{damage.kind}, {damage.name}: {said}" for said in _differences(out, whole)]
+    found = refusal(ended)
+    if ended.status == 0:
+        found = ["goes on as if nothing were"]
+    elif ended.status is None:
+        found = ["does not end"]
+    after = state(out)
+    changed = sorted(name for name in {*before, *after} if before.get(name) != after.get(name))
+    if changed and ended.status != 0:
+        found.append(f"changed {', '.join(changed)}")
+    return [f"{damage.kind}, {damage.name}: {said}" for said in found]
+
+
+def _differences(out: Path, whole: dict[str, Any]) -> list[str]:
+    try:
+        there = tables(out)
+    except Exception as error:  # whatever reading raises is the finding
+        return [f"ends with 0, and its tables cannot be read: {type(error).__name__}: {str(error)[:150]}"]
+    return [f"ends with 0, and {name} is another" for name in whole if there.get(name) != whole[name]]

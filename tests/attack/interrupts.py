@@ -1,0 +1,180 @@
+"""Ctrl-C at any moment of a command's first three seconds, and what has to be true afterwards."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+from tests.attack.commands import CLIPS, EXPERIMENT, film
+from tests.attack.judging import strict_json
+from tests.attack.processes import ROOT, Ended, Interrupt, colias
+
+LAST_S = 3.0
+USUAL, OF_RUN = 6, 30
+"""How many moments; COLIAS_ATTACK_MOMENTS=N gives each command N."""
+
+SHARED = ("tiny.py", "clips.py", "film.avi", "kept.rrd", "__pycache__")
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A command to interrupt. ``again`` is what goes on with it, if that does not take long."""
+
+    name: str
+    words: tuple[str, ...]
+    makes: tuple[str, ...] = ()
+    """What is there when it has ended with 0."""
+    again: tuple[str, ...] = ()
+    folder: bool = True
+    """Whether what it makes is a run's folder, in which parts of files may be left."""
+
+    def count(self) -> int:
+        """At how many moments to interrupt it."""
+        return int(os.environ.get("COLIAS_ATTACK_MOMENTS", 0)) or (OF_RUN if self.name == "run" else USUAL)
+
+    def moments(self) -> list[Interrupt]:
+        """When to interrupt it: the process alone and its group in turns."""
+        count, first = self.count(), start_s()
+        return [
+            Interrupt(first + (LAST_S - first) * i / max(count - 1, 1), group=bool((i + i // 2) % 2))
+            for i in range(count)
+        ]
+
+
+_RUN = ("run", "tiny.py", "--repeats", "15", "--workers", "2")
+_CLIPS = ("run", "clips.py", "--repeats", "10", "--workers", "2")
+_SWEEP = ("sweep", "tiny.py", "--over", "dsnn.n_con=4,6,8", "--repeats", "3", "--workers", "2", "--out", "out")
+_TUNE = ("tune", "--model", "dsnn", "--curve", "size", "--workers", "2", "--out", "out")
+_BEHAVE = (
+    "behave",
+    "still",
+    "--env",
+    "Avoidance",
+    "--no-baselines",
+    "--episodes",
+    "2",
+    "--workers",
+    "2",
+    "--out",
+    "out",
+)
+_BIG = ("cluttered", "--set", "cluttered.speed=20")
+
+JOBS = (
+    Job("run", (*_RUN, "--out", "out"), ("out/trials.parquet", "out/figure.svg"), (*_RUN, "--resume", "out")),
+    Job("run-clips", (*_CLIPS, "--out", "out"), ("out/trials.parquet", "out/figure.svg"), (*_CLIPS, "--resume", "out")),
+    Job("sweep", _SWEEP, ("out/sweep.csv",), _SWEEP),
+    Job("tune", _TUNE, ("out/tuning.csv",), _TUNE),
+    Job("leaderboard", ("leaderboard", "--repeats", "1", "--workers", "2", "--out", "out"), ("out/leaderboard.csv",)),
+    Job("behave", _BEHAVE, ("out/scores.csv",), _BEHAVE),
+    Job("reproduce", ("reproduce", "--quick", "--workers", "2", "--out", "out"), ("out/report.html",)),
+    Job(
+        "watch", ("watch", "film.avi", "--no-view", "--table", "out.parquet", "--record", "out.rrd"),
+        ("out.parquet", "out.rrd"), folder=False,
+    ),
+    Job("play", ("play", *_BIG, "--no-view", "--record", "out.rrd"), ("out.rrd",), folder=False),
+    Job("stimulus", ("stimulus", *_BIG, "--out", "out.avi"), ("out.avi", "out.csv"), folder=False),
+    Job("list", ("list",), folder=False),
+    Job("parameters", ("parameters",), folder=False),
+    Job("view", ("view", "kept.rrd", "--web"), folder=False),
+)  # fmt: skip
+
+
+def furnish(folder: Path) -> None:
+    """What the commands need."""
+    (folder / "tiny.py").write_text(EXPERIMENT.format(repeats=1, speeds="(20, 25)"))
+    (folder / "clips.py").write_text(CLIPS)
+
+
+def share(folder: Path) -> None:
+    """The same, and what takes time to make: a long film, a recording."""
+    furnish(folder)
+    film(folder / "film.avi", 6000)
+    made = colias(folder, ["play", "plain", "--no-view", "--record", "kept.rrd"])
+    assert made.status == 0, made
+
+
+@cache
+def start_s() -> float:
+    """How long Python itself takes to start here and now: until then an interrupt is its own affair."""
+
+    def once() -> float:
+        began = time.perf_counter()
+        subprocess.run([sys.executable, "-c", "pass"], check=True)
+        return time.perf_counter() - began
+
+    return max(once() for _ in range(5))
+
+
+def problems(job: Job, when: Interrupt, folder: Path) -> list[str]:
+    """Interrupt the command there and then; everything that is not as promised."""
+    ended = colias(folder, job.words, interrupt=when, timeout_s=60.0)
+    if _before_the_entry(ended, when):
+        return []
+    found = [f"says {word!r}: {_where(ended, word)}" for word in ended.crashes()]
+    found += [f"left a process: {left}" for left in ended.left]
+    if ended.status is None:
+        found.append("does not end")
+    elif ended.status not in (0, 130):
+        found.append(f"exit status {ended.status}: {' | '.join(ended.err.strip().splitlines()[-2:])[-300:]}")
+    elif ended.status == 0:
+        found += [f"status 0 without {name}" for name in job.makes if not (folder / name).exists()]
+    found += list(unreadable(folder))
+    if not job.folder:
+        known = {*SHARED, *job.makes}
+        found += [f"left {path.name}" for path in folder.iterdir() if path.name not in known]
+    kind = "group" if when.group else "process"
+    return [f"{job.name}, {kind} at {when.after_s:.2f} s: {said}" for said in found]
+
+
+def _before_the_entry(ended: Ended, when: Interrupt) -> bool:
+    """Whether Python answered before the command line's own module began: nothing of ours was there yet."""
+    early = when.after_s < max(4 * start_s(), 0.25)
+    return early and ended.status in (-2, 1, 130) and str(ROOT) not in ended.err and "site-packages" not in ended.err
+
+
+def _where(ended: Ended, word: str) -> str:
+    """The last place of ours in a traceback, and what it ends with."""
+    lines = [line.strip() for line in ended.err.splitlines() if line.strip()]
+    places = [line for line in lines if line.startswith("File ")]
+    own = [line.replace(str(ROOT) + "/", "") for line in places if str(ROOT) in line] or places[-1:]
+    return f"{own[-1][:120] if own else ''} ... {lines[-1][:150] if lines else ended.out[-150:]}"
+
+
+def unreadable(folder: Path) -> Iterator[str]:
+    """Files that have their final name and are not whole."""
+    for path in folder.rglob("*"):
+        if path.is_symlink() or not path.is_file():
+            continue
+        try:
+            if path.suffix == ".parquet":
+                pq.read_table(path)
+            elif path.suffix == ".csv":
+                pyarrow.csv.read_csv(path)
+            elif path.suffix == ".json":
+                strict_json(path)
+            elif path.suffix in (".rrd", ".png", ".svg", ".avi", ".html") and not path.stat().st_size:
+                yield f"{path.name} is empty"
+        except Exception as error:  # whatever reading raises is the finding
+            yield f"{path.name} cannot be read: {type(error).__name__}: {str(error)[:100]}"
+
+
+def go_on(job: Job, folder: Path) -> list[str]:
+    """Go on with what was interrupted."""
+    words = job.again
+    if job.name.startswith("run") and not (folder / "out" / "experiment.json").exists():
+        words = job.words
+    ended = colias(folder, words)
+    found = [f"says {word!r}: {_where(ended, word)}" for word in ended.crashes()]
+    if ended.status != 0:
+        found.append(f"exit status {ended.status}: {' | '.join(ended.err.strip().splitlines()[-2:])[-300:]}")
+    return [f"{job.name}, gone on with: {said}" for said in (*found, *unreadable(folder))]

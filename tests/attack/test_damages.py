@@ -1,0 +1,63 @@
+"""Going on with damaged folders: one line and nothing touched, or the tables of the whole run."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.attack.damages import DAMAGES, Damage
+from tests.attack.folders import go_on, problems, state, tables
+from tests.attack.judging import expect_none
+
+pytestmark = pytest.mark.attack
+Made = Callable[[str], tuple[Path, dict[str, Any]]]
+
+
+def test_there_are_enough_of_them():
+    names = [(damage.kind, damage.name) for damage in DAMAGES]
+    assert len(set(names)) == len(names) >= 100
+    assert sum("flipped" in name for _, name in names) >= 30
+
+
+@pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: f"{damage.kind}-{damage.name}")
+def test_a_damaged_folder_is_refused_or_mended(damage: Damage, made: Made, tmp_path):
+    folder, whole = made(damage.kind)
+    expect_none(problems(damage, folder, tmp_path / "work", whole))
+
+
+@pytest.mark.parametrize("kind", ["robot", "clips", "tune", "behave"])
+def test_a_whole_folder_is_gone_on_with(kind, made: Made, tmp_path):
+    """The measure of all others: without damage the same command ends with 0, and leaves what was there."""
+    folder, whole = made(kind)
+    found = problems(Damage("none", kind, lambda scene: None), folder, tmp_path / "work", whole)
+    expect_none(found)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is read-only to root")
+def test_a_folder_that_is_read_only_is_one_line(made: Made, tmp_path):
+    import shutil
+
+    folder, _ = made("robot")
+    shutil.copytree(folder, tmp_path / "work")
+    out = tmp_path / "work" / "out"
+    (out / "trials.parquet").unlink()
+    for path in (out / "recordings", out):
+        path.chmod(0o555)
+    before = state(out)
+    try:
+        ended = go_on(tmp_path / "work", "robot")
+        assert ended.status == 2 and ended.err.count("\n") == 1, ended
+        assert state(out) == before
+    finally:
+        for path in (out, out / "recordings"):
+            path.chmod(0o755)
+
+
+def test_two_tables_of_one_run_are_equal(made: Made):
+    """That tables are compared at all: another seed has others."""
+    folder, whole = made("robot")
+    assert tables(folder / "out") == whole != tables(folder / "other")
