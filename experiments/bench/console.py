@@ -175,8 +175,9 @@ def show(report: Report, recordings: bool) -> None:
 
 
 def _comparisons_table(report: Report) -> Table:
+    tests = "; ".join(sorted({row["test"] for row in report.comparisons}))
     table = Table(
-        title="\nmodels on the same frames (Wilcoxon signed-rank, p after Holm)", title_justify="left", box=None,
+        title=f"\nmodels on the same frames ({tests}; p after Holm)", title_justify="left", box=None,
         header_style="bold", pad_edge=False,
     )  # fmt: skip
     names = [name for name in varying(report.rows, report.varies) if name != "model"]

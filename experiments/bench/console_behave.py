@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Sequence
 
@@ -68,4 +69,6 @@ def _table(standings: list[Standing]) -> Table:
 def _said(score: Score | None) -> str:
     if score is None:
         return "-"
+    if math.isnan(score.low):
+        return "-" if math.isnan(score.value) else f"{score.value:.3g}"
     return f"{score.value:.3g}\n[dim]{score.low:.3g} .. {score.high:.3g}[/dim]"

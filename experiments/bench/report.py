@@ -89,6 +89,7 @@ def _run(plan: Plan, report: Report) -> dict[str, Any]:
         "conditions": [[_cell(row[name]) for name in names] for row in spikes],
         "spikes": spikes,
         "comparisons": report.comparisons,
+        "tests": "; ".join(sorted({row["test"] for row in report.comparisons})),
         "condition_names": [name for name in names if name != "model"],
         "recordings": sorted(f"{plan.experiment.name}/recordings/{path.name}" for path in
                              (report.folder / "recordings").glob("*.rrd")),
