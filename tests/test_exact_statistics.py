@@ -71,7 +71,8 @@ def test_so_many_pairs_all_one_way(pairs, p):
 
 @pytest.mark.parametrize(
     ("n", "rank_sum", "p"),
-    [(6, 0, 0.03125), (8, 3, 0.0391), (8, 4, 0.0547), (10, 8, 0.0488), (10, 9, 0.0645), (12, 13, 0.0425), (15, 25, 0.0479)],
+    [(6, 0, 0.03125), (8, 3, 0.0391), (8, 4, 0.0547), (10, 8, 0.0488), (10, 9, 0.0645), (12, 13, 0.0425),
+     (15, 25, 0.0479)],
 )  # fmt: skip
 def test_signed_ranks_as_tabled(n, rank_sum, p):
     """Critical values of Wilcoxon's T at two-sided 5 %, and the values next to them (Siegel 1956, table G)."""
@@ -159,7 +160,8 @@ def test_an_interval_of_few_values_covers_the_mean_as_often_as_it_says(n):
 
 @pytest.mark.parametrize(
     ("count", "of", "low", "high"),
-    [(0, 10, 0.0, 0.3085), (1, 10, 0.0025, 0.4450), (5, 10, 0.1871, 0.8129), (10, 10, 0.6915, 1.0), (0, 3, 0.0, 0.7076)],
+    [(0, 10, 0.0, 0.3085), (1, 10, 0.0025, 0.4450), (5, 10, 0.1871, 0.8129), (10, 10, 0.6915, 1.0),
+     (0, 3, 0.0, 0.7076)],
 )  # fmt: skip
 def test_shares_have_clopper_and_pearson_s_intervals(count, of, low, high):
     assert proportion_interval(count, of) == pytest.approx((low, high), abs=5e-5)

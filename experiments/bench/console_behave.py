@@ -47,7 +47,8 @@ def show_claims(claims: Sequence[BehaviourClaim]) -> None:
         table.add_column(name, no_wrap=name != "we say")
     for claim in claims:
         colour = {"holds": "green", "fails": "red", "untested": "yellow"}[claim.verdict]
-        table.add_row(claim.id, f"[{colour}]{claim.verdict}[/{colour}]", f"{claim.says}: {claim.measured}")
+        decided = f" (decided by: {claim.decided})" if claim.decided else ""
+        table.add_row(claim.id, f"[{colour}]{claim.verdict}[/{colour}]", f"{claim.says}: {claim.measured}{decided}")
     out_console.print()
     out_console.print(table)
 
