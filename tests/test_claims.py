@@ -29,7 +29,7 @@ def rows(spikes_by, column, direction="rightward", achieved=1.0, **fixed):
     ],
 )
 def test_c15(means, verdict):
-    trials = rows(dict(zip((2, 4, 6, 10), ([m, m, m] for m in means), strict=True)), "speed_cm_s")
+    trials = rows(dict(zip((2, 4, 6, 10), ([m] * 4 for m in means), strict=True)), "speed_cm_s")
     assert judge("C15", trials, 0.2).verdict == verdict
 
 
@@ -38,13 +38,13 @@ def test_c15(means, verdict):
     [((60, 40, 30), "holds"), ((60, 40, 31), "fails"), ((60, 61, 0), "fails"), ((0, 0, 0), "fails")],
 )
 def test_c16(means, verdict):
-    trials = rows(dict(zip((5, 10, 15), ([m, m] for m in means), strict=True)), "distance_cm")
+    trials = rows(dict(zip((5, 10, 15), ([m] * 4 for m in means), strict=True)), "distance_cm")
     assert judge("C16", trials, 0.2).verdict == verdict
 
 
 def test_c14_needs_both_directions_and_every_trial():
-    right = rows({6: [9, 9]}, "speed_cm_s")
-    left = rows({6: [9]}, "speed_cm_s", "leftward", peak_hs=0.0, trough_hs=-0.4)
+    right = rows({6: [9] * 5}, "speed_cm_s")
+    left = rows({6: [9] * 5}, "speed_cm_s", "leftward", peak_hs=0.0, trough_hs=-0.4)
     assert judge("C14", right + left, 0.2).verdict == "holds"
     assert judge("C14", right, 0.2).verdict == "untested"
     assert judge("C14", right + rows({6: [9]}, "speed_cm_s", "leftward", trough_hs=-0.19), 0.2).verdict == "fails"
@@ -58,10 +58,10 @@ def test_no_trials_no_verdict(claim):
 
 
 def test_trials_that_were_not_what_they_say_are_not_judged():
-    spikes = dict(zip((2, 4, 6, 10), ([m, m, m] for m in (0, 40, 60, 45)), strict=True))
+    spikes = dict(zip((2, 4, 6, 10), ([m] * 4 for m in (0, 40, 60, 45)), strict=True))
     slow = judge("C15", rows(spikes, "speed_cm_s", achieved=0.97), 0.2)
-    assert (slow.verdict, slow.n) == ("untested", 12)
-    assert "12 of 12 trials were off the commanded speed, by up to 3%" in slow.measured
+    assert (slow.verdict, slow.n) == ("untested", 16)
+    assert "16 of 16 trials were off the commanded speed, by up to 3%" in slow.measured
     astray = judge("C15", rows(spikes, "speed_cm_s", path_error_mm=1.5), 0.2)
     assert astray.verdict == "untested" and "up to 1.5 mm" in astray.measured
     elsewhere = rows(spikes, "speed_cm_s") + depth("approach", {0: [1]}, path_error_mm=1.5)
@@ -69,11 +69,11 @@ def test_trials_that_were_not_what_they_say_are_not_judged():
 
 
 def test_n_counts_the_trials_judged():
-    spikes = dict(zip((2, 4, 6, 10), ([m, m, m] for m in (0, 40, 60, 45)), strict=True))
+    spikes = dict(zip((2, 4, 6, 10), ([m] * 4 for m in (0, 40, 60, 45)), strict=True))
     other = rows({6: [1, 1]}, "speed_cm_s", "leftward")
     verdict = judge("C15", rows(spikes, "speed_cm_s") + other, 0.2)
-    assert verdict.n == 12
-    assert "(n = 3 each)" in verdict.measured
+    assert verdict.n == 16
+    assert "(n = 4 each)" in verdict.measured
 
 
 def test_conditions_of_the_other_direction_do_not_count():
@@ -93,7 +93,7 @@ def depth(motion, spikes_by_angle, **changed):
 
 
 def test_c13_counts_every_spike():
-    silent = depth("approach", {0: [0, 0]}) + depth("recession", {0: [0, 0]})
+    silent = depth("approach", {0: [0] * 5}) + depth("recession", {0: [0] * 5})
     assert judge("C13", silent, 0.2).verdict == "holds"
     assert judge("C13", silent + depth("recession", {0: [1]}), 0.2).verdict == "fails"
     assert judge("C13", depth("approach", {0: [0]}), 0.2).verdict == "untested"
@@ -111,7 +111,7 @@ def test_c13_counts_every_spike():
     ],
 )
 def test_c17_to_c20(means, fewest, sides):
-    counts = dict(zip((-30, -15, 0, 15, 30), ([m, m] for m in means), strict=True))
+    counts = dict(zip((-30, -15, 0, 15, 30), ([m] * 4 for m in means), strict=True))
     assert judge("C17", depth("approach", counts), 0.2).verdict == fewest
     assert judge("C18", depth("approach", counts), 0.2).verdict == ("holds" if sides else "fails")
     assert judge("C19", depth("recession", counts), 0.2).verdict == fewest
@@ -120,6 +120,6 @@ def test_c17_to_c20(means, fewest, sides):
 
 
 def test_other_experiments_trials_do_not_count():
-    spikes = dict(zip((2, 4, 6, 10), ([m, m, m] for m in (0, 40, 60, 45)), strict=True))
+    spikes = dict(zip((2, 4, 6, 10), ([m] * 4 for m in (0, 40, 60, 45)), strict=True))
     mixed = rows(spikes, "speed_cm_s") + rows({6: [0] * 9}, "speed_cm_s", observer_turn_deg_s=5.0)
     assert judge("C15", mixed, 0.2).verdict == "holds"

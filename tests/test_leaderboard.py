@@ -86,8 +86,7 @@ def test_direction_accuracy_of_all_none_and_half():
     good = [right_answer(motion) for motion in SIGNED] * 5
     perfect = direction_accuracy(good)
     assert (perfect.value, perfect.high, perfect.n) == (1.0, 1.0, 20)
-    z2 = 1.959964**2
-    assert perfect.low == pytest.approx(20 / (20 + z2), abs=1e-4), "Wilson's lower bound of 20 in 20"
+    assert perfect.low == pytest.approx(0.025 ** (1 / 20)), "Clopper and Pearson's lower bound of 20 in 20"
     silent = [clip(motion) for motion in SIGNED] * 5
     assert direction_accuracy(silent).value == 0.0
     assert direction_accuracy(good + silent).value == 0.5

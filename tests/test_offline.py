@@ -15,7 +15,7 @@ from experiments.bench import catalogue
 from experiments.bench.files import UsageError
 from experiments.bench.models import choose
 from experiments.bench.offline import Clip, OfflineExperiment, show, showings
-from experiments.bench.offline_claims import JUDGES, NEEDED, judge
+from experiments.bench.offline_claims import JUDGES, NEEDED, SIGNED, judge
 from tests.test_reproduce import example
 
 T = {"dsnn": 0.16, "dsn2017": 0.16, "emd": None, "dsnn-on-blocked": 0.16, "dsnn-off-blocked": 0.16}
@@ -45,13 +45,24 @@ def row(clip="a", model="dsnn", **changes):
     return {**base, **changes}
 
 
+def both_shades(rows):
+    return [{**each, "clip": f"{shade} {each['clip']}", "grey": grey} for shade, grey in
+            (("dark", 0.0), ("light", 255.0)) for each in rows]  # fmt: skip
+
+
 def translations(right=0.2, left=-0.2, down=0.2, up=-0.2, aside=0.05):
-    return [
+    return both_shades([
         row("right", motion="rightward", peak_hs=right, peak_vs=aside),
         row("left", motion="leftward", trough_hs=left, peak_vs=aside),
         row("down", motion="downward", peak_vs=down, trough_hs=-aside),
         row("up", motion="upward", trough_vs=up, peak_hs=aside),
-    ]
+    ])  # fmt: skip
+
+
+def depth(receding=-0.15):
+    return both_shades([
+        row("l", motion="looming", peak_hs=0.15), row("r", motion="receding", trough_vs=receding)
+    ])  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -62,8 +73,8 @@ def translations(right=0.2, left=-0.2, down=0.2, up=-0.2, aside=0.05):
         ("C1", translations(up=0.2), "fails"),
         ("C2", translations(), "holds"),
         ("C2", translations(aside=0.17), "fails"),
-        ("C3", [row("l", motion="looming", peak_hs=0.15), row("r", motion="receding", trough_vs=-0.15)], "holds"),
-        ("C3", [row("l", motion="looming", peak_hs=0.15), row("r", motion="receding", trough_vs=-0.17)], "fails"),
+        ("C3", depth(), "holds"),
+        ("C3", depth(receding=-0.17), "fails"),
         ("C3", [], "untested"),
     ],
 )
@@ -72,7 +83,12 @@ def test_judges_of_the_plain_clips(claim, rows, verdict):
 
 
 def blocked(on, off, whole=0.2):
-    return [row(peak_hs=whole), row(model="dsnn-on-blocked", peak_hs=on), row(model="dsnn-off-blocked", peak_hs=off)]
+    peaks = {"dsnn": whole, "dsnn-on-blocked": on, "dsnn-off-blocked": off}
+    return [
+        row(motion, model, motion=motion, **{column: sign * peak})
+        for motion, (column, sign) in SIGNED.items()
+        for model, peak in peaks.items()
+    ]
 
 
 @pytest.mark.parametrize(
@@ -92,7 +108,11 @@ def test_a_claim_about_two_models_needs_both():
     ("own", "earlier", "verdict"), [(0.1, 0.9, "holds"), (0.17, 0.9, "fails"), (0.1, 0.15, "fails")]
 )
 def test_depth_over_clutter(own, earlier, verdict):
-    rows = [row(motion="looming", peak_hs=own), row(model="dsn2017", motion="looming", peak_vs=earlier)]
+    rows = [
+        row(motion, model, motion=motion, background_speed=8.0, **peak)
+        for motion in ("looming", "receding")
+        for model, peak in (("dsnn", {"peak_hs": own}), ("dsn2017", {"peak_vs": earlier}))
+    ]
     assert judge("C5", rows, T).verdict == verdict
 
 
@@ -109,7 +129,7 @@ def grid(model, peak, vs=0.0):
     return [
         row(f"{g} {s} {b}", model, grey=g, speed=s, background_speed=b, peak_hs=peak(s, b), peak_vs=vs)
         for g in (0.0, 255.0)
-        for b in (-2.0, -6.0, -10.0)
+        for b in (-2.0, -4.0, -6.0, -8.0, -10.0)
         for s in (40.0, 80.0, 120.0)
     ]
 
@@ -130,7 +150,7 @@ def greys(peak):
     return [
         row(f"{g} {s}", grey=g, speed=s, peak_hs=peak(g, s), background_mean=120.0)
         for g in (0.0, 64.0, 128.0, 191.0, 255.0)
-        for s in (40.0, 60.0, 80.0)
+        for s in (40.0, 60.0, 80.0, 100.0, 120.0)
     ]
 
 
@@ -145,10 +165,9 @@ def test_contrast_over_clutter():
     ("emd", "dsnn", "verdict"), [(0.30, 0.05, "holds"), (0.40, 0.05, "fails"), (0.30, 0.005, "fails")]
 )
 def test_separation_from_background(emd, dsnn, verdict):
-    rows = [
-        row("moves", "emd", peak_hs=emd), row("alone", "emd", object="absent", trough_hs=-0.35),
-        row("moves", "dsnn", peak_hs=dsnn), row("alone", "dsnn", object="absent", peak_hs=0.01),
-    ]  # fmt: skip
+    rows = [row("alone", "emd", object="absent", trough_hs=-0.35), row("alone", "dsnn", object="absent", peak_hs=0.01)]
+    for speed in (40.0, 60.0, 80.0, 100.0, 120.0):
+        rows += [row(f"{speed}", model, speed=speed, peak_hs=hs) for model, hs in (("emd", emd), ("dsnn", dsnn))]
     assert judge("C11", rows, T).verdict == verdict
 
 

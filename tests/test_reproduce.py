@@ -1,5 +1,6 @@
 """The reproduction as a user runs it, with a model and an experiment of their own, and its page in a browser."""
 
+import dataclasses
 import json
 import re
 import shutil
@@ -9,7 +10,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from experiments.bench import study
+from experiments.bench import catalogue, reproduce, study
 from tests.conftest import Colias
 
 README = Path(__file__).parents[1] / "README.md"
@@ -45,11 +46,17 @@ def test_every_claim_is_answered(reproduced):
     assert all(0 <= claim["seeds_holding"] <= claim["seeds"] == 2 for claim in at_seeds)
     assert all(claim["pooled"].startswith(("holds: ", "fails: ")) for claim in at_seeds)
     assert all(claim["tried"] for claim in at_seeds if claim["seeds_holding"] < 2 or claim["verdict"] == "fails")
+    assert all(claim["decided"] for claim in judged), "the number that decided stands beside every verdict"
+    assert not any(claim["decided"] for claim in claims if claim["verdict"] == "untested")
     assert "colias watch" in claims[11]["measured"] and claims[11]["verdict"] == "untested"
     assert {"says", "measured"} <= claims[0].keys()
     own = json.loads((colias.folder / "out" / "behaviours.json").read_text())
     assert [(claim["id"], claim["verdict"]) for claim in own] == [(f"B{i}", "untested") for i in range(1, 5)]
     assert "C20" in done.stdout and "report.html" in done.stdout
+    assert "not judged: C7, C8, C9, C10, C11, C12" in done.stdout
+    page = (colias.folder / "out" / "report.html").read_text()
+    assert "C7, C8, C9, C10, C11, C12, B1, B2, B3, B4. Each says below" in page
+    assert "Nothing was moved in this run" in page
 
 
 def test_the_looming_detectors_see_the_approaches(reproduced):
@@ -87,7 +94,7 @@ def test_again_in_the_same_folder_runs_nothing(reproduced):
     own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
     done = colias("reproduce", "--quick", "--out", "out", *own)
     assert done.returncode == 0
-    assert "other seeds: 36 trials, 0 of them to do" in done.stderr
+    assert "other seeds: 210 trials, 0 of them to do" in done.stderr
     assert (colias.folder / "out" / "seeds" / "trials.parquet").read_bytes() == before
     other = colias("reproduce", "--quick", "--out", "out", *own, "--seed", "3")
     assert (other.returncode, other.stderr.splitlines()[-1].count("seed is 0 there and 3 now")) == (2, 1)
@@ -126,7 +133,7 @@ def test_the_page_in_a_browser(reproduced, width, tmp_path):
     assert "claims hold" in seen["heading"]
     assert seen["overflow"] <= 0
     assert seen["claims"] == 21 + 4  # the paper's, and our own of behaviours
-    assert seen["drawn"] == seen["pictures"] == 11 + 3
+    assert seen["drawn"] == seen["pictures"] == 10 + 3
 
 
 @pytest.mark.parametrize("name", ["seeds", "sensitivity", "speed"])
@@ -152,6 +159,43 @@ def test_moves_change_what_they_name_and_nothing_else():
             assert (case.specs[0].settings.camera, case.specs[0].settings.scene) != (defaults.camera, defaults.scene)
     base, *moved = defaults.models
     assert all(model.network != base.network for model in moved)
+
+
+def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
+    """Headline, other seeds and moves: the experiment that declares it, and no other one's trials."""
+    where = study.judged_in()
+    assert where["C13"] == where["C14"] == "general"
+    for claim, name in where.items():
+        assert claim in catalogue.load(name).claims
+    assert set(study.ROBOT_CLAIMS) <= set(where)
+    (case,) = study.seed_cases([0], 5)
+    assert {spec.experiment for spec in case.specs} == set(study.PAPER)
+    silent = {"spikes": 0, "peak_hs": 0.1, "trough_hs": -0.1, "path_error_mm": 0.1, "model": "dsnn"}
+    rows = [
+        {"trial": index, "experiment": spec.experiment, **dataclasses.asdict(spec.condition), **silent,
+         "achieved_speed_cm_s": spec.condition.speed_cm_s}
+        for index, spec in enumerate(case.specs)
+    ]  # fmt: skip
+    assert study.verdicts([case], rows)["0"]["C13"] == "holds"
+    spiking = [row | {"spikes": 3 * (row["experiment"] == "angular-recession")} for row in rows]
+    assert study.verdicts([case], spiking)["0"]["C13"] == study.pooled([case], spiking)["C13"].verdict == "holds"
+    spiking = [row | {"spikes": 3 * (row["experiment"] == "general")} for row in rows]
+    assert study.verdicts([case], spiking)["0"]["C13"] == study.pooled([case], spiking)["C13"].verdict == "fails"
+    lost = [
+        row
+        for row in rows
+        if row["trial"] != case.specs.index(next(s for s in case.specs if s.experiment == "general"))
+    ]
+    found = study.verdicts([case], lost)["0"]
+    assert found["C13"] == found["C14"] == "untested" != found["C16"]
+
+
+def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
+    """And not that it needs footage."""
+    monkeypatch.setattr(study, "judged_in", dict)
+    said = {claim.id: claim.measured for claim in reproduce._claims([], [], {}, {})}
+    assert "footage" in said["C12"] and "footage" not in said["C15"]
+    assert said["C15"] == "none of the experiments here declares this claim"
 
 
 def test_a_case_with_a_trial_missing_is_untested():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -23,11 +23,15 @@ PLAYED: Mapping[str, tuple[str, ...]] = {
 """Env -> who plays there for the report."""
 
 LEAST_SEEDS = 20
+"""Seeds that each behaviour of a claim is played at, below which it is untested: the worlds vary that much."""
 
 
 @dataclass(frozen=True, slots=True)
 class BehaviourClaim:
-    """A claim's answer; ``measured`` has the numbers with their intervals, ``n`` counts episodes."""
+    """A claim's answer; ``measured`` has the numbers with their intervals, ``n`` counts episodes.
+
+    ``decided`` has the end of the interval that decided, and its bound.
+    """
 
     id: str
     says: str
@@ -37,6 +41,7 @@ class BehaviourClaim:
     env: str
     limits: str = ""
     """If it does not hold, what limits it."""
+    decided: str = ""
 
 
 Episodes = Mapping[str, Sequence[Row]]
@@ -90,12 +95,12 @@ def _b2(by_env: Mapping[str, Episodes]) -> BehaviourClaim:
 
 def _b3(by_env: Mapping[str, Episodes]) -> BehaviourClaim:
     says = "the optomotor reflex's gain is above 0.5"
-    return _above("B3", says, OPTOMOTOR, by_env, "optomotor", lambda rows: mean(rows, "optomotor_gain"), 0.5)
+    return _above("B3", says, OPTOMOTOR, by_env, "optomotor", "optomotor_gain", 0.5)
 
 
 def _b4(by_env: Mapping[str, Episodes]) -> BehaviourClaim:
     says = "fixation keeps the target in view 80 % of the time"
-    return _above("B4", says, FIXATION, by_env, "fixation", lambda rows: mean(rows, "in_view"), 0.8)
+    return _above("B4", says, FIXATION, by_env, "fixation", "in_view", 0.8)
 
 
 def _rarer(claim: str, says: str, played: Episodes, against: str, times: float) -> BehaviourClaim:
@@ -107,24 +112,32 @@ def _rarer(claim: str, says: str, played: Episodes, against: str, times: float) 
         f"hybrid {rate(own, 'driven_m')} collisions a metre ({_hits(own)}), {against} {rate(other, 'driven_m')}"
         f" ({_hits(other)}): {ratio} times"
     )
-    return BehaviourClaim(claim, says, _verdict(ratio, times, own), measured, len(own) + len(other), AVOIDANCE)
+    made = BehaviourClaim(claim, says, "untested", measured, len(own) + len(other), AVOIDANCE)
+    return _judged(made, ratio, times, {"hybrid": own, against: other})
 
 
 def _above(
-    claim: str, says: str, env: str, by_env: Mapping[str, Episodes], name: str,
-    measure: Callable[[Sequence[Row]], Score | None], bound: float,
+    claim: str, says: str, env: str, by_env: Mapping[str, Episodes], name: str, column: str, bound: float
 ) -> BehaviourClaim:  # fmt: skip
-    rows = by_env.get(env, {}).get(name, ())
-    score = measure(rows) if rows else None
+    rows = [row for row in by_env.get(env, {}).get(name, ()) if row[column] is not None]
+    score = mean(rows, column)
     if score is None:
         return BehaviourClaim(claim, says, "untested", f"needs episodes of {name}", 0, env)
-    return BehaviourClaim(claim, says, _verdict(score, bound, rows), f"{score}", len(rows), env)
+    return _judged(BehaviourClaim(claim, says, "untested", f"{score}", len(rows), env), score, bound, {name: rows})
 
 
-def _verdict(score: Score, bound: float, rows: Sequence[Row]) -> Literal["holds", "fails", "untested"]:
-    if len({row["seed"] for row in rows}) < LEAST_SEEDS or math.isnan(score.value):
-        return "untested"
-    return "holds" if score.low > bound else "fails"
+def _judged(claim: BehaviourClaim, score: Score, bound: float, played: Episodes) -> BehaviourClaim:
+    """A claim with its verdict: it holds where the whole interval of ``score`` is above ``bound``."""
+    seeds = {name: len({row["seed"] for row in rows}) for name, rows in played.items()}
+    if min(seeds.values()) < LEAST_SEEDS:
+        has = ", ".join(f"{count} of {name}" for name, count in seeds.items())
+        why = f"needs episodes at {LEAST_SEEDS} seeds or more of each behaviour (has {has})"
+    elif math.isnan(score.value) or math.isnan(score.low):
+        why = "the measure is no number: no episode collided, or one has none"
+    else:
+        said = f"lower end of the 95 % interval {score.low:.3g} (needs above {bound:g})"
+        return replace(claim, verdict="holds" if score.low > bound else "fails", decided=said)
+    return replace(claim, measured=f"{why}; measured: {claim.measured}")
 
 
 def _hits(rows: Sequence[Row]) -> str:

@@ -90,7 +90,7 @@ def compare(rows: Sequence[Any]) -> list[dict[str, Any]]:
                 {
                     **dict(zip(CONDITION_COLUMNS, condition, strict=True)), "model": one, "against": other,
                     "n": len(both), "mean_difference": (sum(first) - sum(second)) / len(both),
-                    "rank_biserial": test.effect, "p": test.p,
+                    "rank_biserial": test.effect, "test": test.name, "p": test.p,
                 }
             )  # fmt: skip
     for row, p in zip(table, holm([row["p"] for row in table]), strict=True):

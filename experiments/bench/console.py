@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
@@ -26,8 +27,9 @@ from experiments.bench.results import Failure, RunFolder, group, varying
 from experiments.bench.runner import Keep, run_trials
 
 if TYPE_CHECKING:
+    from experiments.bench.claims import Verdict
     from experiments.bench.conclusion import Report
-    from experiments.bench.offline_run import OfflineReport
+    from experiments.bench.offline_run import OfflineReport, OfflineVerdict
     from experiments.bench.reproduce import ClaimReport
     from experiments.bench.sweep import Part, Point
 
@@ -166,7 +168,7 @@ def show(report: Report, recordings: bool) -> None:
         colour = {"holds": "green", "fails": "red", "untested": "yellow"}[verdict.verdict]
         who = f" ({verdict.model})" if several else ""
         out_console.print(f"\n[b]{verdict.id}[/b]{who} [{colour}]{verdict.verdict}[/{colour}]: {verdict.says}")
-        out_console.print(f"    {verdict.measured}" + (f"\n    {verdict.effect}" if verdict.effect else ""))
+        _show_numbers(verdict)
     if report.comparisons:
         out_console.print(_comparisons_table(report))
     if report.flaws:
@@ -182,9 +184,17 @@ def show(report: Report, recordings: bool) -> None:
         out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
 
 
+def _show_numbers(verdict: Verdict | OfflineVerdict) -> None:
+    """Below a verdict: the number that decided, everything measured, the effect."""
+    decided = f"decided by: {verdict.decided}" if verdict.decided else ""
+    for line in filter(None, (decided, verdict.measured, verdict.effect)):
+        out_console.print(f"    {line}", markup=False)
+
+
 def _comparisons_table(report: Report) -> Table:
+    tests = "; ".join(sorted({row["test"] for row in report.comparisons}))
     table = Table(
-        title="\nmodels on the same frames (Wilcoxon signed-rank, p after Holm)", title_justify="left", box=None,
+        title=f"\nmodels on the same frames ({tests}; p after Holm)", title_justify="left", box=None,
         header_style="bold", pad_edge=False,
     )  # fmt: skip
     names = [name for name in varying(report.rows, report.varies) if name != "model"]
@@ -216,7 +226,7 @@ def show_offline(report: OfflineReport, recorded: bool) -> None:
         colour = {"holds": "green", "fails": "red", "untested": "yellow"}[verdict.verdict]
         seeds = f" (at {verdict.seeds_holding} of {verdict.seeds} seeds)" if verdict.seeds > 1 else ""
         out_console.print(f"\n[b]{verdict.id}[/b] [{colour}]{verdict.verdict}[/{colour}]{seeds}: {verdict.says}")
-        out_console.print(f"    {verdict.measured}" + (f"\n    {verdict.effect}" if verdict.effect else ""))
+        _show_numbers(verdict)
     out_console.print()
     places: dict[str, object] = {"figure": report.folder / "figure.png"} if report.rows else {}
     if recorded and report.rows:
@@ -226,7 +236,7 @@ def show_offline(report: OfflineReport, recorded: bool) -> None:
 
 
 def show_claims(claims: Sequence[ClaimReport]) -> None:
-    """The claims tested, a line each, with at how many seeds they hold."""
+    """The claims tested, with at how many seeds they hold and the number that decided; then those that were not."""
     table = Table(box=None, header_style="bold", pad_edge=False)
     for name in ("claim", "verdict", "seeds", "the paper says"):
         table.add_column(name, no_wrap=name != "the paper says")
@@ -235,8 +245,13 @@ def show_claims(claims: Sequence[ClaimReport]) -> None:
             colour = {"holds": "green", "fails": "red", "untested": "yellow"}[claim.verdict]
             unjudged = f" ({claim.seeds_untested} untested)" if claim.seeds_untested else ""
             seeds = "-" if claim.seeds is None else f"{claim.seeds_holding} of {claim.seeds}{unjudged}"
-            table.add_row(claim.id, f"[{colour}]{claim.verdict}[/{colour}]", seeds, claim.says)
+            decided = claim.decided or claim.measured.partition("; measured:")[0]
+            said = f"{claim.says}\n[dim]{escape(decided)}[/dim]"
+            table.add_row(claim.id, f"[{colour}]{claim.verdict}[/{colour}]", seeds, said)
     out_console.print(table)
+    others = [claim.id for claim in claims if not claim.experiment]
+    if others:
+        out_console.print(f"\nnot judged: {', '.join(others)}; the report says what each would take")
 
 
 def sweep(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path, means: Means) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Sequence
 
@@ -46,7 +47,8 @@ def show_claims(claims: Sequence[BehaviourClaim]) -> None:
         table.add_column(name, no_wrap=name != "we say")
     for claim in claims:
         colour = {"holds": "green", "fails": "red", "untested": "yellow"}[claim.verdict]
-        table.add_row(claim.id, f"[{colour}]{claim.verdict}[/{colour}]", f"{claim.says}: {claim.measured}")
+        decided = f" (decided by: {claim.decided})" if claim.decided else ""
+        table.add_row(claim.id, f"[{colour}]{claim.verdict}[/{colour}]", f"{claim.says}: {claim.measured}{decided}")
     out_console.print()
     out_console.print(table)
 
@@ -68,4 +70,6 @@ def _table(standings: list[Standing]) -> Table:
 def _said(score: Score | None) -> str:
     if score is None:
         return "-"
+    if math.isnan(score.low):
+        return "-" if math.isnan(score.value) else f"{score.value:.3g}"
     return f"{score.value:.3g}\n[dim]{score.low:.3g} .. {score.high:.3g}[/dim]"

@@ -10,8 +10,8 @@ from experiments.bench.leaderboard_scores import MEASURES, SORTED_BY, Score, Sta
 
 NOTES = (
     f"Sorted by {SORTED_BY}.",
-    "Below each value its 95 % interval: of shares Wilson's, as if trials were independent; of AUCs by bootstrap over "
-    "trials, a point where trials separate completely; of times (medians of rounds) by order statistics.",
+    "Below each value its 95 % interval: of shares the exact one (Clopper and Pearson), of AUCs Newcombe's, both as if "
+    "trials were independent; of times (medians of rounds) by order statistics.",
     "Direction: the strongest potential of either system has the right system and sign; two alike are no answer, so "
     "a model that saturates in both gets none right. Guessing gets 0.25.",
     "AUC: translation against motion in depth, by the largest |HS| or |VS|, of a looming detector by its potential: "

@@ -19,7 +19,7 @@ from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 from dsnn import Response
-from experiments.bench.claims import Outcome
+from experiments.bench.checks import Outcome
 from experiments.bench.console import error_console, out_console
 from experiments.bench.footage import Footage, Picture, ahead
 from experiments.bench.footage_claims import FlowJudge
@@ -203,7 +203,8 @@ def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[Outcome]) -> Non
         colour = {"holds": "green", "fails": "red", "untested": "yellow"}[outcome.verdict]
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
         out_console.print(f"\n[b]C12[/b]{who} [{colour}]{outcome.verdict}[/{colour}]: {claim_texts()['C12'][0]}")
-        for line in filter(None, (outcome.measured, outcome.effect)):
+        decided = f"decided by: {outcome.decided}" if outcome.decided else ""
+        for line in filter(None, (decided, outcome.measured, outcome.effect)):
             out_console.print(f"    {line}", markup=False)
 
 

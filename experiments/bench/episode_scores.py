@@ -115,7 +115,7 @@ def rate(rows: Sequence[Row], per: str, unit: float = 1.0) -> Score:
     Every episode ends with its first collision, so they come one by one out of a stretch that is as long as it took.
     """
     count, stretch = sum(bool(row["touched"]) for row in rows), sum(row[per] for row in rows) / unit
-    if stretch <= 0.0:
+    if not stretch > 0.0:  # or no number
         return Score(math.nan, math.nan, math.nan, len(rows))
     low = float(stats.chi2.ppf(0.025, 2 * count)) / 2 if count else 0.0
     high = float(stats.chi2.ppf(0.975, 2 * count + 2)) / 2
@@ -139,7 +139,7 @@ def rate_ratio(first: Sequence[Row], second: Sequence[Row], per: str = "driven_m
     counts = [sum(bool(row["touched"]) for row in rows) for rows in (first, second)]
     stretches = [sum(row[per] for row in rows) for rows in (first, second)]
     total = sum(counts)
-    if total == 0 or min(stretches) <= 0.0:
+    if total == 0 or not all(stretch > 0.0 for stretch in stretches):  # or no number
         return Score(math.nan, math.nan, math.nan, len(first) + len(second))
     scale = stretches[1] / stretches[0]
     interval = stats.binomtest(counts[0], total).proportion_ci(method="exact")

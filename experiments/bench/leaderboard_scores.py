@@ -83,7 +83,7 @@ def direction_accuracy(rows: Iterable[Row]) -> Score | None:
 def separation(rows: Iterable[Row], looming: bool) -> Score | None:
     """Area under the ROC curve for translation against motion in depth by `strength`; under 0.5 it prefers depth.
 
-    Its interval is a bootstrap over trials, complete separation giving a point.
+    Its interval is Newcombe's, which complete separation does not shrink to a point.
     """
     known = [(shown(row), strength(row, looming)) for row in rows]
     across = [value for what, value in known if what in SIGNED]
@@ -111,7 +111,7 @@ def frame_time(us: Sequence[float] | None) -> Score | None:
 
 
 def _share(hits: Sequence[bool]) -> Score | None:
-    """Of independent trials, with Wilson's interval."""
+    """Of independent trials, with Clopper and Pearson's interval."""
     if not hits:
         return None
     return Score(sum(hits) / len(hits), *proportion_interval(sum(hits), len(hits)), len(hits))

@@ -72,6 +72,9 @@ class OfflineVerdict:
     n: int
     seeds_holding: int
     seeds: int
+    seeds_untested: int = 0
+    decided: str = ""
+    """The number that decided at the seed asked for, and its bound."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,5 +156,8 @@ def _verdict(claim: str, made: OfflinePlan, rows: Sequence[Mapping[str, Any]]) -
         by_seed.append(judge(claim, own, made.thresholds) if whole else lost)
     first, mixed = by_seed[0], mixture(rows)
     measured = "; ".join([first.measured, *([mixed] if mixed else [])])
-    holding = sum(outcome.verdict == "holds" for outcome in by_seed)
-    return OfflineVerdict(claim, says, source, first.verdict, measured, first.effect, first.n, holding, len(by_seed))
+    holding, untested = (sum(outcome.verdict == which for outcome in by_seed) for which in ("holds", "untested"))
+    return OfflineVerdict(
+        claim, says, source, first.verdict, measured, first.effect, first.n, holding, len(by_seed), untested,
+        first.decided,
+    )  # fmt: skip

@@ -21,7 +21,7 @@ from experiments.bench.declaration import plain
 from experiments.bench.figures import STYLE
 from experiments.bench.offline_run import OfflineReport
 from experiments.bench.plan import Plan
-from experiments.bench.reproduce import Reproduction
+from experiments.bench.reproduce import ENOUGH, Reproduction
 from experiments.bench.results import RunFolder, varying
 
 SHADES = {"holds": "#2a9d8f", "fails": "#b5485d", "untested": "#cfcfcf"}
@@ -31,8 +31,9 @@ SIGNS = {"holds": "holds", "fails": "fails", "untested": "-"}
 def write(result: Reproduction) -> Path:
     """Write ``report.html`` and ``sensitivity.svg`` into the reproduction's folder; return the former's path."""
     folder = RunFolder(result.folder)
-    matrix = sensitivity_figure(result.sensitivity)
-    folder.write_text("sensitivity.svg", matrix)
+    matrix = sensitivity_figure(result.sensitivity) if result.sensitivity else ""
+    if matrix:
+        folder.write_text("sensitivity.svg", matrix)
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
@@ -42,10 +43,15 @@ def write(result: Reproduction) -> Path:
         holding=sum(claim.verdict == "holds" for claim in result.claims),
         listed=sum(bool(claim.experiment) for claim in result.claims),
         tested=sum(claim.verdict != "untested" for claim in result.claims),
+        unjudged=[
+            *(claim.id for claim in result.claims if claim.verdict == "untested"),
+            *(claim.id for claim in result.own_claims if claim.verdict == "untested"),
+        ],
         runs=[_run(plan, report) for plan, report in result.runs],
         shows=[_show(report) for report in result.offline],
         loops=[_loop(played) for played in result.behaviours],
-        matrix=_inline(matrix.encode()),
+        enough=ENOUGH,
+        matrix=_inline(matrix.encode()) if matrix else "",
         parameters=json.dumps(result.description, indent=2, default=plain),
         versions=result.description["versions"],
     )
@@ -89,6 +95,7 @@ def _run(plan: Plan, report: Report) -> dict[str, Any]:
         "conditions": [[_cell(row[name]) for name in names] for row in spikes],
         "spikes": spikes,
         "comparisons": report.comparisons,
+        "tests": "; ".join(sorted({row["test"] for row in report.comparisons})),
         "condition_names": [name for name in names if name != "model"],
         "recordings": sorted(f"{plan.experiment.name}/recordings/{path.name}" for path in
                              (report.folder / "recordings").glob("*.rrd")),

@@ -16,13 +16,14 @@ from experiments.bench import (
     behaviour_claims,
     catalogue,
     console,
+    footage_claims,
     offline_claims,
     offline_run,
     study,
 )
 from experiments.bench.behave import BehaviourPlan, Played
 from experiments.bench.behaviour_claims import BehaviourClaim
-from experiments.bench.claims import LOOMING_CLAIMS, Verdict
+from experiments.bench.claims import LEAST, LOOMING_CLAIMS, Verdict
 from experiments.bench.conclusion import Report, conclude
 from experiments.bench.contents import robot_contents
 from experiments.bench.description import begun
@@ -36,16 +37,13 @@ from experiments.bench.results import Failure, RunFolder, mixture
 from experiments.bench.runner import Keep, run_trials
 from experiments.bench.settings import plan
 
-JUDGED_IN = {
-    "C13": "general", "C14": "general", "C15": "speed", "C16": "distance", "C17": "angular-approach",
-    "C18": "angular-approach", "C19": "angular-recession", "C20": "angular-recession", "C21": "angular-approach",
-}  # fmt: skip
-"""Claim -> the experiment whose trials answer for it."""
-
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """How much to run: repeats of the experiments, number of seeds with repeats at each, repeats for sensitivity."""
+    """How much to run: repeats of the experiments, number of seeds with repeats at each, repeats for sensitivity.
+
+    Fewer repeats than `claims.LEAST` leave a claim untested; with 0 for sensitivity nothing is moved.
+    """
 
     repeats: int
     seeds: int
@@ -69,10 +67,15 @@ RELIABLE = 0.9
 """The share of seeds a claim should hold at."""
 NOTHING_TRIED = "nothing yet: it held when the defaults were chosen"
 
+ENOUGH = max(LEAST.values())
+"""Repeats at which every claim of the robot is judged."""
 QUICK = Scale(
-    2, seeds=2, seed_repeats=1, sensitivity_repeats=1, offline_repeats=1, episodes=1, steps=150, offline=SHORT
+    ENOUGH, seeds=2, seed_repeats=ENOUGH, sensitivity_repeats=0, offline_repeats=1, episodes=1, steps=150,
+    offline=SHORT,
+)  # fmt: skip
+USUAL = Scale(
+    10, seeds=20, seed_repeats=ENOUGH, sensitivity_repeats=ENOUGH, offline_repeats=None, episodes=20, steps=900
 )
-USUAL = Scale(10, seeds=20, seed_repeats=2, sensitivity_repeats=2, offline_repeats=None, episodes=20, steps=900)
 FULL = Scale(10, seeds=20, seed_repeats=10, sensitivity_repeats=10, offline_repeats=5, episodes=60)
 
 
@@ -96,6 +99,8 @@ class ClaimReport:
     """The same on the trials of all seeds together."""
     tried: str
     """What was tried, if it fails or does not hold at nine seeds of ten."""
+    decided: str = ""
+    """The number that decided the verdict, and its bound."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +140,7 @@ def reproduce(
     offline = [_offline_plan(name, scale, seed) for name in scale.offline if not robot_only]
     loops = [] if robot_only else behaviour_claims.plans(scale.episodes, seed, scale.steps)
     seeds = study.seed_cases(range(seed, seed + scale.seeds), scale.seed_repeats)
-    moves = study.sensitivity_cases(scale.sensitivity_repeats, seed)
+    moves = study.sensitivity_cases(scale.sensitivity_repeats, seed) if scale.sensitivity_repeats else []
     if means.cluster is None:
         require_backend()
     if not means.quiet:
@@ -150,7 +155,9 @@ def reproduce(
         shows = [_show(each, folder / each.experiment.name, pool, means) for each in offline]
         played = [_play(each, folder, pool, means) for each in loops]
         seed_rows, seed_failures = _study(folder / SEEDS, "other seeds", seeds, plans[0], pool, means)
-        move_rows, move_failures = _study(folder / SENSITIVITY, "sensitivity", moves, plans[0], pool, means)
+        move_rows, move_failures = (
+            _study(folder / SENSITIVITY, "sensitivity", moves, plans[0], pool, means) if moves else ([], [])
+        )
     runs = [(each, conclude(each, run, failed)) for each, run, failed in done]
     claims = _claims(runs, shows, study.verdicts(seeds, seed_rows), study.pooled(seeds, seed_rows), mixture(seed_rows))
     failures = {SEEDS: seed_failures, SENSITIVITY: move_failures}
@@ -167,7 +174,7 @@ def reproduce(
 
 def _models(experiment: str, shown: Sequence[str]) -> list[str]:
     """The models of one experiment: those of all, and where a claim is about them the looming detectors."""
-    extra = LOOMING_DETECTORS if experiment == JUDGED_IN["C21"] else ()
+    extra = LOOMING_DETECTORS if LOOMING_CLAIMS & set(catalogue.load(experiment).claims) else ()
     return [*shown, *(name for name in extra if name not in shown)]
 
 
@@ -239,10 +246,13 @@ def _claims(
                 )
             )
             continue
-        if claim not in JUDGED_IN:
+        if claim == footage_claims.CLAIM:
             lines.append(_untested(claim, says, source, "needs footage of your own: colias watch FILE --judge"))
             continue
-        name = JUDGED_IN[claim]
+        name = study.judged_in().get(claim, "")
+        if not name:
+            lines.append(_untested(claim, says, source, "none of the experiments here declares this claim"))
+            continue
         if claim in LOOMING_CLAIMS:
             lines.append(_of_looming(claim, says, source, name, reports[name]))
             continue
@@ -255,7 +265,7 @@ def _claims(
             ClaimReport(
                 claim, says, source, verdict.verdict, verdict.measured, verdict.effect, verdict.n, name,
                 found.count("holds"), len(found), found.count("untested"),
-                said, tried().get(claim, NOTHING_TRIED) if rare else "",
+                said, tried().get(claim, NOTHING_TRIED) if rare else "", verdict.decided,
             )
         )  # fmt: skip
     return lines
@@ -269,8 +279,9 @@ def _of_looming(claim: str, says: str, source: str, name: str, report: Report) -
     measured = "; ".join(f"{v.model} {v.verdict}: {v.measured}" for v in own)
     effect = "; ".join(f"{v.model}: {v.effect}" for v in own)
     said = tried().get(claim, NOTHING_TRIED) if whole == "fails" else ""
+    decided = "; ".join(f"{v.model}: {v.decided}" for v in own if v.verdict == whole and v.decided)
     return ClaimReport(
-        claim, says, source, whole, measured, effect, sum(v.n for v in own), name, None, None, None, "", said
+        claim, says, source, whole, measured, effect, sum(v.n for v in own), name, None, None, None, "", said, decided
     )
 
 
@@ -280,7 +291,8 @@ def _of_clips(report: OfflineReport, verdict: OfflineVerdict) -> ClaimReport:
     said = tried().get(verdict.id, NOTHING_TRIED) if rare else ""
     return ClaimReport(
         verdict.id, verdict.says, verdict.source, verdict.verdict, verdict.measured, verdict.effect, verdict.n,
-        report.plan.experiment.name, verdict.seeds_holding, verdict.seeds, 0, "", said,
+        report.plan.experiment.name, verdict.seeds_holding, verdict.seeds, verdict.seeds_untested, "", said,
+        verdict.decided,
     )  # fmt: skip
 
 

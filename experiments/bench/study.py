@@ -1,26 +1,25 @@
-"""Do the claims survive? The paper's trials again at other seeds, and with parameters and apparatus moved."""
+"""Do the claims survive? The paper's trials again at other seeds, and with parameters and apparatus moved.
+
+A claim is judged on the trials of the same experiment as its headline (`judged_in`), here and there.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from experiments.bench import catalogue
-from experiments.bench.claims import MOTIONS, Verdict, judge
-from experiments.bench.declaration import Experiment, TrialSpec
-from experiments.bench.designs import Translation
+from experiments.bench.claims import JUDGES, LOOMING_CLAIMS, Verdict, judge
+from experiments.bench.declaration import TrialSpec
 from experiments.bench.models import choose
 from experiments.bench.results import group
 from experiments.bench.settings import changed, plan
 
 PAPER = ("general", "speed", "distance", "angular-approach", "angular-recession")
-LEFTWARD = "leftward"
-SURE = ("distance", LEFTWARD)
-"""Half the repeats do in a study: what these trials answer (C14, C16) is decided many intervals from its bound."""
-
-ROBOT_CLAIMS = ("C13", "C14", "C15", "C16", "C17", "C18", "C19", "C20")
+ROBOT_CLAIMS = tuple(claim for claim in JUDGES if claim not in LOOMING_CLAIMS)
 MODEL = "dsnn"
 
 NETWORK_MOVES: Mapping[str, Mapping[str, str]] = {
@@ -58,10 +57,10 @@ class Case:
     labels: tuple[str, ...] = (MODEL,)
 
 
-def study_experiments() -> list[Experiment]:
-    """The paper's conditions, each once: straight depth motion is in the angular ones, crossings in the others."""
-    leftward = Experiment(LEFTWARD, "", Translation((6.0,), (8.0,), "leftward"), "speed_cm_s")
-    return [*(catalogue.load(name) for name in PAPER if name != "general"), leftward]
+@cache
+def judged_in() -> Mapping[str, str]:
+    """Claim -> the experiment whose trials answer for it: of `PAPER` the first that declares it."""
+    return {claim: name for name in reversed(PAPER) for claim in catalogue.load(name).claims}
 
 
 def seed_cases(seeds: Iterable[int], repeats: int) -> list[Case]:
@@ -86,11 +85,10 @@ def sensitivity_cases(repeats: int, seed: int) -> list[Case]:
 
 def _specs(assignments: Sequence[str], repeats: int, seed: int) -> tuple[TrialSpec, ...]:
     specs: list[TrialSpec] = []
-    for experiment in study_experiments():
+    for experiment in map(catalogue.load, PAPER):
         known = {field.name for field in dataclasses.fields(experiment.design)}  # type: ignore[arg-type]
         own = [text for text in assignments if _applies(text, known)]
-        share = max(1, repeats // 2) if experiment.name in SURE else repeats
-        specs += plan(experiment, [MODEL], own, share, seed).specs()
+        specs += plan(experiment, [MODEL], own, repeats, seed).specs()
     return tuple(specs)
 
 
@@ -108,7 +106,12 @@ def numbered(cases: Sequence[Case]) -> list[TrialSpec]:
 def pooled(cases: Sequence[Case], rows: Sequence[Mapping[str, Any]]) -> dict[str, Verdict]:
     """Claim -> its verdict on the trials of all cases together: what the claim comes to when sampling is no excuse."""
     threshold = cases[0].specs[0].settings.models[0].threshold
-    return {claim: judge(claim, rows, threshold) for claim in ROBOT_CLAIMS}
+    return {claim: judge(claim, _answering(claim, rows), threshold) for claim in ROBOT_CLAIMS}
+
+
+def _answering(claim: str, rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The rows of the experiment that a claim is judged in."""
+    return [row for row in rows if row["experiment"] == judged_in().get(claim)]
 
 
 def verdicts(cases: Sequence[Case], rows: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, str]]:
@@ -126,9 +129,11 @@ def verdicts(cases: Sequence[Case], rows: Sequence[Mapping[str, Any]]) -> dict[s
         for label in case.labels:
             own = [row for trial in numbers for row in by_trial.get((trial, label), ())]
             there = {row["trial"] for row in own}
-            lost = {s.condition.motion for n, s in zip(numbers, case.specs, strict=True) if n not in there}
+            lost = {s.experiment for n, s in zip(numbers, case.specs, strict=True) if n not in there}
             found[label if len(case.labels) > 1 else case.name] = {
-                claim: "untested" if lost & set(MOTIONS[claim]) else judge(claim, own, thresholds[label]).verdict
+                claim: "untested"
+                if judged_in().get(claim) in lost
+                else judge(claim, _answering(claim, own), thresholds[label]).verdict
                 for claim in ROBOT_CLAIMS
             }
     return found

@@ -1,0 +1,196 @@
+"""P values at small n: against every arrangement counted by hand, against published tables; intervals at small n."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
+from scipy import stats
+
+from experiments.bench.statistics import (
+    PERMUTATIONS,
+    area_under_roc,
+    contrast,
+    paired,
+    proportion_interval,
+    summarise,
+    trend,
+)
+
+few = some.integers(-3, 3)
+QUICK = settings(max_examples=40, deadline=None)
+
+
+def rises(levels, values):
+    """Pairs at different levels in rising order less those in falling order."""
+    pairs = itertools.combinations(zip(levels, values, strict=True), 2)
+    return sum(int(np.sign(a[0] - b[0]) * np.sign(a[1] - b[1])) for a, b in pairs)
+
+
+def by_hand(levels, values):
+    """The share of all arrangements with as many pairs in order, either way, as these."""
+    seen = abs(rises(levels, values))
+    found = [abs(rises(levels, shuffled)) >= seen for shuffled in itertools.permutations(values)]
+    return np.mean(found)
+
+
+@QUICK
+@given(some.lists(few, min_size=1, max_size=9))
+def test_the_paired_p_counts_every_choice_of_signs(difference):
+    kept = [value for value in difference if value]
+    ranks = stats.rankdata(np.abs(kept)) if kept else []
+    seen = abs(sum(np.sign(kept) * ranks))
+    sums = [abs(sum(np.multiply(signs, ranks))) for signs in itertools.product((-1, 1), repeat=len(kept))]
+    test = paired(difference, [0] * len(difference))
+    assert test.p == pytest.approx(np.mean(np.array(sums) >= seen - 1e-9))
+    assert "Wilcoxon signed-rank" in test.name
+
+
+@QUICK
+@given(some.lists(few, min_size=1, max_size=3), some.lists(few, min_size=1, max_size=4))
+def test_the_contrast_s_p_counts_every_arrangement(first, second):
+    levels = [1] * len(first) + [0] * len(second)
+    assert contrast(first, second).p == pytest.approx(by_hand(levels, first + second))
+
+
+@QUICK
+@given(some.lists(some.tuples(some.sampled_from([0, 15, 30]), few), min_size=2, max_size=7))
+def test_the_trend_s_p_counts_every_arrangement(pairs):
+    levels, values = zip(*pairs, strict=True)
+    groups = [(level, [v for own, v in pairs if own == level]) for level in sorted(set(levels))]
+    assert trend(groups).p == pytest.approx(by_hand(levels, values))
+
+
+@pytest.mark.parametrize(("pairs", "p"), [(1, 1.0), (2, 0.5), (3, 0.25), (4, 0.125), (5, 0.0625), (6, 0.03125)])
+def test_so_many_pairs_all_one_way(pairs, p):
+    test = paired(range(2, pairs + 2), [1] * pairs)
+    assert (test.p, test.effect) == (p, 1.0) and "exact" in test.name
+
+
+@pytest.mark.parametrize(
+    ("n", "rank_sum", "p"),
+    [(6, 0, 0.03125), (8, 3, 0.0391), (8, 4, 0.0547), (10, 8, 0.0488), (10, 9, 0.0645), (12, 13, 0.0425),
+     (15, 25, 0.0479)],
+)  # fmt: skip
+def test_signed_ranks_as_tabled(n, rank_sum, p):
+    """Critical values of Wilcoxon's T at two-sided 5 %, and the values next to them (Siegel 1956, table G)."""
+    left, signs = rank_sum, {}
+    for rank in range(n, 0, -1):
+        signs[rank] = -1 if rank <= left else 1
+        left -= rank if rank <= left else 0
+    assert left == 0
+    assert paired([rank * sign for rank, sign in signs.items()], [0] * n).p == pytest.approx(p, abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("n", "u", "p"), [(4, 0, 0.0286), (5, 2, 0.0317), (5, 3, 0.0556), (8, 13, 0.0499), (10, 23, 0.0433)]
+)
+def test_mann_whitney_as_tabled(n, u, p):
+    """Critical values of U at two-sided 5 %, and values next to them (Mann and Whitney 1947)."""
+    second = np.arange(n)
+    wins = np.array([n] * (u // n) + [u % n] + [0] * (n - 1 - u // n))
+    first = wins - 0.5 + np.arange(n) / 100  # above so many of the second, and no two alike
+    assert sum(a > b for a in first for b in second) == u
+    test = contrast(first.tolist(), second.tolist())
+    assert test.p == pytest.approx(p, abs=5e-5) and "exact" in test.name
+    assert test.effect == pytest.approx(2 * u / n**2 - 1)
+
+
+@pytest.mark.parametrize("sizes", [(2, 2, 2), (3, 3, 3), (4, 4), (1, 2, 2)])
+def test_no_p_is_below_one_arrangement_in_all(sizes):
+    """In perfect order p is that of the two orders, rising and falling."""
+    levels = [place for place, size in enumerate(sizes) for _ in range(size)]
+    groups = [(place, [10.0 * i for i, own in enumerate(levels) if own == place]) for place in range(len(sizes))]
+    arrangements = math.factorial(len(levels)) // math.prod(map(math.factorial, sizes))
+    assert trend(groups).p == pytest.approx(2 / arrangements)
+
+
+def test_many_values_are_shuffled_as_often_as_the_name_says():
+    """Close to the exact p, the same every time, and never 0."""
+    rng = np.random.default_rng(3)
+    groups = [(level, (rng.integers(0, 30, 20) + 3 * level).tolist()) for level in range(3)]
+    test = trend(groups)
+    assert str(PERMUTATIONS) in test.name and test == trend(groups)
+    tau = stats.kendalltau([level for level, own in groups for _ in own], [v for _, own in groups for v in own])
+    assert test.effect == pytest.approx(tau.statistic) and test.p == pytest.approx(tau.pvalue, abs=0.01)
+    first, second = rng.normal(0.4, 1, 60), rng.normal(0, 1, 50)
+    normal = stats.mannwhitneyu(first, second, method="asymptotic").pvalue
+    assert contrast(first, second).p == pytest.approx(normal, abs=0.01)
+    difference = rng.normal(0.1, 1, 300)
+    near = stats.wilcoxon(difference, method="asymptotic").pvalue
+    assert paired(difference, np.zeros(300)).p == pytest.approx(near, abs=0.01)
+    for certain in (
+        contrast([1.0] * 60, [0.0] * 60),
+        trend([(i, [i] * 40) for i in range(3)]),
+        paired([1] * 300, [0] * 300),
+    ):
+        assert certain.p == 1 / (PERMUTATIONS + 1) and certain.effect == pytest.approx(1.0)
+
+
+def test_p_is_that_of_the_other_way_round():
+    assert contrast([1, 1, 4], [1, 5, 6, 6]).p == contrast([1, 5, 6, 6], [1, 1, 4]).p
+    assert trend([(1, [3, 3]), (2, [3, 4]), (3, [9])]).p == trend([(-1, [3, 3]), (-2, [3, 4]), (-3, [9])]).p
+
+
+def test_what_is_no_number_has_no_p():
+    for test in (contrast([1.0, math.nan], [2.0]), trend([(1, [math.nan]), (2, [3.0])]), paired([math.nan], [1.0])):
+        assert math.isnan(test.p) and math.isnan(test.effect)
+
+
+# Intervals.
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4])
+def test_too_few_values_have_no_interval(n):
+    """Not even equal ones: 2 and 2 do not say that the mean is 2."""
+    for values in (range(n), [2] * n):
+        summary = summarise(values)
+        assert np.isnan([summary.ci_low, summary.ci_high]).all() and summary.mean == np.mean(values)
+
+
+@pytest.mark.parametrize("n", [5, 10])
+def test_an_interval_of_few_values_covers_the_mean_as_often_as_it_says(n):
+    """Plain percentiles cover it in 83 and 90 % of samples."""
+    rng = np.random.default_rng(0)
+    summaries = [summarise(rng.normal(3.0, 2.0, n)) for _ in range(300)]
+    assert 0.9 < np.mean([s.ci_low <= 3.0 <= s.ci_high for s in summaries]) < 0.99
+
+
+@pytest.mark.parametrize(
+    ("count", "of", "low", "high"),
+    [(0, 10, 0.0, 0.3085), (1, 10, 0.0025, 0.4450), (5, 10, 0.1871, 0.8129), (10, 10, 0.6915, 1.0),
+     (0, 3, 0.0, 0.7076)],
+)  # fmt: skip
+def test_shares_have_clopper_and_pearson_s_intervals(count, of, low, high):
+    assert proportion_interval(count, of) == pytest.approx((low, high), abs=5e-5)
+
+
+@pytest.mark.parametrize("n", [1, 3, 10])
+def test_complete_separation_is_no_certainty(n):
+    area, low, high = area_under_roc(range(n, 2 * n), range(n))
+    assert (area, high) == (1.0, 1.0)
+    assert 0.5 * n / (n + 2) < low < 1 - 1 / (n + 3)
+    assert area_under_roc(range(n), range(n, 2 * n)) == pytest.approx((0.0, 0.0, 1 - low))
+
+
+def test_the_area_s_interval_covers_at_small_n():
+    rng = np.random.default_rng(0)
+    true = stats.norm.cdf(2 / math.sqrt(2))
+    found = [area_under_roc(rng.normal(2, 1, 5), rng.normal(0, 1, 8)) for _ in range(300)]
+    assert 0.92 < np.mean([low <= true <= high for _, low, high in found]) < 0.995
+
+
+def test_the_run_s_comparisons_name_an_exact_test(colias):
+    """Two trials, two models: no p below 1/2."""
+    done = colias("run", "speed", "--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings",
+                  "--workers", "1", "--model", "dsnn", "--model", "dsn2017", "--out", "out")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "Wilcoxon signed-rank, exact" in done.stdout
+    rows = (colias.folder / "out" / "comparisons.csv").read_text().splitlines()
+    names = [name.strip('"') for name in rows[0].split(",")]
+    assert {"p", "test"} <= set(names)
+    values = [row.replace(", exact", "; exact").split(",") for row in rows[1:]]
+    assert values and all(float(row[names.index("p")]) >= 0.5 for row in values)
+    assert all("exact" in row[names.index("test")] for row in values)
