@@ -2,25 +2,48 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":  # python -m experiments.bench.cli: before anything heavier is imported
+    from experiments.bench import entry
+
+    entry.main()
+
 import datetime
 import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
+from typer.core import TyperGroup
 
-from experiments.bench import cli_behave, cli_leaderboard, cli_offline, cli_train, cli_tune, cli_watch
+from experiments.bench import cli_behave, cli_leaderboard, cli_offline, cli_train, cli_tune, cli_watch, entry
 from experiments.bench.options import Assignments, Cluster, Models, Quiet, Repeats, Seed, Workers, worker_count
 
 if TYPE_CHECKING:
     from experiments.bench.plan import Plan
 
-EXIT_FAILED, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
+EXIT_FAILED = 1
+
+
+class _Interrupted(BaseException):
+    """Ctrl-C on its way through the parser, which would print an empty line for it."""
+
+
+class _Commands(TyperGroup):
+    """All commands."""
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        """Run the one that was asked for."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise _Interrupted from None
+
 
 app = typer.Typer(
+    cls=_Commands,
     rich_markup_mode="rich",
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -283,44 +306,24 @@ def _view_scene(arena: str) -> None:
 cli_offline.register(app)
 
 
-def run_file(path: str) -> None:
-    """What ``python experiments/NAME.py [OPTIONS]`` does: ``colias run`` on that file."""
-    sys.argv[1:1] = ["run", path]
-    main()
-
-
-def main() -> None:
-    """Entry point: a wrong use or a missing library ends in one line on stderr and a non-zero status."""
+def command(arguments: list[str]) -> int:
+    """Do what a command line asks for, and return the exit status. Raises `UsageError` for what it cannot mean."""
     try:
         # Not standalone, so that the parser's own complaints come out as one line too.
-        sys.exit(app(args=sys.argv[1:] or ["--help"], standalone_mode=False))
-    except (KeyboardInterrupt, typer.Abort):
-        sys.exit(EXIT_INTERRUPTED)
+        return int(app(args=arguments, standalone_mode=False) or 0)
+    except (_Interrupted, typer.Abort):
+        raise KeyboardInterrupt from None
     except typer.TyperException as error:
-        _fail(" ".join(error.format_message().split()))
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(1)
-    except Exception as error:
-        if not _is_plain(error):
-            raise
-        _fail(f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else str(error))
+        from experiments.bench.files import UsageError
+
+        raise UsageError(" ".join(error.format_message().split())) from None
 
 
-def _is_plain(error: Exception) -> bool:
-    """Whether the message alone tells a user what to do; anything else is a defect and keeps its traceback."""
-    if isinstance(error, OSError):  # a missing OpenGL too, whose package cannot then be imported to ask
-        return True
-    from experiments.bench.files import UsageError
-    from experiments.bench.trial import TrialError
-
-    return isinstance(error, UsageError | TrialError)
+def run_file(path: str) -> NoReturn:
+    """What ``python experiments/NAME.py [OPTIONS]`` does: ``colias run`` on that file."""
+    entry.run_file(path)
 
 
-def _fail(text: str) -> None:
-    print(f"colias: {text}", file=sys.stderr)
-    sys.exit(EXIT_USAGE)
-
-
-if __name__ == "__main__":
-    main()
+def main() -> NoReturn:
+    """The command line of ``sys.argv``, in a process that has seen to its own signals and streams."""
+    entry.run()
