@@ -27,8 +27,8 @@ from experiments.bench.episodes import EpisodeSpec, Setting, play_behaviour, pla
 from experiments.bench.files import UsageError
 from experiments.bench.plan import versions
 from experiments.bench.pool import Pool, open_pool
+from experiments.bench.progress import progress
 from experiments.bench.results import Failure, Finished, RunFolder
-from experiments.bench.runner import run_all
 from experiments.bench.settings import check_counts
 
 SET_BY_BEHAVIOUR = ("observation", "actions", "render_mode", "render_view", "render_width", "render_height", "model")
@@ -137,7 +137,7 @@ def score(
     where = env_id(env or behaviour.env)
     rows: list[dict[str, Any]] = []
     wanted = float(options.get("distance_cm", DEFAULT_GAP_CM))
-    with console.progress(behaviour.name, episodes, False, "episodes") as advance:
+    with progress(behaviour.name, episodes, False, "episodes") as advance:
         for repeat in range(episodes):
             episode = play_entry(behaviour, where, options, seed + repeat)
             rows += finished(episode, repeat, repeat, wanted, None).rows
@@ -176,11 +176,9 @@ def run_with(made: BehaviourPlan, out: Path, pool: Pool, means: console.Means, r
         left = len(specs) - len(folder.done())
         if not means.quiet:
             who = ", ".join(Path(setting.behaviour).stem for setting in made.settings)
-            said = f"{len(specs)} episodes ({who}), {left} of them to do, into {out}"
+            said = f"{len(specs)} episodes ({who}), {left} of them to do, {console.where(means)}, into {out}"
             console.error_console.print(said, soft_wrap=True, markup=False)
-        with console.progress("behave", left, means.quiet, "episodes") as advance:
-            failures = run_all(specs, folder, pool, advance, partial(work, recorded=recorded))
-        console.tell(failures)
+        failures = console.do("behave", specs, folder, pool, means, partial(work, recorded=recorded), "episodes")
         standings = _standings(made, folder.rows())
         folder.write_rows("scores.csv", table(standings))
         return Played(out, standings, folder.frames(), failures)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 import importlib.util
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,8 +16,6 @@ if TYPE_CHECKING:
     from experiments.bench.policy import About
 
 STEPS, ENVS, REPLAYED = 40_960, 8, 5
-STEP_MS, START_S, JUDGING_S = 4.0, 25.0, 90.0
-"""What a step of an env costs one core, starting them all, and judging what was learnt: for the estimate."""
 
 
 def register(app: typer.Typer) -> None:
@@ -81,6 +78,7 @@ def _train(about: About, out: Path | None, means: Means) -> None:
     from colias_sim.gl import require_backend
     from experiments.bench import console
     from experiments.bench.files import UsageError
+    from experiments.bench.progress import progress
 
     for module in ("torch", "stable_baselines3"):
         if importlib.util.find_spec(module) is None:
@@ -90,15 +88,14 @@ def _train(about: About, out: Path | None, means: Means) -> None:
     folder = _new_folder(out, f"train-{about.env.partition('/')[2]}")
     rounds = -(-about.steps // about.envs)
     if not means.quiet:
-        cores = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1, about.envs)
-        minutes = (about.steps * STEP_MS / 1e3 + START_S + JUDGING_S) / cores / 60
-        size = f"{about.steps} steps in {about.envs} envs, which are starting, some {minutes:.1f} minutes"
-        said = f"{about.env}: {size}, into {folder}"
+        said = f"{about.env}: {about.steps} steps in {about.envs} envs, which are starting, into {folder}"
         console.error_console.print(said, soft_wrap=True, markup=False)
     from experiments.bench import policy_run, training
+    from experiments.bench.policy import ROLLOUT
 
+    # Steps come fast until the first rollout is learnt from: the time left is known after two.
     learnt = training.train(
-        about, lambda: console.progress("train", rounds, means.quiet, f"steps of {about.envs} envs")
+        about, lambda: progress("train", rounds, means.quiet, f"steps of {about.envs} envs", width=ROLLOUT)
     )
 
     file = policy_run.keep(learnt.policy, learnt.curve, folder)

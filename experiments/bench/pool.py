@@ -125,7 +125,7 @@ class _Context(SpawnContext):
         super().__init__()
         self.started: list[_Worker] = []
 
-    def Process(self, *args: Any, **options: Any) -> _Worker:  # type: ignore[override]  # noqa: N802: its name there
+    def Process(self, *args: Any, **options: Any) -> _Worker:  # type: ignore[override]
         """A process to start."""
         worker = _Worker(*args, **options)
         self.started.append(worker)
