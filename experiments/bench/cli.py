@@ -9,7 +9,6 @@ if __name__ == "__main__":  # python -m experiments.bench.cli: before anything h
 
 import datetime
 import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
@@ -105,7 +104,7 @@ def run(
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Run an experiment and write its results into a folder.
 
     Every model sees the same frames. Trials already finished stay readable if the run is interrupted, and
@@ -128,8 +127,7 @@ def run(
     report = console.run(
         plan, folder, console.Means(worker_count(workers), cluster, quiet), resume is not None, recordings
     )
-    if report.failures:
-        raise typer.Exit(EXIT_FAILED)
+    return EXIT_FAILED if report.failures else 0
 
 
 @app.command(short_help="Run an experiment over a grid of parameters, on the same stimuli.")
@@ -146,7 +144,7 @@ def sweep(
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Run every combination of the values; tabulate (sweep.csv) and draw (figure.svg, .png) them together.
 
     Equal trials of different points have equal seeds: the same stimuli, start poses and noise.
@@ -160,8 +158,7 @@ def sweep(
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"sweep-{declared.name}-{stamp}"
     means = console.Means(worker_count(workers), cluster, quiet)
-    if console.sweep(parts, points, declared.varies, folder, means):
-        raise typer.Exit(EXIT_FAILED)
+    return EXIT_FAILED if console.sweep(parts, points, declared.varies, folder, means) else 0
 
 
 @app.command(short_help="Run the paper's experiments and report which claims hold.")
@@ -271,20 +268,24 @@ def parameters(
 def view(
     path: Annotated[Path, typer.Argument(help="A run's folder, one .rrd file, or a scene's name.")],
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
-) -> None:
-    """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer."""
+) -> int:
+    """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer.
+
+    The viewer, or with --web its server, ends with this command.
+    """
+    from experiments.bench import viewer
     from experiments.bench.files import UsageError
     from scenes import ARENAS
 
     if str(path) in ARENAS and not path.exists():
-        return _view_scene(str(path))
+        _view_scene(str(path))
+        return 0
     files = [path] if path.is_file() else sorted([*path.glob("*.rrd"), *path.glob("recordings/*.rrd")])
     if not files:
         raise UsageError(f"{path}: no such file, or no .rrd recordings in it")
-    command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1"]
-    if web:
-        command.append("--web-viewer")
-    raise typer.Exit(subprocess.run([*command, *map(str, files)], check=False).returncode)
+    if not web:
+        viewer.require_screen(f"view {path}: ", "use --web")
+    return viewer.show(files, web=web, instead="use --web")
 
 
 def _view_scene(arena: str) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from experiments.bench import interrupts
 from experiments.bench.options import Quiet, Seed, Workers, worker_count
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def train(
     episodes: Annotated[int | None, typer.Option(help=f"With --replay: how many; otherwise {REPLAYED}.")] = None,
     workers: Workers = None,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Train a small network on what the vision model says, and hold it against chance, rest and the reflex.
 
     Needs stable-baselines3 and PyTorch ([b]make train[/b] sets them up); --replay needs neither. OUT gets policy.npz,
@@ -54,7 +55,7 @@ def train(
     if episodes is not None:
         raise UsageError(f"--episodes {episodes}: goes with --replay")
     about = _about(env or "Optomotor", STEPS if steps is None else steps, seed, ENVS if envs is None else envs)
-    _train(about, out, means)
+    return _train(about, out, means)
 
 
 def _about(env: str, steps: int, seed: int, envs: int) -> About:
@@ -74,7 +75,7 @@ def _about(env: str, steps: int, seed: int, envs: int) -> About:
     return About(where, seed, steps, envs)
 
 
-def _train(about: About, out: Path | None, means: Means) -> None:
+def _train(about: About, out: Path | None, means: Means) -> int:
     from colias_sim.gl import require_backend
     from experiments.bench import console
     from experiments.bench.files import UsageError
@@ -98,22 +99,25 @@ def _train(about: About, out: Path | None, means: Means) -> None:
         about, lambda: progress("train", rounds, means.quiet, f"steps of {about.envs} envs", width=ROLLOUT)
     )
 
-    file = policy_run.keep(learnt.policy, learnt.curve, folder)
+    with interrupts.held():
+        file = policy_run.keep(learnt.policy, learnt.curve, folder)
     if learnt.stopped:
         made = learnt.policy.about.steps
         console.error_console.print(f"stopped after {made} of {about.steps} steps; {file} has what was learnt so far",
                                     soft_wrap=True, markup=False)  # fmt: skip
         raise KeyboardInterrupt
-    policy_run.judge(file, folder, means)
+    failed = policy_run.judge(file, folder, means)
     if not means.quiet:
         console.out_console.print(f"{'policy':<12}{file}", soft_wrap=True, markup=False)
+    return 1 if failed else 0
 
 
-def _replay(file: Path, episodes: int, seed: int, out: Path | None, means: Means) -> None:
+def _replay(file: Path, episodes: int, seed: int, out: Path | None, means: Means) -> int:
     from experiments.bench import policy_file, policy_run
 
     policy_file.load(file)  # before a folder is made
-    policy_run.replay(file, _new_folder(out, f"replay-{file.stem}"), episodes, seed, means)
+    failed = policy_run.replay(file, _new_folder(out, f"replay-{file.stem}"), episodes, seed, means)
+    return 1 if failed else 0
 
 
 def _new_folder(out: Path | None, name: str) -> Path:

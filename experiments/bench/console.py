@@ -244,10 +244,10 @@ def sweep(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path
     if not rows:
         return failed
     table = grids.table(rows, points)
-    whole = RunFolder(out)
-    whole.write_rows("sweep.csv", table)
     title = f"{parts[0].plan.experiment.name}, n = {parts[0].plan.repeats}"
     picture = grids.write_figure(grids.draw(rows, points, varies, title), out)
+    # Last, as it makes the sweep a whole one, which is not gone on with.
+    RunFolder(out).write_rows("sweep.csv", table)
     if not means.quiet:
         keys = [*(key for key, _ in points[0].values), *grids.other_conditions(rows, varies)]
         out_console.print(_sweep_table(table, keys, varies))
