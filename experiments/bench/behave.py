@@ -28,7 +28,7 @@ from experiments.bench.files import UsageError
 from experiments.bench.plan import versions
 from experiments.bench.pool import Pool, open_pool
 from experiments.bench.progress import progress
-from experiments.bench.results import Failure, Finished, RunFolder
+from experiments.bench.results import Failure, Finished, RunFolder, known
 from experiments.bench.settings import check_counts
 
 SET_BY_BEHAVIOUR = ("observation", "actions", "render_mode", "render_view", "render_width", "render_height", "model")
@@ -175,8 +175,10 @@ def run_with(made: BehaviourPlan, out: Path, pool: Pool, means: console.Means, r
         folder.enter({**made.describe(), "recorded": recorded}, (out / "experiment.json").exists())
         left = len(specs) - len(folder.done())
         if not means.quiet:
-            who = ", ".join(Path(setting.behaviour).stem for setting in made.settings)
-            said = f"{len(specs)} episodes ({who}), {left} of them to do, {console.where(means)}, into {out}"
+            names = [Path(setting.behaviour).stem for setting in made.settings]
+            kept = f"; those of {names[0]} are recorded" if recorded else ""
+            size = f"{console.count(len(specs), 'episode')} ({', '.join(names)}){kept}"
+            said = f"{size}, {left} of them to do, {console.where(means)}, into {out}"
             console.error_console.print(said, soft_wrap=True, markup=False)
         failures = console.do("behave", specs, folder, pool, means, partial(work, recorded=recorded), "episodes")
         standings = _standings(made, folder.rows())
@@ -199,7 +201,7 @@ def table(standings: Sequence[Standing]) -> list[dict[str, Any]]:
     return [
         {
             "env": standing.env, "behaviour": standing.behaviour, "measure": name, "episodes": len(standing.rows),
-            "value": score.value, "ci_low": score.low, "ci_high": score.high,
+            "value": known(score.value), "ci_low": known(score.low), "ci_high": known(score.high),
         }
         for standing in standings
         for name, score in standing.scores.items()

@@ -165,7 +165,7 @@ def sweep(
 def reproduce(
     quick: Annotated[bool, typer.Option("--quick", help="A taste: few repeats and seeds, no grids of clips.")] = False,
     full: Annotated[
-        bool, typer.Option("--full", help="Ten repeats at every seed and move: some twenty minutes.")
+        bool, typer.Option("--full", help="Ten repeats at every seed and move: takes several times as long.")
     ] = False,
     robot_only: Annotated[
         bool, typer.Option("--robot-only", help="Just the paper's trials with the robot: neither clips nor behaviours.")

@@ -35,7 +35,7 @@ def behave(
         typer.Option(help="Folder of the results, otherwise runs/behave-NAME-TIME; goes on with one begun."),
     ] = None,
     recordings: Annotated[
-        bool, typer.Option(help="Write a Rerun recording of each of the behaviour's episodes.")
+        bool, typer.Option(help="Write a Rerun recording of each of the behaviour's episodes, not the baselines'.")
     ] = True,
     workers: Workers = None,
     cluster: Cluster = None,

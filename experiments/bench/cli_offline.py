@@ -102,7 +102,7 @@ def play(
         played = player.play(name, clip, models, advance)
     for each, answer in zip(models, played.answers, strict=True):
         ranges = {channel: getattr(answer.series, channel) for channel in each.channels}
-        said = [f"{channel.upper()} {v.min():+.2f} .. {v.max():+.2f}" for channel, v in ranges.items()]
+        said = [f"{channel.upper()} {v.min():+z.2f} .. {v.max():+z.2f}" for channel, v in ranges.items()]
         said += [] if answer.threshold is None else [f"T {answer.threshold:g}"]
         Console(highlight=False).print(f"{answer.model:<18}{'   '.join(said)}")
     return _show(played, record, view)

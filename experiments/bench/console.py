@@ -58,10 +58,14 @@ def amount(plans: Sequence[Plan], means: Means) -> str:
     return f"{trials} trials, about {frames:,} frames, {where(means)}"
 
 
+def count(number: int, thing: str) -> str:
+    """``1 trial``, ``2 trials``."""
+    return f"{number} {thing}{'s' * (number != 1)}"
+
+
 def where(means: Means) -> str:
     """On what a run is: ``on 2 workers``."""
-    count = max(means.workers, 1)
-    return f"on {means.cluster}" if means.cluster else f"on {count} worker{'s' * (count > 1)}"
+    return f"on {means.cluster or count(max(means.workers, 1), 'worker')}"
 
 
 def seconds(spec: TrialSpec) -> float:
@@ -178,8 +182,8 @@ def _comparisons_table(report: Report) -> Table:
             *("-" if row[n] is None else row[n] if isinstance(row[n], str) else f"{row[n]:g}" for n in names),
             f"{row['model']} - {row['against']}",
             f"{row['n']}",
-            f"{row['mean_difference']:+.1f}",
-            f"{row['rank_biserial']:+.2f}",
+            f"{row['mean_difference']:+z.1f}",
+            f"{row['rank_biserial']:+z.2f}",
             f"{row['p_holm']:.4f}",
         )
     return table
@@ -192,7 +196,7 @@ def show_offline(report: OfflineReport, recorded: bool) -> None:
     for name in ("clip", "model", "HS", "VS", "looming", "spikes"):
         table.add_column(name, justify="left" if name in ("clip", "model") else "right", no_wrap=True)
     for row in (row for row in report.rows if row["repeat"] == 0):
-        ranges = (f"{row[f'trough_{system}']:+.3f} .. {row[f'peak_{system}']:+.3f}" for system in ("hs", "vs"))
+        ranges = (f"{row[f'trough_{system}']:+z.3f} .. {row[f'peak_{system}']:+z.3f}" for system in ("hs", "vs"))
         table.add_row(row["clip"], row["model"], *ranges, f"{row['peak_looming']:.2f}", f"{row['spikes']}")
     out_console.print(table)
     for verdict in report.verdicts:
@@ -296,7 +300,7 @@ def _conditions_table(report: Report) -> Table:
             f"{spikes['mean']:.1f}",
             "-" if spikes["ci_low"] is None else f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
             *([] if several else [f"{rows['firing_rate_hz']['mean']:.1f}"]),
-            f"{rows['peak_hs']['mean']:+.2f}",
-            f"{rows['trough_hs']['mean']:+.2f}",
+            f"{rows['peak_hs']['mean']:+z.2f}",
+            f"{rows['trough_hs']['mean']:+z.2f}",
         )
     return table

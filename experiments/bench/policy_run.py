@@ -11,6 +11,7 @@ from experiments.bench import behave, behave_figure, console_behave, policy_file
 from experiments.bench.console import Means
 from experiments.bench.episodes import Setting
 from experiments.bench.policy import Policy
+from experiments.bench.results import known
 from experiments.bench.settings import check_counts
 
 JUDGED = 20
@@ -29,7 +30,7 @@ def keep(policy: Policy, curve: Sequence[Mapping[str, float]], folder: Path) -> 
     with (folder / "learning.csv").open("x", newline="", encoding="utf-8") as table:
         writer = csv.DictWriter(table, ("steps", "episodes", "return"))
         writer.writeheader()
-        writer.writerows(curve)
+        writer.writerows({name: known(value) for name, value in row.items()} for row in curve)
     return file
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -47,7 +48,8 @@ def show(files: Sequence[Path], *, web: bool = False, instead: str) -> int:
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as said:
         status = _attend(command, said)
         said.seek(0)
-        why = [line.partition("Error: ")[2].strip() for line in said if line.startswith("Error: ")]
+        # Without the place in its source.
+        why = [re.sub(r"^Error: (.*\.rs:\d+: )?", "", line.strip()) for line in said if line.startswith("Error: ")]
     if status > 0:
         reason = why[-1] if why else f"exit status {status}"
         raise UsageError(f"Rerun's viewer did not open, or broke off ({reason}): {instead}")
@@ -85,7 +87,8 @@ def _ended_in_order() -> Iterator[None]:
         raise SystemExit(128 + number)
 
     numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
-    before = {number: signal.signal(number, leave) for number in numbers}
+    heeded = [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]  # nohup's stays ignored
+    before = {number: signal.signal(number, leave) for number in heeded}
     try:
         yield
     finally:
