@@ -123,7 +123,7 @@ def recording_table() -> Table:
                 folder = RunFolder(Path(name) / "run")
                 folder.create(describe(plan))
                 began, worked = time.perf_counter(), time.process_time()
-                run_trials(plan.specs(), folder, InProcess(), lambda: None, Keep(recordings))
+                run_trials(plan.specs(), folder, InProcess(), lambda _: None, Keep(recordings))
                 wall[recordings].append(time.perf_counter() - began)
                 work[recordings].append(time.process_time() - worked)
                 frames = folder.frames().num_rows

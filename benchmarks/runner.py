@@ -47,7 +47,7 @@ def _timed(work: Plan, opened: Callable) -> float:  # type: ignore[type-arg]
         folder.create({})
         began = time.perf_counter()
         with opened() as pool:
-            run_trials(work.specs(), folder, pool, lambda: None, Keep(recordings=False))
+            run_trials(work.specs(), folder, pool, lambda _: None, Keep(recordings=False))
         return time.perf_counter() - began
 
 

@@ -1,5 +1,10 @@
 """Approaches at five angles (the paper's robot-sys-ar): from 20 cm to 5 cm before the camera."""
 
+if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
+    from experiments.bench.entry import run_file
+
+    run_file(__file__)
+
 from experiments.bench.declaration import Experiment
 from experiments.bench.designs import Angular
 
@@ -11,8 +16,3 @@ EXPERIMENT = Experiment(
     repeats=10,
     claims=("C13", "C17", "C18", "C21"),
 )
-
-if __name__ == "__main__":
-    from experiments.bench.cli import run_file
-
-    run_file(__file__)

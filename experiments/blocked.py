@@ -1,5 +1,10 @@
 """The same translations with one pathway blocked (the paper's simu-clean-dth, -dtv): what ON and OFF each add."""
 
+if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
+    from experiments.bench.entry import run_file
+
+    run_file(__file__)
+
 from experiments.bench.offline import Clip, OfflineExperiment
 from experiments.clean import EXPERIMENT as CLEAN
 
@@ -10,8 +15,3 @@ EXPERIMENT = OfflineExperiment(
     models=("dsnn", "dsnn-on-blocked", "dsnn-off-blocked"),
     claims=("C4",),
 )
-
-if __name__ == "__main__":
-    from experiments.bench.cli import run_file
-
-    run_file(__file__)

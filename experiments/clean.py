@@ -1,5 +1,10 @@
 """Objects on an even ground (the paper's simu-clean): four translations, looming and receding, dark and light."""
 
+if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
+    from experiments.bench.entry import run_file
+
+    run_file(__file__)
+
 from experiments.bench.offline import Clip, OfflineExperiment
 
 GREYS = {"dark": (40.0, 200.0), "light": (200.0, 40.0)}
@@ -27,8 +32,3 @@ EXPERIMENT = OfflineExperiment(
     models=("dsnn",),
     claims=("C1", "C2", "C3"),
 )
-
-if __name__ == "__main__":
-    from experiments.bench.cli import run_file
-
-    run_file(__file__)

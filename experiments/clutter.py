@@ -1,5 +1,10 @@
 """Crossings before walls from plain to four times the arena's contrast. Not in the paper."""
 
+if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
+    from experiments.bench.entry import run_file
+
+    run_file(__file__)
+
 from experiments.bench.declaration import Experiment
 from experiments.bench.designs import Clutter
 
@@ -11,8 +16,3 @@ EXPERIMENT = Experiment(
     repeats=10,
     claims=(),
 )
-
-if __name__ == "__main__":
-    from experiments.bench.cli import run_file
-
-    run_file(__file__)

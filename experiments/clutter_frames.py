@@ -1,5 +1,10 @@
 """The speeds of clutter-speed taken as px per frame, as the paper writes them: beyond any correlator's span."""
 
+if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
+    from experiments.bench.entry import run_file
+
+    run_file(__file__)
+
 from experiments.bench.offline import Clip, Figure, OfflineExperiment
 from experiments.clutter_depth import GREYS
 from experiments.clutter_speed import BACKGROUNDS, SPEEDS
@@ -22,8 +27,3 @@ EXPERIMENT = OfflineExperiment(
     figure=Figure("peaks", along="speed", lines="background_speed", panels="grey"),
     recorded=False,
 )
-
-if __name__ == "__main__":
-    from experiments.bench.cli import run_file
-
-    run_file(__file__)

@@ -1,5 +1,10 @@
 """Three object speeds at five background speeds, dark and light (the paper's simu-sys-speed)."""
 
+if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
+    from experiments.bench.entry import run_file
+
+    run_file(__file__)
+
 from experiments.bench.offline import Clip, Figure, OfflineExperiment
 from experiments.clutter_depth import GREYS
 
@@ -24,8 +29,3 @@ EXPERIMENT = OfflineExperiment(
     recorded=False,
     figure=Figure("peaks", along="speed", lines="background_speed", panels="grey"),
 )
-
-if __name__ == "__main__":
-    from experiments.bench.cli import run_file
-
-    run_file(__file__)

@@ -1,5 +1,10 @@
 """Rightward translation before a natural image that shifts left (the paper's simu-nature-trans)."""
 
+if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
+    from experiments.bench.entry import run_file
+
+    run_file(__file__)
+
 from experiments.bench.offline import Clip, OfflineExperiment
 from experiments.clutter_depth import GREYS
 
@@ -14,8 +19,3 @@ EXPERIMENT = OfflineExperiment(
     claims=("C6",),
     repeats=5,
 )
-
-if __name__ == "__main__":
-    from experiments.bench.cli import run_file
-
-    run_file(__file__)

@@ -1,5 +1,10 @@
 """Systematic translation, distances (the paper's robot-sys-trans b): 6 cm/s at 5, 10 and 15 cm."""
 
+if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
+    from experiments.bench.entry import run_file
+
+    run_file(__file__)
+
 from experiments.bench.declaration import Experiment
 from experiments.bench.designs import Translation
 
@@ -11,8 +16,3 @@ EXPERIMENT = Experiment(
     repeats=10,
     claims=("C14", "C16"),
 )
-
-if __name__ == "__main__":
-    from experiments.bench.cli import run_file
-
-    run_file(__file__)

@@ -1,5 +1,10 @@
 """One of each motion (the paper's robot-general-tests): straight approach and recession, a crossing each way."""
 
+if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
+    from experiments.bench.entry import run_file
+
+    run_file(__file__)
+
 from experiments.bench.declaration import Experiment
 from experiments.bench.designs import General
 
@@ -11,8 +16,3 @@ EXPERIMENT = Experiment(
     repeats=10,
     claims=("C13", "C14"),
 )
-
-if __name__ == "__main__":
-    from experiments.bench.cli import run_file
-
-    run_file(__file__)

@@ -27,8 +27,8 @@ from experiments.bench.episode_scores import EPISODE_SCHEMA, STEP_SCHEMA, Score,
 from experiments.bench.episodes import EpisodeSpec, Setting, play_behaviour, play_entry
 from experiments.bench.files import UsageError, is_file
 from experiments.bench.pool import Pool, open_pool
-from experiments.bench.results import Failure, Finished, RunFolder
-from experiments.bench.runner import run_all
+from experiments.bench.progress import progress
+from experiments.bench.results import Failure, Finished, RunFolder, known
 from experiments.bench.settings import check_counts
 
 SET_BY_BEHAVIOUR = ("observation", "actions", "render_mode", "render_view", "render_width", "render_height", "model")
@@ -146,7 +146,7 @@ def score(
     where = env_id(env or behaviour.env)
     rows: list[dict[str, Any]] = []
     wanted = float(options.get("distance_cm", DEFAULT_GAP_CM))
-    with console.progress(behaviour.name, episodes, False, "episodes") as advance:
+    with progress(behaviour.name, episodes, False, "episodes") as advance:
         for repeat in range(episodes):
             episode = play_entry(behaviour, where, options, seed + repeat)
             rows += finished(episode, repeat, repeat, wanted, None).rows
@@ -185,12 +185,12 @@ def run_with(made: BehaviourPlan, out: Path, pool: Pool, means: console.Means, r
         folder.enter(description, begun(out), made.contents(recorded), means.other_code)
         left = len(specs) - len(folder.done())
         if not means.quiet:
-            who = ", ".join(Path(setting.behaviour).stem for setting in made.settings)
-            said = f"{len(specs)} episodes ({who}), {left} of them to do, into {out}"
+            names = [Path(setting.behaviour).stem for setting in made.settings]
+            kept = f"; those of {names[0]} are recorded" if recorded else ""
+            size = f"{console.count(len(specs), 'episode')} ({', '.join(names)}){kept}"
+            said = f"{size}, {left} of them to do, {console.where(means)}, into {out}"
             console.error_console.print(said, soft_wrap=True, markup=False)
-        with console.progress("behave", left, means.quiet, "episodes") as advance:
-            failures = run_all(specs, folder, pool, advance, partial(work, recorded=recorded))
-        console.tell(failures, folder)
+        failures = console.do("behave", specs, folder, pool, means, partial(work, recorded=recorded), "episodes")
         standings = _standings(made, folder.rows())
         folder.write_rows("scores.csv", table(standings))
         return Played(out, standings, folder.frames(), failures)
@@ -211,7 +211,7 @@ def table(standings: Sequence[Standing]) -> list[dict[str, Any]]:
     return [
         {
             "env": standing.env, "behaviour": standing.behaviour, "measure": name, "episodes": len(standing.rows),
-            "value": score.value, "ci_low": score.low, "ci_high": score.high,
+            "value": known(score.value), "ci_low": known(score.low), "ci_high": known(score.high),
         }
         for standing in standings
         for name, score in standing.scores.items()

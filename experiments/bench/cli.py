@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+if __name__ == "__main__":  # python -m experiments.bench.cli: before anything heavier is imported
+    from experiments.bench import entry
+
+    entry.main()
+
 import datetime
 import os
-import subprocess
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
 from rich.markup import escape
+from typer.core import TyperGroup
 
-from experiments.bench import cli_behave, cli_leaderboard, cli_offline, cli_train, cli_tune, cli_watch
+from experiments.bench import cli_behave, cli_leaderboard, cli_offline, cli_train, cli_tune, cli_watch, entry
 from experiments.bench.options import (
     Assignments,
     Cluster,
@@ -29,9 +34,26 @@ from experiments.bench.options import (
 if TYPE_CHECKING:
     from experiments.bench.plan import Plan
 
-EXIT_FAILED, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
+EXIT_FAILED = 1
+
+
+class _Interrupted(BaseException):
+    """Ctrl-C on its way through the parser, which would print an empty line for it."""
+
+
+class _Commands(TyperGroup):
+    """All commands."""
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        """Run the one that was asked for."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise _Interrupted from None
+
 
 app = typer.Typer(
+    cls=_Commands,
     rich_markup_mode="rich",
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -94,7 +116,7 @@ def run(
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Run an experiment and write its results into a folder.
 
     Every model sees the same frames. Trials already finished stay readable if the run is interrupted, and
@@ -115,8 +137,7 @@ def run(
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = resume or out or Path("runs") / f"{declared.name}-{stamp}"
     report = console.run(plan, folder, means, resume is not None, recordings)
-    if report.failures:
-        raise typer.Exit(EXIT_FAILED)
+    return EXIT_FAILED if report.failures else 0
 
 
 @app.command(short_help="Run an experiment over a grid of parameters, on the same stimuli.")
@@ -134,7 +155,7 @@ def sweep(
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Run every combination of the values; tabulate (sweep.csv) and draw (figure.svg, .png) them together.
 
     Equal trials of different points have equal seeds: the same stimuli, start poses and noise.
@@ -148,15 +169,14 @@ def sweep(
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"sweep-{declared.name}-{stamp}"
     means = console.Means(worker_count(workers), cluster, quiet, other_code)
-    if console.sweep(parts, points, declared.varies, folder, means):
-        raise typer.Exit(EXIT_FAILED)
+    return EXIT_FAILED if console.sweep(parts, points, declared.varies, folder, means) else 0
 
 
 @app.command(short_help="Run the paper's experiments and report which claims hold.")
 def reproduce(
     quick: Annotated[bool, typer.Option("--quick", help="A taste: few repeats and seeds, no grids of clips.")] = False,
     full: Annotated[
-        bool, typer.Option("--full", help="Ten repeats at every seed and move: some twenty minutes.")
+        bool, typer.Option("--full", help="Ten repeats at every seed and move: takes several times as long.")
     ] = False,
     robot_only: Annotated[
         bool, typer.Option("--robot-only", help="Just the paper's trials with the robot: neither clips nor behaviours.")
@@ -260,20 +280,24 @@ def parameters(
 def view(
     path: Annotated[Path, typer.Argument(help="A run's folder, one .rrd file, or a scene's name.")],
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
-) -> None:
-    """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer."""
+) -> int:
+    """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer.
+
+    The viewer, or with --web its server, ends with this command.
+    """
+    from experiments.bench import viewer
     from experiments.bench.files import UsageError
     from scenes import ARENAS
 
     if str(path) in ARENAS and not path.exists():
-        return _view_scene(str(path))
+        _view_scene(str(path))
+        return 0
     files = [path] if path.is_file() else sorted([*path.glob("*.rrd"), *path.glob("recordings/*.rrd")])
     if not files:
         raise UsageError(f"{path}: no such file, or no .rrd recordings in it")
-    command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1"]
-    if web:
-        command.append("--web-viewer")
-    raise typer.Exit(subprocess.run([*command, *map(str, files)], check=False).returncode)
+    if not web:
+        viewer.require_screen(f"view {path}: ", "use --web")
+    return viewer.show(files, web=web, instead="use --web")
 
 
 def _view_scene(arena: str) -> None:
@@ -295,44 +319,24 @@ def _view_scene(arena: str) -> None:
 cli_offline.register(app)
 
 
-def run_file(path: str) -> None:
-    """What ``python experiments/NAME.py [OPTIONS]`` does: ``colias run`` on that file."""
-    sys.argv[1:1] = ["run", path]
-    main()
-
-
-def main() -> None:
-    """Entry point: a wrong use or a missing library ends in one line on stderr and a non-zero status."""
+def command(arguments: list[str]) -> int:
+    """Do what a command line asks for, and return the exit status. Raises `UsageError` for what it cannot mean."""
     try:
         # Not standalone, so that the parser's own complaints come out as one line too.
-        sys.exit(app(args=sys.argv[1:] or ["--help"], standalone_mode=False))
-    except (KeyboardInterrupt, typer.Abort):
-        sys.exit(EXIT_INTERRUPTED)
+        return int(app(args=arguments, standalone_mode=False) or 0)
+    except (_Interrupted, typer.Abort):
+        raise KeyboardInterrupt from None
     except typer.TyperException as error:
-        _fail(" ".join(error.format_message().split()))
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(1)
-    except Exception as error:
-        if not _is_plain(error):
-            raise
-        _fail(f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else str(error))
+        from experiments.bench.files import UsageError
+
+        raise UsageError(" ".join(error.format_message().split())) from None
 
 
-def _is_plain(error: Exception) -> bool:
-    """Whether the message alone tells a user what to do; anything else is a defect and keeps its traceback."""
-    if isinstance(error, OSError):  # a missing OpenGL too, whose package cannot then be imported to ask
-        return True
-    from experiments.bench.files import UsageError
-    from experiments.bench.trial import TrialError
-
-    return isinstance(error, UsageError | TrialError)
+def run_file(path: str) -> NoReturn:
+    """What ``python experiments/NAME.py [OPTIONS]`` does: ``colias run`` on that file."""
+    entry.run_file(path)
 
 
-def _fail(text: str) -> None:
-    print(f"colias: {text}", file=sys.stderr)
-    sys.exit(EXIT_USAGE)
-
-
-if __name__ == "__main__":
-    main()
+def main() -> NoReturn:
+    """The command line of ``sys.argv``, in a process that has seen to its own signals and streams."""
+    entry.run()

@@ -35,13 +35,13 @@ def behave(
         typer.Option(help="Folder of the results, otherwise runs/behave-NAME-TIME; goes on with one begun."),
     ] = None,
     recordings: Annotated[
-        bool, typer.Option(help="Write a Rerun recording of each of the behaviour's episodes.")
+        bool, typer.Option(help="Write a Rerun recording of each of the behaviour's episodes, not the baselines'.")
     ] = True,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Play a behaviour's episodes, and those of its baselines in the same worlds, and print a table with intervals.
 
     The robot is the observer of the trials, with its camera, wheels and motors; the network runs on every frame.
@@ -58,5 +58,4 @@ def behave(
     behave_figure.write(played)
     if not quiet:
         console_behave.show(played, recordings)
-    if played.failures:
-        raise typer.Exit(1)
+    return 1 if played.failures else 0

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,6 +13,8 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from experiments.bench import interrupts
+
 if TYPE_CHECKING:
     from dsnn.stimuli import ClipParams, Stimulus
     from experiments.bench.console import Means
@@ -24,6 +23,8 @@ if TYPE_CHECKING:
 
 PATIENCE_S = 2.0
 """Progress is told only of what takes longer."""
+INSTEAD = "use --record FILE.rrd --no-view"
+"""What to do where there is no screen."""
 LINE_EVERY_S = 10.0
 """How often, where there is no terminal."""
 
@@ -84,7 +85,7 @@ def play(
     jitter: Jitter = 0.0,
     record: Annotated[Path | None, typer.Option(help="Keep the recording as this .rrd file.")] = None,
     view: Annotated[bool, typer.Option("--view/--no-view", help="Open Rerun's viewer.")] = True,
-) -> None:
+) -> int:
     """Show a stimulus to a model, and open frames, object, potentials, thresholds and spikes in Rerun.
 
     A DSNN has the paper's off-line threshold (0.16) and spike gain (2) unless --set says otherwise.
@@ -103,15 +104,13 @@ def play(
     console = Console(highlight=False)
     for answer in played.answers:
         ranges = {channel: getattr(answer.series, channel) for channel in answer.channels}
-        said = [f"{channel.upper()} {v.min():+.2f} .. {v.max():+.2f}" for channel, v in ranges.items()]
+        said = [f"{channel.upper()} {v.min():+z.2f} .. {v.max():+z.2f}" for channel, v in ranges.items()]
         levels = dict.fromkeys(level for level in answer.thresholds.values() if level is not None)
         said += [f"T {' and '.join(f'{level:g}' for level in levels)}"] if levels else []
         console.print(f"{answer.model:<18}{'   '.join(said)}", soft_wrap=True, markup=False)
     for label, trouble in played.troubles.items():
         Console(stderr=True, highlight=False).print(f"{label} failed: {trouble}", soft_wrap=True, markup=False)
-    _show(played, record, view)
-    if played.troubles:
-        raise typer.Exit(1)
+    return _show(played, record, view) or int(bool(played.troubles))
 
 
 def run(
@@ -124,8 +123,8 @@ def run(
     models: Sequence[str],
     means: Means,
     recordings: bool,
-) -> None:
-    """What ``colias run`` does with an off-line experiment."""
+) -> int:
+    """What ``colias run`` does with an off-line experiment; the exit status."""
     import datetime
 
     from experiments.bench import console, offline_run
@@ -139,27 +138,27 @@ def run(
         report = offline_run.run(plan, folder, pool, means, resume is not None, record)
     if not means.quiet:
         console.show_offline(report, record)
-    if report.failures:
-        raise typer.Exit(1)
+    return 1 if report.failures else 0
 
 
 def _check_outputs(record: Path | None, view: bool) -> None:
+    from experiments.bench import viewer
     from experiments.bench.files import UsageError
 
     if not view and record is None:
         raise UsageError("--no-view: give a file to --record too, or nothing comes of it")
     if record is not None and record.suffix != ".rrd":
         raise UsageError(f"--record {record}: the file's name should end in .rrd")
-    screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    if view and sys.platform.startswith("linux") and not screen:
-        raise UsageError("Rerun's viewer needs a screen (DISPLAY is not set): use --record FILE.rrd --no-view")
+    if view:
+        viewer.require_screen("play: ", INSTEAD)
 
 
-def _show(played: Played, record: Path | None, view: bool) -> None:
-    """Write the recording, to a file that goes with the viewer if none was asked for."""
+def _show(played: Played, record: Path | None, view: bool) -> int:
+    """Write the recording, to a file that goes with the viewer if none was asked for; the exit status."""
+    from experiments.bench import viewer
     from experiments.bench.log_clip import record as recorded
 
-    with tempfile.TemporaryDirectory(prefix="colias-") as folder:
+    with interrupts.held(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
         place = record or Path(folder) / f"{played.name}.rrd"
         part = place.with_name(f"{place.name}.part")
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -167,9 +166,7 @@ def _show(played: Played, record: Path | None, view: bool) -> None:
         part.replace(place)
         if record is not None:
             Console(highlight=False).print(f"recording   {record}", soft_wrap=True, markup=False)
-        if view:
-            command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(place)]
-            raise typer.Exit(subprocess.run(command, check=False).returncode)
+        return viewer.show([place], instead=INSTEAD) if view else 0
 
 
 def _section(name: str) -> dict[str, Any]:
@@ -224,6 +221,7 @@ def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
 
     def advance() -> None:
         nonlocal done, told
+        interrupts.check()
         done += 1
         now = time.monotonic()
         if now - began < PATIENCE_S:
@@ -236,7 +234,9 @@ def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
             console.print(f"{name}: {done} of {total}")
 
     try:
-        yield advance
+        # Ctrl-C waits for the end of a frame, so that half-written files are removed.
+        with interrupts.held():
+            yield advance
     finally:
         if bar.live.is_started:  # stopping one that never started prints an empty line
             bar.stop()

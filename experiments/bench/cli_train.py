@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import datetime
 import importlib.util
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from experiments.bench import interrupts
 from experiments.bench.options import Quiet, Seed, Workers, worker_count
 
 if TYPE_CHECKING:
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from experiments.bench.policy import About
 
 STEPS, ENVS, REPLAYED = 40_960, 8, 5
-STEP_MS, START_S, JUDGING_S = 4.0, 25.0, 90.0
-"""What a step of an env costs one core, starting them all, and judging what was learnt: for the estimate."""
 
 
 def register(app: typer.Typer) -> None:
@@ -36,7 +34,7 @@ def train(
     episodes: Annotated[int | None, typer.Option(help=f"With --replay: how many; otherwise {REPLAYED}.")] = None,
     workers: Workers = None,
     quiet: Quiet = False,
-) -> None:
+) -> int:
     """Train a small network on what the vision model says, and hold it against chance, rest and the reflex.
 
     Needs stable-baselines3 and PyTorch ([b]make train[/b] sets them up); --replay needs neither. OUT gets policy.npz,
@@ -57,7 +55,7 @@ def train(
     if episodes is not None:
         raise UsageError(f"--episodes {episodes}: goes with --replay")
     about = _about(env or "Optomotor", STEPS if steps is None else steps, seed, ENVS if envs is None else envs)
-    _train(about, out, means)
+    return _train(about, out, means)
 
 
 def _about(env: str, steps: int, seed: int, envs: int) -> About:
@@ -77,10 +75,11 @@ def _about(env: str, steps: int, seed: int, envs: int) -> About:
     return About(where, seed, steps, envs)
 
 
-def _train(about: About, out: Path | None, means: Means) -> None:
+def _train(about: About, out: Path | None, means: Means) -> int:
     from colias_sim.gl import require_backend
     from experiments.bench import console
     from experiments.bench.files import UsageError
+    from experiments.bench.progress import progress
 
     for module in ("torch", "stable_baselines3"):
         if importlib.util.find_spec(module) is None:
@@ -90,33 +89,35 @@ def _train(about: About, out: Path | None, means: Means) -> None:
     folder = _new_folder(out, f"train-{about.env.partition('/')[2]}")
     rounds = -(-about.steps // about.envs)
     if not means.quiet:
-        cores = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1, about.envs)
-        minutes = (about.steps * STEP_MS / 1e3 + START_S + JUDGING_S) / cores / 60
-        size = f"{about.steps} steps in {about.envs} envs, which are starting, some {minutes:.1f} minutes"
-        said = f"{about.env}: {size}, into {folder}"
+        said = f"{about.env}: {about.steps} steps in {about.envs} envs, which are starting, into {folder}"
         console.error_console.print(said, soft_wrap=True, markup=False)
     from experiments.bench import policy_run, training
+    from experiments.bench.policy import ROLLOUT
 
+    # Steps come fast until the first rollout is learnt from: the time left is known after two.
     learnt = training.train(
-        about, lambda: console.progress("train", rounds, means.quiet, f"steps of {about.envs} envs")
+        about, lambda: progress("train", rounds, means.quiet, f"steps of {about.envs} envs", width=ROLLOUT)
     )
 
-    file = policy_run.keep(learnt.policy, learnt.curve, folder)
+    with interrupts.held():
+        file = policy_run.keep(learnt.policy, learnt.curve, folder)
     if learnt.stopped:
         made = learnt.policy.about.steps
         console.error_console.print(f"stopped after {made} of {about.steps} steps; {file} has what was learnt so far",
                                     soft_wrap=True, markup=False)  # fmt: skip
         raise KeyboardInterrupt
-    policy_run.judge(file, folder, means)
+    failed = policy_run.judge(file, folder, means)
     if not means.quiet:
         console.out_console.print(f"{'policy':<12}{file}", soft_wrap=True, markup=False)
+    return 1 if failed else 0
 
 
-def _replay(file: Path, episodes: int, seed: int, out: Path | None, means: Means) -> None:
+def _replay(file: Path, episodes: int, seed: int, out: Path | None, means: Means) -> int:
     from experiments.bench import policy_file, policy_run
 
     policy_file.load(file)  # before a folder is made
-    policy_run.replay(file, _new_folder(out, f"replay-{file.stem}"), episodes, seed, means)
+    failed = policy_run.replay(file, _new_folder(out, f"replay-{file.stem}"), episodes, seed, means)
+    return 1 if failed else 0
 
 
 def _new_folder(out: Path | None, name: str) -> Path:

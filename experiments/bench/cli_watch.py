@@ -44,7 +44,7 @@ def watch(
     assignments: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a model's parameter. Repeatable.")
     ] = None,
-) -> None:
+) -> int:
     """Step the network through footage, a step a frame, and tell when what moved which way.
 
     A file is taken as fast as it decodes. Thresholds are the paper's off-line ones, which
@@ -65,9 +65,7 @@ def watch(
     own_rate = _own_rate(film) if fps == "real" else rate
     chosen, _ = settings.watchers(model or ["dsnn"], assignments or (), fps=own_rate)
     wanted = console_watch.Wanted(record, table, view, judge)
-    status = console_watch.run(film, asked or footage.usual_size(film.size), chosen, wanted)
-    if status:
-        raise typer.Exit(status)
+    return console_watch.run(film, asked or footage.usual_size(film.size), chosen, wanted)
 
 
 def _size(text: str | None) -> tuple[int, int] | None:

@@ -4,27 +4,29 @@ from __future__ import annotations
 
 import shlex
 import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.table import Table
-from rich.text import Text
 
 from colias_sim.gl import require_backend
 from experiments.bench.contents import robot_contents
-from experiments.bench.declaration import CONDITION_COLUMNS
+from experiments.bench.courses import nominal
+from experiments.bench.declaration import CONDITION_COLUMNS, TrialSpec
 from experiments.bench.description import begun
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
-from experiments.bench.results import Failure, RunFolder, group, varying
-from experiments.bench.runner import Keep, run_trials
+from experiments.bench.progress import error_console as error_console
+from experiments.bench.progress import progress
+from experiments.bench.results import Failure, Finished, RunFolder, group, varying
+from experiments.bench.runner import AnySpec, Keep, run_all
+from experiments.bench.runner import work as trial
 
 if TYPE_CHECKING:
     from experiments.bench.claims import Verdict
@@ -34,9 +36,6 @@ if TYPE_CHECKING:
     from experiments.bench.sweep import Part, Point
 
 SHOWN_FAILURES = 10
-LINE_EVERY_S = 60.0  # progress where there is no terminal to draw a bar on
-FRAME_MS, MODEL_MS, RECORDING_MS, START_S = 1.3, 0.25, 0.6, 2.0
-"""What a frame costs one core, each further model, and its recording; what starting workers takes: for estimates."""
 
 SHORT = {
     "speed_cm_s": "cm/s", "distance_cm": "cm", "far_cm": "far cm", "angle_deg": "deg", "shell_grey": "shell",
@@ -45,7 +44,6 @@ SHORT = {
 }  # fmt: skip
 
 out_console = Console(highlight=False, width=None if sys.stdout.isatty() else 100)
-error_console = Console(stderr=True, highlight=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,49 +57,31 @@ class Means:
     """Whether to go on with a run that other code began."""
 
 
-class _Rate(ProgressColumn):
-    def render(self, task: Task) -> Text:
-        return Text(f"{task.speed:.1f}/s" if task.speed else "")
-
-
-@contextmanager
-def progress(name: str, total: int, quiet: bool, things: str = "trials") -> Iterator[Callable[[], None]]:
-    """A bar with rate and time left, or a line a minute where there is no terminal; yields what to call per trial."""
-    began = told = time.monotonic()
-    done = 0
-    columns = (
-        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), _Rate(),
-        TimeRemainingColumn(),
-    )  # fmt: skip
-    with Progress(*columns, console=error_console, transient=True, disable=quiet) as bar:
-        task = bar.add_task(f"{name}: {things}", total=total)
-
-        def advance() -> None:
-            nonlocal done, told
-            done += 1
-            bar.advance(task)
-            now = time.monotonic()
-            if not quiet and not error_console.is_terminal and now - told > LINE_EVERY_S:
-                told, rate = now, done / (now - began)
-                left = (total - done) / rate
-                error_console.print(f"{done} of {total} {things}, {rate:.1f}/s, {left:.0f} s left")
-
-        yield advance
-
-
-def estimate(plans: list[Plan], means: Means, recordings: bool) -> str:
-    """The design check: trials, frames, expected time."""
+def amount(plans: Sequence[Plan], means: Means) -> str:
+    """The design check: trials, frames, and on what. How long it takes is told by the first trials."""
     trials = sum(len(plan.specs()) for plan in plans)
     frames = sum(plan.frames() for plan in plans)
-    ms = sum(plan.frames() * (FRAME_MS + MODEL_MS * (len(plan.settings.models) - 1)) for plan in plans)
-    seconds = (ms + recordings * RECORDING_MS * frames) / 1e3 / max(means.workers, 1) + START_S
-    where = f"on {means.cluster}" if means.cluster else f"about {seconds:.0f} s on {max(means.workers, 1)} workers"
-    return f"{trials} trials, about {frames:,} frames, {where}"
+    return f"{trials} trials, about {frames:,} frames, {where(means)}"
+
+
+def count(number: int, thing: str) -> str:
+    """``1 trial``, ``2 trials``."""
+    return f"{number} {thing}{'s' * (number != 1)}"
+
+
+def where(means: Means) -> str:
+    """On what a run is: ``on 2 workers``."""
+    return f"on {means.cluster or count(max(means.workers, 1), 'worker')}"
+
+
+def seconds(spec: TrialSpec) -> float:
+    """How long a trial lasts, as planned: what it costs goes by that."""
+    return nominal(spec.condition, spec.settings).seconds
 
 
 def announce(plans: list[Plan], more: int, folder: Path, means: Means) -> None:
     """The design check of a reproduction: its experiments, and how many trials its studies have."""
-    said = f"{len(plans)} experiments: {estimate(plans, means, recordings=True)}; then {more} trials of the studies"
+    said = f"{len(plans)} experiments: {amount(plans, means)}; then {more} trials of the studies"
     error_console.print(f"{said}, into {folder}", soft_wrap=True, markup=False)
 
 
@@ -131,18 +111,32 @@ def open_folder(plan: Plan, out: Path, means: Means, resume: bool, recordings: b
 
 
 def run_with(plan: Plan, folder: RunFolder, pool: Pool, means: Means, recordings: bool) -> list[Failure]:
-    """Run what a plan has left to do, with progress; says how far it got if it is cut short."""
-    total = len(plan.specs())
+    """Run what a plan has left to do, with progress."""
     before = len(folder.done())
     if not means.quiet:
         resumed = f"; {before} of them done already" if before else ""
-        said = f"{plan.experiment.name}: {estimate([plan], means, recordings)}{resumed}, into {folder.folder}"
+        said = f"{plan.experiment.name}: {amount([plan], means)}{resumed}, into {folder.folder}"
         error_console.print(said, soft_wrap=True, markup=False)
-    with progress(plan.experiment.name, total - before, means.quiet) as advance:
+    return do(
+        plan.experiment.name, plan.specs(), folder, pool, means, partial(trial, keep=Keep(recordings)), size=seconds
+    )
+
+
+def do(
+    name: str, specs: Sequence[AnySpec], folder: RunFolder, pool: Pool, means: Means,
+    work: Callable[[AnySpec], Finished], things: str = "trials", size: Callable[[AnySpec], float] = lambda _: 1.0,
+) -> list[Failure]:  # fmt: skip
+    """Do those ``specs`` that ``folder`` lacks, with progress, and name what failed; returns all that ever failed.
+
+    ``size`` says how much work one is, in any unit. Says how far it got if it is cut short.
+    """
+    done = folder.done()
+    sizes = {spec.index: size(spec) for spec in specs if spec.index not in done}
+    with progress(name, len(sizes), means.quiet, things, width=pool.width, whole=sum(sizes.values())) as advance:
         try:
-            failures = run_trials(plan.specs(), folder, pool, advance, Keep(recordings))
+            failures = run_all(specs, folder, pool, lambda index: advance(sizes[index]), work)
         except BaseException:
-            said = f"stopped after {len(folder.done())} of {total} trials; they are in {folder.folder}"
+            said = f"stopped after {len(folder.done())} of {len(specs)} {things}; they are in {folder.folder}"
             error_console.print(said, soft_wrap=True, markup=False)
             raise
     tell(failures, folder)
@@ -205,8 +199,8 @@ def _comparisons_table(report: Report) -> Table:
             *("-" if row[n] is None else row[n] if isinstance(row[n], str) else f"{row[n]:g}" for n in names),
             f"{row['model']} - {row['against']}",
             f"{row['n']}",
-            f"{row['mean_difference']:+.1f}",
-            f"{row['rank_biserial']:+.2f}",
+            f"{row['mean_difference']:+z.1f}",
+            f"{row['rank_biserial']:+z.2f}",
             f"{row['p_holm']:.4f}",
         )
     return table
@@ -219,8 +213,8 @@ def show_offline(report: OfflineReport, recorded: bool) -> None:
     for name in ("clip", "model", "HS", "VS", "looming", "spikes"):
         table.add_column(name, justify="left" if name in ("clip", "model") else "right", no_wrap=True)
     for row in (row for row in report.rows if row["repeat"] == 0):
-        ranges = (f"{row[f'trough_{system}']:+.3f} .. {row[f'peak_{system}']:+.3f}" for system in ("hs", "vs"))
-        table.add_row(Text(row["clip"]), row["model"], *ranges, f"{row['peak_looming']:.2f}", f"{row['spikes']}")
+        ranges = (f"{row[f'trough_{system}']:+z.3f} .. {row[f'peak_{system}']:+z.3f}" for system in ("hs", "vs"))
+        table.add_row(escape(row["clip"]), row["model"], *ranges, f"{row['peak_looming']:.2f}", f"{row['spikes']}")
     out_console.print(table)
     for verdict in report.verdicts:
         colour = {"holds": "green", "fails": "red", "untested": "yellow"}[verdict.verdict]
@@ -263,7 +257,7 @@ def sweep(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path
     if means.cluster is None:
         require_backend()
     if not means.quiet and len(parts) > 1:
-        whole_plan = estimate([part.plan for part in parts], means, recordings=False)
+        whole_plan = amount([part.plan for part in parts], means)
         error_console.print(f"{len(points)} points: {whole_plan}, into {out}", soft_wrap=True, markup=False)
     with open_pool(means.workers, means.cluster) as pool:
         for part in parts:
@@ -276,10 +270,10 @@ def sweep(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path
     if not rows:
         return failed
     table = grids.table(rows, points)
-    whole = RunFolder(out)
-    whole.write_rows("sweep.csv", table)
     title = f"{parts[0].plan.experiment.name}, n = {parts[0].plan.repeats}"
     picture = grids.write_figure(grids.draw(rows, points, varies, title), out)
+    # Last, as it makes the sweep a whole one, which is not gone on with.
+    RunFolder(out).write_rows("sweep.csv", table)
     if not means.quiet:
         keys = [*(key for key, _ in points[0].values), *grids.other_conditions(rows, varies)]
         out_console.print(_sweep_table(table, keys, varies))
@@ -328,7 +322,7 @@ def _conditions_table(report: Report) -> Table:
             f"{spikes['mean']:.1f}",
             "-" if spikes["ci_low"] is None else f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
             *([] if several else [f"{rows['firing_rate_hz']['mean']:.1f}"]),
-            f"{rows['peak_hs']['mean']:+.2f}",
-            f"{rows['trough_hs']['mean']:+.2f}",
+            f"{rows['peak_hs']['mean']:+z.2f}",
+            f"{rows['trough_hs']['mean']:+z.2f}",
         )
     return table

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 from collections.abc import Sequence
 
@@ -10,8 +9,8 @@ from rich.table import Table
 
 from experiments.bench.behave import Played, Standing
 from experiments.bench.behaviour_claims import BehaviourClaim
-from experiments.bench.console import out_console
-from experiments.bench.episode_scores import Score
+from experiments.bench.console import count, out_console
+from experiments.bench.episode_scores import Score, written
 
 NOTES = {
     "colias_sim/Avoidance-v0": "An episode ends with its first collision. Intervals are those of Poisson rates.",
@@ -33,7 +32,8 @@ def show(played: Played, recorded: bool) -> None:
     if played.standings:
         places["figure"] = str(played.folder / "figure.png")
     if recorded:
-        places["recordings"] = f"colias view {shlex.quote(str(played.folder))}"
+        own = played.standings[0].behaviour if played.standings else "the behaviour"
+        places["recordings"] = f"colias view {shlex.quote(str(played.folder))}  (the episodes of {own})"
     for name, place in places.items():
         out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
 
@@ -56,7 +56,7 @@ def show_claims(claims: Sequence[BehaviourClaim]) -> None:
 def _table(standings: list[Standing]) -> Table:
     """Two lines a behaviour: the values, and below them their intervals."""
     short = standings[0].env.partition("/")[2]
-    title = f"{short}, {len(standings[0].rows)} episodes each, the same worlds"
+    title = f"{short}, {count(len(standings[0].rows), 'episode')} each, the same worlds"
     table = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)
     table.add_column("behaviour", no_wrap=True)
     measures = list(standings[0].scores)
@@ -70,6 +70,4 @@ def _table(standings: list[Standing]) -> Table:
 def _said(score: Score | None) -> str:
     if score is None:
         return "-"
-    if math.isnan(score.low):
-        return "-" if math.isnan(score.value) else f"{score.value:.3g}"
-    return f"{score.value:.3g}\n[dim]{score.low:.3g} .. {score.high:.3g}[/dim]"
+    return f"{written(score.value)}\n[dim]{score.interval()}[/dim]"

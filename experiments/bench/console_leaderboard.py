@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from rich.table import Table
 
 from experiments.bench.console import out_console
@@ -47,4 +49,5 @@ def _said(measure: str, score: Score | None) -> str:
     if score is None:
         return "-"
     form = ".0f" if measure.startswith("us_") else ".2f"
-    return f"{score.value:{form}}\n[dim]{score.low:{form}}-{score.high:{form}}[/dim]"
+    interval = "-" if math.isnan(score.low) else f"{score.low:{form}}-{score.high:{form}}"
+    return f"{score.value:{form}}\n[dim]{interval}[/dim]"

@@ -16,6 +16,8 @@ from experiments.bench.results import Finished
 from experiments.bench.statistics import summarise
 
 Row = Mapping[str, Any]
+PLACES = 4
+"""Decimal places that are shown: a gain of 0.00001 is 0 to anybody who reads it."""
 
 EPISODE_SCHEMA = pa.schema(
     {
@@ -60,11 +62,18 @@ class Score:
     n: int
 
     def __str__(self) -> str:
-        if math.isnan(self.value):
-            return "-"
-        if math.isnan(self.low):
-            return f"{self.value:.3g}"
-        return f"{self.value:.3g} [{self.low:.3g}, {self.high:.3g}]"
+        if math.isnan(self.value) or math.isnan(self.low):
+            return written(self.value)
+        return f"{written(self.value)} [{written(self.low)}, {written(self.high)}]"
+
+    def interval(self) -> str:
+        """``low .. high``, or a dash where there is none: one episode has no spread."""
+        return "-" if math.isnan(self.low) else f"{written(self.low)} .. {written(self.high)}"
+
+
+def written(value: float) -> str:
+    """A number for people, to three digits and four decimal places; a dash for NaN."""
+    return "-" if math.isnan(value) else f"{round(value, PLACES):z.3g}"
 
 
 def finished(episode: Episode, index: int, repeat: int, wanted_cm: float, recording: bytes | None) -> Finished:
@@ -97,7 +106,8 @@ def optomotor_gain(slip_deg_s: Sequence[float] | Any, drift_deg_s: Sequence[floa
     """
     slip, drift = np.asarray(slip_deg_s, float), np.asarray(drift_deg_s, float)
     whole = float(np.abs(drift).sum())
-    return None if whole == 0.0 else 1.0 - float((slip * np.sign(drift)).sum()) / whole
+    # Frame by frame, so that what does nothing gets 0, not the rounding errors of two sums.
+    return None if whole == 0.0 else float(((drift - slip) * np.sign(drift)).sum()) / whole
 
 
 def mean(rows: Sequence[Row], column: str) -> Score | None:

@@ -26,7 +26,7 @@ from experiments.bench.offline import CLIP_SCHEMA, SERIES_SCHEMA, OfflineExperim
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
 from experiments.bench.results import FRAME_SCHEMA, TRIAL_SCHEMA, Failure, Finished, RunFolder
-from experiments.bench.runner import Keep, run_all, work
+from experiments.bench.runner import Keep, work
 
 LEFT_OUT = ("dsnn-reference",)
 """It answers as the DSNN does, slowly: to test against."""
@@ -43,6 +43,8 @@ class Part:
     contents: Contents
     schemas: tuple[pa.Schema, pa.Schema]
     work: Callable[[Any], Finished]
+    size: Callable[[Any], float]
+    """How much work one is, in any unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,9 +99,16 @@ def leaderboard(folder: Path, models: Sequence[str], repeats: int | None, seed: 
 def _parts(robot: Plan, clips: Sequence[offline_run.OfflinePlan]) -> list[Part]:
     specs, schemas = robot.specs(), (CLIP_SCHEMA, SERIES_SCHEMA)
     crossings = robot_contents(specs, recordings=False, frames=False)
-    trials = Part(ROBOT.name, "trials", specs, describe(robot), crossings, (TRIAL_SCHEMA, FRAME_SCHEMA), _trial)
-    shown = ((p, clip_contents(p.showings, frames=False)) for p in clips)
-    return [trials, *(Part(p.experiment.name, "clips", p.showings, p.describe(), c, schemas, _clip) for p, c in shown)]
+    own = (TRIAL_SCHEMA, FRAME_SCHEMA)
+    trials = Part(ROBOT.name, "trials", specs, describe(robot), crossings, own, _trial, console.seconds)
+    shown = [(p, clip_contents(p.showings, frames=False)) for p in clips]
+    return [
+        trials,
+        *(
+            Part(p.experiment.name, "clips", p.showings, p.describe(), known, schemas, _clip, offline_run.pixels)
+            for p, known in shown
+        ),
+    ]
 
 
 def _clip_plan(experiment: OfflineExperiment, repeats: int | None, seed: int) -> offline_run.OfflinePlan:
@@ -121,11 +130,9 @@ def _run(part: Part, out: Path, pool: Pool, means: console.Means) -> Done:
         run.enter(part.description, begun(out), part.contents, means.other_code)
         left = len(part.specs) - len(run.done())
         if not means.quiet:
-            said = f"{part.name}: {len(part.specs)} {part.things}, {left} of them to do"
+            said = f"{part.name}: {len(part.specs)} {part.things}, {left} of them to do, {console.where(means)}"
             console.error_console.print(said, markup=False)
-        with console.progress(part.name, left, means.quiet, part.things) as advance:
-            failures = run_all(part.specs, run, pool, advance, part.work)
-        console.tell(failures, run)
+        failures = console.do(part.name, part.specs, run, pool, means, part.work, part.things, part.size)
         return Done(run.rows(), failures)
 
 

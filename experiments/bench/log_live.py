@@ -26,6 +26,7 @@ from experiments.bench.files import UsageError
 from experiments.bench.footage import Picture
 from experiments.bench.log import APPLICATION, COLOURS, LIMIT_COLOUR, Line, level_entity, levels, lines
 from experiments.bench.models import Chosen
+from experiments.bench.viewer import program
 
 QUALITY = 80
 CHUNK_FRAMES = 64
@@ -79,7 +80,7 @@ class LiveLog:
         if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
             raise UsageError("watch: the viewer needs a screen (DISPLAY is not set): give --no-view, or --record FILE")
         port = _free_port()
-        command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", "--port", f"{port}"]
+        command = [*program(), "--bind", "127.0.0.1", "--port", f"{port}"]
         command += ["--memory-limit", VIEWER_MEMORY, "--expect-data-soon", "--hide-welcome-screen"]
         # A session of its own: Ctrl-C is meant for the watching, not for the viewer.
         quiet = subprocess.DEVNULL  # or a pipe that reads our output would wait for the viewer

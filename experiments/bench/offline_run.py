@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from experiments.bench.files import is_file
 from experiments.bench.offline import (
     CLIP_SCHEMA,
     SERIES_SCHEMA,
+    Clip,
     OfflineExperiment,
     Showing,
     clip_contents,
@@ -25,11 +26,7 @@ from experiments.bench.offline_claims import judge
 from experiments.bench.paper import claim_texts
 from experiments.bench.pool import Pool
 from experiments.bench.results import Failure, Finished, RunFolder, mixture
-from experiments.bench.runner import run_all
 from experiments.bench.settings import check_counts, watchers
-
-NS_A_PIXEL = 25.0
-"""About what a model takes for one: for estimates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,35 +96,37 @@ def plan(
     return OfflinePlan(experiment, tuple(showings(experiment, chosen, count, seed)), count, seed)
 
 
-def estimate(made: OfflinePlan, workers: int) -> str:
-    """The design check: clips, frames, expected time."""
-    clips = [clip.build(made.seed) for clip in made.experiment.clips]
-    frames = made.repeats * sum(map(len, clips))
-    pixels = made.repeats * sum(len(clip) * clip.shape[0] * clip.shape[1] for clip in clips)
-    seconds = pixels * NS_A_PIXEL * 1e-9 * len(made.showings[0].models) / max(workers, 1) + console.START_S
-    return f"{len(made.showings)} clips, {frames:,} frames, about {seconds:.0f} s on {max(workers, 1)} workers"
+def amount(made: OfflinePlan, means: console.Means) -> str:
+    """The design check: clips, frames, and on what."""
+    frames = made.repeats * sum(len(clip.build(made.seed)) for clip in made.experiment.clips)
+    return f"{len(made.showings)} clips, {frames:,} frames, {console.where(means)}"
+
+
+def pixels(showing: Showing) -> float:
+    """How many pixels a model is shown: what a clip costs goes by that."""
+    return _pixels(showing.condition)
+
+
+@cache
+def _pixels(clip: Clip) -> float:
+    built = clip.build(0)
+    return float(len(built) * built.shape[0] * built.shape[1])
 
 
 def run(made: OfflinePlan, out: Path, pool: Pool, means: console.Means, resume: bool, record: bool) -> OfflineReport:
     """Show what has not been shown, with progress, and conclude; ``record`` the first seed's clips."""
-    folder = RunFolder(out, CLIP_SCHEMA, SERIES_SCHEMA)
     recorded = [showing.index for showing in made.showings if record and showing.repeat == 0]
     contents = clip_contents(made.showings, recorded)
-    folder.enter({**made.describe(), "recordings": record}, resume, contents, means.other_code)
-    with contextlib.closing(folder):
-        return _shown(made, folder, pool, means, record)
-
-
-def _shown(made: OfflinePlan, folder: RunFolder, pool: Pool, means: console.Means, record: bool) -> OfflineReport:
-    done = len(folder.done())
-    if not means.quiet:
-        resumed = f"; {done} of them done already" if done else ""
-        said = f"{made.experiment.name}: {estimate(made, means.workers)}{resumed}, into {folder.folder}"
-        console.error_console.print(said, soft_wrap=True, markup=False)
-    with console.progress(made.experiment.name, len(made.showings) - done, means.quiet, "clips") as advance:
-        failures = run_all(made.showings, folder, pool, advance, partial(_show, record=record))
-    console.tell(failures, folder)
-    return conclude(made, folder, failures)
+    with contextlib.closing(RunFolder(out, CLIP_SCHEMA, SERIES_SCHEMA)) as folder:
+        folder.enter({**made.describe(), "recordings": record}, resume, contents, means.other_code)
+        done = len(folder.done())
+        if not means.quiet:
+            resumed = f"; {done} of them done already" if done else ""
+            said = f"{made.experiment.name}: {amount(made, means)}{resumed}, into {out}"
+            console.error_console.print(said, soft_wrap=True, markup=False)
+        work = partial(_show, record=record)
+        failures = console.do(made.experiment.name, made.showings, folder, pool, means, work, "clips", pixels)
+        return conclude(made, folder, failures)
 
 
 def _show(showing: Showing, *, record: bool) -> Finished:

@@ -7,12 +7,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
-import typer
-
 from experiments.bench import behave, behave_figure, console_behave, policy_file
 from experiments.bench.console import Means
 from experiments.bench.episodes import Setting
 from experiments.bench.policy import Policy
+from experiments.bench.results import known
 from experiments.bench.settings import check_counts
 
 JUDGED = 20
@@ -31,30 +30,32 @@ def keep(policy: Policy, curve: Sequence[Mapping[str, float]], folder: Path) -> 
     with (folder / "learning.csv").open("x", newline="", encoding="utf-8") as table:
         writer = csv.DictWriter(table, ("steps", "episodes", "return"))
         writer.writeheader()
-        writer.writerows(curve)
+        writer.writerows({name: known(value) for name, value in row.items()} for row in curve)
     return file
 
 
-def judge(file: Path, folder: Path, means: Means) -> None:
-    """Play the policy, as read back from its file, and its opponents in the same worlds, none of them trained in."""
+def judge(file: Path, folder: Path, means: Means) -> bool:
+    """Play the policy, as read back from its file, and its opponents in the same worlds, none of them trained in.
+
+    Returns whether episodes failed.
+    """
     env = policy_file.load(file).about.env
-    _play(file, env, ("random", "still", REFLEX[env]), folder, JUDGED, 0, means, recordings=False)
+    return _play(file, env, ("random", "still", REFLEX[env]), folder, JUDGED, 0, means, recordings=False)
 
 
-def replay(file: Path, folder: Path, episodes: int, seed: int, means: Means) -> None:
-    """Play the policy in worlds from ``seed`` up, leaving a recording of each."""
+def replay(file: Path, folder: Path, episodes: int, seed: int, means: Means) -> bool:
+    """Play the policy in worlds from ``seed`` up, leaving a recording of each; returns whether episodes failed."""
     check_counts(seed, episodes)
-    _play(file, policy_file.load(file).about.env, (), folder, episodes, seed, means, recordings=True)
+    return _play(file, policy_file.load(file).about.env, (), folder, episodes, seed, means, recordings=True)
 
 
 def _play(
     file: Path, env: str, opponents: Sequence[str], folder: Path, episodes: int, seed: int, means: Means,
     *, recordings: bool,
-) -> None:  # fmt: skip
+) -> bool:  # fmt: skip
     settings = tuple(Setting(name, env) for name in (str(file.resolve()), *opponents))
     played = behave.run(behave.BehaviourPlan(settings, episodes, seed), folder, means, recordings)
     behave_figure.write(played)
     if not means.quiet:
         console_behave.show(played, recordings)
-    if played.failures:
-        raise typer.Exit(1)
+    return bool(played.failures)

@@ -23,7 +23,11 @@ from concurrent.futures import (
     wait,
 )
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
+from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any, Generic, Protocol, TypeVar
+
+from experiments.bench import interrupts
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")
@@ -72,6 +76,7 @@ class _Here(Executor):
     """Runs a job in this process, when it is submitted: for debuggers."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        interrupts.check()
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -98,24 +103,51 @@ class InProcess:
         """Nothing to stop."""
 
 
+class _Worker(SpawnProcess):
+    """A worker process, deaf to Ctrl-C from its first moment: it inherits what is blocked."""
+
+    def start(self) -> None:
+        """Start it."""
+        if not hasattr(signal, "pthread_sigmask"):
+            return super().start()
+        resource_tracker.ensure_running()  # which would begin with the first process, and in beginning unblocks SIGINT
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class _Context(SpawnContext):
+    """Starts processes by spawn, as one forked with an OpenGL context hangs; ``started`` are those it has made."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.started: list[_Worker] = []
+
+    def Process(self, *args: Any, **options: Any) -> _Worker:  # type: ignore[override]
+        """A process to start."""
+        worker = _Worker(*args, **options)
+        self.started.append(worker)
+        return worker
+
+
 class LocalPool:
-    """Worker processes on this machine, started by spawn: a process forked with an OpenGL context hangs."""
+    """Worker processes on this machine, each with whatever processes its jobs start: they end with it."""
 
     def __init__(self, workers: int) -> None:
         self.width = workers
-        self._before = set(multiprocessing.active_children())
         self._open()
 
     def _open(self) -> None:
-        executor = ProcessPoolExecutor(
-            self.width, mp_context=multiprocessing.get_context("spawn"), initializer=_prepare_worker
-        )
+        self._context = _Context()
+        executor = ProcessPoolExecutor(self.width, mp_context=self._context, initializer=_prepare_worker)
         self.executor: Executor = executor
         for _ in range(self.width):
             executor.submit(os.getpid)  # a worker starts for each job that finds none idle: start them all
         # Of a worker killed while it sends its result the executor waits for the rest until the pipe ends, which is
         # when nobody holds its sending end: not this process, which has no use for it, and no worker: see `look`.
-        if len(executor._processes) == self.width:
+        if len(self._context.started) == self.width:
             queue: Any = executor._result_queue
             queue._writer.close()
 
@@ -126,7 +158,7 @@ class LocalPool:
 
     def look(self) -> None:
         """Where a worker is dead and the executor has not noticed, kill the others: then it does."""
-        if len(self._workers()) < self.width:
+        if not all(worker.is_alive() for worker in self._context.started):
             self._kill()
 
     def close(self) -> None:
@@ -135,11 +167,9 @@ class LocalPool:
         self.executor.shutdown(wait=True, cancel_futures=True)
 
     def _kill(self) -> None:
-        for worker in self._workers():
+        for worker in self._context.started:
+            _kill_group(worker.pid)
             worker.kill()
-
-    def _workers(self) -> set[Any]:
-        return set(multiprocessing.active_children()) - self._before
 
 
 class ClusterPool:
@@ -203,11 +233,15 @@ class ClusterPool:
 @contextlib.contextmanager
 def open_pool(workers: int, cluster: str | None = None) -> Iterator[Pool]:
     """A pool of ``workers`` processes (0: none, in this one), or of the cluster at an address; closed at the end."""
-    pool: Pool = ClusterPool(cluster) if cluster else LocalPool(workers) if workers else InProcess()
-    try:
-        yield pool
-    finally:
-        pool.close()
+    remote = ClusterPool(cluster) if cluster else None
+    # A worker half made would complain of its missing parent, so Ctrl-C waits until there is something to close.
+    with interrupts.held():
+        pool: Pool = remote or (LocalPool(workers) if workers else InProcess())
+        try:
+            interrupts.check()
+            yield pool
+        finally:
+            pool.close()
 
 
 class Jobs(Generic[Job, Done]):
@@ -235,7 +269,8 @@ class Jobs(Generic[Job, Done]):
         waiting = deque((job, 0) for job in jobs)
         while waiting or self._suspects or self._under_way:
             self._hand_out(waiting)
-            done, _ = wait(self._under_way, timeout=LOOK_EVERY_S, return_when=FIRST_COMPLETED)
+            with interrupts.window():
+                done, _ = wait(self._under_way, timeout=LOOK_EVERY_S, return_when=FIRST_COMPLETED)
             if done:
                 self._take_in(done)
             else:
@@ -250,13 +285,14 @@ class Jobs(Generic[Job, Done]):
             self._submit(*waiting.popleft())
 
     def _submit(self, job: Job, deaths: int) -> None:
-        # Pickled here and unpickled in `_attempt`: a job that cannot be is then that job's failure, not a dead worker.
-        parcel = pickle.dumps(job)
+        # Pickled here and unpickled in `_attempt`: a job that cannot be, or whose work cannot be imported, is then
+        # that job's failure, not a dead worker.
+        parcel = pickle.dumps((self._fatal, self._work, job))
         try:
-            future = self._pool.executor.submit(_attempt, self._work, parcel, self._fatal)
+            future: Future[Done | Raised] = self._pool.executor.submit(_attempt, parcel)
         except BrokenExecutor:  # it broke between two jobs
             self._pool.renew()
-            future = self._pool.executor.submit(_attempt, self._work, parcel, self._fatal)
+            future = self._pool.executor.submit(_attempt, parcel)
         self._under_way[future] = (job, deaths)
 
     def _take_in(self, done: Iterable[Future[Done | Raised]]) -> None:
@@ -306,21 +342,29 @@ class Jobs(Generic[Job, Done]):
                 self._suspects.append((job, deaths))
 
 
-def _attempt(work: Callable[[Job], Done], parcel: bytes, fatal: tuple[type[Exception], ...]) -> Done | Raised:
+def _attempt(parcel: bytes) -> Any:
     """In the worker: do the job, and put what it raises into words."""
+    own = os.getpid()
+    fatal: tuple[type[Exception], ...] = ()
     try:
-        return work(pickle.loads(parcel))
+        fatal, work, job = pickle.loads(parcel)
+        return work(job)
     except fatal:
         raise
     except (Exception, SystemExit) as error:
         return Raised(
             "" if isinstance(error, RuntimeError) else type(error).__name__, " ".join(str(error).split()) or repr(error)
         )
+    finally:
+        if os.getpid() != own:  # a copy of the worker, which a job made by fork: the answer is the worker's own to give
+            os._exit(0)
 
 
 def _prepare_worker() -> None:
     """Leave interrupts to the driver, and do not outlive it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "setpgid"):
+        os.setpgid(0, 0)  # what jobs start belongs to this worker's group, and is killed with it
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
@@ -328,4 +372,12 @@ def _prepare_worker() -> None:
 
 def _end_with(parent: Any) -> None:
     parent.join()
+    _kill_group(os.getpid())
     os._exit(1)
+
+
+def _kill_group(leader: int | None) -> None:
+    """Kill a worker and all it started; nothing happens before it has made itself the leader of a group."""
+    if leader is not None and hasattr(os, "killpg"):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(leader, signal.SIGKILL)

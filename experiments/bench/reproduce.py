@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ from experiments.bench.paper import claim_texts, tried
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
 from experiments.bench.results import Failure, RunFolder, mixture
-from experiments.bench.runner import Keep, run_trials
+from experiments.bench.runner import Keep, work
 from experiments.bench.settings import plan
 
 
@@ -146,19 +147,21 @@ def reproduce(
     if not means.quiet:
         console.announce(plans, sum(len(case.specs) for case in (*seeds, *moves)), folder, means)
     done: list[tuple[Plan, RunFolder, list[Failure]]] = []
-    with open_pool(means.workers, means.cluster) as pool:
-        folder.mkdir(parents=True, exist_ok=True)
-        for each in plans:
-            out = folder / each.experiment.name
-            with contextlib.closing(console.open_folder(each, out, means, begun(out), recordings=True)) as run:
+    with ExitStack() as locks:
+        with open_pool(means.workers, means.cluster) as pool:
+            folder.mkdir(parents=True, exist_ok=True)
+            for each in plans:
+                out = folder / each.experiment.name
+                run = console.open_folder(each, out, means, begun(out), recordings=True)
+                locks.callback(run.close)
                 done.append((each, run, console.run_with(each, run, pool, means, recordings=True)))
-        shows = [_show(each, folder / each.experiment.name, pool, means) for each in offline]
-        played = [_play(each, folder, pool, means) for each in loops]
-        seed_rows, seed_failures = _study(folder / SEEDS, "other seeds", seeds, plans[0], pool, means)
-        move_rows, move_failures = (
-            _study(folder / SENSITIVITY, "sensitivity", moves, plans[0], pool, means) if moves else ([], [])
-        )
-    runs = [(each, conclude(each, run, failed)) for each, run, failed in done]
+            shows = [_show(each, folder / each.experiment.name, pool, means) for each in offline]
+            played = [_play(each, folder, pool, means) for each in loops]
+            seed_rows, seed_failures = _study(folder / SEEDS, "other seeds", seeds, plans[0], pool, means)
+            move_rows, move_failures = (
+                _study(folder / SENSITIVITY, "sensitivity", moves, plans[0], pool, means) if moves else ([], [])
+            )
+        runs = [(each, conclude(each, run, failed)) for each, run, failed in done]
     claims = _claims(runs, shows, study.verdicts(seeds, seed_rows), study.pooled(seeds, seed_rows), mixture(seed_rows))
     failures = {SEEDS: seed_failures, SENSITIVITY: move_failures}
     sensitivity = study.verdicts(moves, move_rows)
@@ -211,17 +214,16 @@ def _study(
 ) -> tuple[list[dict[str, Any]], list[Failure]]:
     """The rows of a study's trials, which keep neither recordings nor frames, and what failed."""
     specs = study.numbered(cases)
-    run = RunFolder(folder)
     listed = [{"case": case.name, "trials": len(case.specs), "settings": case.specs[0].settings} for case in cases]
     description = {**describe(example), "experiment": name, "trials": len(specs), "cases": listed}
-    run.enter(description, begun(folder), robot_contents(specs, recordings=False, frames=False), means.other_code)
-    left = len(specs) - len(run.done())
-    if not means.quiet:
-        console.error_console.print(f"{name}: {len(specs)} trials, {left} of them to do", markup=False)
-    with contextlib.closing(run), console.progress(name, left, means.quiet) as advance:
-        failures = run_trials(specs, run, pool, advance, Keep(recordings=False, frames=False))
-    console.tell(failures, run)
-    return run.rows(), failures
+    with closing(RunFolder(folder)) as run:
+        run.enter(description, begun(folder), robot_contents(specs, recordings=False, frames=False), means.other_code)
+        left = len(specs) - len(run.done())
+        if not means.quiet:
+            console.error_console.print(f"{name}: {len(specs)} trials, {left} of them to do", markup=False)
+        kept = partial(work, keep=Keep(recordings=False, frames=False))
+        failures = console.do(name, specs, run, pool, means, kept, size=console.seconds)
+        return run.rows(), failures
 
 
 def _claims(

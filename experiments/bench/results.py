@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
+import math
 import os
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -423,6 +424,11 @@ def varying(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:
         if name != varies and name not in implied.get(varies, ()) and len({row[name] for row in rows}) > 1
     ]
     return [*(["model"] if "model" in others else []), varies, *(name for name in others if name != "model")]
+
+
+def known(value: float) -> float | None:
+    """The value for a table: empty instead of NaN."""
+    return None if math.isnan(value) else value
 
 
 def mixture(rows: Iterable[Mapping[str, Any]]) -> str:

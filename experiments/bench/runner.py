@@ -39,7 +39,7 @@ def work(spec: TrialSpec, *, keep: Keep) -> Finished:
 
 
 def run_trials(
-    specs: Iterable[TrialSpec], folder: RunFolder, pool: Pool, on_trial: Callable[[], None], keep: Keep
+    specs: Iterable[TrialSpec], folder: RunFolder, pool: Pool, on_trial: Callable[[int], None], keep: Keep
 ) -> list[Failure]:
     """`run_all` of the robot's trials."""
     return run_all(specs, folder, pool, on_trial, partial(work, keep=keep))
@@ -79,10 +79,10 @@ def run_all(
     specs: Iterable[AnySpec],
     folder: RunFolder,
     pool: Pool,
-    on_trial: Callable[[], None],
+    on_trial: Callable[[int], None],
     work: Callable[[AnySpec], Finished],
 ) -> list[Failure]:
-    """Do those trials that ``folder`` does not hold, telling ``on_trial`` of each one finished or failed.
+    """Do those trials that ``folder`` does not hold, telling ``on_trial`` the index of each finished or failed.
 
     Returns every failure of the run, of whole trials and of single models. What was finished stays readable
     whenever this ends, by an exception or a kill too.
@@ -90,11 +90,11 @@ def run_all(
 
     def deliver(trial: Finished) -> None:
         folder.add(trial)
-        on_trial()
+        on_trial(trial.index)
 
     def fail(spec: AnySpec, attempts: int, reason: str) -> None:
         folder.fail(Failure(spec.index, "", spec.condition.label(), spec.seed, attempts, reason))
-        on_trial()
+        on_trial(spec.index)
 
     done = folder.done()
     left = [spec for spec in specs if spec.index not in done]

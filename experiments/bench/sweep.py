@@ -22,7 +22,7 @@ from experiments.bench.figures import AXIS_LABELS, LINES, STYLE, UNITS, save
 from experiments.bench.files import UsageError
 from experiments.bench.models import Chosen, choose, family
 from experiments.bench.plan import Plan
-from experiments.bench.results import group, varying
+from experiments.bench.results import group, known, varying
 from experiments.bench.settings import changed, plan
 from experiments.bench.statistics import summarise
 
@@ -116,7 +116,7 @@ def table(rows: Sequence[Mapping[str, Any]], points: Sequence[Point]) -> list[di
         made.append(
             {
                 **values[label], **dict(zip(CONDITION_COLUMNS, condition, strict=True)), "n": summary.n,
-                "spikes_mean": summary.mean, "ci_low": summary.ci_low, "ci_high": summary.ci_high,
+                "spikes_mean": summary.mean, "ci_low": known(summary.ci_low), "ci_high": known(summary.ci_high),
             }
         )  # fmt: skip
     return made

@@ -13,10 +13,9 @@ from experiments.bench.description import begun, read_description, vacant
 from experiments.bench.files import UsageError, is_file
 from experiments.bench.models import Chosen
 from experiments.bench.offline import CLIP_SCHEMA, SERIES_SCHEMA, Showing, clip_contents, show
-from experiments.bench.offline_run import NS_A_PIXEL
+from experiments.bench.offline_run import pixels
 from experiments.bench.pool import Pool
 from experiments.bench.results import Failure, RunFolder
-from experiments.bench.runner import run_all
 from experiments.bench.settings import check_counts, watchers
 from experiments.bench.tuning import Family, Probe, families
 from experiments.bench.tuning_curves import Answer, answers
@@ -78,14 +77,10 @@ def plan(models: Sequence[str], curves: Sequence[str], assignments: Sequence[str
     return TuningPlan(families(curves), chosen, seed)
 
 
-def estimate(made: TuningPlan, means: console.Means) -> str:
-    """The design check: clips, frames, expected time."""
-    clips = [probe.clip.build(made.seed) for _, _, probe in made.shown()]
-    pixels = sum(len(clip) * clip.shape[0] * clip.shape[1] for clip in clips)
-    workers = max(means.workers, 1)
-    seconds = pixels * NS_A_PIXEL * 1e-9 * len(made.models) / workers + console.START_S
-    where = f"on {means.cluster}" if means.cluster else f"about {seconds:.0f} s on {workers} workers"
-    return f"{len(clips)} clips, {sum(map(len, clips)):,} frames, {where}"
+def amount(made: TuningPlan, means: console.Means) -> str:
+    """The design check: clips, frames, and on what."""
+    frames = sum(len(probe.clip.build(made.seed)) for _, _, probe in made.shown())
+    return f"{len(made.shown())} clips, {frames:,} frames, {console.where(means)}"
 
 
 def run(made: TuningPlan, out: Path, pool: Pool, means: console.Means) -> TuningReport:
@@ -102,11 +97,9 @@ def _measure(made: TuningPlan, folder: RunFolder, pool: Pool, means: console.Mea
     done = len(folder.done())
     if not means.quiet:
         resumed = f"; {done} of them done already" if done else ""
-        said = f"{EXPERIMENT}: {estimate(made, means)}{resumed}, into {folder.folder}"
+        said = f"{EXPERIMENT}: {amount(made, means)}{resumed}, into {folder.folder}"
         console.error_console.print(said, soft_wrap=True, markup=False)
-    with console.progress(EXPERIMENT, len(made.shown()) - done, means.quiet, "clips") as advance:
-        failures = run_all(made.showings(), folder, pool, advance, show)
-    console.tell(failures, folder)
+    failures = console.do(EXPERIMENT, made.showings(), folder, pool, means, show, "clips", pixels)
     return conclude(made, folder, failures)
 
 

@@ -1,0 +1,121 @@
+"""How far a run has got, and how long the rest will take: by what its own first jobs took, on this machine."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
+from rich.text import Text
+
+LINE_EVERY_S = 60.0
+"""How often to tell where there is no terminal to draw a bar on."""
+MINUTES_FROM_S = 150.0
+
+error_console = Console(stderr=True, highlight=False)
+
+
+class Advance(Protocol):
+    """Called as each job is done or has failed, with its ``size`` in whatever unit the whole is told in."""
+
+    def __call__(self, size: float = 1.0) -> None:
+        """Count one more."""
+
+
+class Pace:
+    """How fast jobs come back, ``width`` at a time, the first of each worker aside: it has the worker's start in it.
+
+    ``whole`` is the sum of the jobs' sizes.
+    """
+
+    def __init__(self, whole: float, width: int) -> None:
+        self._whole, self._width = whole, max(width, 1)
+        self._since_s: float | None = None
+        self._size = self._before = 0.0
+        self.count = 0
+
+    def add(self, size: float, now_s: float) -> None:
+        """A job of that size is back."""
+        self.count += 1
+        self._size += size
+        if self.count == self._width:
+            self._since_s, self._before = now_s, self._size
+        self._now_s = now_s
+
+    @property
+    def known(self) -> bool:
+        """Whether as many jobs again are back as there are workers."""
+        return self.count >= 2 * self._width
+
+    def left_s(self) -> float | None:
+        """Seconds that the rest will take, as of the last job; ``None`` before that is known."""
+        if not self.known or self._since_s is None or self._size <= self._before:
+            return None
+        return max(self._whole - self._size, 0.0) * (self._now_s - self._since_s) / (self._size - self._before)
+
+    def said(self) -> str:
+        """``about 40 s left``; empty before that is known."""
+        left = self.left_s()
+        if left is None:
+            return ""
+        return f"about {left:.0f} s left" if left < MINUTES_FROM_S else f"about {left / 60:.0f} min left"
+
+
+class _Left(ProgressColumn):
+    """The rate, and the time left."""
+
+    def __init__(self, pace: Pace) -> None:
+        super().__init__()
+        self._pace = pace
+
+    def render(self, task: Task) -> Text:
+        rate = f"{task.speed:.1f}/s  " if task.speed else ""
+        return Text(rate + self._pace.said())
+
+
+@contextmanager
+def progress(
+    name: str, total: int, quiet: bool, things: str = "trials", *, width: int = 1, whole: float | None = None
+) -> Iterator[Advance]:
+    """Show how far ``total`` jobs have got, ``width`` under way at a time; yields what to call for each.
+
+    On a terminal that is a bar with the time left. Elsewhere it is a line as soon as the time left is known, and one a
+    minute. ``whole`` is the sum of the sizes that the calls will give; without it all jobs count alike.
+    """
+    pace = Pace(float(total) if whole is None else whole, width)
+    if quiet or not error_console.is_terminal:
+        yield _lines(pace, total, quiet, things)
+        return
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), _Left(pace))
+    with Progress(*columns, console=error_console, transient=True) as bar:
+        task = bar.add_task(f"{name}: {things}", total=total)
+
+        def advance(size: float = 1.0) -> None:
+            pace.add(size, time.monotonic())
+            bar.advance(task)
+
+        yield advance
+
+
+def _lines(pace: Pace, total: int, quiet: bool, things: str) -> Advance:
+    began_s = time.monotonic()
+    told_s: float | None = None
+
+    def advance(size: float = 1.0) -> None:
+        nonlocal told_s
+        now_s = time.monotonic()
+        pace.add(size, now_s)
+        if quiet or pace.count >= total or not pace.known:
+            return
+        if told_s is None:
+            told_s = now_s
+            error_console.print(f"{pace.said()}, by the first {pace.count} {things}", markup=False)
+        elif now_s - told_s > LINE_EVERY_S:
+            told_s = now_s
+            rate = pace.count / (now_s - began_s)
+            error_console.print(f"{pace.count} of {total} {things}, {rate:.1f}/s, {pace.said()}", markup=False)
+
+    return advance
