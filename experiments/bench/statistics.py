@@ -9,8 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from experiments.bench.streams import stream
+
 RESAMPLES = 2000
-SEED = 0  # of the bootstrap alone: summaries of equal trials are equal
+SEED = 0  # of the bootstraps alone: summaries of equal trials are equal
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +50,7 @@ def summarise(values: Sequence[float]) -> Summary:
     low = high = mean
     if np.ptp(sample) > 0:
         interval = stats.bootstrap(
-            (sample,), np.mean, n_resamples=RESAMPLES, method="percentile", rng=np.random.default_rng(SEED)
+            (sample,), np.mean, n_resamples=RESAMPLES, method="percentile", rng=stream("bootstrap.mean", SEED)
         ).confidence_interval
         low, high = float(interval.low), float(interval.high)
     return Summary(sample.size, mean, float(sample.std(ddof=1)), float(np.median(sample)), low, high)
@@ -73,7 +75,7 @@ def area_under_roc(positives: Sequence[float], negatives: Sequence[float]) -> tu
     reversed. The interval is the percentile bootstrap's, each class resampled; complete separation gives a point.
     """
     above = np.sign(np.subtract.outer(np.asarray(positives, float), np.asarray(negatives, float))) / 2 + 0.5
-    rng = np.random.default_rng(SEED)
+    rng = stream("bootstrap.area", SEED)
     # How often each trial is drawn: its weight in the resample.
     drawn = [rng.multinomial(n, np.full(n, 1 / n), RESAMPLES) / n for n in above.shape]
     areas = np.einsum("rp,pn,rn->r", drawn[0], above, drawn[1], optimize=True)

@@ -19,6 +19,7 @@ from experiments.bench.courses import Course, course
 from experiments.bench.declaration import Condition, Settings, TrialSpec
 from experiments.bench.media import Media, collect
 from experiments.bench.models import Watching
+from experiments.bench.streams import stream
 
 KEPT_SCENES = 6
 AT_REST_M_S = 0.002
@@ -118,7 +119,7 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     began = time.perf_counter()
     settings = spec.settings
     sim = simulation(settings.robot, settings.camera, scene_of(spec.condition, settings))
-    placing, scenery, noise = (np.random.default_rng(s) for s in np.random.SeedSequence(spec.seed).spawn(3))
+    placing, scenery, noise = (stream(f"trial.{part}", spec.seed) for part in ("placing", "scenery", "noise"))
     route = course(spec.condition, settings, placing)
     sim.reset({"observer": route.observer, "stimulus": route.start}, scenery)
     shape = (settings.camera.height, settings.camera.width)
