@@ -66,6 +66,7 @@ def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float | None) -> Figure:
     """Left: spikes of every trial, with means and 95 % intervals. Right: HS against bearing, or against time.
 
+    A bearing is left positive, here as in the tables; its axis has the left on the left, as the image has.
     One colour per level of ``varies``; one line style for each combination of the conditions that differ beside it.
     """
     with mpl.rc_context(STYLE):
@@ -160,8 +161,6 @@ def _traces(
         return
     own = frames.filter(np.asarray(frames["model"]) == rows[0]["model"])
     trial, hs, place = (own[name].to_numpy() for name in ("trial", "hs", axis))
-    # Bearing is left positive; drawn as in the image, rightward to the right.
-    place = -place if axis == "stimulus_bearing_deg" else place
     for row in rows:
         chosen = trial == row["trial"]
         axes.plot(place[chosen], hs[chosen], color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
@@ -179,8 +178,9 @@ def _frame(axes: Axes, colours: Mapping[Any, Any], unit: str, threshold: float |
             axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
         axes.annotate(f"±T = {threshold:g}", (0.01, -threshold - 0.02), xycoords=("axes fraction", "data"), va="top")
     bearing = axis == "stimulus_bearing_deg"
-    xlabel = "bearing of the stimulus (degrees, right positive)" if bearing else "time in the trial (s)"
+    xlabel = "bearing of the stimulus (degrees, left positive)" if bearing else "time in the trial (s)"
     axes.set(xlabel=xlabel, ylabel="HS membrane potential", ylim=(-1, 1))
+    axes.xaxis.set_inverted(bearing)  # left on the left, as in the image: rightward motion goes to the right
     keys = [
         Line2D([], [], color=colour, lw=2, label=f"{_said(level)} {unit}".strip()) for level, colour in colours.items()
     ]

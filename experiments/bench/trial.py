@@ -35,7 +35,7 @@ class FrameColumns:
 
     sim_time_s: npt.NDArray[np.float64]
     stimulus_bearing_deg: npt.NDArray[np.float64]
-    """From the observer's optical axis, left positive."""
+    """From the observer's optical axis, left positive: in the tables and on the figures' axes."""
     stimulus_x_cm: npt.NDArray[np.float64]
     stimulus_y_cm: npt.NDArray[np.float64]
     stimulus_heading_deg: npt.NDArray[np.float64]
