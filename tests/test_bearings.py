@@ -27,4 +27,4 @@ def test_the_axis_says_what_the_table_holds(colias):
     assert "bearing of the stimulus (degrees, left positive)" in drawing
     # The axis's numbers, with where they stand from left to right.
     ticks = {t: float(x) for x, t in re.findall(r'<text[^>]* x="([\d.]+)"[^>]*>([^<\s]+)</text>', drawing)}
-    assert ticks["20"] < ticks["−20"], ticks
+    assert ticks["20"] < ticks["\N{MINUS SIGN}20"], ticks
