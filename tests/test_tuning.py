@@ -268,7 +268,7 @@ def csv_of(path):
 
 def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(colias):
     (colias.folder / "my_model.py").write_text(example("my_model.py"))
-    arguments = ("tune", "--model", "my_model.py", "--model", "dsnn", "--curve", "size", "--out", "out")
+    arguments = ("tune", "--only", "--model", "my_model.py", "--model", "dsnn", "--curve", "size", "--out", "out")
     done = colias(*arguments)
     assert done.returncode == 0, done.stderr
     out = colias.folder / "out"
@@ -296,7 +296,7 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
         ({"seed": -1}, r"--seed -1: legal is a whole number from 0 up"),
         ({"workers": -1}, r"--workers -1: legal is"),
         ({"model": ["nosuch"]}, r"unknown model 'nosuch'"),
-        ({"model": ["dsnn", "dsnn"]}, r"--model dsnn: given twice"),
+        ({"only": True}, r"--only: shows just the models of --model; name them by --model"),
         ({"assignments": ["dsnn.n_con=99"]}, r"dsnn\.n_con=99: legal is"),
         ({"out": "mine"}, r"--out mine: holds other files"),
         ({"out": "run"}, r"--out run: holds another run"),
@@ -309,7 +309,7 @@ def test_a_wrong_use_is_refused_and_leaves_nothing(tmp_path, monkeypatch, change
         (tmp_path / name).parent.mkdir()
         (tmp_path / name).write_text(text)
     usual = {name: None for name in ("model", "curve", "out", "assignments", "cluster")}
-    given = {**usual, "seed": 0, "workers": 0, "quiet": True, **changes}
+    given = {**usual, "seed": 0, "workers": 0, "quiet": True, "only": False, **changes}
     with pytest.raises(UsageError, match=says):
         cli_tune.tune(**{**given, "out": given["out"] and Path(given["out"])})
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["experiment.json", "mine", "run", "speed.png"]

@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 
 from experiments.bench import cli_behave, cli_leaderboard, cli_offline, cli_train, cli_tune, cli_watch
-from experiments.bench.options import Assignments, Cluster, Models, Quiet, Repeats, Seed, Workers, worker_count
+from experiments.bench.options import Assignments, Cluster, Models, Only, Quiet, Repeats, Seed, Workers, worker_count
 
 if TYPE_CHECKING:
     from experiments.bench.plan import Plan
@@ -45,7 +45,7 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias watch street.mp4            any footage, or a camera
   colias reproduce                   which of the paper's claims hold
   colias leaderboard                 every model on the same trials
-  colias tune --model emd            response against speed, size, direction ...
+  colias tune --model emd --only     response against speed, size, direction ...
   colias behave hybrid               close the loop: reflexes in an env, scored
   colias parameters                  everything that --set reaches
   colias view runs/speed-...         a run's recordings in Rerun
@@ -78,6 +78,7 @@ def run(
     ] = None,
     assignments: Assignments = None,
     model: Models = None,
+    only: Only = False,
     recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -85,11 +86,13 @@ def run(
 ) -> None:
     """Run an experiment and write its results into a folder.
 
-    Every model sees the same frames. Trials already finished stay readable if the run is interrupted, and
+    Every model sees the same frames. The command's own model is dsnn, or those that an off-line experiment
+    declares. Trials already finished stay readable if the run is interrupted, and
     --resume with the same parameters does the rest. Results do not depend on the number of workers.
     """
     from experiments.bench import catalogue, console, settings
     from experiments.bench.files import UsageError
+    from experiments.bench.model_option import shown_models
     from experiments.bench.offline import OfflineExperiment
 
     declared = catalogue.find(experiment)
@@ -97,8 +100,9 @@ def run(
         raise UsageError("--out and --resume name one folder each: give one of them")
     if isinstance(declared, OfflineExperiment):
         means = console.Means(worker_count(workers), cluster, quiet)
-        return cli_offline.run(declared, repeats, seed, out, resume, assignments or (), model or (), means, recordings)
-    plan = settings.plan(declared, model or ["dsnn"], assignments or (), repeats, seed)
+        models = shown_models(declared.models, model, only)
+        return cli_offline.run(declared, repeats, seed, out, resume, assignments or (), models, means, recordings)
+    plan = settings.plan(declared, shown_models(["dsnn"], model, only), assignments or (), repeats, seed)
     _note_rates(plan)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = resume or out or Path("runs") / f"{declared.name}-{stamp}"
@@ -119,21 +123,25 @@ def sweep(
         Path | None, typer.Option(help="Folder of the results, otherwise runs/sweep-NAME-TIME; goes on with one begun.")
     ] = None,
     assignments: Assignments = None,
-    model: Annotated[str, typer.Option(help="The vision model on the observer.")] = "dsnn",
+    model: Models = None,
+    only: Only = False,
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
 ) -> None:
     """Run every combination of the values; tabulate (sweep.csv) and draw (figure.svg, .png) them together.
 
-    Equal trials of different points have equal seeds: the same stimuli, start poses and noise.
+    Equal trials of different points have equal seeds: the same stimuli, start poses and noise. KEY may be a parameter
+    of any model shown; models that a point does not vary ride along. The command's own model is dsnn.
     """
     from experiments.bench import catalogue, console
     from experiments.bench import sweep as grids
+    from experiments.bench.model_option import shown_models
 
     declared = catalogue.load(experiment)
     points = grids.grid(over)
-    parts = grids.parts(declared, model, points, assignments or (), repeats, seed)
+    models = shown_models(["dsnn"], model, only)
+    parts = grids.parts(declared, models, points, assignments or (), repeats, seed)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"sweep-{declared.name}-{stamp}"
     means = console.Means(worker_count(workers), cluster, quiet)
@@ -154,9 +162,8 @@ def reproduce(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the report, otherwise runs/reproduce-TIME; goes on with one begun.")
     ] = None,
-    model: Annotated[
-        list[str] | None, typer.Option(help="A model to show beside the DSNN: a name or a .py file. Repeatable.")
-    ] = None,
+    model: Models = None,
+    only: Only = False,
     experiment: Annotated[
         list[str] | None, typer.Option(help="An experiment to add: a name or a .py file. Repeatable.")
     ] = None,
@@ -166,6 +173,8 @@ def reproduce(
 ) -> None:
     """Run the paper's experiments, the robot's at other seeds and with everything moved too; write one page about it.
 
+    The command's own models, in the trials with the robot, are dsnn and dsn2017, beside the looming detectors where a
+    claim is about them. Most claims are about dsnn: --only needs it among the models.
     The reflexes of [b]colias behave[/b] are played too, and claims of our own about them judged. report.html needs no
     network; claims.json and behaviours.json have the verdicts. The exit status is 0 whatever they are.
     """
@@ -182,7 +191,8 @@ def reproduce(
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"reproduce-{stamp}"
-    result = whole.reproduce(folder, scale, seed, model or ["dsn2017"], means, experiment or (), robot_only)
+    models = whole.models_shown(model, only)
+    result = whole.reproduce(folder, scale, seed, models, means, experiment or (), robot_only, only)
     page = report.write(result)
     if not quiet:
         console.show_claims(result.claims)
@@ -195,7 +205,8 @@ def _note_rates(plan: Plan) -> None:
     for chosen in plan.settings.models:
         assumed = getattr(chosen.network, "fps", rate)
         if assumed != rate:
-            error_console.print(f"note: {chosen.label} assumes {assumed:g} frames/s, the camera gives {rate:g}")
+            said = f"note: {chosen.label} assumes {assumed:g} frames/s, the camera gives {rate:g}"
+            error_console.print(said, soft_wrap=True, markup=False)
 
 
 cli_watch.register(app)
@@ -235,11 +246,13 @@ def list_all() -> None:
 def parameters(
     experiment: Annotated[str, typer.Argument(help="The experiment whose parameters to list.")] = "speed",
     model: Models = None,
+    only: Only = False,
 ) -> None:
-    """List every parameter that --set reaches: key, default, legal range, meaning."""
+    """List every parameter that --set reaches: key, default, legal range, meaning. The command's own model is dsnn."""
     from experiments.bench import catalogue, settings
+    from experiments.bench.model_option import shown_models
 
-    for row in settings.parameters(catalogue.load(experiment), model or ["dsnn"]):
+    for row in settings.parameters(catalogue.load(experiment), shown_models(["dsnn"], model, only)):
         legal = f"  [dim]({row.legal})[/dim]" if row.legal else ""
         out_console.print(f"{row.key}=[b]{row.value}[/b]{legal}\n    {row.description}", soft_wrap=True)
 

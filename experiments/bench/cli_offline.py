@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from experiments.bench.options import Models, Only
+
 if TYPE_CHECKING:
     from dsnn.stimuli import ClipParams, Stimulus
     from experiments.bench.console import Means
@@ -70,9 +72,8 @@ def stimulus(
 
 def play(
     name: Name,
-    model: Annotated[
-        list[str] | None, typer.Option("--model", help="Who watches: a name or a .py file. Repeatable; otherwise dsnn.")
-    ] = None,
+    model: Models = None,
+    only: Only = False,
     assignments: Annotated[
         list[str] | None,
         typer.Option(
@@ -86,16 +87,20 @@ def play(
 ) -> None:
     """Show a stimulus to a model, and open frames, object, potentials, thresholds and spikes in Rerun.
 
-    A DSNN has the paper's off-line threshold (0.16) and spike gain (2) unless --set says otherwise.
+    The command's own model is dsnn. A DSNN has the paper's off-line threshold (0.16) and spike gain (2) unless --set
+    says otherwise.
     """
     from experiments.bench import clips, settings
     from experiments.bench import play as player
+    from experiments.bench.model_option import shown_models
 
     _check_outputs(record, view)
     if record is not None:
         clips.refuse(record)
     listed_by = f"{_listed_by(name)}, colias parameters"
-    models, collected = settings.watchers(model or ["dsnn"], assignments or (), _section(name), listed_by)
+    models, collected = settings.watchers(
+        shown_models(["dsnn"], model, only), assignments or (), _section(name), listed_by
+    )
     clip = _clip(name, collected, seed, jitter)
     with _progress(f"{name}: frames", len(clip)) as advance:
         played = player.play(name, clip, models, advance)
@@ -103,7 +108,7 @@ def play(
         ranges = {channel: getattr(answer.series, channel) for channel in each.channels}
         said = [f"{channel.upper()} {v.min():+.2f} .. {v.max():+.2f}" for channel, v in ranges.items()]
         said += [] if answer.threshold is None else [f"T {answer.threshold:g}"]
-        Console(highlight=False).print(f"{answer.model:<18}{'   '.join(said)}")
+        Console(highlight=False).print(f"{answer.model:<18}{'   '.join(said)}", soft_wrap=True, markup=False)
     _show(played, record, view)
 
 
@@ -118,13 +123,13 @@ def run(
     means: Means,
     recordings: bool,
 ) -> None:
-    """What ``colias run`` does with an off-line experiment."""
+    """What ``colias run`` does with an off-line experiment: ``models`` are all those that are shown its clips."""
     import datetime
 
     from experiments.bench import console, offline_run
     from experiments.bench.pool import open_pool
 
-    plan = offline_run.plan(experiment, models, assignments, repeats, seed)
+    plan = offline_run.plan(experiment, models, assignments, repeats, seed, only=True)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = resume or out or Path("runs") / f"{experiment.name}-{stamp}"
     with open_pool(means.workers, means.cluster) as pool:

@@ -88,7 +88,7 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: flo
         counts.set_xticks(range(len(levels)), [_said(level) for level in levels])
         counts.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial", ylim=(-2, None))
         _frame(traces, colours, UNITS.get(varies, ""), threshold, axis)
-        drawn.suptitle(title, fontsize=10, x=0.01, ha="left")
+        drawn.suptitle(plain(title), fontsize=10, x=0.01, ha="left")
     return drawn
 
 
@@ -114,15 +114,24 @@ def _series(rows: Rows, varies: str) -> dict[str, Rows]:
     """Label -> its rows, for every combination of model and other conditions that differ between trials."""
     others = [name for name in varying(rows, varies) if name != varies]
     return {
-        ", ".join(f"{v:g} {UNITS[c]}" if c in UNITS and v is not None else str(v) for c, v in zip(others, values,
-                                                                                            strict=True)): chosen
+        plain(
+            ", ".join(
+                f"{v:g} {UNITS[c]}" if c in UNITS and v is not None else str(v)
+                for c, v in zip(others, values, strict=True)
+            )
+        ): chosen
         for values, chosen in group(rows, *others).items()
-    }  # fmt: skip
+    }
 
 
 def _place(index: int, count: int) -> float:
     """Offset of the dots of series ``index`` of ``count`` from their tick."""
     return 0.0 if count == 1 else min(0.6, 0.3 * (count - 1)) * (index / (count - 1) - 0.5)
+
+
+def plain(text: str) -> str:
+    """Words as they are: a dollar sign in a label of the user's begins no formula."""
+    return text.replace("$", r"\$")
 
 
 def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
