@@ -11,11 +11,16 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from dsnn import MODELS
 from experiments.bench.declaration import Experiment, Settings
 from experiments.bench.files import UsageError
 from experiments.bench.model_option import Asked, Shown, look_up
-from experiments.bench.models import Chosen
+from experiments.bench.models import Chosen, family
 from experiments.bench.plan import Plan, check
+
+LISTED_BY = "colias parameters"
+SECTIONS = frozenset(map(family, MODELS))
+"""Those of the registered models."""
 
 
 def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, Any]:
@@ -73,7 +78,7 @@ def watchers(
     models: Sequence[str],
     assignments: Iterable[str],
     others: Mapping[str, Any] = MappingProxyType({}),
-    listed_by: str = "colias parameters",
+    listed_by: str = LISTED_BY,
     fps: float | None = None,
 ) -> tuple[tuple[Chosen, ...], dict[str, dict[str, str]]]:
     """Models with their off-line parameters, and what was assigned: section -> name -> text.
@@ -115,22 +120,25 @@ def plan(
 
 
 def collect(
-    assignments: Iterable[str], values: Mapping[str, Any], listed_by: str = "colias parameters"
+    assignments: Iterable[str], values: Mapping[str, Any], listed_by: str = LISTED_BY, option: str = "--set"
 ) -> dict[str, dict[str, str]]:
     """Section -> name -> text; each key checked, the last of two values for one key counting.
 
-    ``values`` has the sections there are; ``listed_by`` is the command that lists their parameters.
+    ``values`` has the sections there are; ``listed_by`` is the command that lists their parameters, ``option`` the
+    option that the texts were typed after.
     """
     known = [f"{section}.{field.name}" for section, value in values.items() for field in dataclasses.fields(value)]
     collected: dict[str, dict[str, str]] = {}
     for assignment in assignments:
         key, equals, text = assignment.partition("=")
         if not equals:
-            raise UsageError(f"--set {assignment}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
-        if key not in known:
-            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
-            raise UsageError(f"--set {assignment}: no parameter '{key}' (nearest: {near}; all: {listed_by})")
+            raise UsageError(f"{option} {assignment}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
         section, _, name = key.partition(".")
+        if key not in known:
+            if LISTED_BY in listed_by and section not in values and section in SECTIONS:
+                raise UsageError(f"{option} {assignment}: no model shown has '{key}': add --model {section}")
+            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
+            raise UsageError(f"{option} {assignment}: no parameter '{key}' (nearest: {near}; all: {listed_by})")
         collected.setdefault(section, {})[name] = text
     return collected
 

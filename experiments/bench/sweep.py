@@ -6,7 +6,6 @@ Points that differ in a model's parameters alone ride on one rendering: the mode
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import itertools
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,7 +24,7 @@ from experiments.bench.model_option import Shown, look_up
 from experiments.bench.models import Chosen
 from experiments.bench.plan import Plan
 from experiments.bench.results import group, varying
-from experiments.bench.settings import changed, parameters, plan
+from experiments.bench.settings import changed, collect, plan, sections
 from experiments.bench.statistics import summarise
 
 Row = Mapping[str, Any]
@@ -116,13 +115,8 @@ def parts(
 
 def _check_keys(experiment: Experiment, models: Sequence[str], point: Point, shown: Sequence[Shown]) -> None:
     """Raise `UsageError` for a key that nothing shown has, and for one that its models have settled themselves."""
-    known = [row.key for row in parameters(experiment, models)]
+    collect([f"{key}={value}" for key, value in point.values], sections(experiment, models), option="--over")
     for key, value in point.values:
-        if key not in known:
-            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
-            names = ", ".join(model.chosen.label for model in shown)
-            said = f"nearest: {near}; all: colias parameters; models shown: {names}"
-            raise UsageError(f"--over {key}={value}: no parameter '{key}' ({said})")
         owners = [model for model in shown if key.startswith(f"{model.section}.")]
         if owners and not any(_own(model, point).get(key) for model in owners):
             raise UsageError(f"--over {key}={value}: --model {owners[0].asked.text} has settled that itself")
