@@ -1,6 +1,6 @@
 """Draw the scenes' textures and the wall mesh anew: ``python -m scenes.generate [FOLDER]``.
 
-The files in ``scenes/assets`` came from exactly this script (seed below); nothing in them is from elsewhere.
+The files in ``scenes/assets`` came from exactly this script (seeds below); nothing in them is from elsewhere.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy.typing as npt
 from scenes import ARENA_RADIUS_CM, WALL_PANELS
 
 ASSETS = Path(__file__).parent / "assets"
-SEED = 2018
+SEEDS = {"clutter": 2018, "leaves": 2019}
+"""Of each picture's own stream. The files in ``scenes/assets`` came from these: never change one."""
 WIDTH, HEIGHT = 1024, 192  # texels around and up the wall: about three per camera pixel
 STRIPES = 12
 FINER, LEAVES, SMALLEST, LARGEST = 2, 9000, 4.0, 90.0  # texels, two per millimetre and more, of the leaves
@@ -24,7 +25,7 @@ RADIUS, WALL_HEIGHT, PANELS = ARENA_RADIUS_CM / 100, 0.40, WALL_PANELS  # metres
 
 def clutter() -> npt.NDArray[np.uint8]:
     """A grey panorama (HEIGHT, WIDTH), seamless around: 1/f mottling under pale soft-edged shapes."""
-    rng = np.random.default_rng(SEED)
+    rng = np.random.default_rng(SEEDS["clutter"])
     canvas = np.full((HEIGHT, 3 * WIDTH), 246.0, np.float32)
     for _ in range(150):
         x, y = int(rng.integers(WIDTH)), int(rng.integers(HEIGHT))
@@ -55,7 +56,7 @@ def leaves() -> npt.NDArray[np.uint8]:
 
     Sizes are scale free (probability as 1 / r^3), so that the wall has as much to see from near as from far.
     """
-    rng = np.random.default_rng(SEED + 1)
+    rng = np.random.default_rng(SEEDS["leaves"])
     canvas = np.full((FINER * HEIGHT, 3 * FINER * WIDTH), 128, np.uint8)
     for _ in range(LEAVES):
         low, high = SMALLEST**-2, LARGEST**-2

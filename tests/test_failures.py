@@ -59,7 +59,7 @@ def test_a_model_that_breaks_costs_the_others_nothing(colias, instead):
 
 def test_trials_without_a_working_model_fail_and_resume(colias):
     write_model(colias, "if frame[0, 0] >= 0: raise ValueError('odd')")
-    arguments = ("run", "speed", *QUICK, "--model", "my_model.py")
+    arguments = ("run", "speed", *QUICK, "--only", "--model", "my_model.py")
     done = colias(*arguments, "--out", "out")
     assert done.returncode == 1 and "trial 3 failed (translation rightward, 30 cm/s at 8 cm)" in done.stderr
     assert "figure" not in done.stdout, "there is none to name"
@@ -81,7 +81,7 @@ def test_a_claim_says_how_many_trials_it_lost(colias):
 def test_a_model_without_a_threshold_is_drawn_but_not_judged(colias):
     text = example("my_model.py").replace("    t_sp: float = 0.2  # threshold on the potential\n", "")
     (colias.folder / "my_model.py").write_text(text.replace("self.parameters.t_sp", "9.0"))
-    done = colias("run", "speed", *QUICK[:-1], "--model", "my_model.py", "--out", "out")
+    done = colias("run", "speed", *QUICK[:-1], "--only", "--model", "my_model.py", "--out", "out")
     assert done.returncode == 0, done.stderr
     claims = json.loads((colias.folder / "out" / "claims.json").read_text())
     assert {(claim["verdict"], claim["measured"]) for claim in claims} == {("untested", "this model does not spike")}
@@ -99,7 +99,8 @@ def test_parameters_that_make_themselves_travel_too(colias):
         "    def __post_init__(self):\n        object.__setattr__(self, 'twice', 2 * self.gain)\n\n",
     )
     (colias.folder / "my_model.py").write_text(text)
-    done = colias("run", "speed", *QUICK, "--model", "my_model.py", "--set", "gradient.gain=0.1", "--out", "out")
+    own = ("--only", "--model", "my_model.py", "--set", "gradient.gain=0.1")
+    done = colias("run", "speed", *QUICK, *own, "--out", "out")
     assert done.returncode == 0, done.stderr
     described = json.loads((colias.folder / "out" / "experiment.json").read_text())
     assert described["settings"]["models"][0]["network"]["twice"] == 0.2

@@ -62,7 +62,7 @@ def test_every_claim_is_answered(reproduced):
 def test_the_looming_detectors_see_the_approaches(reproduced):
     colias, _ = reproduced
     trials = pq.read_table(colias.folder / "out" / "angular-approach" / "trials.parquet").to_pylist()
-    assert {row["model"] for row in trials} == {"dsnn", "gradient", "lgmd1", "lgmd2"}
+    assert {row["model"] for row in trials} == {"dsnn", "dsn2017", "gradient", "lgmd1", "lgmd2"}
     assert all(row["peak_looming"] > 0.5 for row in trials if row["model"].startswith("lgmd"))
 
 
@@ -71,7 +71,7 @@ def test_own_model_and_experiment_are_in_the_report(reproduced):
     page = (colias.folder / "out" / "report.html").read_text()
     assert 'id="my_experiment"' in page and ">gradient<" in page
     trials = pq.read_table(colias.folder / "out" / "my_experiment" / "trials.parquet")
-    assert set(trials["model"].to_pylist()) == {"dsnn", "gradient"}
+    assert set(trials["model"].to_pylist()) == {"dsnn", "dsn2017", "gradient"}
     rightward = [row for row in trials.to_pylist() if row["model"] == "gradient"]
     assert all(row["peak_hs"] > -row["trough_hs"] for row in rightward), "the example knows right from left"
 

@@ -89,8 +89,8 @@ def test_models_have_sections_of_their_own_and_families_share_one():
     _, settings = configure(catalogue.load("speed"), three, ["dsnn.n_con=6", "dsn2017.n_con=4"])
     assert [m.network.n_con for m in settings.models] == [6, 6, 4]
     assert [m.network.fdsr for m in settings.models] == [True, True, False]
-    with pytest.raises(UsageError, match="given twice"):
-        configure(catalogue.load("speed"), ["dsnn", "dsnn"], [])
+    _, settings = configure(catalogue.load("speed"), ["dsnn", "dsnn"], [])
+    assert [m.label for m in settings.models] == ["dsnn"], "the same under the same settings: shown once"
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -15,7 +15,7 @@ from experiments.bench import cli_tune, tuning, tuning_figures, tuning_run
 from experiments.bench.console import Means
 from experiments.bench.files import UsageError
 from experiments.bench.pool import open_pool
-from experiments.bench.tuning import FAMILIES, Family, Probe, families
+from experiments.bench.tuning import CURVES, Family, Probe, curve_family, families
 from experiments.bench.tuning_curves import (
     Answer,
     Preferred,
@@ -41,7 +41,7 @@ def shown(model, probe):
     clip = probe.clip.build(0)
     series = model(clip.shape).run(frame.luma for frame in clip)
     columns = {name: getattr(series, name) for name in ("hs", "vs", "looming")}
-    return answer(FAMILIES["speed"], probe, "m", ("hs", "vs"), columns, moving(clip))
+    return answer(curve_family("speed"), probe, "m", ("hs", "vs"), columns, moving(clip))
 
 
 def made_up(turns, **of):
@@ -137,12 +137,12 @@ def test_the_response_is_the_length_along_the_motion():
 
 
 def test_a_response_is_of_the_second_half_of_what_moves():
-    probe = Probe(FAMILIES["speed"].probes[0].clip, "dark object", 1.0, direction_deg=180.0)
+    probe = Probe(curve_family("speed").probes[0].clip, "dark object", 1.0, direction_deg=180.0)
     series = {"hs": np.arange(10.0), "vs": np.zeros(10), "looming": np.array([0.9, *[0.5] * 4, 0.75, *[0.5] * 4])}
     frames = np.arange(2, 8)
-    own = answer(FAMILIES["speed"], probe, "m", ("hs", "vs"), series, frames)
+    own = answer(curve_family("speed"), probe, "m", ("hs", "vs"), series, frames)
     assert (own.hs, own.response) == (6.0, pytest.approx(-6.0))
-    assert answer(FAMILIES["speed"], probe, "m", ("looming",), series, frames).response == 0.25
+    assert answer(curve_family("speed"), probe, "m", ("looming",), series, frames).response == 0.25
 
 
 def test_preferences_of_made_up_answers():
@@ -167,17 +167,17 @@ def test_a_map_has_holes_where_clips_failed():
 
 
 def test_curves_are_declared_once_a_point():
-    assert families(["speed", "size", "speed"]) == (FAMILIES["speed"], FAMILIES["size"])
-    assert families([]) == tuple(FAMILIES.values())
+    assert families(["speed", "size", "speed"]) == (curve_family("speed"), curve_family("size"))
+    assert families([]) == tuple(map(curve_family, CURVES))
     with pytest.raises(UsageError, match=r"--curve sped: known are speed, .* \(nearest: speed\)"):
         families(["sped"])
-    speed = FAMILIES["speed"]
+    speed = curve_family("speed")
     with pytest.raises(ValueError, match="two probes at one point"):
         Family("twice", "", "curve", speed.x, (speed.probes[0], speed.probes[0]))
 
 
 def test_a_clip_moves_the_way_its_probe_says():
-    for family in FAMILIES.values():
+    for family in map(curve_family, CURVES):
         for probe in family.probes:
             clip = probe.clip.build(0)
             truth = clip[int(moving(clip)[0])].truth
@@ -205,7 +205,7 @@ def closed_form_hz(params):
 @pytest.mark.parametrize("tau_lp", [20.0, 50.0, 120.0])
 def test_an_emd_is_tuned_to_temporal_frequency(tau_lp):
     params = EMDParams(tau_lp=tau_lp)
-    probes = [p for p in FAMILIES["frequency"].probes if round(1 / p.x) in (6, 16, 36, 72)]
+    probes = [p for p in curve_family("frequency").probes if round(1 / p.x) in (6, 16, 36, 72)]
     given = [shown(lambda shape: EMD(shape, params), probe) for probe in probes]
     x, y = sorted({p.x for p in probes}), sorted({p.y for p in probes})
     response = {(a.x, a.y): a.response for a in given}
@@ -217,7 +217,7 @@ def test_an_emd_is_tuned_to_temporal_frequency(tau_lp):
 
 def test_a_linear_emd_points_where_the_motion_goes():
     params = EMDParams(log=False)
-    probes = [p for p in FAMILIES["direction"].probes if p.line == "grating"]
+    probes = [p for p in curve_family("direction").probes if p.line == "grating"]
     given = [dataclasses.replace(shown(lambda shape: EMD(shape, params), p), curve="direction") for p in probes]
     assert pointing_error(given, "m", "grating") < 1.0
     cosine = selectivity(TURNS, [math.cos(math.radians(t)) for t in TURNS])
@@ -229,7 +229,7 @@ def test_a_linear_emd_points_where_the_motion_goes():
 
 def test_the_dsnn_answers_most_in_its_own_direction_and_turns_with_a_mirror():
     params = DSNNParams.offline()
-    probes = [p for p in FAMILIES["direction"].probes if p.line == "grating"]
+    probes = [p for p in curve_family("direction").probes if p.line == "grating"]
     given = [shown(lambda shape: DSNN(shape, params), probe) for probe in probes]
     by_turn = {a.direction_deg: a for a in given}
     for turn, system, sign in ((0.0, "hs", 1), (90.0, "vs", 1), (180.0, "hs", -1), (270.0, "vs", -1)):
@@ -242,7 +242,7 @@ def test_the_dsnn_answers_most_in_its_own_direction_and_turns_with_a_mirror():
 
 
 def test_a_mirrored_object_turns_the_dsnn_s_sign():
-    probe = next(p for p in FAMILIES["direction"].probes if p.line == "dark object" and p.direction_deg == 0.0)
+    probe = next(p for p in curve_family("direction").probes if p.line == "dark object" and p.direction_deg == 0.0)
     clip = probe.clip.build(0)
     frames = [frame.luma for frame in clip]
     model = DSNN(clip.shape, DSNNParams.offline())
@@ -252,8 +252,8 @@ def test_a_mirrored_object_turns_the_dsnn_s_sign():
 
 
 def test_the_dsnn_answers_more_to_more_contrast():
-    for line in FAMILIES["contrast"].lines:
-        probes = [p for p in FAMILIES["contrast"].probes if p.line == line]
+    for line in curve_family("contrast").lines:
+        probes = [p for p in curve_family("contrast").probes if p.line == line]
         given = [shown(lambda shape: DSNN(shape, DSNNParams.offline()), probe).response for probe in probes]
         assert all(np.diff(given) > 0), line
 
@@ -268,7 +268,7 @@ def csv_of(path):
 
 def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(colias):
     (colias.folder / "my_model.py").write_text(example("my_model.py"))
-    arguments = ("tune", "--model", "my_model.py", "--model", "dsnn", "--curve", "size", "--out", "out")
+    arguments = ("tune", "--only", "--model", "my_model.py", "--model", "dsnn", "--curve", "size", "--out", "out")
     done = colias(*arguments)
     assert done.returncode == 0, done.stderr
     out = colias.folder / "out"
@@ -296,7 +296,7 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
         ({"seed": -1}, r"--seed -1: legal is a whole number from 0 up"),
         ({"workers": -1}, r"--workers -1: legal is"),
         ({"model": ["nosuch"]}, r"unknown model 'nosuch'"),
-        ({"model": ["dsnn", "dsnn"]}, r"--model dsnn: given twice"),
+        ({"only": True}, r"--only: shows just the models of --model; name them by --model"),
         ({"assignments": ["dsnn.n_con=99"]}, r"dsnn\.n_con=99: legal is"),
         ({"out": "mine"}, r"--out mine: holds other files"),
         ({"out": "run"}, r"--out run: holds another run"),
@@ -309,7 +309,7 @@ def test_a_wrong_use_is_refused_and_leaves_nothing(tmp_path, monkeypatch, change
         (tmp_path / name).parent.mkdir()
         (tmp_path / name).write_text(text)
     usual = {name: None for name in ("model", "curve", "out", "assignments", "cluster")}
-    given = {**usual, "seed": 0, "workers": 0, "quiet": True, **changes}
+    given = {**usual, "seed": 0, "workers": 0, "quiet": True, "only": False, **changes}
     with pytest.raises(UsageError, match=says):
         cli_tune.tune(**{**given, "out": given["out"] and Path(given["out"])})
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["experiment.json", "mine", "run", "speed.png"]
@@ -338,7 +338,7 @@ def test_numbers_do_not_depend_on_workers(tmp_path):
 
 def test_every_figure_is_drawn_of_whatever_there_is():
     channels = {"dsnn": ("hs", "vs"), "lgmd1": ("looming",), "mine": ("hs", "vs")}
-    for family in FAMILIES.values():
+    for family in map(curve_family, CURVES):
         whole = [
             Answer(family.name, p.line, m, p.x, p.y, p.direction_deg, 0.1 * (m == "dsnn"), 0.1, 0.0, 0.2)
             for p in family.probes

@@ -214,7 +214,7 @@ WRONG = {
     "rate": (("--fps", "fast"), "legal is 'real', or a number"),
     "no rate": (("--fps", "0"), "above 0"),
     "model": (("--model", "dsn"), "nearest: dsnn"),
-    "twice": (("--model", "dsnn", "--model", "dsnn"), "given twice"),
+    "only": (("--only",), "name them by --model"),
     "key": (("--set", "dsnn.n_kon=3"), "nearest: dsnn.n_con"),
     "overwrite": (("--table", "there.csv"), "is there already"),
     "ending": (("--table", "out.txt"), ".csv or .parquet"),

@@ -23,6 +23,7 @@ from colias_sim.envs.senses import Other, State, build_model, neural, space
 from colias_sim.envs.showing import Shower
 from colias_sim.robot import Pose, Robot, WheelSpeeds
 from colias_sim.simulation import Simulation
+from colias_sim.streams import film
 
 OBSERVER, TARGET = "observer", "target"
 TOUCH_COST = 10.0
@@ -106,7 +107,7 @@ class ColiasEnv(gym.Env[Any, Any], Generic[Options]):
         super().reset(seed=seed)
         self._forget()
         # Noise of its own: what happens is then the same whatever is observed, and baselines compare in pairs.
-        self._film = np.random.default_rng(int(self.np_random.integers(2**63)))
+        self._film = film(self.np_random)
         placements, drivers = self._begin(self.np_random)
         light = self._randomise(self.np_random)
         self._sim.reset(placements, self.np_random, light=light)

@@ -46,7 +46,8 @@ class State:
 
     ``speed`` m/s ahead; ``turn_rate`` and ``drift`` (the rate at which drum or push would turn the view) rad/s, left
     positive; ``slip`` the turn rate against the wall; ``wall_distance`` from the hull to the nearest wall in metres
-    and ``wall_bearing`` its direction. ``others``: the target first, then the nearest.
+    and ``wall_bearing`` its direction off the heading in rad, left positive. ``others``: the target first, then the
+    nearest.
     """
 
     speed: float

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn.stimuli.stimulus import Luma
+from dsnn.stimuli.streams import stream
 
 Image = Literal["photograph", "pink"]
 Floats = npt.NDArray[np.float32]
@@ -69,7 +70,8 @@ def panorama(image: Image, shape: tuple[int, int], seed: int) -> Panorama:
 @lru_cache(maxsize=4)
 def _panorama(image: Image, shape: tuple[int, int], seed: int) -> Panorama:
     rows, columns = shape
-    whole = _photograph(rows) if image == "photograph" else pink((rows, 2 * columns), np.random.default_rng(seed))
+    noise = stream("background.pink", seed)
+    whole = _photograph(rows) if image == "photograph" else pink((rows, 2 * columns), noise)
     return Panorama(whole, columns)
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Literal
 
-import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
 from dsnn.stimuli.background import Image, panorama
 from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint, per_second
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, Velocity
+from dsnn.stimuli.streams import stream
 
 
 @validated(frozen=True, config=CONFIG)
@@ -44,7 +44,7 @@ class Cluttered(Stimulus[ClutteredParams]):
         super().__init__(params, seed)
         self._path = ObjectPath(params)
         self._panorama = panorama(params.background, self.shape, seed)
-        self._start = np.random.default_rng((seed, 1)).uniform(0, self._panorama.period)
+        self._start = stream("cluttered.start", seed).uniform(0, self._panorama.period)
         self._background = Velocity(per_second(params.background_speed, params.speed_unit, params.fps), 0.0)
 
     def __len__(self) -> int:

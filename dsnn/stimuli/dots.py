@@ -11,6 +11,7 @@ from pydantic.dataclasses import dataclass as validated
 
 from dsnn.stimuli.moving import DIRECTIONS, Direction
 from dsnn.stimuli.stimulus import CONFIG, Luma, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+from dsnn.stimuli.streams import stream
 
 Floats = npt.NDArray[np.float64]
 
@@ -35,7 +36,7 @@ class Dots(Stimulus[DotsParams]):
         super().__init__(params, seed)
         x, y = DIRECTIONS[params.motion]
         self._velocity = Velocity(x * params.speed, y * params.speed)
-        self._places = self._walk(np.random.default_rng(seed))
+        self._places = self._walk(stream("stimulus", seed))
 
     def _walk(self, rng: np.random.Generator) -> Floats:
         """Top left corner (x, y) of every dot after every displacement: (displacements + 1, count, 2), px."""

@@ -13,6 +13,7 @@ from pydantic.dataclasses import dataclass as validated
 
 from dsnn.stimuli.background import pink
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth
+from dsnn.stimuli.streams import stream
 
 Amplitude = Annotated[float, Field(ge=0.0, le=50.0)]
 Floats = npt.NDArray[np.float32]
@@ -41,7 +42,7 @@ class Foliage(Stimulus[FoliageParams]):
         p = params
         if p.low_hz > p.high_hz:
             raise ValueError(f"low_hz={p.low_hz:g}: legal is a number up to high_hz, {p.high_hz:g}")
-        rng = np.random.default_rng(seed)
+        rng = stream("stimulus", seed)
         self._texture = pink(self.shape, rng)
         self._tones = rng.uniform(p.low_hz, p.high_hz, TONES)
         # For the cosine and the sine of each tone: displacement along x and y of every pixel.

@@ -12,6 +12,7 @@ from pydantic.dataclasses import dataclass as validated
 
 from dsnn.stimuli.moving import DIRECTIONS
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+from dsnn.stimuli.streams import stream
 
 STEPS = 4096
 """Of one period, as fine as it is painted."""
@@ -32,7 +33,7 @@ class GratingParams(TimedParams):
 
 
 class Grating(Stimulus[GratingParams]):
-    """The seed chooses the phase it starts at."""
+    """The seed chooses the phase it starts at; seed 0 draws none: its phase is 0 in the middle of the frame."""
 
     def __init__(self, params: GratingParams, seed: int = 0) -> None:
         super().__init__(params, seed)
@@ -42,7 +43,7 @@ class Grating(Stimulus[GratingParams]):
         self._velocity = Velocity(speed * math.cos(turn), speed * math.sin(turn))
         # Of pixel centres, from the frame's own, so that a mirrored direction is a mirrored frame.
         x, y = (np.arange(n) + 0.5 - n / 2 for n in (params.columns, params.rows))
-        start = np.random.default_rng(seed).uniform() if seed else 0.0
+        start = stream("stimulus", seed).uniform() if seed else 0.0
         phase = (across * x + down * y[:, np.newaxis] + start) % 1.0
         self._phase = np.rint(phase * STEPS).astype(np.int32)
         self._profile = _profile(params, across, down)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn.stimuli.stimulus import ClipParams, Stimulus, StimulusFrame, Truth, Velocity
+from dsnn.stimuli.streams import stream
 
 LARGEST_SD_PX = 10.0
 LIMIT_SD = 4.0
@@ -19,8 +20,9 @@ LIMIT_SD = 4.0
 class Jittered(Stimulus[ClipParams]):
     """``inner`` as seen by a camera whose shift at every frame is an independent Gaussian of ``sd_px`` along x and y.
 
-    The seed is that of the shifts, whatever ``inner``'s. Beyond the frame's border its outermost pixels go on.
-    The truth is moved along: boxes by the shift, velocities by its change since the frame before.
+    The seed is that of the shifts, whatever ``inner``'s: of equal seeds they share no number with it. Beyond the
+    frame's border its outermost pixels go on. The truth is moved along: boxes by the shift, velocities by its change
+    since the frame before.
     Raises ``ValueError`` on an ``sd_px`` that is negative or above 10.
     """
 
@@ -29,8 +31,7 @@ class Jittered(Stimulus[ClipParams]):
         if not 0.0 <= sd_px <= LARGEST_SD_PX:
             raise ValueError(f"sd_px={sd_px:g}: legal is a number from 0 to {LARGEST_SD_PX:g}")
         self.inner = inner
-        rng = np.random.default_rng((seed, 1))  # other numbers than those a stimulus of the same seed is made of
-        drawn = rng.standard_normal((len(inner), 2))
+        drawn = stream("jitter", seed).standard_normal((len(inner), 2))
         self.shifts = sd_px * np.clip(drawn, -LIMIT_SD, LIMIT_SD)
         """(frames, 2): along x and y, px."""
 

@@ -13,6 +13,7 @@ from pydantic.dataclasses import dataclass as validated
 
 from dsnn.stimuli.moving import DIRECTIONS, Direction
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+from dsnn.stimuli.streams import stream
 
 
 @validated(frozen=True, config=CONFIG)
@@ -47,7 +48,7 @@ class ReversePhi(Stimulus[ReversePhiParams]):
                 f"legal is a number up to {min(p.mean_grey, 255.0 - p.mean_grey):g}"
             )
         squares = [-(-n // p.square_px) for n in self.shape]
-        signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=squares)
+        signs = stream("stimulus", seed).choice([-1.0, 1.0], size=squares)
         grown = np.kron(signs, np.ones((p.square_px, p.square_px)))[: p.rows, : p.columns]
         self._pictures = [np.rint(p.mean_grey + s * p.amplitude * grown).astype(np.uint8) for s in (1.0, -1.0)]
         speed = p.step_px * p.fps / p.step_frames

@@ -10,6 +10,7 @@ from experiments import NAMES, OFFLINE
 from experiments.bench.declaration import Experiment
 from experiments.bench.files import UsageError, declared, is_file
 from experiments.bench.offline import OfflineExperiment
+from experiments.bench.offline_claims import JUDGES
 from experiments.bench.paper import claim_texts
 
 
@@ -39,4 +40,8 @@ def find(name: str) -> Experiment | OfflineExperiment:
     unknown = [claim for claim in experiment.claims if claim not in claim_texts()]
     if unknown:
         raise UsageError(f"{name}: unknown claim '{unknown[0]}': known are {', '.join(claim_texts())}")
+    if isinstance(experiment, OfflineExperiment):
+        others = [claim for claim in experiment.claims if claim not in JUDGES]
+        if others:
+            raise UsageError(f"{name}: no clips answer for claim '{others[0]}': those of clips are {', '.join(JUDGES)}")
     return experiment

@@ -23,6 +23,7 @@ from experiments.bench.options import (
     Assignments,
     Cluster,
     Models,
+    Only,
     OtherCode,
     Quiet,
     Repeats,
@@ -78,7 +79,7 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias watch street.mp4            any footage, or a camera
   colias reproduce                   which of the paper's claims hold
   colias leaderboard                 every model on the same trials
-  colias tune --model emd            response against speed, size, direction ...
+  colias tune --model emd --only     response against speed, size, direction ...
   colias behave hybrid               close the loop: reflexes in an env, scored
   colias parameters                  everything that --set reaches
   colias view runs/speed-...         a run's recordings in Rerun
@@ -111,6 +112,7 @@ def run(
     ] = None,
     assignments: Assignments = None,
     model: Models = None,
+    only: Only = False,
     recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
     other_code: OtherCode = False,
     workers: Workers = None,
@@ -119,11 +121,13 @@ def run(
 ) -> int:
     """Run an experiment and write its results into a folder.
 
-    Every model sees the same frames. Trials already finished stay readable if the run is interrupted, and
+    Every model sees the same frames. The command's own model is dsnn, or those that an off-line experiment
+    declares. Trials already finished stay readable if the run is interrupted, and
     --resume with the same parameters does the rest. Results do not depend on the number of workers.
     """
     from experiments.bench import catalogue, console, settings
     from experiments.bench.files import UsageError
+    from experiments.bench.model_option import shown_models
     from experiments.bench.offline import OfflineExperiment
 
     declared = catalogue.find(experiment)
@@ -131,8 +135,9 @@ def run(
         raise UsageError("--out and --resume name one folder each: give one of them")
     means = console.Means(worker_count(workers), cluster, quiet, other_code)
     if isinstance(declared, OfflineExperiment):
-        return cli_offline.run(declared, repeats, seed, out, resume, assignments or (), model or (), means, recordings)
-    plan = settings.plan(declared, model or ["dsnn"], assignments or (), repeats, seed)
+        models = shown_models(declared.models, model, only)
+        return cli_offline.run(declared, repeats, seed, out, resume, assignments or (), models, means, recordings)
+    plan = settings.plan(declared, shown_models(["dsnn"], model, only), assignments or (), repeats, seed)
     _note_rates(plan)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = resume or out or Path("runs") / f"{declared.name}-{stamp}"
@@ -150,7 +155,8 @@ def sweep(
         Path | None, typer.Option(help="Folder of the results, otherwise runs/sweep-NAME-TIME; goes on with one begun.")
     ] = None,
     assignments: Assignments = None,
-    model: Annotated[str, typer.Option(help="The vision model on the observer.")] = "dsnn",
+    model: Models = None,
+    only: Only = False,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -158,14 +164,17 @@ def sweep(
 ) -> int:
     """Run every combination of the values; tabulate (sweep.csv) and draw (figure.svg, .png) them together.
 
-    Equal trials of different points have equal seeds: the same stimuli, start poses and noise.
+    Equal trials of different points have equal seeds: the same stimuli, start poses and noise. KEY may be a parameter
+    of any model shown; models that a point does not vary ride along. The command's own model is dsnn.
     """
     from experiments.bench import catalogue, console
     from experiments.bench import sweep as grids
+    from experiments.bench.model_option import shown_models
 
     declared = catalogue.load(experiment)
     points = grids.grid(over)
-    parts = grids.parts(declared, model, points, assignments or (), repeats, seed)
+    models = shown_models(["dsnn"], model, only)
+    parts = grids.parts(declared, models, points, assignments or (), repeats, seed)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"sweep-{declared.name}-{stamp}"
     means = console.Means(worker_count(workers), cluster, quiet, other_code)
@@ -185,9 +194,8 @@ def reproduce(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the report, otherwise runs/reproduce-TIME; goes on with one begun.")
     ] = None,
-    model: Annotated[
-        list[str] | None, typer.Option(help="A model to show beside the DSNN: a name or a .py file. Repeatable.")
-    ] = None,
+    model: Models = None,
+    only: Only = False,
     experiment: Annotated[
         list[str] | None, typer.Option(help="An experiment to add: a name or a .py file. Repeatable.")
     ] = None,
@@ -198,6 +206,8 @@ def reproduce(
 ) -> None:
     """Run the paper's experiments, the robot's at other seeds and with everything moved too; write one page about it.
 
+    The command's own models, in the trials with the robot, are dsnn and dsn2017, beside the looming detectors where a
+    claim is about them. Most claims are about dsnn: --only needs it among the models.
     The reflexes of [b]colias behave[/b] are played too, and claims of our own about them judged. report.html needs no
     network; claims.json and behaviours.json have the verdicts. The exit status is 0 whatever they are.
     """
@@ -214,7 +224,8 @@ def reproduce(
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"reproduce-{stamp}"
-    result = whole.reproduce(folder, scale, seed, model or ["dsn2017"], means, experiment or (), robot_only)
+    models = whole.models_shown(model, only)
+    result = whole.reproduce(folder, scale, seed, models, means, experiment or (), robot_only, only)
     page = report.write(result)
     if not quiet:
         console.show_claims(result.claims)
@@ -227,7 +238,8 @@ def _note_rates(plan: Plan) -> None:
     for chosen in plan.settings.models:
         assumed = getattr(chosen.network, "fps", rate)
         if assumed != rate:
-            error_console.print(f"note: {chosen.label} assumes {assumed:g} frames/s, the camera gives {rate:g}")
+            said = f"note: {chosen.label} assumes {assumed:g} frames/s, the camera gives {rate:g}"
+            error_console.print(said, soft_wrap=True, markup=False)
 
 
 cli_watch.register(app)
@@ -267,11 +279,13 @@ def list_all() -> None:
 def parameters(
     experiment: Annotated[str, typer.Argument(help="The experiment whose parameters to list.")] = "speed",
     model: Models = None,
+    only: Only = False,
 ) -> None:
-    """List every parameter that --set reaches: key, default, legal range, meaning."""
+    """List every parameter that --set reaches: key, default, legal range, meaning. The command's own model is dsnn."""
     from experiments.bench import catalogue, settings
+    from experiments.bench.model_option import shown_models
 
-    for row in settings.parameters(catalogue.load(experiment), model or ["dsnn"]):
+    for row in settings.parameters(catalogue.load(experiment), shown_models(["dsnn"], model, only)):
         legal = f"  [dim]({escape(row.legal)})[/dim]" if row.legal else ""
         out_console.print(f"{row.key}=[b]{escape(row.value)}[/b]{legal}\n    {escape(row.description)}", soft_wrap=True)
 

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from experiments.bench import interrupts
+from experiments.bench.options import Models, Only
 
 if TYPE_CHECKING:
     from dsnn.stimuli import ClipParams, Stimulus
@@ -72,9 +73,8 @@ def stimulus(
 
 def play(
     name: Name,
-    model: Annotated[
-        list[str] | None, typer.Option("--model", help="Who watches: a name or a .py file. Repeatable; otherwise dsnn.")
-    ] = None,
+    model: Models = None,
+    only: Only = False,
     assignments: Annotated[
         list[str] | None,
         typer.Option(
@@ -88,16 +88,20 @@ def play(
 ) -> int:
     """Show a stimulus to a model, and open frames, object, potentials, thresholds and spikes in Rerun.
 
-    A DSNN has the paper's off-line threshold (0.16) and spike gain (2) unless --set says otherwise.
+    The command's own model is dsnn. A DSNN has the paper's off-line threshold (0.16) and spike gain (2) unless --set
+    says otherwise.
     """
     from experiments.bench import clips, settings
     from experiments.bench import play as player
+    from experiments.bench.model_option import shown_models
 
     _check_outputs(record, view)
     if record is not None:
         clips.refuse(record)
     listed_by = f"{_listed_by(name)}, colias parameters"
-    models, collected = settings.watchers(model or ["dsnn"], assignments or (), _section(name), listed_by)
+    models, collected = settings.watchers(
+        shown_models(["dsnn"], model, only), assignments or (), _section(name), listed_by
+    )
     clip = _clip(name, collected, seed, jitter)
     with _progress(f"{name}: frames", len(clip)) as advance:
         played = player.play(name, clip, models, advance)
@@ -124,13 +128,16 @@ def run(
     means: Means,
     recordings: bool,
 ) -> int:
-    """What ``colias run`` does with an off-line experiment; the exit status."""
+    """Do what ``colias run`` does with an off-line experiment; the exit status.
+
+    ``models`` are all those that are shown its clips.
+    """
     import datetime
 
     from experiments.bench import console, offline_run
     from experiments.bench.pool import open_pool
 
-    plan = offline_run.plan(experiment, models, assignments, repeats, seed)
+    plan = offline_run.plan(experiment, models, assignments, repeats, seed, only=True)
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = resume or out or Path("runs") / f"{experiment.name}-{stamp}"
     with open_pool(means.workers, means.cluster) as pool:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.options import Cluster, OtherCode, Quiet, Workers, worker_count
+from experiments.bench.options import Cluster, Models, Only, OtherCode, Quiet, Workers, worker_count
 
 
 def register(app: typer.Typer) -> None:
@@ -17,10 +17,8 @@ def register(app: typer.Typer) -> None:
 
 
 def tune(
-    model: Annotated[
-        list[str] | None,
-        typer.Option(help="A name or a .py file. Repeatable; otherwise every model that is registered."),
-    ] = None,
+    model: Models = None,
+    only: Only = False,
     curve: Annotated[
         list[str] | None,
         typer.Option(help="Only this one: speed, size, contrast, frequency or direction. Repeatable."),
@@ -42,13 +40,14 @@ def tune(
     Clips of 144x108 px at 30 frames/s, models with the paper's off-line parameters. A direction
     model's response is the mean of (hs, vs), projected on the direction of the motion, over the
     second half of the moving frames; a looming detector's its peak above rest. A figure for
-    each curve, tuning.csv with every point, preferences.csv with a row a model.
+    each curve, tuning.csv with every point, preferences.csv with a row a model. The command's
+    own models are those registered, but dsnn-reference.
     """
     from experiments.bench import console, console_tune, tuning_run
-    from experiments.bench.leaderboard import contenders
+    from experiments.bench.model_option import COMPARED, shown_models
     from experiments.bench.pool import open_pool
 
-    made = tuning_run.plan(model or contenders((), only=False), curve or (), assignments or (), seed)
+    made = tuning_run.plan(shown_models(COMPARED, model, only), curve or (), assignments or (), seed)
     folder = out or Path("runs") / f"tune-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
     means = console.Means(worker_count(workers), cluster, quiet, other_code)
     with open_pool(means.workers, means.cluster) as pool:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from experiments.bench.options import Models, Only
+
 if TYPE_CHECKING:
     from experiments.bench.footage import Footage
 
@@ -21,10 +23,8 @@ def register(app: typer.Typer) -> None:
 
 def watch(
     source: Annotated[str, typer.Argument(metavar="FILE_OR_CAMERA", help="A video file, or a camera's index from 0.")],
-    model: Annotated[
-        list[str] | None,
-        typer.Option("--model", help="A vision model: a name or a .py file. Repeatable; the default: dsnn."),
-    ] = None,
+    model: Models = None,
+    only: Only = False,
     size: Annotated[
         str | None,
         typer.Option(metavar="WxH", help="What the network sees, exactly; otherwise 320 px along the longer side."),
@@ -47,6 +47,7 @@ def watch(
 ) -> int:
     """Step the network through footage, a step a frame, and tell when what moved which way.
 
+    The command's own model is dsnn.
     A file is taken as fast as it decodes. Thresholds are the paper's off-line ones, which
     belong to 30 steps a second: responses grow with the square of the rate, so --fps changes
     what passes them. Exit status: 1 if the footage ended early, 130 if interrupted; what was
@@ -61,9 +62,10 @@ def watch(
     film = footage.Footage(source)
     # Not before: they load libraries that a film's refusal does without.
     from experiments.bench import console_watch, settings
+    from experiments.bench.model_option import shown_models
 
     own_rate = _own_rate(film) if fps == "real" else rate
-    chosen, _ = settings.watchers(model or ["dsnn"], assignments or (), fps=own_rate)
+    chosen, _ = settings.watchers(shown_models(["dsnn"], model, only), assignments or (), fps=own_rate)
     wanted = console_watch.Wanted(record, table, view, judge)
     return console_watch.run(film, asked or footage.usual_size(film.size), chosen, wanted)
 

@@ -160,7 +160,7 @@ def show(report: Report, recordings: bool) -> None:
     several = len({row["model"] for row in report.rows}) > 1
     for verdict in report.verdicts:
         colour = {"holds": "green", "fails": "red", "untested": "yellow"}[verdict.verdict]
-        who = f" ({verdict.model})" if several else ""
+        who = f" ({escape(verdict.model)})" if several else ""
         out_console.print(f"\n[b]{verdict.id}[/b]{who} [{colour}]{verdict.verdict}[/{colour}]: {verdict.says}")
         _show_numbers(verdict)
     if report.comparisons:
@@ -197,7 +197,7 @@ def _comparisons_table(report: Report) -> Table:
     for row in report.comparisons:
         table.add_row(
             *("-" if row[n] is None else row[n] if isinstance(row[n], str) else f"{row[n]:g}" for n in names),
-            f"{row['model']} - {row['against']}",
+            escape(f"{row['model']} - {row['against']}"),
             f"{row['n']}",
             f"{row['mean_difference']:+z.1f}",
             f"{row['rank_biserial']:+z.2f}",
@@ -214,7 +214,9 @@ def show_offline(report: OfflineReport, recorded: bool) -> None:
         table.add_column(name, justify="left" if name in ("clip", "model") else "right", no_wrap=True)
     for row in (row for row in report.rows if row["repeat"] == 0):
         ranges = (f"{row[f'trough_{system}']:+z.3f} .. {row[f'peak_{system}']:+z.3f}" for system in ("hs", "vs"))
-        table.add_row(escape(row["clip"]), row["model"], *ranges, f"{row['peak_looming']:.2f}", f"{row['spikes']}")
+        table.add_row(
+            escape(row["clip"]), escape(row["model"]), *ranges, f"{row['peak_looming']:.2f}", f"{row['spikes']}"
+        )
     out_console.print(table)
     for verdict in report.verdicts:
         colour = {"holds": "green", "fails": "red", "untested": "yellow"}[verdict.verdict]
@@ -264,26 +266,26 @@ def sweep(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path
             place = out / part.folder
             with closing(open_folder(part.plan, place, means, begun(place), recordings=False)) as folder:
                 failed |= bool(run_with(part.plan, folder, pool, means, recordings=False))
-                rows += folder.rows()
+                rows += part.tagged(folder.rows())
     from experiments.bench import sweep as grids
 
     if not rows:
         return failed
-    table = grids.table(rows, points)
+    keys = [key for key, _ in points[0].values]
+    table = grids.table(rows, keys)
     title = f"{parts[0].plan.experiment.name}, n = {parts[0].plan.repeats}"
-    picture = grids.write_figure(grids.draw(rows, points, varies, title), out)
+    picture = grids.write_figure(grids.draw(rows, keys, varies, title), out)
     # Last, as it makes the sweep a whole one, which is not gone on with.
     RunFolder(out).write_rows("sweep.csv", table)
     if not means.quiet:
-        keys = [*(key for key, _ in points[0].values), *grids.other_conditions(rows, varies)]
-        out_console.print(_sweep_table(table, keys, varies))
+        out_console.print(_sweep_table(table, grids.telling(rows, keys, varies), varies))
         for name, place in {"figure": picture, "table": out / "sweep.csv"}.items():
             out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
     return failed
 
 
 def _sweep_table(rows: Sequence[dict[str, Any]], keys: Sequence[str], varies: str) -> Table:
-    table = Table(title="mean HS spikes per trial", title_justify="left", box=None, header_style="bold", pad_edge=False)
+    table = Table(title="mean spikes per trial", title_justify="left", box=None, header_style="bold", pad_edge=False)
     levels = list(dict.fromkeys(row[varies] for row in rows))
     for name in (
         *(SHORT.get(key, key) for key in keys),
@@ -292,7 +294,7 @@ def _sweep_table(rows: Sequence[dict[str, Any]], keys: Sequence[str], varies: st
         table.add_column(name, justify="right")
     for values, chosen in group(rows, *keys).items():
         means = {level: [r["spikes_mean"] for r in chosen if r[varies] == level] for level in levels}
-        said = ("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in values)
+        said = ("-" if v is None else escape(v) if isinstance(v, str) else f"{v:g}" for v in values)
         table.add_row(*said, *(f"{sum(m) / len(m):.1f}" if m else "-" for m in means.values()))
     return table
 
@@ -317,7 +319,7 @@ def _conditions_table(report: Report) -> Table:
         values, rows = chosen[0], {row["quantity"]: row for row in chosen}
         spikes = rows["spikes"]
         table.add_row(
-            *("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names)),
+            *("-" if v is None else escape(v) if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names)),
             f"{spikes['n']}",
             f"{spikes['mean']:.1f}",
             "-" if spikes["ci_low"] is None else f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",

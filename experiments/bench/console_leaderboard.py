@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from rich.markup import escape
 from rich.table import Table
 
 from experiments.bench.console import out_console
@@ -41,7 +42,7 @@ def _table(standings: list[Standing]) -> Table:
         table.add_column("\n".join(heading.replace(",", "").split()), justify="right", no_wrap=True)
     for standing in standings:
         cells = (_said(name, standing.scores[name]) for name in MEASURES)
-        table.add_row(standing.model, *cells)
+        table.add_row(escape(standing.model), *cells)
     return table
 
 

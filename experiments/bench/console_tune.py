@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from rich.markup import escape
 from rich.table import Table
 
 from experiments.bench.console import out_console
@@ -41,7 +42,7 @@ def show(report: TuningReport) -> None:
     for name, _, _ in columns:
         table.add_column(name, justify="right", no_wrap=True)
     for each in report.preferences:
-        table.add_row(each.model, *(cell(each) for _, _, cell in columns))
+        table.add_row(escape(each.model), *(cell(each) for _, _, cell in columns))
     out_console.print(table)
     out_console.print(f"[dim]{NOTE}[/dim]\n")
     for name, path in report.figures.items():

@@ -10,6 +10,7 @@ import numpy as np
 
 from colias_sim import Line, PathFollower, Pose
 from experiments.bench.declaration import Condition, Settings
+from experiments.bench.streams import stream
 
 ROBOT_RADIUS_CM = 2.0
 MARGIN_CM = 0.6
@@ -53,7 +54,7 @@ def half_crossing(distance: float, radius: float, hfov: float) -> float:
 def nominal(condition: Condition, settings: Settings) -> Course:
     """The course without errors of the start pose."""
     exact = dataclasses.replace(settings, pose_sd_mm=0.0, heading_sd_deg=0.0)
-    return course(condition, exact, np.random.default_rng(0))
+    return course(condition, exact, stream("course.nominal", 0))
 
 
 def course(condition: Condition, settings: Settings, rng: np.random.Generator) -> Course:

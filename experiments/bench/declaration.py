@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, get_args
 
@@ -87,6 +89,7 @@ class Condition:
 
 
 CONDITION_COLUMNS = tuple(field.name for field in dataclasses.fields(Condition))
+MOST_CONDITIONS = 100_000
 
 
 class Design(Protocol):
@@ -102,9 +105,50 @@ class Design(Protocol):
         """Spread of the stimulus's start heading."""
         ...
 
-    def conditions(self) -> tuple[Condition, ...]:
-        """Every condition, in the order tables and figures show them."""
+    def conditions(self) -> Iterable[Condition]:
+        """Every condition, in the order tables and figures show them; the same ones at every call."""
         ...
+
+
+def conditions_of(design: Design) -> tuple[Condition, ...]:
+    """The conditions of a design. Raises ``ValueError``, in one line, where it answers with anything else."""
+    expected = f"expected {Condition.__module__}.Condition({', '.join(CONDITION_COLUMNS)})"
+    try:
+        answered = design.conditions()
+        if not isinstance(answered, Iterable):
+            raise ValueError(f"its conditions() answers {_short(answered)}: {expected}, any number of them")
+        found = tuple(itertools.islice(answered, MOST_CONDITIONS + 1))
+    except ValueError as error:
+        raise ValueError(" ".join(str(error).split())) from None
+    except Exception as error:
+        said = " ".join(str(error).split())
+        raise ValueError(f"its conditions() raises {type(error).__name__}{': ' if said else ''}{said}") from None
+    for index, condition in enumerate(found):
+        if not isinstance(condition, Condition):
+            raise ValueError(f"its conditions()[{index}] is {_short(condition)}: {expected}")
+    if not found:
+        raise ValueError("its design has no conditions")
+    if len(found) > MOST_CONDITIONS:
+        raise ValueError(f"its design has over {MOST_CONDITIONS} conditions")
+    return found
+
+
+def check_declared(kind: str, name: Any, summary: Any, repeats: Any, claims: Any) -> None:
+    """Raise ``ValueError`` for what no declaration of an experiment can say of itself."""
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", name):
+        raise ValueError(f"{kind} {_short(name)}: its name: legal are letters, digits, - and _")
+    if not isinstance(summary, str):
+        raise ValueError(f"{kind} {name}: summary={_short(summary)}: legal is a text")
+    if not isinstance(repeats, int) or isinstance(repeats, bool) or repeats < 1:
+        raise ValueError(f"{kind} {name}: repeats={_short(repeats)}: legal is a whole number from 1 up")
+    if not isinstance(claims, tuple) or not all(isinstance(claim, str) for claim in claims):
+        raise ValueError(f"{kind} {name}: claims={_short(claims)}: legal is a tuple of names")
+
+
+def _short(value: Any) -> str:
+    """A value in a line: a person has to find it again, not to read all of it."""
+    said = " ".join(repr(value).split())
+    return said if len(said) <= 80 else f"{said[:77]}..."
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,23 +167,28 @@ class Experiment:
     claims: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", self.name):
-            raise ValueError(f"experiment {self.name!r}: its name: legal are letters, digits, - and _")
-        if not isinstance(self.repeats, int) or isinstance(self.repeats, bool) or self.repeats < 1:
-            raise ValueError(f"experiment {self.name}: repeats={self.repeats!r}: legal is a whole number from 1 up")
-        if not isinstance(self.claims, tuple):
-            raise ValueError(f"experiment {self.name}: claims={self.claims!r}: legal is a tuple of names")
-        if not dataclasses.is_dataclass(self.design) or not hasattr(self.design, "conditions"):
-            raise ValueError(f"experiment {self.name}: design={self.design!r}: legal is a dataclass with conditions()")
+        check_declared("experiment", self.name, self.summary, self.repeats, self.claims)
+        made = dataclasses.is_dataclass(self.design) and not isinstance(self.design, type)
+        if not made or not callable(getattr(self.design, "conditions", None)):
+            said = f"design={_short(self.design)}: legal is a dataclass with conditions()"
+            raise ValueError(f"experiment {self.name}: {said}")
         for spread in ("pose_sd_mm", "heading_sd_deg"):
             value = getattr(self.design, spread, None)
             if not isinstance(value, int | float) or not 0 <= value <= 100:
                 raise ValueError(f"experiment {self.name}: design.{spread}={value!r}: legal is a number from 0 to 100")
-        self._check_conditions(self.design.conditions())
+        try:
+            conditions, again = conditions_of(self.design), conditions_of(self.design)
+        except ValueError as error:
+            raise ValueError(f"experiment {self.name}: {error}") from None
+        if conditions != again:
+            raise ValueError(f"experiment {self.name}: its conditions() answers otherwise when it is asked again")
+        self._check_conditions(conditions)
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """Every condition of its design, in order."""
+        return conditions_of(self.design)
 
     def _check_conditions(self, conditions: tuple[Condition, ...]) -> None:
-        if not conditions:
-            raise ValueError(f"experiment {self.name}: its design has no conditions")
         twice = next((c for i, c in enumerate(conditions) if c in conditions[:i]), None)
         if twice is not None:
             raise ValueError(f"experiment {self.name}: the condition '{twice.label()}' is there twice")
@@ -181,7 +230,7 @@ def trial_specs(experiment: Experiment, settings: Settings, repeats: int, seed: 
 
     So a run cut short stays balanced, and more repeats only append: the first trials are the same ones.
     """
-    conditions = experiment.design.conditions()
+    conditions = experiment.conditions()
     return [
         TrialSpec(experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings)
         for index, condition in enumerate(conditions * repeats)

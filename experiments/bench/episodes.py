@@ -16,6 +16,7 @@ from colias_sim.envs import ENVS, State
 from colias_sim.envs.base import ColiasEnv
 from dsnn import Response, ResponseSeries
 from experiments.bench.behaving import Behaviour, Policy, load_behaviour
+from experiments.bench.streams import stream
 
 Floats = npt.NDArray[np.float64]
 Agent = Callable[[Any], Any]
@@ -107,7 +108,7 @@ def play_entry(
     if entry.senses == "neural":
         options.setdefault("model", entry.model)
     # The world's draws come from the seed alone, so that behaviours meet the same worlds; these are its own.
-    policy = entry.make(np.random.default_rng([seed, 1]))
+    policy = entry.make(stream("policy", seed))
     return play(env, options, agent(policy, entry.senses), seed, name=entry.name, steps=steps, images=images)
 
 

@@ -66,6 +66,7 @@ def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float | None) -> Figure:
     """Left: spikes of every trial, with means and 95 % intervals. Right: HS against bearing, or against time.
 
+    A bearing is left positive, here as in the tables; its axis has the left on the left, as the image has.
     One colour per level of ``varies``; one line style for each combination of the conditions that differ beside it.
     """
     with mpl.rc_context(STYLE):
@@ -87,7 +88,7 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: flo
         counts.set_xticks(range(len(levels)), [_said(level) for level in levels])
         counts.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial", ylim=(-2, None))
         _frame(traces, colours, UNITS.get(varies, ""), threshold, axis)
-        drawn.suptitle(title, fontsize=10, x=0.01, ha="left")
+        drawn.suptitle(plain(title), fontsize=10, x=0.01, ha="left")
     return drawn
 
 
@@ -113,15 +114,24 @@ def _series(rows: Rows, varies: str) -> dict[str, Rows]:
     """Label -> its rows, for every combination of model and other conditions that differ between trials."""
     others = [name for name in varying(rows, varies) if name != varies]
     return {
-        ", ".join(f"{v:g} {UNITS[c]}" if c in UNITS and v is not None else str(v) for c, v in zip(others, values,
-                                                                                            strict=True)): chosen
+        plain(
+            ", ".join(
+                f"{v:g} {UNITS[c]}" if c in UNITS and v is not None else str(v)
+                for c, v in zip(others, values, strict=True)
+            )
+        ): chosen
         for values, chosen in group(rows, *others).items()
-    }  # fmt: skip
+    }
 
 
 def _place(index: int, count: int) -> float:
     """Offset of the dots of series ``index`` of ``count`` from their tick."""
     return 0.0 if count == 1 else min(0.6, 0.3 * (count - 1)) * (index / (count - 1) - 0.5)
+
+
+def plain(text: str) -> str:
+    """Words as they are: a dollar sign in a label of the user's begins no formula."""
+    return text.replace("$", r"\$")
 
 
 def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
@@ -161,8 +171,6 @@ def _traces(
         return
     own = frames.filter(np.asarray(frames["model"]) == rows[0]["model"])
     trial, hs, place = (own[name].to_numpy() for name in ("trial", "hs", axis))
-    # Bearing is left positive; drawn as in the image, rightward to the right.
-    place = -place if axis == "stimulus_bearing_deg" else place
     for row in rows:
         chosen = trial == row["trial"]
         axes.plot(place[chosen], hs[chosen], color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
@@ -180,8 +188,9 @@ def _frame(axes: Axes, colours: Mapping[Any, Any], unit: str, threshold: float |
             axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
         axes.annotate(f"±T = {threshold:g}", (0.01, -threshold - 0.02), xycoords=("axes fraction", "data"), va="top")
     bearing = axis == "stimulus_bearing_deg"
-    xlabel = "bearing of the stimulus (degrees, right positive)" if bearing else "time in the trial (s)"
+    xlabel = "bearing of the stimulus (degrees, left positive)" if bearing else "time in the trial (s)"
     axes.set(xlabel=xlabel, ylabel="HS membrane potential", ylim=(-1, 1))
+    axes.xaxis.set_inverted(bearing)  # left on the left, as in the image: rightward motion goes to the right
     keys = [
         Line2D([], [], color=colour, lw=2, label=f"{_said(level)} {unit}".strip()) for level, colour in colours.items()
     ]

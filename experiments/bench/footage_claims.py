@@ -27,6 +27,7 @@ from dsnn import Response
 from experiments.bench.checks import Check, Outcome, decide
 from experiments.bench.footage import Image, Picture
 from experiments.bench.statistics import SEED, proportion_interval
+from experiments.bench.streams import stream
 
 CLAIM = "C12"
 LEAST_CORRELATION, LEAST_AGREEMENT, BLOCK_S = 0.5, 0.9, 1.0
@@ -140,7 +141,7 @@ def _resampled(terms: Floats, block: int) -> Floats:
     """Sums (`RESAMPLES`, columns) of as many blocks of consecutive frames, drawn anywhere, as fill the footage."""
     running = np.vstack([np.zeros(terms.shape[1]), np.cumsum(terms, axis=0)])
     blocks = running[block:] - running[:-block]
-    rng, draws = np.random.default_rng(SEED), round(len(terms) / block)
+    rng, draws = stream("bootstrap.blocks", SEED), round(len(terms) / block)
     return np.stack([blocks[rng.integers(len(blocks), size=draws)].sum(axis=0) for _ in range(RESAMPLES)])
 
 

@@ -13,11 +13,9 @@ from typing import Any
 import pyarrow as pa
 
 from colias_sim.gl import require_backend
-from dsnn import MODELS
 from experiments.bench import console, figures, leaderboard_figure, offline_run, settings
 from experiments.bench.contents import Contents, robot_contents
 from experiments.bench.description import begun
-from experiments.bench.files import UsageError
 from experiments.bench.leaderboard_scores import Standing, ranked, scores, table
 from experiments.bench.leaderboard_speed import time_models
 from experiments.bench.leaderboard_trials import REPEATS, ROBOT, clip_experiments
@@ -27,9 +25,6 @@ from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
 from experiments.bench.results import FRAME_SCHEMA, TRIAL_SCHEMA, Failure, Finished, RunFolder
 from experiments.bench.runner import Keep, work
-
-LEFT_OUT = ("dsnn-reference",)
-"""It answers as the DSNN does, slowly: to test against."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,14 +57,6 @@ class Board:
     folder: Path
     standings: list[Standing]
     failures: list[Failure]
-
-
-def contenders(models: Sequence[str], only: bool) -> list[str]:
-    """The registered models, unless ``only``, then those of ``models`` that are not among them."""
-    if only and not models:
-        raise UsageError("--only: name the models by --model")
-    registered = () if only else tuple(name for name in MODELS if name not in LEFT_OUT)
-    return [*registered, *(name for name in models if name not in registered)]
 
 
 def leaderboard(folder: Path, models: Sequence[str], repeats: int | None, seed: int, means: console.Means) -> Board:

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from experiments.bench.figures import STYLE
+from experiments.bench.figures import STYLE, plain
 from experiments.bench.leaderboard_scores import Score, Standing
-from experiments.bench.offline_figures import colour
+from experiments.bench.offline_figures import colours
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ def draw(standings: Sequence[Standing], repeats: int) -> Figure:
         axes = drawn.subplots(1, len(PANELS), sharey=True)
         for place, panel in zip(axes, PANELS, strict=True):
             _panel(place, panel, standings)
-        axes[0].set_yticks(range(len(standings)), [standing.model for standing in standings])
+        axes[0].set_yticks(range(len(standings)), [plain(standing.model) for standing in standings])
         axes[0].set_ylim(len(standings) - 0.5, -0.5)
         said = f"leaderboard, n = {repeats} of each trial; 95 % intervals; dotted: chance; -: does not apply"
         drawn.suptitle(said, fontsize=9, x=0.01, ha="left")
@@ -60,8 +60,9 @@ def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing]) -> None:
         axes.axvline(panel.chance, color="black", ls=":", lw=0.8, zorder=1)
     for row in range(0, len(standings), 2):
         axes.axhspan(row - 0.5, row + 0.5, color="black", alpha=0.04, lw=0)
+    tints = colours(standing.model for standing in standings)
     for row, standing in enumerate(standings):
-        _row(axes, panel, row, standing)
+        _row(axes, panel, row, standing, tints[standing.model])
     if panel.log:
         axes.set_xscale("log")
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
@@ -75,7 +76,7 @@ def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing]) -> None:
     _legend(axes, panel, TICKS_INCHES / (INCHES_A_ROW * len(standings)))
 
 
-def _row(axes: Axes, panel: Panel, row: int, standing: Standing) -> None:
+def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str) -> None:
     found = [standing.scores[measure] for measure in panel.measures]
     if not any(found):
         axes.annotate("-", (0.5, row), xycoords=("axes fraction", "data"), ha="center", va="center", color="#777777",
@@ -83,7 +84,7 @@ def _row(axes: Axes, panel: Panel, row: int, standing: Standing) -> None:
     shifts = (-APART, APART) if len(found) > 1 else (0.0,)
     for place, (score, shift) in enumerate(zip(found, shifts, strict=True)):
         if score is not None:
-            _dot(axes, score, row + shift, colour(standing.model), filled=_filled(panel, place))
+            _dot(axes, score, row + shift, tint, filled=_filled(panel, place))
 
 
 def _filled(panel: Panel, place: int) -> bool:

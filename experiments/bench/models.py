@@ -94,5 +94,8 @@ def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> Chosen:
 
 
 def family(name: str) -> str:
-    """The section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``."""
-    return name.split("-")[0]
+    """The section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``.
+
+    ``name`` may be a label with settings (``dsnn:w_i=1``).
+    """
+    return name.partition(":")[0].split("-")[0]

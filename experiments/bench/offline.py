@@ -6,7 +6,6 @@ What an experiment of clips is, what one clip comes to, and the rows it leaves.
 from __future__ import annotations
 
 import dataclasses
-import re
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,8 +19,9 @@ from threadpoolctl import threadpool_limits
 
 from dsnn import ResponseSeries
 from dsnn.frames import frozen
-from dsnn.stimuli import ClipParams, Jittered, Stimulus, StimulusFrame, Truth, stimulus
+from dsnn.stimuli import ClipParams, Jittered, Stimulus, StimulusFrame, Truth, stimulus, stimulus_entry
 from experiments.bench.contents import Contents, planned_trial
+from experiments.bench.declaration import check_declared
 from experiments.bench.model_runner import ModelRunner, spike_counts
 from experiments.bench.models import Chosen
 from experiments.bench.play import Answer, Played
@@ -32,6 +32,9 @@ JPEG_QUALITY = 85
 
 SHOWN = ("motion", "grey", "speed", "speed_unit", "background_speed", "object")
 """Parameters of clips that their rows show; null where a stimulus has no such parameter."""
+DRAWN = ("speed", "grey", "background_speed")
+"""Those that a figure of peaks may be drawn against."""
+CLIP = "experiments.bench.offline.Clip(name, stimulus, changes, jitter_px)"
 
 CLIP_SCHEMA = pa.schema(
     {
@@ -80,6 +83,15 @@ class Clip:
     jitter_px: float = 0.0
 
     def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise ValueError(f"clip {self.name!r}: its name: legal is a text")
+        if not isinstance(self.jitter_px, int | float) or isinstance(self.jitter_px, bool):
+            raise ValueError(f"clip {self.name}: jitter_px={self.jitter_px!r}: legal is a number")
+        try:
+            object.__setattr__(self, "changes", tuple(dict(self.changes).items()))
+        except (TypeError, ValueError):
+            said = f"changes={self.changes!r}: legal is pairs of a parameter's name and its value"
+            raise ValueError(f"clip {self.name}: {said}") from None
         self.build(0)
 
     def build(self, seed: int) -> Stimulus[ClipParams]:
@@ -104,6 +116,13 @@ class Figure:
     lines: str = "background_speed"
     panels: str = "grey"
 
+    def __post_init__(self) -> None:
+        if self.kind not in ("traces", "peaks"):
+            raise ValueError(f"figure: kind={self.kind!r}: legal is traces, peaks")
+        for name in ("along", "lines", "panels"):
+            if getattr(self, name) not in DRAWN:
+                raise ValueError(f"figure: {name}={getattr(self, name)!r}: legal is {', '.join(DRAWN)}")
+
 
 @dataclass(frozen=True, slots=True)
 class OfflineExperiment:
@@ -124,16 +143,40 @@ class OfflineExperiment:
     """Whether the first seed's clips are recorded; a grid of long clips would fill a disk."""
 
     def __post_init__(self) -> None:
-        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", self.name):
-            raise ValueError(f"experiment {self.name!r}: its name: legal are letters, digits, - and _")
+        check_declared("experiment", self.name, self.summary, self.repeats, self.claims)
+        if isinstance(self.models, str) or not isinstance(self.models, Sequence):
+            raise ValueError(f"experiment {self.name}: models={self.models!r}: legal is a tuple of names")
+        if isinstance(self.clips, str) or not isinstance(self.clips, Iterable):
+            raise ValueError(f"experiment {self.name}: clips={self.clips!r}: legal is a tuple of {CLIP}")
+        object.__setattr__(self, "clips", tuple(self.clips))  # a list, or what a generator yields, does as well
+        object.__setattr__(self, "models", tuple(self.models))
         if not self.clips or not self.models:
             raise ValueError(f"experiment {self.name}: it needs clips and models")
+        for index, clip in enumerate(self.clips):
+            if not isinstance(clip, Clip):
+                raise ValueError(f"experiment {self.name}: clips[{index}] is {clip!r}: expected {CLIP}")
+        for index, model in enumerate(self.models):
+            if not isinstance(model, str):
+                raise ValueError(f"experiment {self.name}: models[{index}] is {model!r}: expected a name or a path")
+        if not isinstance(self.figure, Figure):
+            raise ValueError(f"experiment {self.name}: figure={self.figure!r}: legal is a Figure")
+        if not isinstance(self.recorded, bool):
+            raise ValueError(f"experiment {self.name}: recorded={self.recorded!r}: legal is True or False")
         names = [clip.name for clip in self.clips]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise ValueError(f"experiment {self.name}: two clips are called '{twice}'")
-        if isinstance(self.repeats, bool) or not isinstance(self.repeats, int) or self.repeats < 1:
-            raise ValueError(f"experiment {self.name}: repeats={self.repeats!r}: legal is a whole number from 1 up")
+        self._check_figure()
+
+    def _check_figure(self) -> None:
+        """Peaks are drawn against parameters: every clip has to have them."""
+        drawn = (self.figure.along, self.figure.lines, self.figure.panels) if self.figure.kind == "peaks" else ()
+        for clip in self.clips:
+            known = stimulus_entry(clip.stimulus).params
+            for name in drawn:
+                if not hasattr(known, name):
+                    said = f"'{clip.name}', a {clip.stimulus}, has no {name} to draw peaks against"
+                    raise ValueError(f"experiment {self.name}: the clip {said}")
 
 
 @dataclass(frozen=True, slots=True)

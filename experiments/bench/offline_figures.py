@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle
 from typing import Any
 
 import matplotlib as mpl
@@ -12,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from experiments.bench.figures import COLOURS, STYLE
+from experiments.bench.figures import COLOURS, STYLE, plain
 from experiments.bench.offline import OfflineExperiment
 
 Rows = Sequence[Mapping[str, Any]]
@@ -24,6 +25,8 @@ MODEL_COLOURS = dict(
     )
 )
 """One colour a model, in every figure."""
+OTHER_COLOURS = ("#999999", "#e377c2", "#8a8a00", "#17becf", "#d62728", "#1f3fd6", "#7fbf3f", "#5a2d0c")
+"""Of models that have none of their own: a user's, and those under other settings than the registered."""
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
 ACROSS = 4
 NAMES = {"speed": "speed of the object ({unit})", "grey": "grey", "background_speed": "background ({unit})"}
@@ -37,9 +40,14 @@ def draw(experiment: OfflineExperiment, rows: Rows, frames: pa.Table, thresholds
         return _peaks(experiment, rows, thresholds)
 
 
-def colour(model: str) -> str:
-    """The model's colour; grey for one that is not the project's."""
-    return MODEL_COLOURS.get(model, "#999999")
+def colours(models: Iterable[str]) -> dict[str, str]:
+    """Each model's colour in one figure: its own if it is the project's, otherwise one that no other model has.
+
+    With over eight others, colours come again.
+    """
+    named = list(dict.fromkeys(models))
+    others = iter(cycle(OTHER_COLOURS))
+    return {model: MODEL_COLOURS[model] if model in MODEL_COLOURS else next(others) for model in named}
 
 
 def _traces(
@@ -48,6 +56,7 @@ def _traces(
     """A panel for each clip: HS solid and VS dotted against the frame, one colour a model."""
     clips = list(dict.fromkeys(row["clip"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in rows))
+    tints = colours(models)
     across = min(ACROSS, len(clips))
     down = -(-len(clips) // across)
     drawn = Figure(figsize=(2.1 * across + 0.6, 1.7 * down + 0.7), layout="constrained")
@@ -58,9 +67,9 @@ def _traces(
         for row in (row for row in rows if row["clip"] == clip):
             own = (trial == row["trial"]) & (name == row["model"])
             for system, (_, style) in SYSTEMS.items():
-                axes.plot(columns[system][own], ls=style, lw=1.1, color=colour(row["model"]))
+                axes.plot(columns[system][own], ls=style, lw=1.1, color=tints[row["model"]])
         _limits(axes, thresholds, models)
-        axes.set_title(clip, fontsize=8)
+        axes.set_title(plain(clip), fontsize=8)
     for axes in list(panels.flat)[len(clips) :]:
         axes.set_visible(False)
     for axes in panels[-1]:
@@ -91,7 +100,7 @@ def _peaks(experiment: OfflineExperiment, rows: Rows, thresholds: Mapping[str, f
                     peaks = [max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in own]
                     axes.plot([r[shape.along] for r in own], peaks, "o", ls=style, ms=3, lw=1, color=shade)
             _limits(axes, thresholds, [model])
-            axes.set_title(f"{model}, {names[shape.panels]} {level:g}", fontsize=8)
+            axes.set_title(plain(f"{model}, {names[shape.panels]} {level:g}"), fontsize=8)
             axes.set_ylim(bottom=0.0)
     for axes in panels[-1]:
         axes.set_xlabel(names[shape.along], fontsize=8)
@@ -112,6 +121,6 @@ def _limits(axes: Axes, thresholds: Mapping[str, float | None], models: Sequence
 
 
 def _legend(drawn: Figure, models: Sequence[str], systems: Mapping[str, str]) -> None:
-    keys = [Line2D([], [], color=colour(model), lw=2, label=model) for model in models]
+    keys = [Line2D([], [], color=tint, lw=2, label=plain(model)) for model, tint in colours(models).items()]
     keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in systems.items()]
     drawn.legend(handles=keys, loc="outside upper center", ncols=len(keys), frameon=False, fontsize=8)

@@ -12,6 +12,7 @@ from typing import Any
 from experiments.bench import console, figures, offline_figures, provenance
 from experiments.bench.claims import Outcome
 from experiments.bench.files import is_file
+from experiments.bench.model_option import shown_models
 from experiments.bench.offline import (
     CLIP_SCHEMA,
     SERIES_SCHEMA,
@@ -86,13 +87,16 @@ class OfflineReport:
 
 
 def plan(
-    experiment: OfflineExperiment, models: Sequence[str], assignments: Sequence[str], repeats: int | None, seed: int
-) -> OfflinePlan:
-    """A checked plan from what a person typed; ``models`` are shown the clips beside the experiment's own."""
+    experiment: OfflineExperiment, models: Sequence[str], assignments: Sequence[str], repeats: int | None, seed: int,
+    *, only: bool = False,
+) -> OfflinePlan:  # fmt: skip
+    """A checked plan from what a person typed.
+
+    ``models`` are shown the clips beside the experiment's own, or, with ``only``, instead of them.
+    """
     count = experiment.repeats if repeats is None else repeats
     check_counts(seed, count)
-    names = [*experiment.models, *(name for name in models if name not in experiment.models)]
-    chosen, _ = watchers(names, assignments)
+    chosen, _ = watchers(shown_models(experiment.models, models, only), assignments)
     return OfflinePlan(experiment, tuple(showings(experiment, chosen, count, seed)), count, seed)
 
 

@@ -10,9 +10,13 @@ import typer
 Models = Annotated[
     list[str] | None,
     typer.Option(
-        "--model", help="A vision model on the observer: a name or a .py file. Repeatable; the default: dsnn."
+        "--model",
+        metavar="MODEL",
+        help="Show this model beside the command's own: a name or a .py file; under other settings as"
+        " dsnn:w_i=1,n_con=6. Repeatable.",
     ),
 ]
+Only = Annotated[bool, typer.Option("--only", help="Show just the models of --model, none of the command's own.")]
 Assignments = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; see [b]colias parameters[/b]. Repeatable."),

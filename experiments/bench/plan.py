@@ -34,14 +34,14 @@ class Plan:
 
     def frames(self) -> int:
         """About how many frames the trials have, as planned."""
-        conditions = self.experiment.design.conditions()
+        conditions = self.experiment.conditions()
         seconds = sum(nominal(condition, self.settings).seconds for condition in conditions)
         return round(self.repeats * seconds * self.settings.camera.fps)
 
 
 def check(plan: Plan) -> None:
     """Raise `UsageError` for a plan that the robot, the arena or the observer's own body make impossible."""
-    for condition in plan.experiment.design.conditions():
+    for condition in plan.experiment.conditions():
         _check_condition(condition, plan.settings)
 
 

@@ -29,6 +29,7 @@ from experiments.bench.conclusion import Report, conclude
 from experiments.bench.contents import robot_contents
 from experiments.bench.description import begun
 from experiments.bench.files import UsageError
+from experiments.bench.model_option import shown_models
 from experiments.bench.offline import OfflineExperiment
 from experiments.bench.offline_run import OfflineReport, OfflineVerdict
 from experiments.bench.paper import claim_texts, tried
@@ -64,6 +65,8 @@ SHORT = ("clean", "blocked", "clutter-depth", "clutter-translation")
 """The off-line experiments without grids of long clips."""
 SEEDS, SENSITIVITY = "seeds", "sensitivity"
 LOOMING_DETECTORS = ("lgmd1", "lgmd2")
+EARLIER = "dsn2017"
+"""Shown beside the DSNN."""
 RELIABLE = 0.9
 """The share of seeds a claim should hold at."""
 NOTHING_TRIED = "nothing yet: it held when the defaults were chosen"
@@ -124,18 +127,28 @@ class Reproduction:
     description: Mapping[str, Any]
 
 
+def models_shown(given: Sequence[str] | None, only: bool) -> list[str]:
+    """The models that ``--model`` and ``--only`` ask for; `UsageError` without the one that the claims are about."""
+    names = shown_models((study.MODEL, EARLIER), given, only)
+    if study.MODEL not in names:
+        raise UsageError(f"--only: the claims are about {study.MODEL}: give --model {study.MODEL} too")
+    return names
+
+
 def reproduce(
     folder: Path, scale: Scale, seed: int, models: Sequence[str], means: console.Means, extra: Sequence[str] = (),
-    robot_only: bool = False,
+    robot_only: bool = False, only: bool = False,
 ) -> Reproduction:  # fmt: skip
     """Run what is missing of it all into ``folder``, then judge. Goes on where an earlier call stopped.
 
     ``models`` see the experiments' frames beside the DSNN, on which the claims are judged; ``extra`` experiments
-    (names or files) are run and shown too. With ``robot_only`` neither clips are shown nor behaviours played.
+    (names or files) are run and shown too. With ``robot_only`` neither clips are shown nor behaviours played; with
+    ``only`` the looming detectors are not shown either, and the claim about them is untested.
     """
     shown = [study.MODEL, *(name for name in models if name != study.MODEL)]
     plans = [
-        plan(catalogue.load(name), _models(name, shown), (), scale.repeats, seed) for name in (*study.PAPER, *extra)
+        plan(catalogue.load(name), shown if only else _models(name, shown), (), scale.repeats, seed)
+        for name in (*study.PAPER, *extra)
     ]
     _check_names(plans)
     offline = [_offline_plan(name, scale, seed) for name in scale.offline if not robot_only]
@@ -277,8 +290,10 @@ def _of_looming(claim: str, says: str, source: str, name: str, report: Report) -
     """A claim about looming detectors: it holds if it does for each of them."""
     own = [v for v in report.verdicts if v.id == claim and v.model in LOOMING_DETECTORS]
     verdicts = {verdict.verdict for verdict in own}
-    whole = "untested" if not own or "untested" in verdicts else "fails" if "fails" in verdicts else "holds"
-    measured = "; ".join(f"{v.model} {v.verdict}: {v.measured}" for v in own)
+    missing = [name for name in LOOMING_DETECTORS if name not in {v.model for v in own}]
+    whole = "untested" if missing or "untested" in verdicts else "fails" if "fails" in verdicts else "holds"
+    parts = [*(f"{v.model} {v.verdict}: {v.measured}" for v in own), *(f"{name} was not shown" for name in missing)]
+    measured = "; ".join(parts)
     effect = "; ".join(f"{v.model}: {v.effect}" for v in own)
     said = tried().get(claim, NOTHING_TRIED) if whole == "fails" else ""
     decided = "; ".join(f"{v.model}: {v.decided}" for v in own if v.verdict == whole and v.decided)

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from dsnn import MODELS
 from experiments.bench.declaration import Experiment, Settings
 from experiments.bench.files import UsageError
-from experiments.bench.models import Chosen, choose, family
+from experiments.bench.model_option import Asked, Shown, look_up
+from experiments.bench.models import Chosen, family
 from experiments.bench.plan import Plan, check
+
+LISTED_BY = "colias parameters"
+SECTIONS = frozenset(map(family, MODELS))
+"""Those of the registered models."""
 
 
 def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, Any]:
@@ -23,33 +29,20 @@ def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, 
     Models of one family with the same parameters (``dsnn``, ``dsnn-reference``) share a section: the first one's
     defaults.
     """
-    chosen = [choose(name) for name in models]
+    shown = look_up(models)
+    _applied(shown, {})  # what is asked of them has to be legal too
     table: dict[str, Any] = {}
-    for model, section in zip(chosen, _sections_of(chosen), strict=True):
-        table.setdefault(section, model.network)
+    for model in shown:
+        table.setdefault(model.section, model.chosen.network)
     table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": SceneConfig()}
     return table if experiment is None else {**table, "experiment": experiment.design}
-
-
-def _sections_of(chosen: Sequence[Chosen]) -> list[str]:
-    """The section of each model: its family's name, or its own if another of the family has other parameters."""
-    kinds: dict[str, type] = {}
-    names = []
-    for model in chosen:
-        kind, name = type(model.network), family(model.label)
-        if kinds.setdefault(name, kind) is not kind:
-            name = model.label
-        if name in ("robot", "camera", "scene", "experiment"):
-            raise UsageError(f"--model {model.label}: that name is a section of --set; give it another")
-        names.append(name)
-    return names
 
 
 def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:
     """Apply ``SECTION.NAME=VALUE`` texts; raises `UsageError` naming the value, its range and its origin."""
     values = sections(experiment, models)
     collected = collect(assignments, values)
-    chosen = _chosen(models, collected)
+    chosen = _applied(look_up(models), collected)
     for section in ("robot", "camera", "scene", "experiment"):
         values[section] = changed(section, values[section], collected.get(section, {}))
     design = values["experiment"]
@@ -67,31 +60,25 @@ def configure(experiment: Experiment, models: Sequence[str], assignments: Iterab
         raise UsageError(f"--set: {error}") from None
 
 
-def _chosen(models: Sequence[str], collected: Mapping[str, Mapping[str, str]]) -> tuple[Chosen, ...]:
-    return _applied(_once([choose(name) for name in models]), collected)
+def _applied(shown: Sequence[Shown], collected: Mapping[str, Mapping[str, str]]) -> tuple[Chosen, ...]:
+    """The models with what ``--set`` says of their families, then with what was asked of each of them."""
+    made = []
+    for model in shown:
+        common = changed(model.section, model.chosen.network, collected.get(model.section, {}))
+        network = changed(model.section, common, model.asked.own, _after_colon(model.asked))
+        made.append(dataclasses.replace(model.chosen, network=network))
+    return tuple(made)
 
 
-def _once(chosen: list[Chosen]) -> list[Chosen]:
-    """The same, if no two have one name."""
-    labels = [model.label for model in chosen]
-    for label in labels:
-        if labels.count(label) > 1:
-            raise UsageError(f"--model {label}: given twice")
-    return chosen
-
-
-def _applied(chosen: Sequence[Chosen], collected: Mapping[str, Mapping[str, str]]) -> tuple[Chosen, ...]:
-    return tuple(
-        dataclasses.replace(model, network=changed(section, model.network, collected.get(section, {})))
-        for model, section in zip(chosen, _sections_of(chosen), strict=True)
-    )
+def _after_colon(asked: Asked) -> Callable[[str, str], str]:
+    return lambda name, text: f"--model {asked.text}: {name}={text}"
 
 
 def watchers(
     models: Sequence[str],
     assignments: Iterable[str],
     others: Mapping[str, Any] = MappingProxyType({}),
-    listed_by: str = "colias parameters",
+    listed_by: str = LISTED_BY,
     fps: float | None = None,
 ) -> tuple[tuple[Chosen, ...], dict[str, dict[str, str]]]:
     """Models with their off-line parameters, and what was assigned: section -> name -> text.
@@ -99,18 +86,18 @@ def watchers(
     ``others`` are sections beside the models' own; ``fps`` is the models' frame rate where none is assigned.
     Raises `UsageError` as `configure` does.
     """
-    chosen = _once([choose(name, "offline") for name in models])
+    shown = look_up(models, "offline")
     values = dict(others)
-    for model, section in zip(chosen, _sections_of(chosen), strict=True):
-        if section in others:
-            raise UsageError(f"--model {model.label}: that name is a section of --set; give it another")
-        values.setdefault(section, model.network)
+    for model in shown:
+        if model.section in others:
+            raise UsageError(f"--model {model.asked.text}: that name is a section of --set; give it another")
+        values.setdefault(model.section, model.chosen.network)
     collected = collect(assignments, values, listed_by)
     if fps is not None:
         for section, value in values.items():
             if section not in others and hasattr(value, "fps"):
                 collected[section] = {"fps": str(fps), **collected.get(section, {})}
-    return _applied(chosen, collected), collected
+    return _applied(shown, collected), collected
 
 
 def check_counts(seed: int, repeats: int = 1, option: str = "--repeats") -> None:
@@ -133,30 +120,39 @@ def plan(
 
 
 def collect(
-    assignments: Iterable[str], values: Mapping[str, Any], listed_by: str = "colias parameters"
+    assignments: Iterable[str], values: Mapping[str, Any], listed_by: str = LISTED_BY, option: str = "--set"
 ) -> dict[str, dict[str, str]]:
     """Section -> name -> text; each key checked, the last of two values for one key counting.
 
-    ``values`` has the sections there are; ``listed_by`` is the command that lists their parameters.
+    ``values`` has the sections there are; ``listed_by`` is the command that lists their parameters, ``option`` the
+    option that the texts were typed after.
     """
     known = [f"{section}.{field.name}" for section, value in values.items() for field in dataclasses.fields(value)]
     collected: dict[str, dict[str, str]] = {}
     for assignment in assignments:
         key, equals, text = assignment.partition("=")
         if not equals:
-            raise UsageError(f"--set {assignment}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
-        if key not in known:
-            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
-            raise UsageError(f"--set {assignment}: no parameter '{key}' (nearest: {near}; all: {listed_by})")
+            raise UsageError(f"{option} {assignment}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
         section, _, name = key.partition(".")
+        if key not in known:
+            if LISTED_BY in listed_by and section not in values and section in SECTIONS:
+                raise UsageError(f"{option} {assignment}: no model shown has '{key}': add --model {section}")
+            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
+            raise UsageError(f"{option} {assignment}: no parameter '{key}' (nearest: {near}; all: {listed_by})")
         collected.setdefault(section, {})[name] = text
     return collected
 
 
-def changed(section: str, value: Any, changes: Mapping[str, str]) -> Any:
-    """``value`` with ``changes`` (name -> text) applied together and validated; `UsageError` if one is not legal."""
+def changed(
+    section: str, value: Any, changes: Mapping[str, str], typed: Callable[[str, str], str] | None = None
+) -> Any:
+    """``value`` with ``changes`` (name -> text) applied together and validated; `UsageError` if one is not legal.
+
+    ``typed`` is how a name and its text were typed, where that was not by ``--set``.
+    """
     if not changes:
         return value
+    say = typed or (lambda name, text: f"--set {section}.{name}={text}")
     properties = _properties(type(value))
     parsed = {name: _split(text, properties[name]) for name, text in changes.items()}
     present = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
@@ -164,11 +160,12 @@ def changed(section: str, value: Any, changes: Mapping[str, str]) -> Any:
         return TypeAdapter(type(value)).validate_python({**present, **parsed})
     except ValidationError as error:
         problem = error.errors()[0]
-        name = str(problem["loc"][0])
-        legal = _legal(properties[name])
+        name = str(problem["loc"][0]) if problem["loc"] else ""
+        legal = _legal(properties[name]) if name else ""
         said = problem["msg"].removeprefix("Value error, ")
         reason = f"legal is {legal}" if legal else said
-        raise UsageError(f"--set {section}.{name}={changes.get(name, '')}: {reason}") from None
+        where = [say(name, changes.get(name, ""))] if name else [say(*change) for change in changes.items()]
+        raise UsageError(f"{', '.join(where)}: {' '.join(reason.split())}") from None
 
 
 def _split(text: str, schema: Mapping[str, Any]) -> str | list[str]:

@@ -16,6 +16,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import optimize, stats
 
+from experiments.bench.streams import stream
+
 RESAMPLES = 10_000
 PERMUTATIONS = 9_999
 SEED = 0  # of bootstrap and permutations alone: summaries and tests of equal trials are equal
@@ -78,7 +80,7 @@ def summarise(values: Sequence[float]) -> Summary:
         if np.ptp(sample) > 0:
             tail = float(stats.norm.cdf(math.sqrt(n / (n - 1)) * stats.t.ppf(0.025, n - 1)))
             interval = stats.bootstrap(
-                (sample,), np.mean, n_resamples=RESAMPLES, method="percentile", rng=np.random.default_rng(SEED),
+                (sample,), np.mean, n_resamples=RESAMPLES, method="percentile", rng=stream("bootstrap.mean", SEED),
                 confidence_level=1 - 2 * tail,
             ).confidence_interval  # fmt: skip
             low, high = float(interval.low), float(interval.high)
@@ -248,7 +250,7 @@ def _splits(count: int, room: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
 def _drawn_rises(sizes: Whole, ties: Whole) -> Whole:
     """`_rising` of `PERMUTATIONS` arrangements; some at a time, for memory's sake."""
-    rng, tables = np.random.default_rng(SEED), stats.random_table(sizes, ties)
+    rng, tables = stream("permutations.order", SEED), stats.random_table(sizes, ties)
     some = max(1, 2_000_000 // (sizes.size * ties.size))
     parts = [min(some, PERMUTATIONS - done) for done in range(0, PERMUTATIONS, some)]
     return np.concatenate([_rising(np.asarray(tables.rvs(part, random_state=rng), np.int64)) for part in parts])
@@ -267,7 +269,7 @@ def _signed_sums(doubled: Whole) -> Floats:
 def _drawn_sums(doubled: Whole) -> Whole:
     """Sums of the ranks with `PERMUTATIONS` drawings of their signs."""
     rank, count = np.unique(doubled, return_counts=True)
-    positive = np.random.default_rng(SEED).binomial(count, 0.5, (PERMUTATIONS, rank.size))
+    positive = stream("permutations.signs", SEED).binomial(count, 0.5, (PERMUTATIONS, rank.size))
     return np.asarray((rank * (2 * positive - count)).sum(axis=1))
 
 

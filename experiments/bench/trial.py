@@ -20,6 +20,7 @@ from experiments.bench.declaration import Condition, Settings, TrialSpec
 from experiments.bench.media import Media, collect
 from experiments.bench.model_runner import ModelRunner, spike_counts
 from experiments.bench.models import Chosen
+from experiments.bench.streams import stream
 
 KEPT_SCENES = 6
 AT_REST_M_S = 0.002
@@ -35,7 +36,7 @@ class FrameColumns:
 
     sim_time_s: npt.NDArray[np.float64]
     stimulus_bearing_deg: npt.NDArray[np.float64]
-    """From the observer's optical axis, left positive."""
+    """From the observer's optical axis, left positive: in the tables and on the figures' axes."""
     stimulus_x_cm: npt.NDArray[np.float64]
     stimulus_y_cm: npt.NDArray[np.float64]
     stimulus_heading_deg: npt.NDArray[np.float64]
@@ -127,7 +128,7 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     began = time.perf_counter()
     settings = spec.settings
     sim = simulation(settings.robot, settings.camera, scene_of(spec.condition, settings))
-    placing, scenery, noise = (np.random.default_rng(s) for s in np.random.SeedSequence(spec.seed).spawn(3))
+    placing, scenery, noise = (stream(f"trial.{part}", spec.seed) for part in ("placing", "scenery", "noise"))
     route = course(spec.condition, settings, placing)
     sim.reset({"observer": route.observer, "stimulus": route.start}, scenery)
     shape = (settings.camera.height, settings.camera.width)

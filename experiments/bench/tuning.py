@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal
 
 from experiments.bench.files import UsageError
@@ -136,15 +137,24 @@ def _direction() -> Family:
     return Family("direction", summary, "polar", axis, tuple(probes))
 
 
-FAMILIES = {family.name: family for family in (_speed(), _size(), _contrast(), _frequency(), _direction())}
-"""Curve families by name."""
+_DECLARED = {"speed": _speed, "size": _size, "contrast": _contrast, "frequency": _frequency, "direction": _direction}
+"""Name -> what builds the family; that builds every clip of it once, to see that it can be."""
+
+CURVES = tuple(_DECLARED)
+"""The names of the curve families, in order."""
+
+
+@cache
+def curve_family(name: str) -> Family:
+    """The family called ``name``, one of `CURVES`; built when it is first asked for."""
+    return _DECLARED[name]()
 
 
 def families(names: Iterable[str]) -> tuple[Family, ...]:
     """The families called ``names``, all of them for none; `UsageError` on an unknown name."""
     wanted = list(dict.fromkeys(names))
     for name in wanted:
-        if name not in FAMILIES:
-            near = difflib.get_close_matches(name, FAMILIES, n=1, cutoff=0.0)[0]
-            raise UsageError(f"--curve {name}: known are {', '.join(FAMILIES)} (nearest: {near})")
-    return tuple(family for family in FAMILIES.values() if not wanted or family.name in wanted)
+        if name not in CURVES:
+            near = difflib.get_close_matches(name, CURVES, n=1, cutoff=0.0)[0]
+            raise UsageError(f"--curve {name}: known are {', '.join(CURVES)} (nearest: {near})")
+    return tuple(curve_family(name) for name in CURVES if not wanted or name in wanted)

@@ -13,8 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from experiments.bench.figures import STYLE
-from experiments.bench.offline_figures import colour
+from experiments.bench.figures import STYLE, plain
+from experiments.bench.offline_figures import colours
 from experiments.bench.tuning import Family
 from experiments.bench.tuning_curves import NOTHING, Answer, best_rows, curve, directional, grid, lobes, selectivity
 
@@ -37,7 +37,7 @@ def _largest(given: Answers, model: str, family: Family) -> float:
 
 def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
     """A panel for each line: every model's response as a share of its largest in the family."""
-    lines = family.lines
+    lines, tints = family.lines, colours(channels)
     drawn = Figure(figsize=(max(5.6, 3.0 * len(lines) + 0.4), 3.9), layout="constrained")
     panels = drawn.subplots(1, len(lines), sharey=True, squeeze=False)[0]
     for axes, line in zip(panels, lines, strict=True):
@@ -45,15 +45,15 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
             x, response = curve(given, model, family.name, line)
             largest = _largest(given, model, family) or 1.0
             marker = MARKERS[place % len(MARKERS)]
-            axes.plot(x, [r / largest for r in response], marker=marker, ms=3.5, lw=1.2, color=colour(model))
+            axes.plot(x, [r / largest for r in response], marker=marker, ms=3.5, lw=1.2, color=tints[model])
         _log(axes, sorted({probe.x for probe in family.probes if probe.line == line}))
         axes.axhline(0.0, color="black", lw=0.5)
         axes.set_xlabel(family.x.label)
         axes.set_title(line, fontsize=9)
     panels[0].set_ylabel("response / largest")
     keys = [
-        Line2D([], [], color=colour(model), marker=MARKERS[place % len(MARKERS)], ms=3.5, lw=1.2,
-               label=f"{model} (1 = {_largest(given, model, family):.2g})")
+        Line2D([], [], color=tints[model], marker=MARKERS[place % len(MARKERS)], ms=3.5, lw=1.2,
+               label=plain(f"{model} (1 = {_largest(given, model, family):.2g})"))
         for place, model in enumerate(channels)
     ]  # fmt: skip
     drawn.legend(handles=keys, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
@@ -73,11 +73,12 @@ def _log(axes: Axes, ticks: Sequence[float]) -> None:
 def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
     """A heat map for each model: both axes in octaves, the best of each column marked, a scale of its own."""
     drawn, panels = _panels(len(channels), 2.5)
+    tints = colours(channels)
     for axes, model in zip(panels, channels, strict=False):
         x, y, response = grid(given, model, family.name)
         largest = _largest(given, model, family)
         said = f"1 = {largest:.2g}" if largest > NOTHING else "no answer"
-        axes.set_title(f"{model} ({said})", fontsize=9, color=colour(model))
+        axes.set_title(plain(f"{model} ({said})"), fontsize=9, color=tints[model])
         if not x:
             continue
         shares = response / (largest or 1.0)
@@ -113,18 +114,19 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
     """A polar plot for each model: its projected response filled, each system's rectified lobe beside it."""
     drawn, panels = _panels(len(channels), 2.8, projection="polar")
     gratings, objects = family.lines
+    tints = colours(channels)
     for axes, model in zip(panels, channels, strict=False):
         assert isinstance(axes, PolarAxes)
         tells = directional(channels[model])
         turns, response = curve(given, model, family.name, gratings)
         own = lobes(given, model, gratings)
         systems = ("hs", "vs") if tells else ()
-        _lobes(axes, turns, response, {system: own[system][1] for system in systems}, colour(model))
+        _lobes(axes, turns, response, {system: own[system][1] for system in systems}, tints[model])
         spots, heights = curve(given, model, family.name, objects)
-        axes.plot(np.radians(spots), _share(heights), "s", ms=5, mfc="white", mec=colour(model), mew=1.4, zorder=5)
+        axes.plot(np.radians(spots), _share(heights), "s", ms=5, mfc="white", mec=tints[model], mew=1.4, zorder=5)
         index = selectivity(*own["hs" if tells else "looming"])
         said = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
-        axes.set_title(f"{model}: {said}", fontsize=9, color=colour(model))
+        axes.set_title(plain(f"{model}: {said}"), fontsize=9, color=tints[model])
         _compass(axes)
     keys = [
         Line2D([], [], color="#555555", lw=1.6, label="response (gratings)"),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.tuning import FAMILIES
+from experiments.bench.tuning import curve_family
 from experiments.bench.tuning_curves import (
     Answer,
     Preferred,
@@ -91,7 +91,7 @@ def _of_map(given: Sequence[Answer], model: str) -> dict[str, Any]:
 def _of_directions(given: Sequence[Answer], model: str, tells: bool) -> dict[str, Any]:
     own = lobes(given, model, GRATING)
     # An index over some of the directions alone would be wrong, not rough.
-    if len(own["hs"][0]) < sum(probe.line == GRATING for probe in FAMILIES["direction"].probes):
+    if len(own["hs"][0]) < sum(probe.line == GRATING for probe in curve_family("direction").probes):
         return {}
     first = selectivity(*own["hs" if tells else "looming"])
     second = selectivity(*own["vs"]) if tells else None

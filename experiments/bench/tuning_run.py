@@ -17,7 +17,7 @@ from experiments.bench.offline_run import pixels
 from experiments.bench.pool import Pool
 from experiments.bench.results import Failure, RunFolder
 from experiments.bench.settings import check_counts, watchers
-from experiments.bench.tuning import Family, Probe, families
+from experiments.bench.tuning import Family, Probe, curve_family, families
 from experiments.bench.tuning_curves import Answer, answers
 from experiments.bench.tuning_preferences import Preferences, preferences
 
@@ -139,7 +139,7 @@ def conclude(made: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -
 
 def _row(given: Answer) -> dict[str, Any]:
     """A row of ``tuning.csv``, its axes by name; empty where the curve has no such axis."""
-    (family,) = families([given.curve])
+    family = curve_family(given.curve)
     axes = {"speed_px_s": None, "size_px": None, "contrast": None, "cycles_px": None, "temporal_hz": None}
     values = dataclasses.asdict(given)
     x, y = values.pop("x"), values.pop("y")

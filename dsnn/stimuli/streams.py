@@ -1,0 +1,40 @@
+"""The random streams of the stimuli, by name. Two names never share their numbers, nor do two seeds of one name.
+
+Every random draw of this package comes from `stream`. A clip may draw from several of them with one seed: what it is
+made of, what it stands before, how the camera trembles. Clips of different seeds share nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+ROOM = 1
+"""Begins the spawn keys of this package's streams; those of other packages begin otherwise, or have one word."""
+
+KEYS: Mapping[str, int] = MappingProxyType(
+    {
+        "stimulus": 0,  # dots, squares, leaves, the phase of a grating: a clip has one stimulus
+        "cluttered.start": 1,  # which part of the background a clip starts at
+        "background.pink": 2,  # the noise of a background
+        "jitter": 3,  # the shifts of a trembling camera
+    }
+)
+"""Name -> the number that tells its numbers from the others'. A new name takes a new number."""
+
+_WORDS: Mapping[str, tuple[int, ...]] = MappingProxyType({"stimulus": (), "cluttered.start": (1,)})
+"""Streams older than their names: seeded by the seed and these words, so that clips stay as they were."""
+
+_WORD = 2**32
+"""A larger seed has a second word, which could be one of `_WORDS`."""
+
+
+def stream(name: str, seed: int) -> np.random.Generator:
+    """A new generator of the stream ``name`` at ``seed``, 0 or more. ``ValueError`` on an unknown name."""
+    if name not in KEYS:
+        raise ValueError(f"no random stream '{name}': known are {', '.join(KEYS)}")
+    if name in _WORDS and seed < _WORD:
+        return np.random.default_rng((seed, *_WORDS[name]))
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(ROOM, KEYS[name])))

@@ -1,0 +1,154 @@
+"""A declaration that is not one ends in a line that says what it should be, before anything runs."""
+
+import pyarrow.parquet as pq
+import pytest
+
+QUICK = ("--workers", "0", "--no-recordings", "-q", "--out", "out")
+
+ROBOT = """
+import itertools
+from dataclasses import dataclass
+from experiments.bench.declaration import Condition, Experiment
+
+GOOD = Condition("translation", "rightward", 30.0, 8.0)
+OTHER = Condition("translation", "leftward", 30.0, 8.0)
+NUMBERS = itertools.count(20)
+
+
+@dataclass(frozen=True)
+class Own:
+    pose_sd_mm: float = 0.0
+    heading_sd_deg: float = 0.0
+    speed: float = 30.0
+
+    def conditions(self):
+        {body}
+
+
+FIELDS = dict(name="mine", summary="mine", design=Own(), varies="speed_cm_s", repeats=1)
+EXPERIMENT = Experiment(**{**FIELDS, {changes}})
+"""
+
+
+def robot(body, changes=""):
+    return ROBOT.replace("{body}", body).replace("{changes}", changes)
+
+
+WHAT = "expected experiments.bench.declaration.Condition(motion, direction, speed_cm_s, distance_cm,"
+
+BODIES = {
+    "yield {'speed_cm_s': 6}": ("its conditions()[0] is {'speed_cm_s': 6}", WHAT),
+    "return ({'speed_cm_s': 6},)": ("its conditions()[0] is {'speed_cm_s': 6}", WHAT),
+    "return [GOOD, ('translation', 'leftward')]": ("its conditions()[1] is ('translation', 'leftward')", WHAT),
+    "return {'a': GOOD}": ("its conditions()[0] is 'a'", WHAT),
+    "return GOOD": ("its conditions() answers Condition(motion='translation'", WHAT),
+    "return 'fast'": ("its conditions()[0] is 'f'", WHAT),
+    "return None": ("its conditions() answers None", WHAT),
+    "pass": ("its conditions() answers None", WHAT),
+    "return ()": ("its design has no conditions",),
+    "return (Condition('translation', 'rightward', 1 / 0, 8.0),)": ("its conditions() raises ZeroDivisionError",),
+    "return (Condition('translation', 'up', 6.0, 8.0),)": ("direction='up': legal is rightward, leftward, straight",),
+    "return (Condition(speed=6.0),)": ("its conditions() raises TypeError", "'speed'"),
+    "return itertools.repeat(GOOD)": ("over 100000 conditions",),
+    "yield Condition('translation', 'rightward', next(NUMBERS), 8.0)": ("answers otherwise when it is asked again",),
+}
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_a_design_that_yields_something_else(colias, body):
+    (colias.folder / "mine.py").write_text(robot(body))
+    done = colias("run", "mine.py", *QUICK)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
+    assert done.stderr.startswith("colias: mine.py, line "), "which file"
+    for said in ("experiment mine: ", *BODIES[body]):
+        assert said in done.stderr, done.stderr
+    assert "AttributeError" not in done.stderr and not (colias.folder / "out").exists()
+
+
+@pytest.mark.parametrize("body", ["return [GOOD, OTHER]", "yield GOOD; yield OTHER", "return iter((GOOD, OTHER))"])
+def test_any_way_to_give_conditions_does(colias, body):
+    (colias.folder / "mine.py").write_text(robot(body))
+    done = colias("run", "mine.py", *QUICK)
+    assert done.returncode == 0, done.stderr
+    rows = pq.read_table(colias.folder / "out" / "trials.parquet").to_pylist()
+    assert [row["direction"] for row in rows] == ["rightward", "leftward"]
+
+
+def test_a_design_that_breaks_under_a_parameter_is_one_line(colias):
+    body = "return (Condition('translation', 'rightward', 30.0 / (self.speed - 29.0), 8.0),)"
+    (colias.folder / "mine.py").write_text(robot(body))
+    done = colias("run", "mine.py", "--set", "experiment.speed=29", *QUICK)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert "--set: experiment mine: its conditions() raises ZeroDivisionError" in done.stderr
+
+
+CLIPS = """
+from experiments.bench.offline import Clip, Figure, OfflineExperiment
+
+SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
+GOOD = dict(name="mine", summary="mine", clips=(Clip("right", "plain", SMALL),), models=("dsnn",))
+EXPERIMENT = OfflineExperiment(**{**GOOD, {changes}})
+"""
+
+CHANGES = {
+    "'clips': ({'stimulus': 'plain'},)": "clips[0] is {'stimulus': 'plain'}: expected experiments.bench.offline.Clip(",
+    "'clips': None": "clips=None: legal is a tuple of experiments.bench.offline.Clip(",
+    "'clips': 'plain'": "clips='plain': legal is a tuple of",
+    "'clips': ()": "it needs clips and models",
+    "'models': 'dsnn'": "models='dsnn': legal is a tuple of names",
+    "'models': ('dsnn', 3)": "models[1] is 3: expected a name or a path",
+    "'models': None": "models=None: legal is a tuple of names",
+    "'name': None": "its name: legal are letters, digits",
+    "'summary': None": "summary=None: legal is a text",
+    "'repeats': 1.5": "repeats=1.5: legal is a whole number from 1 up",
+    "'claims': 'C1'": "claims='C1': legal is a tuple of names",
+    "'claims': None": "claims=None: legal is a tuple of names",
+    "'claims': (1,)": "claims=(1,): legal is a tuple of names",
+    "'claims': ('C13',)": "no clips answer for claim 'C13': those of clips are C1, ",
+    "'figure': 'peaks'": "figure='peaks': legal is a Figure",
+    "'figure': Figure('bars')": "figure: kind='bars': legal is traces, peaks",
+    "'figure': Figure('peaks', along='colour')": "figure: along='colour': legal is speed, grey, background_speed",
+    "'figure': Figure('peaks')": "the clip 'right', a plain, has no background_speed to draw peaks against",
+    "'recorded': 'no'": "recorded='no': legal is True or False",
+    "'clips': (Clip(None, 'plain'),)": "clip None: its name: legal is a text",
+    "'clips': (Clip('a', 'plain', 'speed=3'),)": "clip a: changes='speed=3': legal is pairs of",
+    "'clips': (Clip('a', 'plain', (), None),)": "clip a: jitter_px=None: legal is a number",
+}
+
+
+@pytest.mark.parametrize("changes", CHANGES)
+def test_an_off_line_experiment_that_is_none(colias, changes):
+    (colias.folder / "mine.py").write_text(CLIPS.replace("{changes}", changes))
+    done = colias("run", "mine.py", *QUICK)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
+    assert done.stderr.startswith("colias: mine.py") and CHANGES[changes] in done.stderr
+    assert not (colias.folder / "out").exists()
+
+
+def test_clips_may_come_in_any_way(colias):
+    changes = "'clips': (Clip(name, 'plain', dict(SMALL, motion=name)) for name in ('rightward', 'leftward')), "
+    (colias.folder / "mine.py").write_text(CLIPS.replace("{changes}", changes + "'models': ['dsnn']"))
+    done = colias("run", "mine.py", *QUICK)
+    assert done.returncode == 0, done.stderr
+    rows = pq.read_table(colias.folder / "out" / "trials.parquet").to_pylist()
+    assert [(row["clip"], row["motion"]) for row in rows] == [("rightward",) * 2, ("leftward",) * 2]
+
+
+FIELDS = {
+    "'summary': None": "summary=None: legal is a text",
+    "'claims': 'C13'": "claims='C13': legal is a tuple of names",
+    "'claims': (13,)": "claims=(13,): legal is a tuple of names",
+    "'repeats': '3'": "repeats='3': legal is a whole number",
+    "'design': Own": "legal is a dataclass with conditions()",
+    "'design': None": "design=None: legal is a dataclass with conditions()",
+    "'varies': None": "varies=None: no value of it in every condition",
+}
+
+
+@pytest.mark.parametrize("changes", FIELDS)
+def test_an_experiment_with_a_field_of_another_kind(colias, changes):
+    """Relatives of conditions that are none."""
+    (colias.folder / "mine.py").write_text(robot("return (GOOD,)", changes))
+    done = colias("run", "mine.py", *QUICK)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
+    assert FIELDS[changes] in done.stderr
