@@ -1,7 +1,11 @@
 """A declaration that is not one ends in a line that says what it should be, before anything runs."""
 
+import sys
+
 import pyarrow.parquet as pq
 import pytest
+
+from experiments.bench.cli import main
 
 QUICK = ("--workers", "0", "--no-recordings", "-q", "--out", "out")
 
@@ -34,6 +38,24 @@ def robot(body, changes=""):
     return ROBOT.replace("{body}", body).replace("{changes}", changes)
 
 
+@pytest.fixture
+def refused(tmp_path, monkeypatch, capfd):
+    """What ``colias run mine.py`` says of a file that cannot be run: one line, and nothing is made."""
+
+    def run(text, *arguments):
+        (tmp_path / "mine.py").write_text(text)
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["colias", "run", "mine.py", *arguments, *QUICK])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        printed, said = capfd.readouterr()
+        assert (ended.value.code, printed, said.count("\n")) == (2, "", 1), said
+        assert not (tmp_path / "out").exists()
+        return said
+
+    return run
+
+
 WHAT = "expected experiments.bench.declaration.Condition(motion, direction, speed_cm_s, distance_cm,"
 
 BODIES = {
@@ -55,14 +77,18 @@ BODIES = {
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_a_design_that_yields_something_else(colias, body):
-    (colias.folder / "mine.py").write_text(robot(body))
+def test_a_design_that_yields_something_else(refused, body):
+    said = refused(robot(body))
+    assert said.startswith("colias: mine.py, line "), "which file"
+    assert "experiment mine: " in said and "AttributeError" not in said
+    assert all(words in said for words in BODIES[body]), said
+
+
+def test_a_design_that_yields_dicts_as_a_user_sees_it(colias):
+    (colias.folder / "mine.py").write_text(robot("yield {'speed_cm_s': 6}"))
     done = colias("run", "mine.py", *QUICK)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
-    assert done.stderr.startswith("colias: mine.py, line "), "which file"
-    for said in ("experiment mine: ", *BODIES[body]):
-        assert said in done.stderr, done.stderr
-    assert "AttributeError" not in done.stderr and not (colias.folder / "out").exists()
+    assert WHAT in done.stderr
 
 
 @pytest.mark.parametrize("body", ["return [GOOD, OTHER]", "yield GOOD; yield OTHER", "return iter((GOOD, OTHER))"])
@@ -74,12 +100,10 @@ def test_any_way_to_give_conditions_does(colias, body):
     assert [row["direction"] for row in rows] == ["rightward", "leftward"]
 
 
-def test_a_design_that_breaks_under_a_parameter_is_one_line(colias):
+def test_a_design_that_breaks_under_a_parameter(refused):
     body = "return (Condition('translation', 'rightward', 30.0 / (self.speed - 29.0), 8.0),)"
-    (colias.folder / "mine.py").write_text(robot(body))
-    done = colias("run", "mine.py", "--set", "experiment.speed=29", *QUICK)
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert "--set: experiment mine: its conditions() raises ZeroDivisionError" in done.stderr
+    said = refused(robot(body), "--set", "experiment.speed=29")
+    assert "--set: experiment mine: its conditions() raises ZeroDivisionError" in said
 
 
 CLIPS = """
@@ -117,12 +141,9 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("changes", CHANGES)
-def test_an_off_line_experiment_that_is_none(colias, changes):
-    (colias.folder / "mine.py").write_text(CLIPS.replace("{changes}", changes))
-    done = colias("run", "mine.py", *QUICK)
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
-    assert done.stderr.startswith("colias: mine.py") and CHANGES[changes] in done.stderr
-    assert not (colias.folder / "out").exists()
+def test_an_off_line_experiment_that_is_none(refused, changes):
+    said = refused(CLIPS.replace("{changes}", changes))
+    assert said.startswith("colias: mine.py") and CHANGES[changes] in said
 
 
 def test_clips_may_come_in_any_way(colias):
@@ -146,9 +167,6 @@ FIELDS = {
 
 
 @pytest.mark.parametrize("changes", FIELDS)
-def test_an_experiment_with_a_field_of_another_kind(colias, changes):
+def test_an_experiment_with_a_field_of_another_kind(refused, changes):
     """Relatives of conditions that are none."""
-    (colias.folder / "mine.py").write_text(robot("return (GOOD,)", changes))
-    done = colias("run", "mine.py", *QUICK)
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
-    assert FIELDS[changes] in done.stderr
+    assert FIELDS[changes] in refused(robot("return (GOOD,)", changes))

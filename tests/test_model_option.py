@@ -4,6 +4,7 @@ import csv
 import json
 import pickle
 import re
+import sys
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -11,6 +12,7 @@ import pytest
 
 from dsnn import MODELS
 from experiments.bench import catalogue
+from experiments.bench.cli import main
 from experiments.bench.files import UsageError
 from experiments.bench.model_option import ask
 from experiments.bench.settings import plan, watchers
@@ -34,6 +36,36 @@ def ran(colias, *arguments):
     done = colias(*arguments)
     assert done.returncode == 0, done.stderr
     return done
+
+
+@pytest.fixture
+def told(tmp_path, monkeypatch, capfd):
+    """What ``colias`` says in this process, where starting another for each wrong use would take long."""
+
+    def run(*arguments):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setenv("COLUMNS", "100")
+        monkeypatch.setattr(sys, "argv", ["colias", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        printed, said = capfd.readouterr()
+        return ended.value.code, printed, said
+
+    return run
+
+
+@pytest.fixture
+def refused(told, tmp_path):
+    """The one line that a wrong use ends in; nothing is made."""
+
+    def run(*arguments):
+        there = sorted(tmp_path.iterdir())
+        status, printed, said = told(*arguments)
+        assert (status, printed, said.count("\n")) == (2, "", 1), said
+        assert sorted(path for path in tmp_path.iterdir() if path.name != "__pycache__") == there
+        return said
+
+    return run
 
 
 # --- one meaning, on every command ------------------------------------------------------------------------------------
@@ -116,26 +148,24 @@ COMMANDS = {
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_only_without_a_model_is_refused_in_one_line(colias, command):
-    done = colias(*COMMANDS[command], "--only")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "colias: --only: shows just the models of --model; name them by --model\n"
-    assert not list(colias.folder.iterdir())
+def test_only_without_a_model_is_refused_in_one_line(refused, command):
+    said = refused(*COMMANDS[command], "--only")
+    assert said == "colias: --only: shows just the models of --model; name them by --model\n"
 
 
 @pytest.mark.parametrize("command", ["run", "sweep", "tune", "leaderboard", "watch", "play", "reproduce", "parameters"])
-def test_every_help_has_the_same_words(colias, command):
-    words = " ".join(re.sub(r"[^\w\s.,:;='-]", " ", ran(colias, command, "--help").stdout).split())
+def test_every_help_has_the_same_words(told, command):
+    status, printed, _ = told(command, "--help")
+    words = " ".join(re.sub(r"[^\w\s.,:;='-]", " ", printed).split())
+    assert status == 0
     assert "Show this model beside the command's own: a name or a .py file" in words
     assert "Show just the models of --model, none of the command's own." in words
     assert re.search(r"command's own models?[,\w\s]* (is|are) (dsnn|those registered)", words), "and names them"
 
 
-def test_a_report_needs_the_model_that_its_claims_are_about(colias):
-    done = colias("reproduce", "--quick", "--only", "--model", "emd", "--out", "out")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert "the claims are about dsnn: give --model dsnn too" in done.stderr
-    assert not (colias.folder / "out").exists()
+def test_a_report_needs_the_model_that_its_claims_are_about(refused):
+    said = refused("reproduce", "--quick", "--only", "--model", "emd", "--out", "out")
+    assert "the claims are about dsnn: give --model dsnn too" in said
 
 
 # --- one model under several settings ---------------------------------------------------------------------------------
@@ -231,27 +261,22 @@ WRONG = {
 
 
 @pytest.mark.parametrize("text", WRONG)
-def test_wrong_settings_end_in_one_line(colias, text):
+def test_wrong_settings_end_in_one_line(refused, tmp_path, text):
     checked = "    t_sp: float = 0.2\n\n    def __post_init__(self):\n        if self.gain % 2:\n            "
     checked += "raise ValueError('an even number is needed')\n"
     even = example("my_model.py").replace("    t_sp: float = 0.2  # threshold on the potential\n", checked)
-    (colias.folder / "even.py").write_text(even.replace("gain: float = 0.05", "gain: float = 2.0"))
-    done = colias("run", "speed", *QUICK, "--model", text, "--out", "out")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert WRONG[text] in done.stderr
-    assert not (colias.folder / "out").exists()
+    (tmp_path / "even.py").write_text(even.replace("gain: float = 0.05", "gain: float = 2.0"))
+    assert WRONG[text] in refused("run", "speed", *QUICK, "--model", text, "--out", "out")
 
 
-def test_two_models_of_one_name_are_refused(colias):
+def test_two_models_of_one_name_are_refused(refused, tmp_path):
     for name, doc in (("one.py", "a"), ("two.py", "b")):
-        (colias.folder / name).write_text(f'"""{doc}"""\n' + example("my_model.py"))
-    done = colias("run", "speed", *QUICK, "--model", "one.py", "--model", "two.py")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert "--model two.py: another model shown is called gradient too" in done.stderr
-    (colias.folder / "three.py").write_text(example("my_model.py").replace('"gradient"', '"dsnn"'))
-    done = colias("run", "speed", *QUICK, "--model", "three.py")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert "--model three.py: another model shown is called dsnn too" in done.stderr
+        (tmp_path / name).write_text(f'"""{doc}"""\n' + example("my_model.py"))
+    said = refused("run", "speed", *QUICK, "--model", "one.py", "--model", "two.py")
+    assert "--model two.py: another model shown is called gradient too" in said
+    (tmp_path / "three.py").write_text(example("my_model.py").replace('"gradient"', '"dsnn"'))
+    said = refused("run", "speed", *QUICK, "--model", "three.py")
+    assert "--model three.py: another model shown is called dsnn too" in said
 
 
 def test_a_label_with_signs_of_the_printers_is_printed_and_drawn_as_it_is(colias):
@@ -352,8 +377,5 @@ def test_what_a_model_has_settled_itself_no_point_varies(colias):
         (("--over", "camera.read_noise=0,99"), "--over camera.read_noise=99: legal is a number from 0 to 64"),
     ],
 )
-def test_a_wrong_sweep_ends_in_one_line(colias, arguments, says):
-    done = colias(*GRID, *arguments, "--out", "out")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert says in done.stderr
-    assert not (colias.folder / "out").exists()
+def test_a_wrong_sweep_ends_in_one_line(refused, arguments, says):
+    assert says in refused(*GRID, *arguments, "--out", "out")
