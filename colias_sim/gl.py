@@ -29,6 +29,8 @@ def choose_backend() -> str:
     """
     # llvmpipe splits so small a picture between threads at a loss: 50 us a frame at 99x72.
     os.environ.setdefault("LP_NUM_THREADS", "0")
+    # Mesa tells of every driver that it tries in vain; where none is left an exception says so.
+    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")
     chosen = os.environ.get("MUJOCO_GL", "").lower()
     if chosen not in {"", "cgl", *_LIBRARIES, *_GLFW, *_OFF}:
         raise GLUnavailable(f"MUJOCO_GL={chosen} is no backend: use egl, osmesa or glfw, or unset it")

@@ -8,6 +8,7 @@ if __name__ == "__main__":  # python -m experiments.bench.cli: before anything h
     entry.main()
 
 import datetime
+import logging
 import os
 import sys
 from pathlib import Path
@@ -335,6 +336,8 @@ cli_offline.register(app)
 
 def command(arguments: list[str]) -> int:
     """Do what a command line asks for, and return the exit status. Raises `UsageError` for what it cannot mean."""
+    # What it says of folders and fonts that it would like is no matter of a run's.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         # Not standalone, so that the parser's own complaints come out as one line too.
         return int(app(args=arguments, standalone_mode=False) or 0)

@@ -90,6 +90,8 @@ def _words(error: Exception) -> str:
     text = " ".join(str(error).split())
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
+    if isinstance(error, OSError) and _in_printing(error):
+        return f"standard output: {error.strerror}"
     if isinstance(error, OSError) or not isinstance(error, ImportError | MemoryError | RuntimeError):
         return text
     if isinstance(error, ImportError):
@@ -98,6 +100,16 @@ def _words(error: Exception) -> str:
         text = f"out of memory: {text}" if text else "out of memory"
     limit = _memory_limit_mb()
     return text if limit is None else f"{text} (this process may have {limit:,.0f} MB of address space: ulimit -v)"
+
+
+def _in_printing(error: BaseException) -> bool:
+    """Whether it came of printing: such an error names no file."""
+    step = error.__traceback__
+    while step is not None:
+        if step.tb_frame.f_globals.get("__name__") == "rich.console":
+            return True
+        step = step.tb_next
+    return False
 
 
 def _memory_limit_mb() -> float | None:

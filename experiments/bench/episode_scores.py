@@ -16,6 +16,7 @@ from experiments.bench.results import Finished
 from experiments.bench.statistics import summarise
 
 Row = Mapping[str, Any]
+GAIN_PLACES = 12
 PLACES = 4
 """Decimal places that are shown: a gain of 0.00001 is 0 to anybody who reads it."""
 
@@ -106,8 +107,8 @@ def optomotor_gain(slip_deg_s: Sequence[float] | Any, drift_deg_s: Sequence[floa
     """
     slip, drift = np.asarray(slip_deg_s, float), np.asarray(drift_deg_s, float)
     whole = float(np.abs(drift).sum())
-    # Frame by frame, so that what does nothing gets 0, not the rounding errors of two sums.
-    return None if whole == 0.0 else float(((drift - slip) * np.sign(drift)).sum()) / whole
+    # The difference of two sums that are alike has their rounding errors: what does nothing has a gain of 0.
+    return None if whole == 0.0 else round(1.0 - float((slip * np.sign(drift)).sum()) / whole, GAIN_PLACES) + 0.0
 
 
 def mean(rows: Sequence[Row], column: str) -> Score | None:

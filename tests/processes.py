@@ -1,0 +1,52 @@
+"""Processes as the tests of interrupts, streams and children need them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+CLI = (sys.executable, "-m", "experiments.bench.cli")
+QUICK = ("--set", "experiment.speeds_cm_s=20", "--repeats", "1", "--no-recordings", "--workers", "1", "--out", "out")
+
+
+def start(folder: Path, *command: str, **environment: str) -> subprocess.Popen[str]:
+    """A command in a session of its own, in which Ctrl-C is not ignored."""
+    kept = {k: v for k, v in os.environ.items() if "DISPLAY" not in k}
+    return subprocess.Popen(
+        command, cwd=folder, env=kept | environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True, preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+
+
+def wait_until(holds, seconds: float = 60.0) -> bool:
+    deadline = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def members(session: int) -> list[int]:
+    """The living processes of a session."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            state, _, _, number = stat.read_text().rsplit(")", 1)[1].split()[:4]
+        except OSError:
+            continue
+        if int(number) == session and state != "Z":
+            found.append(int(stat.parent.name))
+    return found
+
+
+def alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False

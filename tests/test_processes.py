@@ -1,0 +1,168 @@
+"""Processes that are started on the way, by us or by somebody's model: none is left, and none that is not ours ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from multiprocessing import get_context
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from experiments.bench.pool import Jobs, open_pool
+from tests.processes import CLI, alive, start, wait_until
+from tests.test_reproduce import example
+
+ROOT = Path(__file__).parents[1]
+
+
+def named(what: str) -> list[int]:
+    found = []
+    for place in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            if what in place.read_bytes().replace(b"\0", b" ").decode(errors="replace"):
+                found.append(int(place.parent.name))
+        except OSError:
+            continue
+    return found
+
+
+@pytest.mark.parametrize("blow", ["SIGTERM", "SIGINT", "SIGHUP", "SIGKILL"])
+def test_the_web_viewer_ends_with_the_command(tmp_path, blow):
+    """Its server, told to be this small program: it notes its process, and never ends by itself."""
+    server = tmp_path / "rerun"
+    server.write_text("#!/bin/sh\necho $$ > started.part\nmv started.part started\nexec sleep 600\n")
+    server.chmod(0o755)
+    (tmp_path / "some.rrd").write_bytes(b"")
+    process = start(tmp_path, *CLI, "view", "--web", "some.rrd", PYTHONPATH=str(ROOT), RERUN_CLI_PATH=str(server))
+    try:
+        assert wait_until(lambda: (tmp_path / "started").exists() or process.poll() is not None)
+        child = int((tmp_path / "started").read_text())
+        assert alive(child)
+        process.send_signal(getattr(signal, blow))
+        assert wait_until(lambda: process.poll() is not None, 20)
+        assert wait_until(lambda: not alive(child), 20)
+        number = getattr(signal, blow)
+        assert process.returncode == (-number if blow == "SIGKILL" else 128 + number)
+    finally:
+        for pid in named(str(tmp_path)):
+            os.kill(pid, signal.SIGKILL)
+        process.kill()
+        process.communicate(timeout=20)
+
+
+MISBEHAVE = {
+    "a process": "__import__('subprocess').Popen(['sleep', '{mark}'])",
+    "a copy that stays": "os.fork() or time.sleep({mark})",
+    "a copy that goes on": "os.fork()",
+}
+
+
+@pytest.mark.parametrize("kind", MISBEHAVE)
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_a_model_starts_ends_with_the_run(tmp_path, kind, workers):
+    mark = 100_000 + os.getpid()
+    what = MISBEHAVE[kind].format(mark=mark)
+    lines = f"        if not hasattr(self, 'did'):\n            self.did = {what}\n        down, right"
+    text = "import os, time\n" + example("my_model.py").replace("        down, right", lines, 1)
+    (tmp_path / "my_model.py").write_text(text)
+    command = (*CLI, "run", "speed", "--set", "experiment.speeds_cm_s=20,30", "--repeats", "1", "--no-recordings")
+    process = start(tmp_path, *command, "--model", "my_model.py", "--out", "out", "--workers", f"{workers}", "-q",
+                    PYTHONPATH=str(ROOT))  # fmt: skip
+    said = process.communicate(timeout=200)
+    assert (process.returncode, said) == (0, ("", ""))
+    assert pq.read_table(tmp_path / "out" / "trials.parquet")["trial"].to_pylist() == [0, 1]
+    assert wait_until(lambda: not sessions(process.pid), 10)
+
+
+def sessions(leader: int) -> list[int]:
+    from tests.processes import members
+
+    return members(leader)
+
+
+def test_what_a_model_starts_ends_with_a_killed_driver(tmp_path):
+    lines = (
+        "        if not hasattr(self, 'did'):\n            self.did = os.fork() or time.sleep(600)\n        down, right"
+    )
+    text = "import os, time\n" + example("my_model.py").replace("        down, right", lines, 1)
+    (tmp_path / "my_model.py").write_text(text)
+    command = (*CLI, "run", "speed", "--set", "experiment.speeds_cm_s=20", "--repeats", "500", "--no-recordings")
+    process = start(
+        tmp_path, *command, "--model", "my_model.py", "--out", "out", "--workers", "1", PYTHONPATH=str(ROOT)
+    )
+    assert wait_until(lambda: (tmp_path / "out" / "trials.parquet").exists() or process.poll() is not None)
+    process.kill()
+    process.communicate(timeout=60)
+    assert wait_until(lambda: not sessions(process.pid), 20)
+
+
+def idle() -> None:
+    time.sleep(600)
+
+
+def double(job: int) -> int:
+    return 2 * job
+
+
+def die(job: int) -> int:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return job
+
+
+def test_a_pool_ends_its_own_workers_alone():
+    """A process that was started beside it, after it, outlives a worker's death and the pool's end."""
+    other = get_context("spawn").Process(target=idle, daemon=True)
+    done, failed = [], []
+    try:
+        with open_pool(1) as pool:
+            other.start()
+            Jobs(pool, die, done.append, lambda job, *_: failed.append(job)).run([1])
+            Jobs(pool, double, done.append, lambda job, *_: failed.append(job)).run([2])
+            assert other.is_alive()
+        assert other.is_alive()
+        assert (done, failed) == ([4], [1])
+    finally:
+        other.kill()
+        other.join()
+
+
+def test_a_copy_made_by_a_job_does_not_answer_for_it(tmp_path):
+    with open_pool(0) as pool:
+        done: list[int] = []
+        Jobs(pool, forked, done.append, lambda *_: None).run([str(tmp_path / "made")])
+    assert done == [os.getpid()]
+    child = int((tmp_path / "made").read_text())
+    assert os.waitpid(child, 0) == (child, 0)
+
+
+def forked(path: str) -> int:
+    child = os.fork()
+    if child:
+        Path(path).write_text(str(child))
+    return os.getpid()
+
+
+def test_a_folder_is_free_once_its_run_is_over(tmp_path):
+    """In a process that goes on: another may then write there."""
+    code = (
+        "from pathlib import Path\n"
+        "from experiments.bench import catalogue, console, settings\n"
+        "if __name__ == '__main__':\n"
+        "    plan = settings.plan(catalogue.load('speed'), ['dsnn'], ['experiment.speeds_cm_s=20'], 1, 0)\n"
+        "    report = console.run(plan, Path('out'), console.Means(0, None, True), False, False)\n"
+        "    import fcntl\n"
+        "    with open('out/.lock', 'w') as lock:\n"
+        "        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)\n"
+        "    plan = settings.plan(catalogue.load('speed'), ['dsnn'], ['experiment.speeds_cm_s=20'], 1, 0)\n"
+        "    console.run(plan, Path('out'), console.Means(0, None, True), True, False)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=200, check=False,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
