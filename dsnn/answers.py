@@ -43,7 +43,10 @@ def checked_answer(answer: Any, channels: Sequence[str] = CHANNELS, shape: tuple
     for channel in channels:
         values[channel] = _potential(channel, _entry(answer, channel))
         if channel in SPIKING:
-            values[f"{channel}_spikes"] = _count(f"{channel}_spikes", _entry(answer, f"{channel}_spikes"))
+            count = _count(f"{channel}_spikes", _entry(answer, f"{channel}_spikes"))
+            if count < 0 and channel == "looming":
+                raise AnswerError(f"looming_spikes is {count}: expected 0 or more, as looming has no direction")
+            values[f"{channel}_spikes"] = count
     if shape is not None:
         values["maps"] = _maps(getattr(answer, "maps", None), shape)
     return Response(**values)

@@ -324,3 +324,21 @@ def test_a_forked_copy_of_a_model_goes_no_further(colias, tmp_path):
     done = colias("watch", film(tmp_path), "--no-view", *options(tmp_path, "dsnn", path), "--table", "t.csv")
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("own time") == 1, "one summary, by one process"
+
+
+def test_what_went_wrong_is_told_in_one_line_that_steers_no_terminal(colias, tmp_path):
+    (tmp_path / "trial.py").write_text(CLIP)
+    path = write_model(tmp_path, "loud", "(_ for _ in ()).throw(ValueError('a\\n\\x1b[31mred\\x07' + 'x' * 10**6))")
+    for arguments, folder in (((*SMALL, "--no-recordings"), "out"), (("watch", film(tmp_path), "--no-view"), None)):
+        done = colias(*arguments[:], *options(tmp_path, "dsnn", path))
+        lines = [line for line in done.stderr.splitlines() if line.startswith("loud failed")]
+        assert done.returncode == 1 and len(lines) == 1 and len(lines[0]) < 1000, done.stderr[:2000]
+        assert "ValueError: a \\x1b[31mred\\x07xxx" in lines[0] and "\x1b" not in done.stderr
+        if folder:
+            (failure,) = json.loads((tmp_path / folder / "failures.json").read_text())
+            assert failure["reason"].startswith("ValueError: a \\x1b[31mred")
+
+
+def test_looming_has_no_direction():
+    with pytest.raises(AnswerError, match="looming_spikes is -1"):
+        checked_answer(Response(looming=0.7, looming_spikes=-1))

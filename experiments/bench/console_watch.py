@@ -21,10 +21,10 @@ from threadpoolctl import threadpool_limits
 from dsnn import Response
 from experiments.bench.checks import Outcome
 from experiments.bench.console import error_console, out_console
+from experiments.bench.files import explained
 from experiments.bench.footage import Footage, Picture, ahead
 from experiments.bench.footage_claims import FlowJudge
 from experiments.bench.frame_table import FrameTable
-from experiments.bench.model_runner import explained
 from experiments.bench.models import Chosen
 from experiments.bench.paper import claim_texts
 from experiments.bench.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch

@@ -95,3 +95,31 @@ def explain(error: ValidationError) -> str:
     problem = error.errors()[0]
     where = ".".join([error.title, *(str(part) for part in problem["loc"])])
     return f"{where}={problem['input']!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}"
+
+
+LONGEST_TROUBLE = 500
+"""Characters of what is told of one failure."""
+
+
+def explained(error: BaseException, said: str | None = None) -> str:
+    """What an exception says, or ``said`` instead, in one line that begins with the exception's kind.
+
+    The line has at most `LONGEST_TROUBLE` characters, and none that would steer a terminal.
+    """
+    kind, text = type(error).__name__, message(error) if said is None else said
+    return printable(f"{kind}: {text}" if text else kind)
+
+
+def message(error: BaseException) -> str:
+    """The message of an exception; empty where it has none, or making it fails."""
+    try:
+        return str(error)
+    except Exception:
+        return ""
+
+
+def printable(text: str, limit: int = LONGEST_TROUBLE) -> str:
+    """``text`` in one line of at most ``limit`` characters, all of them printable."""
+    line = " ".join(text[: 2 * limit].split())
+    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
+    return line if len(line) <= limit else f"{line[: limit - 3]}..."

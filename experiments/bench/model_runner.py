@@ -15,9 +15,8 @@ import numpy.typing as npt
 from dsnn import Response, ResponseSeries, checked_answer
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
+from experiments.bench.files import explained
 from experiments.bench.models import Chosen
-
-LONGEST_TROUBLE = 500
 
 
 class ModelRunner:
@@ -100,17 +99,6 @@ class ModelRunner:
 
     def _broke(self, error: BaseException, said: str | None = None) -> None:
         self.trouble = explained(error, said)
-
-
-def explained(error: BaseException, said: str | None = None) -> str:
-    """What an exception says, in one line of at most `LONGEST_TROUBLE` characters that begins with its kind."""
-    try:
-        text = " ".join((str(error) if said is None else said).split())
-    except Exception:  # a message that cannot be made
-        text = ""
-    kind = type(error).__name__
-    line = (f"{kind}: {text}" if text else kind).encode(errors="replace").decode()
-    return line if len(line) <= LONGEST_TROUBLE else f"{line[: LONGEST_TROUBLE - 3]}..."
 
 
 def _takes_maps(step: Any) -> bool:

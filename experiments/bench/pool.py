@@ -28,6 +28,7 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any, Generic, Protocol, TypeVar
 
 from experiments.bench import interrupts
+from experiments.bench.files import message, printable
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")
@@ -38,6 +39,9 @@ QUEUED = 2
 
 LOOK_EVERY_S = 2.0
 """How often to see whether the pool is still there while nothing comes back."""
+
+LONGEST_REASON = 20_000
+"""Characters of the reason of a job's failure, which may name many models."""
 
 DIED = "its worker process died each time"
 
@@ -352,9 +356,8 @@ def _attempt(parcel: bytes) -> Any:
     except fatal:
         raise
     except (Exception, SystemExit) as error:
-        return Raised(
-            "" if isinstance(error, RuntimeError) else type(error).__name__, " ".join(str(error).split()) or repr(error)
-        )
+        kind = "" if isinstance(error, RuntimeError) else type(error).__name__
+        return Raised(kind, printable(message(error), LONGEST_REASON) or type(error).__name__)
     finally:
         if os.getpid() != own:  # a copy of the worker, which a job made by fork: the answer is the worker's own to give
             os._exit(0)
