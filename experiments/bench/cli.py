@@ -143,9 +143,14 @@ def sweep(
 
 @app.command(short_help="Run the paper's experiments and report which claims hold.")
 def reproduce(
-    quick: Annotated[bool, typer.Option("--quick", help="A taste: few repeats and seeds, no grids of clips.")] = False,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick", help="A taste: two seeds, no moves, no grids of clips; the report names what it does not judge."
+        ),
+    ] = False,
     full: Annotated[
-        bool, typer.Option("--full", help="Ten repeats at every seed and move: some twenty minutes.")
+        bool, typer.Option("--full", help="Ten repeats at every seed and move, long episodes: the longest.")
     ] = False,
     robot_only: Annotated[
         bool, typer.Option("--robot-only", help="Just the paper's trials with the robot: neither clips nor behaviours.")
@@ -182,7 +187,7 @@ def reproduce(
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"reproduce-{stamp}"
-    result = whole.reproduce(folder, scale, seed, model or ["dsn2017"], means, experiment or (), robot_only)
+    result = whole.reproduce(folder, scale, seed, model or whole.BESIDE, means, experiment or (), robot_only)
     page = report.write(result)
     if not quiet:
         console.show_claims(result.claims)
