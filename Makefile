@@ -2,13 +2,18 @@
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run reproduce train test test-train attack lint types bench setup lock clean
+.PHONY: run reproduce numbers train test test-train attack lint types bench setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
 
 reproduce: $(READY) ## The paper's robot experiments, and which of its claims hold
 	$(BIN)/colias reproduce
+
+NUMBERS := runs/numbers
+numbers: $(READY) ## The README's measured figures anew: the whole reproduction (NUMBERS=DIR goes on with one), then its text
+	$(BIN)/colias reproduce --out $(NUMBERS)
+	$(BIN)/python -m tools.numbers $(NUMBERS)
 
 train: $(READY) ## A policy by PPO on neural observations, after setting up the extra [train]
 	sh tools/setup.sh --train

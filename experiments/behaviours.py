@@ -101,8 +101,8 @@ def avoidance(rng: np.random.Generator) -> Saccades:
 def hybrid(rng: np.random.Generator) -> Saccades:
     """Looming opens the gate to where the DSNN's ON and OFF cells see motion: away from there, until it closes.
 
-    That place tells the side of what looms in four of five cases, the sign of HS in two of three: ahead of a robot
-    that drives, things on either side drift outward and HS has only the difference.
+    That place tells the side of what looms more often than the sign of HS does: ahead of a robot that drives, things
+    on either side drift outward and HS has only the difference.
     """
     return Saccades(away_from_where)
 

@@ -184,7 +184,12 @@ def sweep(
 
 @app.command(short_help="Run the paper's experiments and report which claims hold.")
 def reproduce(
-    quick: Annotated[bool, typer.Option("--quick", help="A taste: few repeats and seeds, no grids of clips.")] = False,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick", help="A taste: two seeds, no moves, no grids of clips; the report names what it does not judge."
+        ),
+    ] = False,
     full: Annotated[
         bool, typer.Option("--full", help="Ten repeats at every seed and move: takes several times as long.")
     ] = False,

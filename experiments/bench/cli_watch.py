@@ -38,9 +38,7 @@ def watch(
         Path | None, typer.Option(metavar="OUT.csv|.parquet", help="Write a row per frame and model.")
     ] = None,
     view: Annotated[bool, typer.Option(help="Stream to a Rerun viewer on this machine.")] = True,
-    judge: Annotated[
-        bool, typer.Option("--judge", help="Judge claim C12 against dense flow, at 10 ms a frame.")
-    ] = False,
+    judge: Annotated[bool, typer.Option("--judge", help="Judge claim C12 against dense flow; takes longer.")] = False,
     assignments: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a model's parameter. Repeatable.")
     ] = None,

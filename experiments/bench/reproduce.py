@@ -10,12 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from colias_sim.gl import require_backend
-from experiments import OFFLINE
 from experiments.bench import (
     behave,
     behave_figure,
     behaviour_claims,
-    catalogue,
     console,
     footage_claims,
     offline_claims,
@@ -24,63 +22,35 @@ from experiments.bench import (
 )
 from experiments.bench.behave import BehaviourPlan, Played
 from experiments.bench.behaviour_claims import BehaviourClaim
-from experiments.bench.claims import LEAST, LOOMING_CLAIMS, Verdict
+from experiments.bench.claims import LOOMING_CLAIMS, Verdict
 from experiments.bench.conclusion import Report, conclude
 from experiments.bench.contents import robot_contents
 from experiments.bench.description import begun
 from experiments.bench.files import UsageError
 from experiments.bench.model_option import shown_models
-from experiments.bench.offline import OfflineExperiment
 from experiments.bench.offline_run import OfflineReport, OfflineVerdict
 from experiments.bench.paper import claim_texts, tried
 from experiments.bench.plan import Plan, describe
 from experiments.bench.pool import Pool, open_pool
+from experiments.bench.reproduce_plan import BESIDE as BESIDE
+from experiments.bench.reproduce_plan import ENOUGH as ENOUGH
+from experiments.bench.reproduce_plan import FULL as FULL
+from experiments.bench.reproduce_plan import (
+    LOOMING_DETECTORS,
+    SEEDS,
+    SENSITIVITY,
+    Scale,
+    design,
+    planned,
+)
+from experiments.bench.reproduce_plan import QUICK as QUICK
+from experiments.bench.reproduce_plan import USUAL as USUAL
 from experiments.bench.results import Failure, RunFolder, mixture
 from experiments.bench.runner import Keep, work
-from experiments.bench.settings import plan
 
-
-@dataclass(frozen=True, slots=True)
-class Scale:
-    """How much to run: repeats of the experiments, number of seeds with repeats at each, repeats for sensitivity.
-
-    Fewer repeats than `claims.LEAST` leave a claim untested; with 0 for sensitivity nothing is moved.
-    """
-
-    repeats: int
-    seeds: int
-    seed_repeats: int
-    sensitivity_repeats: int
-    offline_repeats: int | None
-    """Seeds of the off-line experiments; otherwise each one's own number."""
-    episodes: int
-    """Of each behaviour."""
-    steps: int | None = None
-    """Frames of an episode at most; otherwise the env's own number."""
-    offline: tuple[str, ...] = OFFLINE
-    """The off-line experiments to run."""
-
-
-SHORT = ("clean", "blocked", "clutter-depth", "clutter-translation")
-"""The off-line experiments without grids of long clips."""
-SEEDS, SENSITIVITY = "seeds", "sensitivity"
-LOOMING_DETECTORS = ("lgmd1", "lgmd2")
-EARLIER = "dsn2017"
-"""Shown beside the DSNN."""
 RELIABLE = 0.9
 """The share of seeds a claim should hold at."""
 NOTHING_TRIED = "nothing yet: it held when the defaults were chosen"
-
-ENOUGH = max(LEAST.values())
-"""Repeats at which every claim of the robot is judged."""
-QUICK = Scale(
-    ENOUGH, seeds=2, seed_repeats=ENOUGH, sensitivity_repeats=0, offline_repeats=1, episodes=1, steps=150,
-    offline=SHORT,
-)  # fmt: skip
-USUAL = Scale(
-    10, seeds=20, seed_repeats=ENOUGH, sensitivity_repeats=ENOUGH, offline_repeats=None, episodes=20, steps=900
-)
-FULL = Scale(10, seeds=20, seed_repeats=10, sensitivity_repeats=10, offline_repeats=5, episodes=60)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +99,7 @@ class Reproduction:
 
 def models_shown(given: Sequence[str] | None, only: bool) -> list[str]:
     """The models that ``--model`` and ``--only`` ask for; `UsageError` without the one that the claims are about."""
-    names = shown_models((study.MODEL, EARLIER), given, only)
+    names = shown_models((study.MODEL, *BESIDE), given, only)
     if study.MODEL not in names:
         raise UsageError(f"--only: the claims are about {study.MODEL}: give --model {study.MODEL} too")
     return names
@@ -145,16 +115,8 @@ def reproduce(
     (names or files) are run and shown too. With ``robot_only`` neither clips are shown nor behaviours played; with
     ``only`` the looming detectors are not shown either, and the claim about them is untested.
     """
-    shown = [study.MODEL, *(name for name in models if name != study.MODEL)]
-    plans = [
-        plan(catalogue.load(name), shown if only else _models(name, shown), (), scale.repeats, seed)
-        for name in (*study.PAPER, *extra)
-    ]
-    _check_names(plans)
-    offline = [_offline_plan(name, scale, seed) for name in scale.offline if not robot_only]
-    loops = [] if robot_only else behaviour_claims.plans(scale.episodes, seed, scale.steps)
-    seeds = study.seed_cases(range(seed, seed + scale.seeds), scale.seed_repeats)
-    moves = study.sensitivity_cases(scale.sensitivity_repeats, seed) if scale.sensitivity_repeats else []
+    made = planned(scale, seed, models, extra, robot_only, only)
+    plans, seeds, moves = made.plans, made.seeds, made.moves
     if means.cluster is None:
         require_backend()
     if not means.quiet:
@@ -168,8 +130,8 @@ def reproduce(
                 run = console.open_folder(each, out, means, begun(out), recordings=True)
                 locks.callback(run.close)
                 done.append((each, run, console.run_with(each, run, pool, means, recordings=True)))
-            shows = [_show(each, folder / each.experiment.name, pool, means) for each in offline]
-            played = [_play(each, folder, pool, means) for each in loops]
+            shows = [_show(each, folder / each.experiment.name, pool, means) for each in made.offline]
+            played = [_play(each, folder, pool, means) for each in made.loops]
             seed_rows, seed_failures = _study(folder / SEEDS, "other seeds", seeds, plans[0], pool, means)
             move_rows, move_failures = (
                 _study(folder / SENSITIVITY, "sensitivity", moves, plans[0], pool, means) if moves else ([], [])
@@ -182,24 +144,11 @@ def reproduce(
     result = Reproduction(
         folder, scale, seed, claims, runs, shows, sensitivity, played, own, failures, describe(plans[0])
     )
+    RunFolder(folder).write_json("design.json", design(made))
     RunFolder(folder).write_json("claims.json", claims)
     if own:
         RunFolder(folder).write_json("behaviours.json", own)
     return result
-
-
-def _models(experiment: str, shown: Sequence[str]) -> list[str]:
-    """The models of one experiment: those of all, and where a claim is about them the looming detectors."""
-    extra = LOOMING_DETECTORS if LOOMING_CLAIMS & set(catalogue.load(experiment).claims) else ()
-    return [*shown, *(name for name in extra if name not in shown)]
-
-
-def _offline_plan(name: str, scale: Scale, seed: int) -> offline_run.OfflinePlan:
-    experiment = catalogue.find(name)
-    assert isinstance(experiment, OfflineExperiment)
-    # Where one repeat says it all, nothing in the clips is random.
-    repeats = scale.offline_repeats if experiment.repeats > 1 else None
-    return offline_run.plan(experiment, (), (), repeats, seed)
 
 
 def _play(each: BehaviourPlan, folder: Path, pool: Pool, means: console.Means) -> Played:
@@ -212,14 +161,6 @@ def _play(each: BehaviourPlan, folder: Path, pool: Pool, means: console.Means) -
 
 def _show(each: offline_run.OfflinePlan, out: Path, pool: Pool, means: console.Means) -> OfflineReport:
     return offline_run.run(each, out, pool, means, begun(out), each.experiment.recorded)
-
-
-def _check_names(plans: Sequence[Plan]) -> None:
-    """Every experiment has a folder of its own."""
-    names = [each.experiment.name for each in plans]
-    for name in names:
-        if names.count(name) > 1 or name in (SEEDS, SENSITIVITY, *OFFLINE):
-            raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
 
 
 def _study(

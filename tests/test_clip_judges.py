@@ -1,0 +1,185 @@
+"""The judges of clips and of footage: what they test, what they need, what decided."""
+
+import numpy as np
+import pytest
+
+from experiments.bench import footage_claims
+from experiments.bench.offline_claims import JUDGES, NEEDED, POTENTIALS, judge
+from tests.test_offline import SIGNED, T, blocked, both_shades, depth, greys, grid, row, translations
+
+T_SP = T["dsnn"]
+
+
+def over(background, motions, **peaks):
+    return [
+        row(f"{motion} {behind}", model, motion=motion, background_speed=behind, **peak)
+        for behind in background
+        for motion in motions
+        for model, peak in peaks.items()
+    ]
+
+
+def enough(claim):
+    """Rows of clips on which a claim holds."""
+    wavering = grid("dsn2017", lambda s, b: s / 400 - b / 20)
+    valley = greys(lambda g, s: (abs(g - 128) + 10) * s / 1e5)
+    ground = [row("alone", model, object="absent", peak_hs=hs) for model, hs in (("emd", 0.35), ("dsnn", 0.0))]
+    return {
+        "C1": translations(), "C2": translations(), "C3": depth(), "C4": blocked(0.1, 0.1),
+        "C5": over((8.0,), ("looming", "receding"), dsnn={"peak_hs": 0.1}, dsn2017={"trough_vs": -0.9}),
+        "C6": both_shades(over((-8.0,), ("rightward",), dsnn={"peak_hs": 0.2}, dsn2017={"peak_vs": 0.9})),
+        "C7": grid("dsnn", lambda s, b: s / 400 - b / 1000) + wavering,
+        "C8": grid("dsnn", lambda s, b: s / 400),
+        "C9": valley, "C10": valley,
+        "C11": [*ground, *valley, *({**each, "model": "emd"} for each in valley)],
+    }[claim]  # fmt: skip
+
+
+def without(rows, **values):
+    """Those that have other values."""
+    return [each for each in rows if any(each[name] != value for name, value in values.items())]
+
+
+@pytest.mark.parametrize("claim", JUDGES)
+def test_what_holds_says_what_decided(claim):
+    found = judge(claim, enough(claim), T)
+    assert found.verdict == "holds" and "(needs" in found.decided and found.n > 0
+
+
+@pytest.mark.parametrize("claim", JUDGES)
+def test_a_model_that_failed_in_one_clip_leaves_the_claim_untested(claim):
+    rows = enough(claim)
+    for model in NEEDED[claim]:
+        lost = next(each["clip"] for each in rows if each["model"] == model)
+        if len(NEEDED[claim]) > 1:
+            found = judge(claim, without(rows, model=model, clip=lost), T)
+            assert (found.verdict, found.measured) == ("untested", f"of the clips {lost} has no answer of {model}")
+        assert judge(claim, without(rows, model=model), T).verdict == "untested"
+
+
+@pytest.mark.parametrize("claim", JUDGES)
+@pytest.mark.parametrize("nothing", [None, float("nan")])
+def test_a_clip_without_a_number_is_not_judged(claim, nothing):
+    for column in POTENTIALS:
+        rows = enough(claim)
+        rows[-1] = {**rows[-1], column: nothing}
+        found = judge(claim, rows, T)
+        assert found.verdict == "untested" and f"no number in {column}" in found.measured
+
+
+LACKING = {
+    "C1": ({"motion": "upward", "grey": 255.0}, "needs clips of upward light"),
+    "C2": ({"grey": 0.0}, "needs clips of rightward dark and 3 more"),
+    "C3": ({"motion": "receding", "grey": 0.0}, "needs clips of receding dark"),
+    "C4": ({"motion": "upward"}, "needs clips of upward"),
+    "C5": ({"motion": "looming"}, "needs clips of looming before 8 px/s"),
+    "C7": ({"speed": 80.0, "background_speed": -6.0}, "needs clips of rightward at 80 px/s before -6 px/s of grey 0"),
+    "C8": ({"speed": 120.0, "background_speed": -2.0, "grey": 255.0},
+           "needs clips of rightward at 120 px/s before -2 px/s light"),
+    "C9": ({"speed": 100.0, "grey": 64.0}, "needs clips of rightward before -8 px/s at 100 px/s of grey 64"),
+    "C10": ({"grey": 64.0}, "needs at least 5 grey levels (has 4)"),
+    "C11": ({"object": "absent"}, "needs clips of the background alone"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("claim", LACKING)
+def test_a_claim_needs_every_clip_that_its_words_name(claim):
+    values, says = LACKING[claim]
+    found = judge(claim, without(enough(claim), **values), T)
+    assert found.verdict == "untested" and found.measured.startswith(says)
+
+
+@pytest.mark.parametrize("claim", ["C5", "C6", "C7", "C8", "C9", "C10", "C11"])
+def test_clips_that_the_words_are_not_about_do_not_count(claim):
+    """Before a background that shifts otherwise, whatever is answered there."""
+    rows = enough(claim)
+    elsewhere = [{**each, "clip": f"else {each['clip']}", "background_speed": -33.0, "peak_vs": 0.9, "peak_hs": 0.01}
+                 for each in rows]  # fmt: skip
+    found = judge(claim, rows + elsewhere, T)
+    assert (found.verdict, found.n) == ("holds", judge(claim, rows, T).n)
+    assert judge(claim, elsewhere, T).verdict == "untested"
+
+
+@pytest.mark.parametrize("end", ["peak_vs", "trough_vs"])
+def test_c8_is_of_vs_to_either_side(end):
+    rows = enough("C8")
+    for size, verdict in ((0.155, "holds"), (T_SP, "fails"), (0.3, "fails")):
+        rows[7] = {**rows[7], end: size if end == "peak_vs" else -size}
+        found = judge("C8", rows, T)
+        assert found.verdict == verdict
+        assert found.decided == f"{rows[7]['clip']}: |VS| up to {size:.3f} (needs below T = {T_SP:g})"
+
+
+def test_one_clip_refutes_a_claim_about_every_clip():
+    rows = [each for each in translations(right=0.1) if each["clip"] == "dark right"]
+    found = judge("C1", rows, T)
+    assert found.verdict == "fails" and found.decided == "dark right +0.100 (needs to pass +0.16)"
+
+
+def test_a_blocked_pathway_of_nothing_is_no_half():
+    assert judge("C4", blocked(0.0, 0.0, whole=0.0), T).verdict == "fails"
+    odd = [row("wall", model, motion="looming") for model in ("dsnn", "dsnn-on-blocked", "dsnn-off-blocked")]
+    assert judge("C4", blocked(0.1, 0.1) + odd, T).verdict == "holds", "of translations alone"
+    assert set(SIGNED) == {"rightward", "leftward", "downward", "upward"}
+
+
+def test_what_failed_is_what_decided():
+    shares = judge("C4", blocked(0.0696, 0.13), T)
+    assert shares.verdict == "fails" and "ON blocked leaves 34.8% (needs 40% to 60%)" in shares.decided
+    flat = grid("dsn2017", lambda s, b: 1.0)
+    varied = judge("C7", grid("dsnn", lambda s, b: s / 400 - b / 1000) + flat, T)
+    assert varied.decided == "over background speeds peak HS varies by 0.0080 (needs less than dsn2017's 0.0000)"
+
+
+# Footage.
+
+
+def film(frames=794, moving=((0, 794),), rate=30.0):
+    """Flow and an HS that follows it over T in the ``moving`` stretches of frames, and a small VS."""
+    rng = np.random.default_rng(0)
+    flow = np.where(np.arange(frames) // 60 % 2, 1.0, -1.0)
+    hs = np.zeros(frames)
+    for start, end in moving:
+        hs[start:end] = 0.3 * flow[start:end]
+    return flow, hs + 1e-3 * rng.standard_normal(frames), 0.001 * rng.standard_normal(frames), T_SP, rate
+
+
+def test_a_few_frames_over_the_threshold_do_not_decide_c12():
+    """2 of 794 agree, which by chance alone is as likely as not to be so."""
+    for moving, seconds in ([((400, 402),), 1], [((10, 20), (300, 310)), 2], [((0, 119),), 4], [(), 0]):
+        found = footage_claims.judge(*film(moving=moving))
+        assert found.verdict == "untested" and found.decided == ""
+        assert f"at least {footage_claims.LEAST_SECONDS} separate seconds of footage (has {seconds})" in found.measured
+        assert f"{sum(b - a for a, b in moving)} of 794 frames" in found.measured
+
+
+def test_a_share_of_all_is_no_certainty():
+    found = footage_claims.judge(*film(moving=[(start, start + 3) for start in range(0, 600, 60)]))
+    low, high = found.measured.split("same sign over T 1.00 [")[1].split("]")[0].split(", ")
+    assert (float(low), float(high)) == (pytest.approx(0.025 ** (1 / 10), abs=0.006), 1.0)
+    assert "in 10 separate seconds" in found.measured
+
+
+def test_c12_says_what_decided():
+    holds = footage_claims.judge(*film())
+    assert holds.verdict == "holds" and "(needs " in holds.decided
+    flow, hs, _, *rest = film()
+    fails = footage_claims.judge(flow, hs, 2 * hs, *rest)
+    assert fails.verdict == "fails" and fails.decided.startswith("mean |VS| / |HS| 2.00")
+    assert fails.decided.endswith("(needs below 1)")
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_footage_with_an_answer_that_is_no_number_is_not_judged(which):
+    columns = list(film())
+    columns[which] = columns[which].copy()
+    columns[which][5] = np.nan
+    found = footage_claims.judge(*columns)
+    assert found.verdict == "untested" and "1 of 794 frames have no number" in found.measured
+
+
+def test_long_silence_has_an_interval():
+    """Resamples of silent stretches alone have no ratio; they raise nothing."""
+    flow, hs, vs, *rest = film(frames=3000, moving=[(i, i + 2) for i in range(0, 300, 40)])
+    hs[300:] = vs[300:] = 0.0
+    assert footage_claims.judge(flow, hs, vs, *rest).verdict in ("holds", "fails")

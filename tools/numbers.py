@@ -1,0 +1,189 @@
+"""Take the README's measured figures over from a finished reproduction: ``python -m tools.numbers RUN_FOLDER``.
+
+``colias reproduce`` leaves its design, verdicts and scores in its folder. This writes what the README quotes of them
+into ``docs/results.json``, with the design they were measured by, and renews the README between its markers. Nothing
+in the README outside the markers, nor in ``experiments/bench/tried.toml``, quotes a measured figure.
+`tests/test_numbers.py` holds the README against the file, and the file's design against that of the code.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import math
+import re
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+RESULTS, README = ROOT / "docs" / "results.json", ROOT / "README.md"
+CLAIM_FIELDS = ("id", "verdict", "seeds_holding", "seeds", "seeds_untested", "decided", "measured")
+OWN_FIELDS = ("id", "says", "verdict", "decided", "measured")
+SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
+BEGIN, END = "<!-- measured: {} -->\n", "<!-- end of measured -->"
+
+
+class NotFinished(Exception):
+    """A folder that holds no finished reproduction, or a README without the markers: what is missing."""
+
+
+def taken(run: Path) -> dict[str, Any]:
+    """What ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
+    design, claims, own = (_json(run / f"{name}.json") for name in ("design", "claims", "behaviours"))
+    tables = sorted(run.glob("behave-*/scores.csv"))
+    if not tables:
+        raise NotFinished(f"{run}: no behave-*/scores.csv; run colias reproduce without --robot-only")
+    scores = [row for table in tables for row in _scores(table)]
+    return {
+        "design": {name: design[name] for name in ("seed", "scale", "digest")},
+        "measured_with": {"commit": _commit(), **design["versions"]},
+        "claims": [{name: claim[name] for name in CLAIM_FIELDS} for claim in claims],
+        "behaviours": [{name: claim[name] for name in OWN_FIELDS} for claim in own],
+        "scores": scores,
+    }
+
+
+def _json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        raise NotFinished(f"{path}: cannot be read; is the reproduction in that folder finished?") from None
+
+
+def _scores(table: Path) -> list[dict[str, Any]]:
+    with table.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return [
+        {name: _number(row[name]) if name in ("episodes", "value", "ci_low", "ci_high") else row[name]
+         for name in SCORE_FIELDS}
+        for row in rows
+        if row["measure"] != "return"
+    ]  # fmt: skip
+
+
+def _number(text: str) -> float | str | None:
+    """A finite number; ``None`` for none; an infinity as its name, which JSON has no number for."""
+    value = float(text) if text else math.nan
+    return None if math.isnan(value) else float(f"{value:.4g}") if math.isfinite(value) else "inf"
+
+
+def _commit() -> str:
+    """The commit of the tree the figures are taken over in, with "-dirty" where it has been changed since."""
+    command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude=*"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    return done.stdout.strip() or "unknown"
+
+
+def blocks(results: Mapping[str, Any]) -> dict[str, str]:
+    """The README's measured parts by name, as Markdown."""
+    return {"claims": _claims(results), "behaviours": _behaviours(results)}
+
+
+def _claims(results: Mapping[str, Any]) -> str:
+    claims, scale, seed = results["claims"], results["design"]["scale"], results["design"]["seed"]
+    by_verdict = {
+        verdict: [claim["id"] for claim in claims if claim["verdict"] == verdict]
+        for verdict in ("holds", "fails", "untested")
+    }
+    said = f"Of the {len(claims)} claims {len(by_verdict['holds'])} hold at seed {seed}"
+    for verdict, words in (("fails", "fail"), ("untested", "are untested")):
+        if by_verdict[verdict]:
+            said += f"; {', '.join(by_verdict[verdict])} {words if len(by_verdict[verdict]) > 1 else _one(words)}"
+    lines = [
+        f"{said} ({scale['repeats']} repeats of each of the robot's conditions; at the other seeds "
+        f"{scale['seed_repeats']}).",
+        "",
+        "| claim | verdict | seeds | decided by |",
+        "|---|---|---|---|",
+    ]
+    for claim in claims:
+        decided = claim["decided"] or claim["measured"].partition("; measured:")[0]
+        lines.append(f"| {claim['id']} | {claim['verdict']} | {_seeds(claim)} | {_cell(decided)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _one(words: str) -> str:
+    return {"fail": "fails", "are untested": "is untested"}[words]
+
+
+def _seeds(claim: Mapping[str, Any]) -> str:
+    if not claim["seeds"]:
+        return ""
+    unjudged = f", {claim['seeds_untested']} untested" if claim["seeds_untested"] else ""
+    return f"{claim['seeds_holding']} of {claim['seeds']}{unjudged}"
+
+
+def _behaviours(results: Mapping[str, Any]) -> str:
+    scale, seed = results["design"]["scale"], results["design"]["seed"]
+    seconds = "" if scale["steps"] is None else f" of at most {scale['steps'] / 30:g} s"
+    lines = [
+        f"Over {scale['episodes']} episodes{seconds} each, at seeds {seed} to {seed + scale['episodes'] - 1}, with "
+        "95 % intervals:",
+        "",
+        "| env | behaviour | measures |",
+        "|---|---|---|",
+    ]
+    measured: dict[tuple[str, str], list[str]] = {}
+    for row in results["scores"]:
+        short = row["env"].partition("/")[2].partition("-")[0]
+        measured.setdefault((short, row["behaviour"]), []).append(f"{row['measure']} {_score(row)}")
+    lines += [f"| {env} | `{who}` | {_cell('; '.join(said))} |" for (env, who), said in measured.items()]
+    lines.append("")
+    for claim in results["behaviours"]:
+        decided = f" Decided by: {claim['decided']}." if claim["decided"] else ""
+        lines.append(f"- {claim['id']} {claim['verdict']}: {claim['says']}. Measured: {claim['measured']}.{decided}")
+    return "\n".join(lines) + "\n"
+
+
+def _score(row: Mapping[str, Any]) -> str:
+    value, low, high = (_short(row[name]) for name in ("value", "ci_low", "ci_high"))
+    return value if row["ci_low"] is None else f"{value} ({low} .. {high})"
+
+
+def _short(value: float | str | None) -> str:
+    return "-" if value is None else value if isinstance(value, str) else f"{value:.3g}"
+
+
+def _cell(text: str) -> str:
+    """Text inside a Markdown table."""
+    return text.replace("|", r"\|").replace("\n", " ")
+
+
+def renewed(text: str, parts: Mapping[str, str]) -> str:
+    """The README's ``text`` with its measured ``parts`` put between their markers."""
+    for name, part in parts.items():
+        begin = BEGIN.format(name)
+        found = re.compile(re.escape(begin) + ".*?" + re.escape(END), re.DOTALL)
+        if len(found.findall(text)) != 1:
+            raise NotFinished(f"the README should have the marker {begin.strip()} once, then {END}")
+        text = found.sub(lambda _, whole=f"{begin}{part}{END}": whole, text)  # type: ignore[misc]
+    return text
+
+
+def main() -> None:
+    """Take over the figures of the folder on the command line."""
+    parser = argparse.ArgumentParser(prog="python -m tools.numbers", description="Renew the README's measured figures.")
+    parser.add_argument("run", type=Path, help="folder of a finished colias reproduce")
+    parser.add_argument("--results", type=Path, default=RESULTS, help="file to keep them in")
+    parser.add_argument("--readme", type=Path, default=README, help="file to renew")
+    given = parser.parse_args()
+    try:
+        results = taken(given.run)
+        text = renewed(given.readme.read_text(encoding="utf-8"), blocks(results))
+    except NotFinished as error:
+        sys.exit(_refuse(str(error)))
+    given.results.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    given.readme.write_text(text, encoding="utf-8")
+
+
+def _refuse(text: str) -> int:
+    print(f"numbers: {text}", file=sys.stderr)
+    return 2
+
+
+if __name__ == "__main__":
+    main()
