@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from experiments.bench.pool import Jobs, open_pool
-from tests.processes import CLI, alive, start, wait_until
+from tests.processes import CLI, alive, members, start, wait_until
 from tests.test_reproduce import example
 
 ROOT = Path(__file__).parents[1]
@@ -56,49 +56,42 @@ def test_the_web_viewer_ends_with_the_command(tmp_path, blow):
 
 
 MISBEHAVE = {
-    "a process": "__import__('subprocess').Popen(['sleep', '{mark}'])",
-    "a copy that stays": "os.fork() or time.sleep({mark})",
+    "a process": "__import__('subprocess').Popen(['sleep', '600'])",
+    "a copy that stays": "os.fork() or time.sleep(600)",
     "a copy that goes on": "os.fork()",
 }
 
 
-@pytest.mark.parametrize("kind", MISBEHAVE)
-@pytest.mark.parametrize("workers", [1, 2])
-def test_what_a_model_starts_ends_with_the_run(tmp_path, kind, workers):
-    mark = 100_000 + os.getpid()
-    what = MISBEHAVE[kind].format(mark=mark)
+def write_model(folder: Path, what: str) -> None:
+    """The README's model, which does ``what`` at its first step."""
     lines = f"        if not hasattr(self, 'did'):\n            self.did = {what}\n        down, right"
     text = "import os, time\n" + example("my_model.py").replace("        down, right", lines, 1)
-    (tmp_path / "my_model.py").write_text(text)
+    (folder / "my_model.py").write_text(text)
+
+
+@pytest.mark.parametrize(("kind", "workers"), [(kind, 1) for kind in MISBEHAVE] + [("a copy that stays", 2)])
+def test_what_a_model_starts_ends_with_the_run(tmp_path, kind, workers):
+    write_model(tmp_path, MISBEHAVE[kind])
     command = (*CLI, "run", "speed", "--set", "experiment.speeds_cm_s=20,30", "--repeats", "1", "--no-recordings")
     process = start(tmp_path, *command, "--model", "my_model.py", "--out", "out", "--workers", f"{workers}", "-q",
                     PYTHONPATH=str(ROOT))  # fmt: skip
     said = process.communicate(timeout=200)
     assert (process.returncode, said) == (0, ("", ""))
     assert pq.read_table(tmp_path / "out" / "trials.parquet")["trial"].to_pylist() == [0, 1]
-    assert wait_until(lambda: not sessions(process.pid), 10)
-
-
-def sessions(leader: int) -> list[int]:
-    from tests.processes import members
-
-    return members(leader)
+    assert wait_until(lambda: not members(process.pid), 10)
 
 
 def test_what_a_model_starts_ends_with_a_killed_driver(tmp_path):
-    lines = (
-        "        if not hasattr(self, 'did'):\n            self.did = os.fork() or time.sleep(600)\n        down, right"
-    )
-    text = "import os, time\n" + example("my_model.py").replace("        down, right", lines, 1)
-    (tmp_path / "my_model.py").write_text(text)
+    write_model(tmp_path, "os.fork() or time.sleep(600)")
     command = (*CLI, "run", "speed", "--set", "experiment.speeds_cm_s=20", "--repeats", "500", "--no-recordings")
-    process = start(
-        tmp_path, *command, "--model", "my_model.py", "--out", "out", "--workers", "1", PYTHONPATH=str(ROOT)
-    )
-    assert wait_until(lambda: (tmp_path / "out" / "trials.parquet").exists() or process.poll() is not None)
-    process.kill()
+    process = start(tmp_path, *command, "--model", "my_model.py", "--out", "out", "--workers", "1",
+                    PYTHONPATH=str(ROOT))  # fmt: skip
+    try:
+        assert wait_until(lambda: (tmp_path / "out" / "trials.parquet").exists() or process.poll() is not None)
+    finally:
+        process.kill()
+    assert wait_until(lambda: not members(process.pid), 20)
     process.communicate(timeout=60)
-    assert wait_until(lambda: not sessions(process.pid), 20)
 
 
 def idle() -> None:
