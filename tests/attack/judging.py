@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import unicodedata
 from collections.abc import Sequence
 from pathlib import Path
@@ -188,7 +189,11 @@ def stray(folder: Path, expected: Sequence[str]) -> list[str]:
 
 def _played(folder: Path, cases: Sequence[Case], ended: Ended, honest: Reference, lost: list[Case]) -> list[str]:
     """``play`` prints a line per model, and keeps a recording."""
-    said = {case.name: [line for line in ended.out.splitlines() if line.startswith(case.label + " ")] for case in cases}
+    lines = ended.out.splitlines()
+    said = {
+        case.name: [line for line in lines if re.match(re.escape(case.label) + r"\s*(HS|LOOMING) ", line)]
+        for case in cases
+    }
     found = [] if (folder / "played.rrd").is_file() else ["no recording"]
     if potentials(ended.out) != honest.printed:
         found.append(f"of the dsnn it says {potentials(ended.out)} instead of {honest.printed}")
