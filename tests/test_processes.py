@@ -20,17 +20,6 @@ from tests.test_reproduce import example
 ROOT = Path(__file__).parents[1]
 
 
-def named(what: str) -> list[int]:
-    found = []
-    for place in Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            if what in place.read_bytes().replace(b"\0", b" ").decode(errors="replace"):
-                found.append(int(place.parent.name))
-        except OSError:
-            continue
-    return found
-
-
 @pytest.mark.parametrize("blow", ["SIGTERM", "SIGINT", "SIGHUP", "SIGKILL"])
 def test_the_web_viewer_ends_with_the_command(tmp_path, blow):
     """Its server, told to be this small program: it notes its process, and never ends by itself."""
@@ -49,9 +38,9 @@ def test_the_web_viewer_ends_with_the_command(tmp_path, blow):
         number = getattr(signal, blow)
         assert process.returncode == (-number if blow == "SIGKILL" else 128 + number)
     finally:
-        for pid in named(str(tmp_path)):
-            os.kill(pid, signal.SIGKILL)
         process.kill()
+        if (tmp_path / "started").exists() and alive(int((tmp_path / "started").read_text())):
+            os.kill(int((tmp_path / "started").read_text()), signal.SIGKILL)
         process.communicate(timeout=20)
 
 
@@ -124,20 +113,27 @@ def test_a_pool_ends_its_own_workers_alone():
         other.join()
 
 
-def test_a_copy_made_by_a_job_does_not_answer_for_it(tmp_path):
-    with open_pool(0) as pool:
-        done: list[int] = []
-        Jobs(pool, forked, done.append, lambda *_: None).run([str(tmp_path / "made")])
-    assert done == [os.getpid()]
-    child = int((tmp_path / "made").read_text())
-    assert os.waitpid(child, 0) == (child, 0)
+FORKED = """
+import os
+from experiments.bench.pool import Jobs, open_pool
 
-
-def forked(path: str) -> int:
+def forked(job):
     child = os.fork()
-    if child:
-        Path(path).write_text(str(child))
-    return os.getpid()
+    return os.getpid(), child
+
+with open_pool(0) as pool:
+    Jobs(pool, forked, lambda done: print(*done, os.getpid(), flush=True), lambda *_: print("failed")).run([1])
+print(os.waitpid(-1, 0)[1], "over")
+"""
+
+
+def test_a_copy_made_by_a_job_does_not_answer_for_it(tmp_path):
+    """Both branches of a fork return to us; the copy's then ends."""
+    process = start(tmp_path, sys.executable, "-c", FORKED, PYTHONPATH=str(ROOT))
+    printed, said = process.communicate(timeout=60)
+    assert said == ""
+    (worker, _, driver), (status, over) = (line.split() for line in printed.splitlines())
+    assert (worker, status, over) == (driver, "0", "over")
 
 
 def test_a_folder_is_free_once_its_run_is_over(tmp_path):

@@ -62,7 +62,7 @@ QUICK = Scale(
     offline=SHORT,
 )  # fmt: skip
 USUAL = Scale(
-    10, seeds=20, seed_repeats=ENOUGH, sensitivity_repeats=ENOUGH, offline_repeats=None, episodes=20, steps=900
+    10, seeds=10, seed_repeats=ENOUGH, sensitivity_repeats=ENOUGH, offline_repeats=None, episodes=20, steps=900
 )
 FULL = Scale(10, seeds=20, seed_repeats=10, sensitivity_repeats=10, offline_repeats=5, episodes=60)
 
