@@ -14,5 +14,5 @@ EXPERIMENT = Experiment(
     design=Translation(speeds_cm_s=(6,), distances_cm=(5, 10, 15)),
     varies="distance_cm",
     repeats=10,
-    claims=("C14", "C16"),
+    claims=("C16",),
 )

@@ -14,5 +14,5 @@ EXPERIMENT = Experiment(
     design=Translation(speeds_cm_s=(2, 4, 6, 10), distances_cm=(8,)),
     varies="speed_cm_s",
     repeats=10,
-    claims=("C14", "C15"),
+    claims=("C15",),
 )
