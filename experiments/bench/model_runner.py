@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-import multiprocessing
 import os
+import signal
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -86,8 +86,8 @@ class ModelRunner:
         try:
             return call()
         except KeyboardInterrupt as error:
-            # A worker process is deaf to Ctrl-C: there it is the model's own.
-            if multiprocessing.parent_process() is None:
+            # Workers are deaf to Ctrl-C, and the commands take it otherwise: there it is the model's own.
+            if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
                 raise
             self._broke(error)
         except BaseException as error:  # SystemExit too: sys.exit in a model ends the model
