@@ -30,9 +30,13 @@ class Damage:
     do: Do
     ends: Literal["refused", "mended"]
     says: str = ""
+    """What stderr has; with ``|`` between, the words of ``--resume`` and those of commands that go on by ``--out``."""
 
     def __str__(self) -> str:
         return self.name
+
+    def is_told(self, said: str) -> bool:
+        return any(words in said for words in self.says.split("|"))
 
 
 def refused(name: str, do: Do, says: str) -> Damage:
@@ -228,7 +232,7 @@ TABLES = (
 )  # fmt: skip
 
 DESCRIPTIONS = (
-    refused("the description deleted", delete(EXPERIMENT), "no readable experiment.json there"),
+    refused("the description deleted", delete(EXPERIMENT), "no readable experiment.json there|already holds a run"),
     refused("the description cut off", truncate(EXPERIMENT), "experiment.json cannot be read"),
     refused("the description empty", truncate(EXPERIMENT, 0), "experiment.json cannot be read"),
     refused("the description is a folder", folder_instead(EXPERIMENT), "no readable experiment.json there"),

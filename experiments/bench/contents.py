@@ -243,7 +243,7 @@ def lacking(rows: Mapping[int, Sequence[Row]], failed: Iterable[tuple[int, str]]
             yield trial
 
 
-def same_rows(before: Sequence[Row], after: Sequence[Row]) -> bool:
+def same_rows(before: Sequence[Mapping[str, Any]], after: Sequence[Mapping[str, Any]]) -> bool:
     """Whether rows made again have the numbers of those ``before``: the time they took and their code aside."""
     aside = ("wall_s", "code")
     made = {row["model"]: {k: v for k, v in row.items() if k not in aside} for row in after}

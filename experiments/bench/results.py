@@ -189,6 +189,7 @@ class RunFolder:
         self._frames: dict[int, pa.Table] = {}
         self._failures: list[Failure] = []
         self._before: dict[int, tuple[dict[str, Any], ...]] = {}
+        self._again: set[int] = set()
         self._changed: list[int] = []
         self._code = ""
         self.provenance: Mapping[str, Any] = {}
@@ -221,6 +222,9 @@ class RunFolder:
             raise FileExistsError(
                 f"{self.folder} already holds a run: choose another --out, remove it, or go on with it by --resume"
             ) from None
+        except BaseException:
+            self.close()
+            raise
         self._made_by(description)
 
     def reopen(self, description: Mapping[str, Any], contents: Contents, other_code: bool = False) -> None:
@@ -244,31 +248,36 @@ class RunFolder:
         self._made_by(description)
         if there != read_description(self.folder):
             self.write_json("experiment.json", there)
-        if self._before:
-            # Rows first: whenever this is cut short, a trial that has its row has its frames.
-            self._write_table("trials.parquet", pa.Table.from_pylist(self.rows(), self._trial_schema))
+        if not self._before.keys() <= self._rows.keys():
+            self._write_rows()  # before the frames: whenever this is cut short, a trial that has its row has its frames
 
     def _made_by(self, description: Mapping[str, Any]) -> None:
         self.provenance = {key: description[key] for key in provenance.KEYS if key in description}
         self._code = str(description.get("code", ""))
 
     def _read(self, contents: Contents, codes: frozenset[str]) -> None:
-        """Take in what is there and belongs there; trials of which a part is gone are to be done again."""
+        """Take in what is there and belongs there; trials of which a part is gone are to be done again.
+
+        What those have left stays until then, but for trials that lack the row of a model.
+        """
         check_recordings(self.recordings, contents, recording_name)
         if not os.path.lexists(self.path("trials.parquet")):
             return
         table = read_table(self.path("trials.parquet"), self._trial_schema)
         rows = checked_rows(table, contents, codes)
-        failures = checked_failures(self._listed_failures(), rows, contents, Failure)
+        listed = self._listed_failures()
+        failures = checked_failures(listed, rows, contents, Failure)
         gone = {t for t in rows if contents.trials[t].recorded and not is_recording(self.recording(t))}
-        again = gone | set(lacking(rows, [(f.trial, f.model) for f in failures], contents))
-        self._before = {trial: rows[trial] for trial in again}
-        self._rows = {trial: own for trial, own in rows.items() if trial not in again}
-        self._failures = [failure for failure in failures if failure.trial not in again]
+        partly = set(lacking(rows, [(f.trial, f.model) for f in failures], contents))
+        self._again = gone | partly
+        self._before = {trial: rows[trial] for trial in self._again}
+        self._rows = {trial: own for trial, own in rows.items() if trial not in partly}
+        self._failures = [failure for failure in failures if failure.trial not in partly]
         frames = read_table(self.path("frames.parquet"), self._frame_schema)
         self._frames = checked_frames(frames, self._rows, contents)
         # Rows in another order, or frames of trials without rows, which a kill leaves, are put right.
         self._stale = self.rows() != table.to_pylist() or not self.frames().equals(frames)
+        self._stale |= len(listed) != len(self._failures)
 
     def _listed_failures(self) -> Any:
         path = self.path("failures.json")
@@ -304,7 +313,7 @@ class RunFolder:
 
     def done(self) -> frozenset[int]:
         """The trials that are finished."""
-        return frozenset(self._rows)
+        return frozenset(self._rows.keys() - self._again)
 
     def recording(self, trial: int) -> Path:
         """Path of a trial's recording."""
@@ -314,14 +323,24 @@ class RunFolder:
         """Append a finished trial: its recording, then the tables as soon as they may take the time."""
         if trial.recording is not None:
             self._replace(self.recording(trial.index), trial.recording)
-        self._rows[trial.index] = tuple({**row, "code": self._code} for row in trial.rows)
-        if trial.index in self._before and not same_rows(self._before[trial.index], self._rows[trial.index]):
-            self._changed.append(trial.index)
+        rows = tuple({**row, "code": self._code} for row in trial.rows)
+        if trial.index in self._again:
+            self._make_room(trial.index, rows)
+        self._rows[trial.index] = rows
         self._frames[trial.index] = trial.frames
         self._failures += trial.failures
         self._stale = True
         if time.monotonic() >= self._due:
             self.flush()
+
+    def _make_room(self, trial: int, rows: Sequence[Mapping[str, Any]]) -> None:
+        """Forget what is there of a trial that was done again."""
+        self._again.remove(trial)
+        self._failures = [failure for failure in self._failures if failure.trial != trial]
+        if not same_rows(self._before[trial], rows):
+            self._changed.append(trial)
+            if self._rows.pop(trial, None):
+                self._write_rows()  # at no moment are its new frames there with its old row
 
     def fail(self, failure: Failure) -> None:
         """Note a trial that could not be finished."""
@@ -341,7 +360,7 @@ class RunFolder:
         self._write_table("frames.parquet", self.frames())
         if self._failures or self.path("failures.json").exists():
             self.write_json("failures.json", self.failures())
-        self._write_table("trials.parquet", pa.Table.from_pylist(self.rows(), self._trial_schema))
+        self._write_rows()
         self._stale = False
         ended = time.monotonic()
         self._due = ended + (ended - began) / WRITING_SHARE
@@ -378,6 +397,9 @@ class RunFolder:
         """Write rows as CSV atomically."""
         with self._replacing(self.path(name)) as partial:
             pa.csv.write_csv(pa.Table.from_pylist(list(rows)), partial)
+
+    def _write_rows(self) -> None:
+        self._write_table("trials.parquet", pa.Table.from_pylist(self.rows(), self._trial_schema))
 
     def _write_table(self, name: str, table: pa.Table) -> None:
         with self._replacing(self.path(name)) as partial:
