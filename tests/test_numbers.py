@@ -81,7 +81,9 @@ def test_the_command_takes_figures_over(run):
     done = take(run)
     assert (done.returncode, done.stderr) == (0, "")
     text = (run.parent / "README.md").read_text()
-    assert text.startswith("before\n") and "\nbetween\n" in text and text.endswith("\nafter\n") and "\nold\n" not in text
+    assert (
+        text.startswith("before\n") and "\nbetween\n" in text and text.endswith("\nafter\n") and "\nold\n" not in text
+    )
     assert "Of the 2 claims 1 hold at seed 3; C2 is untested (7 repeats" in text
     assert r"| C1 | holds | 2 of 3, 1 untested | \|VS\| 0.1 (needs below 0.2) |" in text
     assert "| C2 | untested |  | needs more |" in text
@@ -151,6 +153,6 @@ def test_the_readme_s_figures_of_design_are_those_of_the_code():
         f"at least {least} trials of each condition, or {most} if it is about every single trial",
         f"passes T in {footage_claims.LEAST_SECONDS} separate seconds",
         f"of {statistics.PERMUTATIONS} permutations",
-        f"A mean of fewer than {statistics.LEAST_FOR_INTERVAL} trials has no interval",
+        f"of a mean of fewer than {statistics.LEAST_FOR_BOOTSTRAP} trials it is Student's",
     ):
         assert said in prose, said
