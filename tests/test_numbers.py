@@ -153,6 +153,6 @@ def test_the_readme_s_figures_of_design_are_those_of_the_code():
         f"at least {least} trials of each condition, or {most} if it is about every single trial",
         f"passes T in {footage_claims.LEAST_SECONDS} separate seconds",
         f"of {statistics.PERMUTATIONS} permutations",
-        f"A mean of fewer than {statistics.LEAST_FOR_INTERVAL} trials has no interval",
+        f"of a mean of fewer than {statistics.LEAST_FOR_BOOTSTRAP} trials it is Student's",
     ):
         assert said in prose, said

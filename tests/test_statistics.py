@@ -23,7 +23,7 @@ def test_bootstrap_interval_covers_the_mean_as_often_as_it_says():
 
 
 def test_equal_values_have_a_point_for_an_interval():
-    summary = summarise([3, 3, 3, 3, 3])
+    summary = summarise([3, 3, 3])
     assert summary.ci_low == summary.mean == summary.ci_high == 3
     assert summary.sd == 0
 

@@ -63,7 +63,7 @@ def _admitting(verdict: Verdict, lost: int, mixed: str) -> Verdict:
 
 
 def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:
-    """One row per model, condition and quantity: n, mean, sd, median, 95 % bootstrap interval of the mean."""
+    """One row per model, condition and quantity: n, mean, sd, median, 95 % interval of the mean."""
     keys = ("model", *CONDITION_COLUMNS)
     table = []
     for condition, chosen in group(rows, *keys).items():

@@ -112,7 +112,7 @@ def optomotor_gain(slip_deg_s: Sequence[float] | Any, drift_deg_s: Sequence[floa
 
 
 def mean(rows: Sequence[Row], column: str) -> Score | None:
-    """The mean over episodes, with its bootstrap interval; ``None`` where the env has no such measure."""
+    """The mean over episodes, with its interval; ``None`` where the env has no such measure."""
     values = [row[column] for row in rows if row[column] is not None]
     if not values:
         return None

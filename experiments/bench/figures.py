@@ -158,8 +158,7 @@ def _counts(
         summary = summarise(spikes)
         means[place + 0.12] = summary.mean
         if summary.n > 1:
-            ends = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
-            error = ends if np.isfinite(ends).all() else None  # too few trials for an interval
+            error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
             axes.errorbar(place + 0.12, summary.mean, yerr=error, fmt="_", color="black", capsize=3, lw=1.2, zorder=4)
     axes.plot(list(means), list(means.values()), color="black", lw=0.9, ls=style, label=label, zorder=2)
 

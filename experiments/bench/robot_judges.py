@@ -221,14 +221,14 @@ def _means(groups: ByLevel) -> dict[float, float]:
 
 
 def _listed(groups: ByLevel, unit: str) -> str:
-    """Mean spikes of each group with its 95 % bootstrap interval, and how many trials each mean is of."""
+    """Mean spikes of each group with its 95 % interval, and how many trials each mean is of."""
     said = [f"{level:g} {unit}: {_mean(spikes)}" for level, spikes in groups.items()]
     counts = sorted({len(spikes) for spikes in groups.values()})
     return f"mean spikes at {', '.join(said)} (n = {'..'.join(map(str, counts))} each)"
 
 
 def _mean(values: Sequence[float], digits: int = 1) -> str:
-    """A mean with its 95 % bootstrap interval, if there are values enough for one."""
+    """A mean with its 95 % interval, if there is one."""
     summary = summarise(values)
     low, high = f"{summary.ci_low:.{digits}f}", f"{summary.ci_high:.{digits}f}"
     return f"{summary.mean:.{digits}f}" + (f" [{low}, {high}]" if is_number(summary.ci_low) else "")

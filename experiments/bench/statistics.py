@@ -21,8 +21,9 @@ from experiments.bench.streams import stream
 RESAMPLES = 10_000
 PERMUTATIONS = 9_999
 SEED = 0  # of bootstrap and permutations alone: summaries and tests of equal trials are equal
-LEAST_FOR_INTERVAL = 5
-"""Values that an interval of their mean takes: the range of four covers a mean in 7 of 8 samples at best."""
+LEAST_FOR_BOOTSTRAP = 5
+"""Values that a bootstrap takes: no resample's mean lies beyond them, and of four all lie on one side of the middle of
+their distribution once in 8 times."""
 EXACT_PAIRS = 200
 EXACT_VALUES, EXACT_STATES = 60, 128
 """What is counted through rather than drawn: some 0.1 s at most. 30 values against 30, or three groups of 10."""
@@ -33,10 +34,7 @@ Whole = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """Sample size, location, spread and the 95 % bootstrap interval of the mean.
-
-    Of one value there is no spread, of fewer than `LEAST_FOR_INTERVAL` no interval: NaN.
-    """
+    """Sample size, location, spread and the 95 % interval of the mean; of one value no spread, no interval: NaN."""
 
     n: int
     mean: float
@@ -64,7 +62,9 @@ def summarise(values: Sequence[float]) -> Summary:
     """Summary of at least one value.
 
     The interval is the bootstrap's, its percentiles widened for the sample's size as Student's t widens a normal
-    interval: the plain ones of ten values cover the mean in 90 % of samples, not in 95 %. Equal values give a point.
+    interval: the plain ones of ten values cover the mean in 90 % of samples, not in 95 %. Of fewer than
+    `LEAST_FOR_BOOTSTRAP` values it is Student's own, which is wide. Equal values give a point: nothing in them tells
+    how far from the mean it may be.
 
     References
     ----------
@@ -74,10 +74,11 @@ def summarise(values: Sequence[float]) -> Summary:
     sample = np.asarray(values, float)
     n, mean = sample.size, float(sample.mean())
     sd = float(sample.std(ddof=1)) if n > 1 else math.nan
-    low = high = math.nan
-    if n >= LEAST_FOR_INTERVAL:
-        low = high = mean
-        if np.ptp(sample) > 0:
+    low = high = mean if n > 1 else math.nan
+    if np.ptp(sample) > 0:
+        if n < LEAST_FOR_BOOTSTRAP:
+            low, high = (float(end) for end in stats.t.interval(0.95, n - 1, mean, sd / math.sqrt(n)))
+        else:
             tail = float(stats.norm.cdf(math.sqrt(n / (n - 1)) * stats.t.ppf(0.025, n - 1)))
             interval = stats.bootstrap(
                 (sample,), np.mean, n_resamples=RESAMPLES, method="percentile", rng=stream("bootstrap.mean", SEED),

@@ -239,7 +239,7 @@ def _line(axes: Axes, rows: Sequence[Row], varies: str, levels: Sequence[Any], s
     """Means with intervals at the levels that these rows have."""
     spikes = {tick: [row["spikes"] for row in rows if row[varies] == level] for tick, level in enumerate(levels)}
     summaries = {tick + shift: summarise(values) for tick, values in spikes.items() if values}
-    # NaN where there are too few trials for an interval: then no bar is drawn.
+    # NaN of a single trial: then no bar is drawn.
     spread = np.array([[s.mean - s.ci_low, s.ci_high - s.mean] for s in summaries.values()]).T
     means = [summary.mean for summary in summaries.values()]
     axes.errorbar(list(summaries), means, yerr=spread, ms=3, lw=1, capsize=2, **style)
