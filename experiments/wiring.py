@@ -16,18 +16,18 @@ from experiments.bench.models import load_model
 
 
 class CheckedModel:
-    """A model whose answers are checked, and which sees frames that it cannot change.
+    """A model, ``inner``, whose answers are checked, and which sees frames that it cannot change.
 
     ``step`` raises `dsnn.AnswerError` for an answer that is none, naming the model, and whatever the model raises.
     """
 
     def __init__(self, name: str, model: Any, channels: Sequence[str]) -> None:
         self.name, self.channels = name, tuple(channels)
-        self._model = model
+        self.inner = model
 
     def step(self, frame: npt.NDArray[np.uint8]) -> Response:
         """Answer the next frame (R, C)."""
-        answer = self._model.step(frozen(frame))
+        answer = self.inner.step(frozen(frame))
         try:
             return checked_answer(answer, self.channels)
         except AnswerError as error:
@@ -35,7 +35,7 @@ class CheckedModel:
 
     def reset(self) -> None:
         """Forget every frame."""
-        self._model.reset()
+        self.inner.reset()
 
 
 def build(model: Any, shape: tuple[int, int]) -> CheckedModel:

@@ -271,7 +271,8 @@ def test_a_recording_reads_back(tmp_path):
     path = tmp_path / "episode.rrd"
     path.write_bytes(log_episode.record(episode))
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(path).stream().to_chunks()}
-    wanted = {"/camera", "/arena/observer/body", "/arena/observer/track", "/potential/hs", "/potential/looming",
+    wanted = {"/camera", "/arena/observer/body", "/arena/observer/track", "/potential/hybrid/hs",
+              "/potential/hybrid/looming", "/azimuth/hybrid",
               "/wheels/left", "/wheels/right", "/reward/reward_ahead"}  # fmt: skip
     assert wanted <= entities
 

@@ -36,8 +36,8 @@ BREAKS = {
     "        raise Two('needs', 'both')": "Two: needs",
     "raise SystemExit(3)": "SystemExit: 3",
     "raise RuntimeError": "RuntimeError",
-    "return None": "AttributeError: 'NoneType' object has no attribute 'hs'",
-    "return Response(float('nan'), 0.0, 0, 0)": "ValueError: hs is nan in frame 0",
+    "return None": "AnswerError: in frame 0, the answer is a NoneType without hs: expected a dsnn.Response",
+    "return Response(float('nan'), 0.0, 0, 0)": "AnswerError: in frame 0, hs is nan: expected a finite number",
 }
 
 

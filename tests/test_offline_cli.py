@@ -125,7 +125,7 @@ def test_list_and_parameters_name_the_stimuli(colias):
 def test_play_shows_the_model_what_the_stimulus_paints():
     clip = stimulus("plain", rows=60, columns=80, width=20, height=30)
     played = play("plain", clip, [choose("dsnn", "offline"), choose("dsn2017", "offline")])
-    assert [answer.threshold for answer in played.answers] == [0.16, 0.16]
+    assert [answer.thresholds for answer in played.answers] == [{"hs": 0.16, "vs": 0.16}] * 2
     for answer, params in zip(played.answers, (DSNNParams.offline(), DSNNParams.offline(fdsr=False)), strict=True):
         expected = DSNN(clip.shape, params).run(frame.luma for frame in clip)
         np.testing.assert_array_equal(answer.series.hs, expected.hs)

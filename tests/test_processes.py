@@ -62,7 +62,8 @@ def write_model(folder: Path, what: str) -> None:
 def test_what_a_model_starts_ends_with_the_run(tmp_path, kind, workers):
     write_model(tmp_path, MISBEHAVE[kind])
     command = (*CLI, "run", "speed", "--set", "experiment.speeds_cm_s=20,30", "--repeats", "1", "--no-recordings")
-    process = start(tmp_path, *command, "--model", "my_model.py", "--out", "out", "--workers", f"{workers}", "-q",
+    process = start(tmp_path, *command, "--only", "--model", "my_model.py", "--out", "out", "--workers",
+                    f"{workers}", "-q",
                     PYTHONPATH=str(ROOT))  # fmt: skip
     said = process.communicate(timeout=200)
     assert (process.returncode, said) == (0, ("", ""))

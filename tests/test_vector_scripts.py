@@ -48,7 +48,7 @@ def story(workers):
     env = gym.make_vec("colias_sim/Fixation-v0", num_envs=2, workers=workers, observation="neural", model=Mean)
     first, _ = env.reset(seed=0)
     rest = [env.step(np.full((2, 2), 0.1)) for _ in range(3)]
-    assert all(isinstance(model, Mean) for model in env.get_attr("_model"))
+    assert all(isinstance(model.inner, Mean) for model in env.get_attr("model"))
     env.set_attr("refuse", Mean.refuse)
     try:
         env.call("refuse", None)

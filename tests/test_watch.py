@@ -281,7 +281,7 @@ def test_an_interrupt_leaves_whole_files_of_what_was_seen(films, tmp_path):
     assert 0 < count < FRAMES
     assert table["frame"].to_pylist() == list(range(count))
     assert f"; {count} frames, " in printed
-    assert sum(batch.num_rows for batch in temporal(recording, "/potential/dsnn/hs")) == count
+    assert sum(batch.num_rows for batch in temporal(tmp_path / "out.rrd", "/potential/dsnn/hs")) == count
     assert not list(tmp_path.glob("*.part"))
 
 

@@ -43,7 +43,8 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
     """
     files: dict[str, str] = {}
     for path in (*sources, *_declaring(experiment)):
-        files |= _hashes(path)
+        if not any(Path(path).resolve().is_relative_to(folder) for folder in package_folders().values()):
+            files |= _hashes(path)  # a file of the project's, asked for by its path, is part of its source
     made: dict[str, Any] = {"files": files, "versions": versions(), "source": source()}
     return {**made, "code": _code(made)}
 

@@ -457,7 +457,8 @@ def mixture(rows: Iterable[Mapping[str, Any]]) -> str:
     """In words, of how many trials each code computed the rows, if more than one did; otherwise empty."""
     trials: dict[str, set[int]] = {}
     for row in rows:
-        trials.setdefault(row.get("code", ""), set()).add(row["trial"])
+        if "code" in row:
+            trials.setdefault(row["code"], set()).add(row["trial"])
     if len(trials) < 2:
         return ""
     return f"rows of {len(trials)} codes ({', '.join(f'{code}: {len(own)} trials' for code, own in trials.items())})"
