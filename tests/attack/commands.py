@@ -19,8 +19,8 @@ Rows = list[dict[str, Any]]
 Tables = dict[str, Rows]
 """Model -> its rows in order, its own name and what is measured with a clock left out."""
 
-CLOCKS = ("wall_s", "us_", "rank")
-"""What columns begin with that tell of a clock, or of the models beside."""
+CLOCKS = ("wall_s", "us_", "rank", "code")
+"""What columns begin with that tell of a clock, of the models beside, or of the files that computed."""
 
 EXPERIMENT = """
 from experiments.bench.declaration import Experiment

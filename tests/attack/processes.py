@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-import tomllib
 import uuid
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from pathlib import Path
 from tests.conftest import one_core
 
 ROOT = Path(__file__).parents[2]
-ENTRY = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]["colias"].partition(":")[0]
+ENTRY = "experiments.bench.cli"
 """The module that is the command line."""
 
 MARK = "COLIAS_ATTACK"
