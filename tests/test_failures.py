@@ -37,7 +37,8 @@ BREAKS = {
     "raise SystemExit(3)": "SystemExit: 3",
     "raise RuntimeError": "RuntimeError",
     "return None": "AnswerError: in frame 0, the answer is a NoneType without hs: expected a dsnn.Response",
-    "return Response(float('nan'), 0.0, 0, 0)": "AnswerError: in frame 0, hs is nan: expected a finite number up to 1e+09 in size",
+    "return Response(float('nan'), 0.0, 0, 0)": "AnswerError: in frame 0, hs is nan: expected a finite number up to"
+    " 1e+09 in size",
 }
 
 

@@ -10,10 +10,10 @@ import pytest
 
 from experiments.bench import footage_claims, leaderboard_trials, statistics
 from experiments.bench.claims import LEAST, OF_EVERY_TRIAL
+from experiments.bench.description import to_json
 from experiments.bench.paper import claim_texts, tried
 from experiments.bench.reproduce_plan import QUICK, USUAL, design, planned
-from experiments.bench.results import to_json
-from experiments.bench.tuning import FAMILIES
+from experiments.bench.tuning import families
 from tools.numbers import README, RESULTS, ROOT, blocks, renewed
 
 MARKED = re.compile(r"<!-- measured: .*?<!-- end of measured -->", re.DOTALL)
@@ -147,7 +147,7 @@ def test_the_readme_s_figures_of_design_are_those_of_the_code():
         f"the same {robot} robot trials",
         f"the same {len(plain.clips) * plain.repeats + len(clutter.clips) * clutter.repeats} clips",
         f"; {alone * clutter.repeats} of background alone",
-        f"every model, {sum(len(family.probes) for family in FAMILIES.values())} clips",
+        f"every model, {sum(len(family.probes) for family in families(()))} clips",
         f"the robot's again at {USUAL.seeds} seeds",
         f"at {USUAL.seeds} seeds, for half a minute each",
         f"at least {least} trials of each condition, or {most} if it is about every single trial",
