@@ -56,14 +56,14 @@ def one_core() -> None:
 class Colias:
     """The command line as a user runs it: a real process, in an empty folder."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, timeout_s: float = 300.0) -> None:
+        self.folder, self.timeout_s = folder, timeout_s
 
     def __call__(self, *arguments: str) -> subprocess.CompletedProcess[str]:
         command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
         environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100"}
         return subprocess.run(
-            command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=300, check=False,
+            command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=self.timeout_s, check=False,
             preexec_fn=one_core,
         )  # fmt: skip
 

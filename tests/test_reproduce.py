@@ -24,7 +24,7 @@ def example(name: str) -> str:
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory):
     """``colias reproduce --quick`` with the README's examples, pasted."""
-    colias = Colias(tmp_path_factory.mktemp("reproduce"))
+    colias = Colias(tmp_path_factory.mktemp("reproduce"), timeout_s=1200)  # minutes, on one core
     for name in ("my_experiment.py", "my_model.py"):
         (colias.folder / name).write_text(example(name))
     own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
