@@ -63,8 +63,8 @@ class Colias:
         command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
         environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100"}
         return subprocess.run(
-            command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=self.timeout_s, check=False,
-            preexec_fn=one_core,
+            command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=self.timeout_s,
+            check=False, preexec_fn=one_core,
         )  # fmt: skip
 
 
