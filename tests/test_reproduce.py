@@ -193,7 +193,7 @@ def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
 def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
     """And not that it needs footage."""
     monkeypatch.setattr(study, "judged_in", dict)
-    said = {claim.id: claim.measured for claim in reproduce._claims([], [], {}, {})}
+    said = {claim.id: claim.measured for claim in reproduce._claims([], [], {}, {}, "")}
     assert "footage" in said["C12"] and "footage" not in said["C15"]
     assert said["C15"] == "none of the experiments here declares this claim"
 

@@ -6,6 +6,8 @@ a frame costs little and nothing piles up here.
 
 from __future__ import annotations
 
+import atexit
+import ctypes
 import os
 import socket
 import subprocess
@@ -113,7 +115,13 @@ class LiveLog:
         if self._viewer is None or self._viewer.poll() is None:
             if self._chunk.frames:
                 self._send()
-            self._stream.flush(timeout_sec=10.0)
+            try:
+                self._stream.flush(timeout_sec=5.0)
+            except RuntimeError:
+                # Rerun would flush once more, for ever, when the stream is deleted and when Python ends: neither is done.
+                ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._stream))
+                atexit.unregister(rr.rerun_shutdown)
+                raise
         self._stream.disconnect()
         if self._place is not None:
             _partial(self._place).replace(self._place)
