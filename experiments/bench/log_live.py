@@ -118,7 +118,7 @@ class LiveLog:
             try:
                 self._stream.flush(timeout_sec=5.0)
             except RuntimeError:
-                # Rerun would flush once more, for ever, when the stream is deleted and when Python ends: neither is done.
+                # Rerun would flush once more, for ever, when the stream is deleted, and when Python ends.
                 ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._stream))
                 atexit.unregister(rr.rerun_shutdown)
                 raise
