@@ -11,7 +11,7 @@ reproduce: $(READY) ## The paper's robot experiments, and which of its claims ho
 	$(BIN)/colias reproduce
 
 NUMBERS := runs/numbers
-numbers: $(READY) ## The README's measured figures anew: the whole reproduction (NUMBERS=DIR goes on with one), then its text
+numbers: $(READY) ## The documentation's measured figures anew: the whole reproduction (NUMBERS=DIR goes on with one), then the text
 	$(BIN)/colias reproduce --out $(NUMBERS)
 	$(BIN)/python -m tools.numbers $(NUMBERS)
 
@@ -21,13 +21,13 @@ train: $(READY) ## A policy by PPO on neural observations, after setting up the 
 
 test: $(READY) ## Every test; the report's needs Debian's chromium, and is skipped where that cannot be had
 	sh tools/setup.sh --browser
-	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train
 	$(BIN)/python -m pytest tests/test_train.py
 
-attack: $(READY) ## Bad models, damaged folders, Ctrl-C at any moment; COLIAS_ATTACK_MOMENTS=30 of them for each command
+attack: $(READY) ## 60 bad models, 100 damaged folders, Ctrl-C at 30 moments; COLIAS_ATTACK_FULL=1: all there are, 30 moments for each command
 	$(BIN)/python -m pytest -m attack -n 2 --dist worksteal tests/attack
 
 lint: $(READY)

@@ -16,12 +16,11 @@ from benchmarks.timing import interleaved
 from colias_sim import CameraConfig, Frame, PathFollower, Pose, Simulation
 from colias_sim.path import Line
 from dsnn import DSNN, DSNNParams
-from experiments.bench import catalogue
-from experiments.bench.plan import Plan, describe
-from experiments.bench.pool import InProcess
-from experiments.bench.results import RunFolder
-from experiments.bench.runner import Keep, run_trials
-from experiments.bench.settings import configure
+from experiments.bench import registry
+from experiments.bench.core.batch import Resources
+from experiments.bench.core.pool import InProcess
+from experiments.bench.robot.plan import Plan, configure
+from experiments.bench.robot.run import Keep, batch
 
 FRAMES = 60
 
@@ -112,7 +111,7 @@ class _Split:
 
 def recording_table() -> Table:
     """What recording adds to `colias run speed --repeats 1` in one process: to its wall time, and to its work."""
-    experiment, settings = configure(catalogue.load("speed"), ["dsnn"], ())
+    experiment, settings = configure(registry.load("speed"), ["dsnn"], ())
     plan = Plan(experiment, settings, repeats=1, seed=0)
     wall: dict[bool, list[float]] = {False: [], True: []}
     work: dict[bool, list[float]] = {False: [], True: []}
@@ -120,10 +119,11 @@ def recording_table() -> Table:
     for _ in range(4):
         for recordings in (False, True):
             with tempfile.TemporaryDirectory() as name:
-                folder = RunFolder(Path(name) / "run")
-                folder.create(describe(plan))
+                resources = Resources(0, quiet=True)
+                trials = batch(plan, Keep(recordings))
+                folder = trials.open(Path(name) / "run", resources)
                 began, worked = time.perf_counter(), time.process_time()
-                run_trials(plan.specs(), folder, InProcess(), lambda _: None, Keep(recordings))
+                trials.fill(folder, InProcess(), resources)
                 wall[recordings].append(time.perf_counter() - began)
                 work[recordings].append(time.process_time() - worked)
                 frames = folder.frames().num_rows

@@ -9,19 +9,18 @@ from pathlib import Path
 
 from rich.table import Table
 
-from experiments.bench import catalogue
-from experiments.bench.plan import Plan
-from experiments.bench.pool import open_pool
-from experiments.bench.results import RunFolder
-from experiments.bench.runner import Keep, run_trials
-from experiments.bench.settings import plan
+from experiments.bench import registry
+from experiments.bench.core.batch import Resources
+from experiments.bench.core.pool import open_pool
+from experiments.bench.robot.plan import Plan, plan
+from experiments.bench.robot.run import Keep, batch
 
 TRIALS = 170
 
 
 def table() -> Table:
     """The paper's angular approaches, 34 repeats at 5 angles, without recordings."""
-    work = plan(catalogue.load("angular-approach"), ["dsnn"], (), TRIALS // 5, 0)
+    work = plan(registry.load("angular-approach"), ["dsnn"], (), TRIALS // 5, 0)
     taken = {
         "1 worker": _timed(work, lambda: open_pool(1)),
         "2 workers": _timed(work, lambda: open_pool(2)),
@@ -43,11 +42,12 @@ def table() -> Table:
 
 def _timed(work: Plan, opened: Callable) -> float:  # type: ignore[type-arg]
     with tempfile.TemporaryDirectory() as name:
-        folder = RunFolder(Path(name) / "run")
-        folder.create({})
+        resources = Resources(0, quiet=True)
+        trials = batch(work, Keep(recordings=False))
+        folder = trials.open(Path(name) / "run", resources)
         began = time.perf_counter()
         with opened() as pool:
-            run_trials(work.specs(), folder, pool, lambda _: None, Keep(recordings=False))
+            trials.fill(folder, pool, resources)
         return time.perf_counter() - began
 
 

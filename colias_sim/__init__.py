@@ -1,8 +1,13 @@
-"""The simulated bench: Colias robots, their cameras and arenas in MuJoCo. Knows no vision model."""
+"""The simulated testbed: Colias robots, their cameras and arenas in MuJoCo, and Gymnasium envs on these.
 
-from colias_sim import gl
+This package knows no vision model.
+"""
 
-gl.choose_backend()  # before anything below imports mujoco
+from importlib.metadata import PackageNotFoundError, version
+
+from colias_sim.gl import choose_backend
+
+choose_backend()  # before anything below imports mujoco
 
 # ruff: noqa: E402
 from colias_sim.camera import Camera, Frame
@@ -10,8 +15,13 @@ from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.envs.registry import register_envs
 from colias_sim.gl import GLUnavailable
 from colias_sim.path import Line, PathFollower
-from colias_sim.robot import Pose, Robot, WheelSpeeds, bearing
+from colias_sim.robot import Parked, Pose, Robot, WheelSpeeds, bearing
 from colias_sim.simulation import Simulation
+
+try:
+    __version__ = version("colias-sim")
+except PackageNotFoundError:  # run from a folder of sources that was never installed
+    __version__ = "0+unknown"
 
 register_envs()
 
@@ -21,6 +31,7 @@ __all__ = [
     "Frame",
     "GLUnavailable",
     "Line",
+    "Parked",
     "PathFollower",
     "Pose",
     "Robot",
@@ -28,5 +39,7 @@ __all__ = [
     "SceneConfig",
     "Simulation",
     "WheelSpeeds",
+    "__version__",
     "bearing",
+    "register_envs",
 ]

@@ -1,4 +1,4 @@
-"""The robot's camera: offscreen luma frames with exposure, noise and quantisation."""
+"""The robot's camera: frames of luma, rendered offscreen, with exposure, noise and quantisation."""
 
 from __future__ import annotations
 
@@ -21,9 +21,14 @@ _STANDARD_NORMAL = np.zeros(1), np.ones(1)
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One luma image: ``luma`` (R, C) uint8 and the time its exposure ended, in seconds of simulation.
+    """One frame of the camera.
 
-    ``luma`` is read-only: several models, a recording and an agent are shown one frame.
+    Parameters
+    ----------
+    luma
+        The picture, (R, C) uint8. It is read-only, as several models, a recording and an agent share it.
+    time
+        End of its exposure, in seconds of simulation.
     """
 
     luma: npt.NDArray[np.uint8]
@@ -31,11 +36,24 @@ class Frame:
 
 
 class Camera:
-    """Renders one named camera of a model as the OV7670 would see it.
+    """Renders one camera of a model as an OV7670 would see the scene.
 
-    Call `expose` at each of the moments `exposure_steps` lists, then `develop`. Holds an OpenGL context: close it,
-    or use it in a ``with`` statement, in the thread and process that made it. Raises `colias_sim.gl.GLUnavailable`
-    where nothing can render.
+    Call `expose` at each of the moments that `exposure_steps` lists, then `develop`. A camera holds an OpenGL context:
+    close it, or use it in a ``with`` statement, in the thread and process that made it.
+
+    Parameters
+    ----------
+    model
+        The compiled scene.
+    name
+        Name of the camera in the scene.
+    config
+        The camera's settings.
+
+    Raises
+    ------
+    colias_sim.GLUnavailable
+        Where nothing can render.
     """
 
     def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig) -> None:
@@ -65,7 +83,15 @@ class Camera:
         self._offscreen.close()
 
     def expose(self, data: mujoco.MjData, parts: int = 1) -> None:
-        """Add one render of the present scene, standing for ``parts`` equal parts, to the exposure under way."""
+        """Render the present scene, and add it to the exposure under way.
+
+        Parameters
+        ----------
+        data
+            State of the scene.
+        parts
+            How many equal parts of the exposure this render stands for.
+        """
         rgb = self._offscreen.render(data, self._eye, self._option)
         cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
         cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
@@ -78,7 +104,20 @@ class Camera:
         self._exposures += parts
 
     def develop(self, rng: np.random.Generator, time: float) -> Frame:
-        """End the exposure: average its renders, add noise drawn from ``rng``, quantise to 8 bits."""
+        """End the exposure: average its renders, add noise, and quantise to 8 bits.
+
+        Parameters
+        ----------
+        rng
+            Generator of the noise.
+        time
+            The present time of the simulation, in seconds.
+
+        Returns
+        -------
+        Frame
+            The frame.
+        """
         light = self._light
         if self._exposures > 1:
             light *= 1.0 / self._exposures
@@ -87,19 +126,19 @@ class Camera:
         noise = self._draw_noise(light, rng) if noisy else self._no_noise
         cv2.add(light, noise, dst=luma, dtype=cv2.CV_8U)  # rounds and saturates
         self.discard()
-        # Over an immutable object: no model can make it writable again.
+        # An array over immutable bytes: no model can make it writable again.
         return Frame(np.frombuffer(luma.tobytes(), np.uint8).reshape(luma.shape), time)
 
     def discard(self) -> None:
-        """Drop the exposure under way."""
+        """Discard the exposure under way."""
         self._light[:] = 0.0
         self._exposures = 0
 
     def _draw_noise(self, light: Floats, rng: np.random.Generator) -> Floats:
-        """Photon and read noise of one frame; Gaussian, which photon noise is from some tens of electrons up."""
+        """Draw photon and read noise of one frame, both Gaussian, as photon noise is above some tens of electrons."""
         config, spread, noise = self.config, self._spread, self._noise
-        # OpenCV's generator, seeded afresh from the trial's, is five times faster than NumPy's. Its first numbers
-        # after seeding still show the seed: they go into rows above the picture.
+        # OpenCV's generator, seeded for each frame from the trial's, is five times faster than NumPy's. Its first
+        # numbers after seeding correlate with the seed: they are drawn into rows above the picture and not used.
         cv2.setRNGSeed(int(rng.bit_generator.random_raw()) & 0x7FFFFFFF)  # of 32 or 64 bits
         cv2.randn(self._noise_tape, *_STANDARD_NORMAL)
         cv2.scaleAdd(light, config.shot_noise**2 / 255.0, self._read_variance, spread)
@@ -108,10 +147,22 @@ class Camera:
 
 
 def exposure_steps(config: CameraConfig, steps_per_frame: int) -> tuple[int, ...]:
-    """After which physics steps of a frame the camera renders: the middles of the exposure's equal parts.
+    """Compute after which physics steps of a frame the camera renders: the middles of the exposure's equal parts.
 
-    The exposure ends with the frame. Moments are rounded to whole steps, so a part's error is under half a
-    step, and parts that meet on one step share its render; an exposure longer than the frame is cut to it.
+    The exposure ends with the frame; one that is longer than the frame is cut to it. Moments are rounded to whole
+    steps, by half a step at most. Parts with the same step share its render.
+
+    Parameters
+    ----------
+    config
+        The camera's settings.
+    steps_per_frame
+        Number of physics steps in a frame.
+
+    Returns
+    -------
+    tuple of int
+        A step, from 1 to ``steps_per_frame``, for each part, in order.
     """
     length = min(config.exposure_ms * config.fps / 1000.0, 1.0) * steps_per_frame
     parts = (np.arange(config.exposure_samples) + 0.5) / config.exposure_samples

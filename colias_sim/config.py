@@ -1,7 +1,7 @@
-"""What a person may set of the apparatus: robot, camera and scene, frozen and validated.
+"""The settings of the apparatus: robot, camera and scene. They are frozen and validated.
 
-Lengths are in centimetres or millimetres and speeds in cm/s, as people of this field type them; every name says
-its unit. A value outside its range raises ``pydantic.ValidationError``, a ``ValueError`` naming field and bound.
+Lengths are in centimetres and speeds in cm/s. Names of quantities with a unit end in the unit. A value outside
+its range raises ``pydantic.ValidationError``, a ``ValueError`` that names field and bound.
 """
 
 from __future__ import annotations
@@ -12,20 +12,22 @@ from typing import Annotated
 from pydantic import AfterValidator, ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from colias_sim.field_docs import with_field_docs
 from scenes import arena_path
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 def known_arena(name: str) -> str:
-    """The same name; ``ValueError`` if it is no arena's."""
+    """Check the name of an arena; return it, or raise ``ValueError`` naming the nearest one."""
     arena_path(name)
     return name
 
 
+@with_field_docs
 @dataclass(frozen=True, config=_STRICT)
 class RobotConfig:
-    """The Colias's body and drive. Public sources disagree on the wheels; these fit inside its 4 cm body."""
+    """The body and the drive of the Colias. Public sources disagree on the wheels; these fit inside its 4 cm body."""
 
     wheel_radius_cm: float = Field(
         default=1.0, ge=0.5, le=1.3, description="radius of a driven wheel (public: 1.0..1.3)"
@@ -37,9 +39,10 @@ class RobotConfig:
     max_speed_cm_s: float = Field(default=35.0, ge=1.0, le=100.0, description="top speed of a wheel's rim (public: 35)")
 
 
+@with_field_docs
 @dataclass(frozen=True, config=_STRICT)
 class CameraConfig:
-    """The OV7670 as the Colias uses it: 99x72 luma, about 70 degrees, 30 frames per second.
+    """The camera: an OV7670 as the Colias uses it, 99x72 pixels of luma, 70 degrees wide, 30 frames per second.
 
     Noise has the variance ``read_noise^2 + shot_noise^2 L / 255`` at grey level L. The defaults are the data
     sheet's 52 dB of dynamic range (255 / 10^(52/20) = 0.64) and 46 dB of signal to noise at white (1.28).
@@ -67,18 +70,19 @@ class CameraConfig:
 
     @classmethod
     def ideal(cls) -> CameraConfig:
-        """No noise, no blur, sixteen samples a pixel: for comparing physics and geometry."""
+        """Settings without noise and motion blur and with sixteen samples a pixel, to compare physics and geometry."""
         return cls(exposure_ms=0.0, exposure_samples=1, supersample=4, shot_noise=0.0, read_noise=0.0)
 
 
+@with_field_docs
 @dataclass(frozen=True, config=_STRICT)
 class SceneConfig:
-    """Arena, light and the stimulus's shell, with how much each trial's seed varies them."""
+    """Arena, light and the stimulus's shell, and how far the seed of a trial varies them."""
 
     arena: Annotated[str, AfterValidator(known_arena)] = Field(
         default="bright", description="name of an arena of the scenes folder: bright, plain or dim"
     )
-    light: float = Field(default=1.0, ge=0.05, le=2.0, description="strength of all lamps against the arena's own")
+    light: float = Field(default=1.0, ge=0.05, le=2.0, description="strength of all lamps, times the arena's own")
     light_sd: float = Field(default=0.03, ge=0.0, le=0.5, description="spread of that strength between trials")
     turn_wall: bool = Field(default=True, description="turn the wall's texture to a random phase in each trial")
     shell_grey: float = Field(default=0.02, ge=0.0, le=1.0, description="reflectance of the stimulus's shell")

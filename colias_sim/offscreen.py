@@ -1,7 +1,7 @@
-"""One offscreen picture of a MuJoCo scene, over the backend this package chose.
+"""Offscreen rendering of a MuJoCo scene, with the OpenGL backend that this package chose.
 
 MuJoCo's own ``Renderer`` uses the backend that was named when mujoco was first imported, which may be before this
-package was; and it flips and copies each picture. This one does neither, and can share its OpenGL context.
+package was imported. It also flips and copies each picture. `Offscreen` does neither, and can share its OpenGL context.
 """
 
 from __future__ import annotations
@@ -19,17 +19,27 @@ import numpy as np
 import numpy.typing as npt
 
 from colias_sim import gl
+from colias_sim.gl import GLUnavailable, require_backend
 
 MAX_GEOMS = 1000
 UPLOADED = ("tex_data", "mesh_vert", "mesh_normal", "mesh_face", "mesh_texcoord")
-"""What an `mujoco.MjrContext` copies of a model, as far as this package's scenes have it; poses and lights it does not.
-"""
+"""The arrays of a model that `mujoco.MjrContext` copies, among those that this package's scenes have."""
 
 
 class Offscreen:
-    """A framebuffer of (rows, columns) and an OpenGL context, its own unless made under `shared_contexts`.
+    """A framebuffer and its OpenGL context, for one thread. Inside `shared_contexts` the context may be shared.
 
-    For one thread. Raises `colias_sim.gl.GLUnavailable` where nothing can render.
+    Parameters
+    ----------
+    model
+        The compiled scene.
+    rows, columns
+        Size of the pictures.
+
+    Raises
+    ------
+    colias_sim.GLUnavailable
+        Where nothing can render.
     """
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int) -> None:
@@ -40,9 +50,26 @@ class Offscreen:
         self._pixels = np.empty((rows, columns, 3), np.uint8)
 
     def render(self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption) -> npt.NDArray[np.uint8]:
-        """The view of a camera, fixed in the scene or free: RGB (rows, columns, 3), *bottom row first*.
+        """Render the view of a camera.
 
-        The array is overwritten by the next call.
+        Parameters
+        ----------
+        data
+            State of the scene.
+        camera
+            A camera of the scene, or a free one.
+        option
+            What is drawn.
+
+        Returns
+        -------
+        ndarray
+            RGB, (rows, columns, 3) uint8, *bottom row first*. The next call overwrites this array.
+
+        Raises
+        ------
+        RuntimeError
+            After `close`.
         """
         if self._surface is None:
             raise RuntimeError("this camera is closed: make a new Simulation")
@@ -54,16 +81,16 @@ class Offscreen:
         return self._pixels
 
     def close(self) -> None:
-        """Free framebuffer and context if nobody shares them, as dropping the last reference does; again, nothing."""
+        """Free framebuffer and context, unless they are shared with another `Offscreen` that is open."""
         self._surface = None
 
 
 @contextmanager
 def shared_contexts() -> Iterator[None]:
-    """Within, whatever draws equal textures and meshes at one size shares one OpenGL context.
+    """Let every `Offscreen` made inside share one OpenGL context with those of equal textures, meshes and size.
 
-    Changing contexts between worlds that take turns costs as much as a tenth of a frame. All of them belong to the
-    thread that made them.
+    A change of context between worlds that take turns costs up to a tenth of the time of a frame. All of them belong
+    to the thread that made them.
     """
     token = _sharing.set(weakref.WeakValueDictionary())
     try:
@@ -77,13 +104,14 @@ class _Surface:
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int) -> None:
         model.vis.global_.offwidth, model.vis.global_.offheight = columns, rows  # read by MjrContext alone
-        backend = importlib.import_module(f"mujoco.{gl.require_backend()}")
+        backend = importlib.import_module(f"mujoco.{require_backend()}")
         try:
             self.context = backend.GLContext(columns, rows)
             self.context.make_current()
+            gl.describe_context()
             self.mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
         except mujoco.FatalError as error:
-            raise gl.GLUnavailable(f"OpenGL cannot draw {columns}x{rows} pixels: {error}") from None
+            raise GLUnavailable(f"OpenGL cannot draw {columns}x{rows} pixels: {error}") from None
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self.mjr)
         weakref.finalize(self, _free, self.context, self.mjr).atexit = False  # by then MuJoCo has closed the display
 
@@ -93,7 +121,7 @@ _sharing: ContextVar[_Surfaces | None] = ContextVar("_sharing", default=None)
 
 
 def _surface(model: mujoco.MjModel, rows: int, columns: int) -> _Surface:
-    """A new surface, or the one that this scope already has for the same."""
+    """Make a surface, or find the one that this scope already has for equal contents."""
     surfaces = _sharing.get()
     if surfaces is None:
         return _Surface(model, rows, columns)
@@ -108,7 +136,7 @@ def _surface(model: mujoco.MjModel, rows: int, columns: int) -> _Surface:
 
 
 def _free(context: Any, mjr: mujoco.MjrContext) -> None:
-    """Free both with their own context current: the framebuffer's names may mean another's in any other."""
+    """Free both with their own context current: in another context the same names may be another framebuffer's."""
     context.make_current()
     mjr.free()
     context.free()

@@ -1,4 +1,4 @@
-"""Straight paths, and the controller that drives a robot along one by its wheels."""
+"""Straight paths, and a controller that drives a robot along one."""
 
 from __future__ import annotations
 
@@ -10,18 +10,26 @@ from colias_sim.robot import Pose, Robot, WheelSpeeds
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A directed straight path on the floor, metres and radians, ``length`` long from its start pose."""
+    """A straight path on the floor.
+
+    Parameters
+    ----------
+    start
+        Pose at its start; the heading is its direction.
+    length
+        Length in metres.
+    """
 
     start: Pose
     length: float
 
     def along(self, pose: Pose) -> float:
-        """Distance travelled from the start, measured along the line."""
+        """Distance of a pose from the start, measured along the line, in metres."""
         dx, dy = pose.x - self.start.x, pose.y - self.start.y
         return dx * math.cos(self.start.heading) + dy * math.sin(self.start.heading)
 
     def offset(self, pose: Pose) -> float:
-        """Signed distance from the line, left of it positive."""
+        """Distance of a pose from the line, in metres, left positive."""
         dx, dy = pose.x - self.start.x, pose.y - self.start.y
         return dy * math.cos(self.start.heading) - dx * math.sin(self.start.heading)
 
@@ -32,16 +40,29 @@ class Line:
 
 
 class PathFollower:
-    """Drives a robot along a line at a commanded speed: feedback on heading, offset and speed.
+    """Drives a robot along a line at a set speed, by feedback of heading, offset and speed.
 
-    Steering is the linear law ``turn = -v (k_heading e_heading + k_offset offset)``, critically damped in the
-    distance travelled. The speed ramps up from rest, and once near has an integral term, because a velocity
-    servo alone settles a little low. With ``stop`` it brakes to rest at the line's end.
+    Steering is the linear law ``turn = -v (k_heading e_heading + k_offset offset)``, which is critically damped in the
+    distance travelled. The speed ramps up from rest. Near the set speed an integral term acts too, because the
+    motors' velocity servo alone settles a little below it.
+
+    Parameters
+    ----------
+    robot
+        The robot to drive.
+    line
+        The path.
+    speed
+        The set speed, in m/s.
+    acceleration
+        Slope of the ramp, in m/s^2.
+    stop
+        Whether to brake to rest at the line's end.
     """
 
     HEADING_GAIN = 80.0  # per metre travelled
     OFFSET_GAIN = 1600.0  # per square metre: (HEADING_GAIN / 2)^2 is critical
-    ACCELERATION = 1.0  # m/s^2, unless told otherwise
+    ACCELERATION = 1.0  # m/s^2, the default
     INTEGRAL_GAIN = 6.0  # 1/s
     NEAR = 0.1  # share of the speed within which the integral works: no wind-up while the motors lag
 
@@ -63,7 +84,7 @@ class PathFollower:
         return speed**2 / (2 * acceleration) + 0.03 * speed + 0.001
 
     def wheels(self, dt: float) -> WheelSpeeds:
-        """The wheel speeds to command for the next ``dt`` seconds."""
+        """Compute the wheel speeds to command for the next ``dt`` seconds."""
         pose, heading = self._robot.pose, self._line.start.heading
         vx, vy = self._robot.velocity
         self._ramp = min(self._ramp + self._acceleration * dt, self._speed)

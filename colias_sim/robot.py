@@ -1,4 +1,4 @@
-"""A differential-drive robot inside a running simulation: wheel commands in, pose out."""
+"""Robots in a running simulation: wheel speeds are commanded, poses are read."""
 
 from __future__ import annotations
 
@@ -10,12 +10,23 @@ import mujoco
 from colias_sim.config import RobotConfig
 
 EASE = 2.0
-"""m/s^2 at the wheels' rims; the tyres hold some 8, and a robot that is thrown to and fro harder falls over."""
+"""Largest acceleration of `Robot.ease` at the wheels' rims, in m/s^2.
+
+The tyres hold about 8 m/s^2, but a robot whose wheels reverse faster than this falls over.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Position in metres and heading in radians, on the floor; x ahead of the observer, y to its left."""
+    """A place and a heading on the floor.
+
+    Parameters
+    ----------
+    x, y
+        Position in metres: x ahead of the observer's start in a trial, y to its left.
+    heading
+        Direction in radians, counter-clockwise from x.
+    """
 
     x: float
     y: float
@@ -24,14 +35,30 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class WheelSpeeds:
-    """Rim speeds of the wheels in m/s, forward positive."""
+    """Speeds of the two wheels.
+
+    Parameters
+    ----------
+    left, right
+        Speeds at the rims in m/s, forward positive.
+    """
 
     left: float
     right: float
 
 
 class Robot:
-    """Handle of one robot: the qpos, qvel and ctrl entries that are its own."""
+    """A robot that drives by two wheels: access to its own entries of the simulation's state.
+
+    Parameters
+    ----------
+    model, data
+        The compiled scene and its state.
+    name
+        Name of the robot in the scene.
+    config
+        The robot's settings.
+    """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, name: str, config: RobotConfig) -> None:
         self.name = name
@@ -44,43 +71,51 @@ class Robot:
 
     @property
     def pose(self) -> Pose:
-        """Where the robot's centre is and where it points."""
+        """The pose of the robot's centre."""
         x, y, _, w, qx, qy, qz = self._qpos.tolist()
         return Pose(x, y, math.atan2(2 * (w * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)))
 
     @property
     def height(self) -> float:
-        """Height of the body's origin above the floor in metres: how far the robot bobs."""
+        """Height of the body's origin above the floor, in metres."""
         return float(self._qpos[2])
 
     @property
     def velocity(self) -> tuple[float, float]:
-        """Velocity of the centre (vx, vy) in m/s, world frame."""
+        """Velocity of the centre (vx, vy) in the world's frame, in m/s."""
         vx, vy = self._qvel[:2].tolist()
         return vx, vy
 
     @property
     def turn_rate(self) -> float:
-        """Yaw rate of the body in rad/s, left positive."""
+        """Yaw rate of the body, in rad/s, left positive."""
         return float(self._qvel[5])
 
     def twist(self, torque: float) -> None:
-        """Push the body about its vertical axis with ``torque`` N m, left positive, until told otherwise."""
+        """Apply a torque about the vertical axis, in N m, left positive, until the next call."""
         self._forces[5] = torque
 
     def place(self, pose: Pose) -> None:
-        """Put the robot down at rest; for the start of a trial only."""
+        """Put the robot down at rest. Only for the start of a trial."""
         half = pose.heading / 2
         self._qpos[:] = [pose.x, pose.y, 0.0, math.cos(half), 0.0, 0.0, math.sin(half)]
         self._qvel[:] = 0.0
 
     def drive(self, wheels: WheelSpeeds) -> None:
-        """Command the wheels until told otherwise; beyond `RobotConfig.max_speed_cm_s` they saturate."""
+        """Command wheel speeds until the next call. Beyond `RobotConfig.max_speed_cm_s` they saturate."""
         self._left.ctrl[:] = wheels.left / self._radius
         self._right.ctrl[:] = wheels.right / self._radius
 
     def ease(self, wheels: WheelSpeeds, dt: float) -> None:
-        """`drive`, but from what was commanded before by at most `EASE` in ``dt`` seconds: for those who may jerk."""
+        """Command wheel speeds with limited acceleration: as `drive`, but changed by at most `EASE` times ``dt``.
+
+        Parameters
+        ----------
+        wheels
+            The wanted speeds.
+        dt
+            Length of the control interval, in seconds.
+        """
         left, right = float(self._left.ctrl[0]) * self._radius, float(self._right.ctrl[0]) * self._radius
         most = EASE * dt
         self.drive(
@@ -90,9 +125,19 @@ class Robot:
         )
 
     def wheels_for(self, speed: float, turn: float) -> WheelSpeeds:
-        """Inverse kinematics: wheel speeds for ``speed`` in m/s and ``turn`` in rad/s, left positive.
+        """Compute wheel speeds by inverse kinematics.
 
-        Where one wheel would pass the maximum both are slowed alike, so that the curvature stays.
+        Parameters
+        ----------
+        speed
+            Speed of the centre along the heading, in m/s.
+        turn
+            Turn rate in rad/s, left positive.
+
+        Returns
+        -------
+        WheelSpeeds
+            The speeds. If one would pass the maximum, both are scaled by one factor, which keeps the curvature.
         """
         left, right = speed - turn * self._track / 2, speed + turn * self._track / 2
         limit = self.config.max_speed_cm_s / 100
@@ -101,7 +146,15 @@ class Robot:
 
 
 class Parked:
-    """Handle of a robot that is fixed to the floor: an obstacle."""
+    """A robot that is fixed to the floor, as an obstacle.
+
+    Parameters
+    ----------
+    model
+        The compiled scene.
+    name
+        Name of the robot in the scene.
+    """
 
     def __init__(self, model: mujoco.MjModel, name: str) -> None:
         self.name = name
@@ -110,16 +163,26 @@ class Parked:
         self.pose = Pose(0.0, 0.0, 0.0)
 
     def place(self, pose: Pose) -> None:
-        """Fix the robot somewhere else; for the start of a trial only."""
+        """Fix the robot at another pose. Only for the start of a trial."""
         self.pose = pose
         self._pos[:2] = pose.x, pose.y
         self._quat[:] = math.cos(pose.heading / 2), 0.0, 0.0, math.sin(pose.heading / 2)
 
 
 def bearing(observer: Pose, target: Pose, forward: float) -> float:
-    """Angle of ``target`` from the optical axis, seen from a lens ``forward`` metres ahead of the observer's centre.
+    """Compute the angle of a target off the observer's optical axis.
 
-    Radians, left positive.
+    Parameters
+    ----------
+    observer, target
+        Poses of the two robots.
+    forward
+        Distance of the lens ahead of the observer's centre, in metres.
+
+    Returns
+    -------
+    float
+        Angle in radians, left positive.
     """
     x, y = observer.x + forward * math.cos(observer.heading), observer.y + forward * math.sin(observer.heading)
     angle = math.atan2(target.y - y, target.x - x) - observer.heading

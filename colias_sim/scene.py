@@ -16,39 +16,47 @@ from scenes import ARENA_RADIUS_CM, ROBOTS, WALL_PANELS, arena_path
 DRAWN_GROUP, COLLISION_GROUP = 0, 3
 FENCE_DEPTH, FENCE_HEIGHT = 0.01, 0.03  # half extents, metres
 OWN_BODY_GROUP = 1
-"""Drawn geoms of the robot whose camera is used: its lens stands in front of them all, so they are left out for it."""
+"""The group of the drawn geoms of the robot whose camera is used. Its own camera does not render this group, as its
+lens stands in front of the whole body.
+"""
 
 COMMAND_RATE = 60.0
-"""Wheel commands per second, as nearly as whole commands in a frame allow."""
+"""Wheel commands per second. The true rate is the nearest at which a frame has a whole number of commands."""
 
 LONGEST_STEP = 0.0019
-"""Seconds: the drive is known to behave with physics steps of 2 ms and less."""
+"""Longest physics step, in seconds. The drive is tested with steps of up to 2 ms."""
 
 
 @dataclass(frozen=True, slots=True)
 class FrameClock:
-    """How a camera frame divides: into wheel commands, and each of those into physics steps."""
+    """The division of a camera frame into wheel commands, and of each command into physics steps.
+
+    Parameters
+    ----------
+    fps
+        Camera frames per second.
+    """
 
     fps: float
 
     @property
     def commands(self) -> int:
-        """Wheel commands in a frame: 2 at 30 fps."""
+        """Number of wheel commands in a frame: 2 at 30 fps."""
         return max(1, round(COMMAND_RATE / self.fps))
 
     @property
     def command_steps(self) -> int:
-        """Physics steps between commands: 9 at 30 fps."""
+        """Number of physics steps between commands: 9 at 30 fps."""
         return math.ceil(1.0 / (self.fps * self.commands * LONGEST_STEP))
 
     @property
     def steps(self) -> int:
-        """Physics steps in a frame: 18 at 30 fps, of 1.85 ms."""
+        """Number of physics steps in a frame: 18 at 30 fps."""
         return self.commands * self.command_steps
 
     @property
     def timestep(self) -> float:
-        """Length of a physics step in seconds."""
+        """Length of a physics step, in seconds: 1.85 ms at 30 fps."""
         return 1.0 / (self.fps * self.steps)
 
 
@@ -56,11 +64,30 @@ def compose(
     scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], eye_of: str,
     *, fence: bool = False,
 ) -> mujoco.MjSpec:  # fmt: skip
-    """Build the scene with one robot per entry of ``robots``, name -> variant (``colias``, ``colias_black``, ...).
+    """Compose an arena and robots into one MuJoCo specification.
 
-    Robot ``stimulus`` has its parts named ``stimulus/base``, ``stimulus/eye`` and so on. ``eye_of`` names the
-    robot whose camera will be used. With ``fence`` the wall can be bumped into; without, it is only seen. Raises
-    ``ValueError`` on an unknown arena, variant or camera.
+    The parts of a robot called ``stimulus`` are named ``stimulus/base``, ``stimulus/eye`` and so on.
+
+    Parameters
+    ----------
+    scene, robot, camera
+        The settings of the apparatus.
+    robots
+        Name -> variant (``colias``, ``colias_black``, ...) of each robot.
+    eye_of
+        Name of the robot whose camera will be used.
+    fence
+        Whether robots collide with the wall. Without it the wall is only seen.
+
+    Returns
+    -------
+    mujoco.MjSpec
+        The specification, not yet compiled.
+
+    Raises
+    ------
+    ValueError
+        For an unknown arena or variant, and if ``eye_of`` is not one of the robots.
     """
     spec = mujoco.MjSpec.from_file(str(arena_path(scene.arena)))
     spec.option.timestep = FrameClock(camera.fps).timestep
@@ -83,7 +110,15 @@ def compile_model(
     scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], eye_of: str,
     *, fence: bool = False,
 ) -> mujoco.MjModel:  # fmt: skip
-    """`compose`, compile, and set what only a compiled model has: antialiasing and the wall's contrast."""
+    """Compose and compile a scene, and set antialiasing and the contrast of the wall's texture.
+
+    The parameters and errors are those of `compose`.
+
+    Returns
+    -------
+    mujoco.MjModel
+        The compiled model.
+    """
     model = compose(scene, robot, camera, robots, eye_of, fence=fence).compile()
     model.vis.quality.offsamples = camera.multisample
     if scene.wall_contrast != 1.0:
@@ -92,7 +127,7 @@ def compile_model(
 
 
 def _add_fence(spec: mujoco.MjSpec) -> None:
-    """What stops a hull at the wall: the drawn mesh, being concave, can touch nothing."""
+    """Add boxes that stop hulls at the wall. The wall that is drawn is a concave mesh, which cannot collide."""
     for panel in range(WALL_PANELS):
         turn = 2 * math.pi * (panel + 0.5) / WALL_PANELS
         away = ARENA_RADIUS_CM / 100 * math.cos(math.pi / WALL_PANELS) + FENCE_DEPTH
@@ -134,7 +169,7 @@ def _robot_spec(path: Path, robot: RobotConfig, camera: CameraConfig) -> mujoco.
 
 
 def _resized(geom: mujoco.MjsGeom, radius: float) -> list[float]:
-    """A tyre is an ellipsoid (r, w, r); what is drawn of a wheel is a cylinder (r, w / 2)."""
+    """The size of a wheel's geom with another radius: a tyre is an ellipsoid (r, w, r), the drawn wheel a cylinder."""
     _, second, _ = geom.size
     return [radius, second, radius] if geom.type == mujoco.mjtGeom.mjGEOM_ELLIPSOID else [radius, second, 0.0]
 

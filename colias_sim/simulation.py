@@ -1,4 +1,4 @@
-"""The running bench: physics, robots, and the observer's camera, one frame at a time."""
+"""A running simulation: physics, robots, and the observer's camera, advanced one frame at a time."""
 
 from __future__ import annotations
 
@@ -16,22 +16,44 @@ from colias_sim.robot import Parked, Pose, Robot
 from colias_sim.scene import FrameClock, compile_model
 
 SETTLE_STEPS = 150
+"""Physics steps in which robots settle on their wheels at a reset."""
 ROBOT_DIAMETER = 0.04
+"""Diameter of a hull, in metres."""
 
 Control = Callable[[float], None]
-"""Called before each control interval with its length in seconds; commands wheels through `Robot.drive`."""
+"""A controller: called before each control interval with its length in seconds; commands wheels by `Robot.drive`."""
 
 TRIAL_ROBOTS = {"observer": "colias", "stimulus": "colias_black"}
+"""The robots of a trial: name -> variant."""
 
 
 class Simulation:
-    """One compiled scene with its robots and the camera of ``eye_of``; use it in a ``with`` statement.
+    """A compiled scene with its robots and one camera. Use it in a ``with`` statement, or close it.
 
-    ``robots`` holds those that drive, ``parked`` those that cannot, ``everyone`` both. With ``fence`` the wall can be
-    bumped into. With ``seeing=False`` nothing is ever rendered, and `advance` alone moves it on.
+    Only `reset` and `step` draw random numbers, and only from the generators that they are given. So equal seeds give
+    equal frames, in any process and after any number of earlier trials.
 
-    Nothing random happens outside `reset` and `step`, and both draw only from the generators they are given,
-    so equal seeds give equal frames, in any process and after any number of earlier trials.
+    The attribute ``robots`` holds the robots that drive, ``parked`` those that cannot, and ``everyone`` both, by name.
+
+    Parameters
+    ----------
+    robot, camera, scene
+        The settings of the apparatus; ``None`` for the defaults.
+    robots
+        Name -> variant of each robot; ``None`` for those of a trial, `TRIAL_ROBOTS`.
+    eye_of
+        Name of the robot whose camera is used.
+    fence
+        Whether robots collide with the wall.
+    seeing
+        Whether there is a camera. Without one nothing is rendered, and only `advance` moves the simulation on.
+
+    Raises
+    ------
+    ValueError
+        For an unknown arena, variant or camera.
+    colias_sim.GLUnavailable
+        Where nothing can render, unless ``seeing`` is false.
     """
 
     def __init__(
@@ -72,27 +94,36 @@ class Simulation:
 
     @property
     def camera(self) -> Camera:
-        """The camera; ``ValueError`` in a simulation that does not see."""
+        """The camera. Raises ``ValueError`` in a simulation made with ``seeing=False``."""
         if self._camera is None:
             raise ValueError("this simulation was made with seeing=False: it has no camera")
         return self._camera
 
     def close(self) -> None:
-        """Free the renderer."""
+        """Free the camera's OpenGL context."""
         if self._camera is not None:
             self._camera.close()
 
     def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator, *, light: float = 1.0) -> None:
-        """Start anew: every robot at rest where ``placements`` says, light and wall drawn from ``rng``.
+        """Start again: put every robot down at rest, and draw the light and the wall's phase.
 
-        ``light`` is a factor on the lamps beside the scene's own.
+        Parameters
+        ----------
+        placements
+            The pose of each robot by name. A robot that is left out stands at the origin.
+        rng
+            Generator of light and phase.
+        light
+            A factor on the light of the lamps, beside that of the scene.
 
-        A robot that ``placements`` leaves out stands at the origin. Raises ``ValueError`` for an unknown robot,
-        a pose that is not finite, and robots that overlap; nothing has changed then.
+        Raises
+        ------
+        ValueError
+            For an unknown robot, a pose that is not finite, and robots that overlap. Nothing has changed then.
         """
         self._check(placements)
-        mujoco.mj_resetData(self.model, self.data)  # in full: what a solver kept would change the next trial
-        # Both are always drawn, so switching one off leaves the other as it was.
+        mujoco.mj_resetData(self.model, self.data)  # in full: state that a solver keeps would change the next trial
+        # Both are always drawn, so that switching one off does not change the other.
         light *= self.scene.light * max(1.0 + self.scene.light_sd * rng.standard_normal(), 0.0)
         phase = rng.uniform(0.0, 2 * np.pi)
         self.model.light_ambient[:], self.model.light_diffuse[:] = (lamp * light for lamp in self._lamps)
@@ -104,12 +135,12 @@ class Simulation:
             self._camera.discard()
 
     def turn_wall(self, angle: float) -> None:
-        """Turn the wall, what is on it with it, to ``angle`` radians about the arena's middle, left positive."""
+        """Turn the wall with its texture to ``angle`` radians about the arena's middle, left positive."""
         self.wall_turn = angle
         self._wall_quat[:] = math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)
 
     def _check(self, placements: Mapping[str, Pose]) -> None:
-        """Raise ``ValueError`` for a robot that is not there, a pose that is no pose, and robots inside each other."""
+        """Raise ``ValueError`` for an unknown robot, a pose that is not finite, and robots that overlap."""
         everyone = self.everyone
         for name, pose in placements.items():
             if name not in everyone:
@@ -122,20 +153,38 @@ class Simulation:
                 raise ValueError(f"{one} at {here} and {other} at {there} overlap: expected {ROBOT_DIAMETER} m apart")
 
     def _settle(self) -> None:
-        """Let the robots sink onto their wheels: some microns, which a camera would see as motion of everything."""
+        """Let the robots sink onto their wheels by some microns, which the camera would see as motion."""
         mujoco.mj_step(self.model, self.data, SETTLE_STEPS)
         self.data.time = 0.0
         mujoco.mj_forward(self.model, self.data)
 
     def step(self, rng: np.random.Generator, control: Control | None = None) -> Frame:
-        """Advance one frame interval under ``control`` and return the frame; its noise comes from ``rng``."""
+        """Advance by one frame, and return it.
+
+        Parameters
+        ----------
+        rng
+            Generator of the camera's noise.
+        control
+            The controller; ``None`` leaves all commands as they are.
+
+        Returns
+        -------
+        Frame
+            The frame whose exposure ends now.
+        """
         self.advance(control)
         return self.camera.develop(rng, self.data.time)
 
     def advance(self, control: Control | None = None, *, look: bool = True) -> None:
-        """The physics and renders of one frame, which leave the exposure ready to develop; no renders if not ``look``.
+        """Advance by one frame without developing it: afterwards ``camera.develop`` gives the frame.
 
-        Looking changes nothing of what happens.
+        Parameters
+        ----------
+        control
+            The controller; ``None`` leaves all commands as they are.
+        look
+            Whether to render. The physics are the same either way.
         """
         for steps, command, parts in self._events if look and self._camera is not None else self._unseen:
             if command and control is not None:
@@ -148,7 +197,7 @@ class Simulation:
 
 
 def _events(clock: FrameClock, exposures: tuple[int, ...]) -> list[tuple[int, bool, int]]:
-    """A frame's run of (physics steps, command before them?, parts of the exposure that end with them)."""
+    """The parts of a frame: (physics steps, whether a command precedes them, renders of the exposure after them)."""
     commands = range(0, clock.steps, clock.command_steps)
     marks = sorted({*commands, *exposures, clock.steps})
     return [(end - start, start in commands, exposures.count(end)) for start, end in pairwise(marks)]

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from dsnn.field_docs import with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.model import Response, ResponseSeries, run_model
@@ -22,6 +23,7 @@ FULL_SCALE = 255.0**2
 """The largest product of two signals, in squared grey levels."""
 
 
+@with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class EMDParams:
     """Every constant of the array. Iida's own could not be read: these are assumed."""

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from dsnn.field_docs import with_field_docs
 from dsnn.frames import Channels, FrameError, checked_shape, luma
 from dsnn.model import Response, ResponseSeries, run_model
 
@@ -24,6 +25,7 @@ MIN_SIZE = 32
 """Of either side, px: OpenCV's DIS reads outside smaller images, and crashes (its patches are 8 px at quarter size)."""
 
 
+@with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class FlowParams:
     """Which of OpenCV's settings of DIS to use."""

@@ -18,13 +18,13 @@ class FrameError(ValueError):
 
 
 def frozen(luma: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Return a copy of a frame (R, C) that nobody can write to; a frame that is read-only already comes back as it is.
+    """Return a copy of a frame (R, C) that nobody can write to; of a frame that is read-only already, another view.
 
     Several models, a recording and an agent are shown one frame. The copy lies in an immutable object, so that no
-    model can make it writable again.
+    model can make it writable again; with a view of its own for each, none can give the others' another shape or type.
     """
     if not luma.flags.writeable:
-        return luma
+        return luma.view()
     return np.frombuffer(luma.tobytes(), luma.dtype).reshape(luma.shape)
 
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from dsnn.field_docs import with_field_docs
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.lgmd1 import LGMD1, LGMD1Params
 from dsnn.model import Response, ResponseSeries, run_model
@@ -20,6 +21,7 @@ from dsnn.params import DSNNParams, Milliseconds
 LEAST_ENERGY = 1.0
 
 
+@with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class HybridParams(DSNNParams):
     """The DSNN's parameters, those of `dsnn.lgmd1.LGMD1Params` that matter under ``lgmd_``, and the gate's."""

@@ -11,12 +11,14 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from dsnn.field_docs import with_field_docs
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.looming import Grouping, convolve, ring
 from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.retina import Floats, Retina
 
 
+@with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class LGMD1Params:
     """Every constant of the detector; the defaults are the literature's. Thresholds are in 8-bit grey levels."""

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from dsnn.field_docs import with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.looming import REST, Grouping, convolve, ring
@@ -23,6 +24,7 @@ Ring = tuple[float, float, float]
 Delays = tuple[Milliseconds, Milliseconds, Milliseconds]
 
 
+@with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class LGMD2Params:
     """Every constant of the detector; the defaults are the literature's. Thresholds are in 8-bit grey levels.

@@ -8,9 +8,12 @@ from typing import Annotated, Any
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from dsnn.field_docs import with_field_docs
+
 Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0)]
 
 
+@with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class DSNNParams:
     """Every constant of the network. The defaults are the paper's off-line setting.

@@ -1,12 +1,11 @@
 """Recessions at five angles (the paper's robot-sys-ar): the lines of the approaches, the other way."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.entry import run_file
+    from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
-from experiments.bench.declaration import Experiment
-from experiments.bench.designs import Angular
+from experiments import Angular, Experiment
 
 EXPERIMENT = Experiment(
     name="angular-recession",

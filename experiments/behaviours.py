@@ -8,14 +8,14 @@ a function or class here, and an entry in `_ENTRIES`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
+from collections.abc import Callable
 
 import numpy as np
 
 from colias_sim.envs import State
 from dsnn import Response
-from experiments.bench.behaving import Behaviour, Wheels, by_name
+from experiments import Behaviour, Wheels
+from experiments.bench.closed_loop.behaviour import by_name
 
 AHEAD = 0.3
 """Cruising speed of the wheels: 10.5 cm/s."""
@@ -145,23 +145,23 @@ class RandomWalk:
         return turn(self._turn, AHEAD)
 
 
-def told_heading(state: State) -> Wheels:
+def oracle_heading(state: State) -> Wheels:
     """Privileged: turns against the disturbance's own rate."""
     return turn(state.drift / FULL_TURN)
 
 
-def told_target(state: State) -> Wheels:
+def oracle_target(state: State) -> Wheels:
     """Privileged: turns to the target's true bearing."""
     return turn(-0.5 * state.others[0].bearing)
 
 
-def told_distance(state: State) -> Wheels:
+def oracle_distance(state: State) -> Wheels:
     """Privileged: turns to the target's true bearing and keeps 10 cm."""
     target = state.others[0]
     return turn(-0.3 * target.bearing, ahead=min(max(4.0 * (target.distance - 0.10) + 0.15, -0.3), 0.6))
 
 
-def told_ways(state: State) -> Wheels:
+def oracle_ways(state: State) -> Wheels:
     """Privileged: turns away from whatever is near ahead, as its true place says."""
     things = [(other.distance, other.bearing) for other in state.others] + [(state.wall_distance, state.wall_bearing)]
     near = [(gap, bearing) for gap, bearing in things if gap < 0.05 and abs(bearing) < math.radians(120 - 1100 * gap)]
@@ -193,20 +193,10 @@ _ENTRIES = (
     Behaviour("random", "every frame other wheel speeds, of all there are", OPTOMOTOR, random, senses="state"),
     Behaviour("straight", "drives ahead", AVOIDANCE, straight, senses="state"),
     Behaviour("random-walk", "a correlated random walk", AVOIDANCE, RandomWalk, senses="state"),
-    Behaviour.told("told-heading", "privileged: turns against the true disturbance", OPTOMOTOR, told_heading),
-    Behaviour.told("told-target", "privileged: turns to the true bearing", FIXATION, told_target),
-    Behaviour.told("told-distance", "privileged: keeps the true distance and bearing", PURSUIT, told_distance),
-    Behaviour.told("told-ways", "privileged: turns away from what is truly near", AVOIDANCE, told_ways),
+    Behaviour.oracle("oracle-heading", "privileged: turns against the true disturbance", OPTOMOTOR, oracle_heading),
+    Behaviour.oracle("oracle-target", "privileged: turns to the true bearing", FIXATION, oracle_target),
+    Behaviour.oracle("oracle-distance", "privileged: keeps the true distance and bearing", PURSUIT, oracle_distance),
+    Behaviour.oracle("oracle-ways", "privileged: turns away from what is truly near", AVOIDANCE, oracle_ways),
 )
 
 BEHAVIOURS = by_name(_ENTRIES)
-
-BASELINES: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        AVOIDANCE: ("random-walk", "straight", "told-ways"),
-        FIXATION: ("random-walk", "straight", "told-target"),
-        OPTOMOTOR: ("random-walk", "straight", "told-heading"),
-        PURSUIT: ("random-walk", "straight", "told-distance"),
-    }
-)
-"""Env -> what a behaviour there is held against: chance, none, and one that is told what it cannot sense."""

@@ -1,11 +1,11 @@
 """The same translations with one pathway blocked (the paper's simu-clean-dth, -dtv): what ON and OFF each add."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.entry import run_file
+    from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
-from experiments.bench.offline import Clip, OfflineExperiment
+from experiments import Clip, OfflineExperiment
 from experiments.clean import EXPERIMENT as CLEAN
 
 EXPERIMENT = OfflineExperiment(

@@ -1,11 +1,11 @@
 """Objects on an even ground (the paper's simu-clean): four translations, looming and receding, dark and light."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.entry import run_file
+    from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
-from experiments.bench.offline import Clip, OfflineExperiment
+from experiments import Clip, OfflineExperiment
 
 GREYS = {"dark": (40.0, 200.0), "light": (200.0, 40.0)}
 """Object and ground: the golden vectors' greys, and the same exchanged."""

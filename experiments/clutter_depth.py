@@ -1,11 +1,11 @@
 """Looming and receding before a natural image that shifts right (the paper's simu-nature-depth)."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.entry import run_file
+    from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
-from experiments.bench.offline import Clip, OfflineExperiment
+from experiments import Clip, OfflineExperiment
 
 GREYS = {"dark": 0.0, "light": 255.0}
 """Darker and lighter than anything of the photograph."""

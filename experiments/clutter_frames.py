@@ -1,11 +1,11 @@
 """The speeds of clutter-speed taken as px per frame, as the paper writes them: beyond any correlator's span."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.entry import run_file
+    from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
-from experiments.bench.offline import Clip, Figure, OfflineExperiment
+from experiments import Clip, Figure, OfflineExperiment
 from experiments.clutter_depth import GREYS
 from experiments.clutter_speed import BACKGROUNDS, SPEEDS
 

@@ -1,11 +1,11 @@
 """Three object speeds at five background speeds, dark and light (the paper's simu-sys-speed)."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.entry import run_file
+    from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
-from experiments.bench.offline import Clip, Figure, OfflineExperiment
+from experiments import Clip, Figure, OfflineExperiment
 from experiments.clutter_depth import GREYS
 
 SPEEDS, BACKGROUNDS = (40.0, 80.0, 120.0), (-2.0, -4.0, -6.0, -8.0, -10.0)

@@ -1,11 +1,11 @@
 """Rightward translation before a natural image that shifts left (the paper's simu-nature-trans)."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.entry import run_file
+    from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
-from experiments.bench.offline import Clip, OfflineExperiment
+from experiments import Clip, OfflineExperiment
 from experiments.clutter_depth import GREYS
 
 EXPERIMENT = OfflineExperiment(

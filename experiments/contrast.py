@@ -1,12 +1,11 @@
 """Crossings by shells from black to white, before the same wall. Not in the paper."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.entry import run_file
+    from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
-from experiments.bench.declaration import Experiment
-from experiments.bench.designs import Contrast
+from experiments import Contrast, Experiment
 
 EXPERIMENT = Experiment(
     name="contrast",

@@ -1,12 +1,11 @@
 """Systematic translation, distances (the paper's robot-sys-trans b): 6 cm/s at 5, 10 and 15 cm."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.entry import run_file
+    from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
-from experiments.bench.declaration import Experiment
-from experiments.bench.designs import Translation
+from experiments import Experiment, Translation
 
 EXPERIMENT = Experiment(
     name="distance",

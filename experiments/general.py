@@ -1,12 +1,11 @@
 """One of each motion (the paper's robot-general-tests): straight approach and recession, a crossing each way."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.entry import run_file
+    from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
-from experiments.bench.declaration import Experiment
-from experiments.bench.designs import General
+from experiments import Experiment, General
 
 EXPERIMENT = Experiment(
     name="general",

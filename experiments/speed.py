@@ -1,12 +1,11 @@
 """Systematic translation, speeds (the paper's robot-sys-trans a): 8 cm away at 2, 4, 6 and 10 cm/s."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
-    from experiments.bench.entry import run_file
+    from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
-from experiments.bench.declaration import Experiment
-from experiments.bench.designs import Translation
+from experiments import Experiment, Translation
 
 EXPERIMENT = Experiment(
     name="speed",

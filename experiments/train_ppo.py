@@ -6,7 +6,7 @@
 import sys
 
 if __name__ == "__main__":
-    from experiments.bench.entry import main
+    from experiments.bench.cli.entry import main
 
     sys.argv[1:1] = ["train"]
     main()

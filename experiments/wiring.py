@@ -11,8 +11,9 @@ import numpy.typing as npt
 
 from dsnn import CHANNELS, AnswerError, ModelEntry, Response, checked_answer, model_entry
 from dsnn.frames import frozen
-from experiments.bench.files import UsageError, is_file
-from experiments.bench.models import load_model
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import load_model
+from experiments.bench.core.user_code import apart, is_file
 
 
 class CheckedModel:
@@ -27,7 +28,7 @@ class CheckedModel:
 
     def step(self, frame: npt.NDArray[np.uint8]) -> Response:
         """Answer the next frame (R, C)."""
-        answer = self.inner.step(frozen(frame))
+        answer = apart(lambda: self.inner.step(frozen(frame)))
         try:
             return checked_answer(answer, self.channels)
         except AnswerError as error:
@@ -35,7 +36,7 @@ class CheckedModel:
 
     def reset(self) -> None:
         """Forget every frame."""
-        self.inner.reset()
+        apart(self.inner.reset)
 
 
 def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
@@ -54,9 +55,9 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
     """
     entry = _entry(model)
     if entry is not None:
-        name, channels, built = entry.name, entry.channels, entry.build(shape, entry.robot)
+        name, channels, built = entry.name, entry.channels, apart(lambda: entry.build(shape, entry.robot))
     elif callable(model):
-        name, channels, built = getattr(model, "__name__", type(model).__name__), CHANNELS, model(shape)
+        name, channels, built = getattr(model, "__name__", type(model).__name__), CHANNELS, apart(lambda: model(shape))
     else:
         raise ValueError(
             f"model={model!r}: expected a model's name, a .py file, a dsnn.ModelEntry,"

@@ -4,8 +4,10 @@ import ast
 import os
 import subprocess
 import sys
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -15,6 +17,20 @@ from threadpoolctl import threadpool_limits
 from dsnn import DSNNParams
 
 GOLDEN = sorted((Path(__file__).parent / "golden").glob("*.npz"))
+
+
+LONGEST = (
+    "test_run_folder_checks", "test_reproduce", "test_answers", "test_envs", "test_resume", "test_cli",
+    "test_interrupts", "test_model_option", "test_streams", "test_envs_arguments", "test_sweep", "test_provenance",
+    "test_failures", "test_behaviours", "test_sample", "test_leaderboard",
+)  # fmt: skip
+"""The files of tests that take longest, the longest first."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run the longest files first: two cores are then busy to the end (with xdist's --no-loadscope-reorder)."""
+    place = {name: index for index, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: place.get(item.path.stem, len(LONGEST)))
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -71,3 +87,20 @@ class Colias:
 @pytest.fixture
 def colias(tmp_path: Path) -> Colias:
     return Colias(tmp_path)
+
+
+@pytest.fixture
+def contexts(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[weakref.ref[Any]]]:
+    """Every OpenGL context that is made; all are gone in the end."""
+    from colias_sim.offscreen import _Surface
+
+    made: list[weakref.ref[Any]] = []
+    start = _Surface.__init__
+
+    def init(self: _Surface, *arguments: Any) -> None:
+        start(self, *arguments)
+        made.append(weakref.ref(self))
+
+    monkeypatch.setattr(_Surface, "__init__", init)
+    yield made
+    assert not any(one() for one in made), "left open"

@@ -23,12 +23,12 @@ from dsnn.stimuli import stimulus
 
 SMALL = ("run", "trial.py", "--workers", "1", "--out", "out", "--quiet")
 TRIAL = """
-from experiments.bench.declaration import Experiment
-from experiments.bench.designs import Translation
+from experiments.bench.robot.experiment import Experiment
+from experiments.bench.robot.designs import Translation
 EXPERIMENT = Experiment("trial", "one fast crossing", Translation((20.0,), (8.0,)), "speed_cm_s", repeats=1)
 """
 CLIP = """
-from experiments.bench.offline import Clip, OfflineExperiment
+from experiments.bench.clips.experiment import Clip, OfflineExperiment
 changes = (("rows", 40), ("columns", 60), ("width", 20.0), ("height", 20.0), ("speed", 240.0))
 EXPERIMENT = OfflineExperiment("clip", "one crossing", (Clip("right", "plain", changes),), ("dsnn",))
 """
@@ -190,7 +190,16 @@ def test_a_full_disk_under_a_recording_is_told_in_a_line(tmp_path):
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))
 
-    command = [sys.executable, "-m", "experiments.bench.cli", "watch", film(tmp_path), "--no-view", "--size", "360x240"]
+    command = [
+        sys.executable,
+        "-m",
+        "experiments.bench.cli",
+        "watch",
+        film(tmp_path),
+        "--no-view",
+        "--size",
+        "360x240",
+    ]
     command += ["--record", "out.rrd", "--table", "out.csv"]
     done = subprocess.run(
         command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False, preexec_fn=small_files

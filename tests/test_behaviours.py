@@ -4,7 +4,6 @@ import json
 import math
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -13,13 +12,16 @@ import rerun as rr
 
 from colias_sim.envs import ENVS, Other, State
 from dsnn import Response
-from experiments.behaviours import AHEAD, AVOIDANCE, BASELINES, BEHAVIOURS, FIXATION, OPTOMOTOR, Saccades
-from experiments.bench import behaviour_claims, log_episode
-from experiments.bench.behave import BehaviourPlan, Standing, plan, score
-from experiments.bench.behaving import Behaviour, by_name, env_id, load_behaviour
-from experiments.bench.episode_scores import free_distance, mean, optomotor_gain, rate, rate_ratio, scores
-from experiments.bench.episodes import EpisodeSpec, Setting, agent, play, play_behaviour, response
-from experiments.bench.files import UsageError
+from experiments.behaviours import AHEAD, AVOIDANCE, BEHAVIOURS, FIXATION, OPTOMOTOR, Saccades
+from experiments.bench.closed_loop import claims as closed_loop_claims
+from experiments.bench.closed_loop import recording as closed_loop_recording
+from experiments.bench.closed_loop.behaviour import Behaviour, by_name
+from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, agent, play, play_behaviour, response
+from experiments.bench.closed_loop.find import env_id, load_behaviour
+from experiments.bench.closed_loop.run import BehaviourPlan, plan, score
+from experiments.bench.closed_loop.scores import free_distance, mean, optomotor_gain, rate, rate_ratio, scores
+from experiments.bench.core.errors import UsageError
+from tests.chapters import titled
 from tests.conftest import Colias, one_core
 
 SILENT = Response()
@@ -49,10 +51,9 @@ def test_every_behaviour_plays_in_its_env(entry):
 
 
 def test_baselines_are_behaviours_of_envs():
-    assert set(BASELINES) == set(ENVS)
-    for env, names in BASELINES.items():
-        told = [name for name in names if name.startswith("told")]
-        assert [BEHAVIOURS[name].env for name in told] == [env]
+    for env, entry in ENVS.items():
+        assert set(entry.baselines) <= set(BEHAVIOURS)
+        assert [BEHAVIOURS[name].env for name in entry.baselines if name.startswith("oracle")] == [env]
 
 
 def test_two_behaviours_do_not_share_a_name():
@@ -63,7 +64,7 @@ def test_two_behaviours_do_not_share_a_name():
 
 def test_equal_seeds_are_equal_worlds_whoever_plays():
     paths = []
-    for name in ("still", "told-target", "fixation"):
+    for name in ("still", "oracle-target", "fixation"):
         episode = play_behaviour(EpisodeSpec(0, 0, 3, Setting(name, FIXATION, steps=40)), images=False)
         paths.append(episode.paths["target"])
     for other in paths[1:]:  # one solver moves all robots: the others' wheels round what it finds otherwise
@@ -120,9 +121,9 @@ def test_a_held_side_stays_while_looming_goes_on(hold):
 
 def test_privileged_ones_use_what_they_are_told():
     state = State(0.0, 0.0, 0.0, 1.0, 0.5, 0.0, (Other(0.1, 0.3, 0.0, 0.0),))
-    left, right = BEHAVIOURS["told-heading"].make(np.random.default_rng())(state)
+    left, right = BEHAVIOURS["oracle-heading"].make(np.random.default_rng())(state)
     assert left - right == pytest.approx(1.0 * 0.032 / 0.35)  # undoes 1 rad/s to the left
-    assert BEHAVIOURS["told-target"].make(np.random.default_rng())(state)[0] < 0  # to the left
+    assert BEHAVIOURS["oracle-target"].make(np.random.default_rng())(state)[0] < 0  # to the left
 
 
 def test_observations_are_responses():
@@ -183,16 +184,15 @@ def test_scores_are_those_of_the_env():
 
 
 def standings(hybrid, lgmd, straight, gain=0.6, in_view=0.9):
-    played = {
+    return {
         AVOIDANCE: {"hybrid": hybrid, "lgmd": lgmd, "straight": straight},
         OPTOMOTOR: {"optomotor": rows(0, 20, optomotor_gain=gain)},
         FIXATION: {"fixation": rows(0, 20, in_view=in_view)},
     }
-    return [Standing(name, env, {}, each) for env, who in played.items() for name, each in who.items()]
 
 
 def verdicts(*played, **values):
-    return {claim.id: claim.verdict for claim in behaviour_claims.judge(standings(*played, **values))}
+    return {claim.id: claim.verdict for claim in closed_loop_claims.judge(standings(*played, **values))}
 
 
 def test_claims_hold_where_their_whole_interval_does():
@@ -208,11 +208,11 @@ def test_claims_hold_where_their_whole_interval_does():
 def test_claims_need_twenty_seeds():
     few = rows(1, 5, metres=4.0), rows(5, 1), rows(6, metres=0.4)
     assert verdicts(*few)["B1"] == verdicts(*few)["B2"] == "untested"
-    assert {claim.verdict for claim in behaviour_claims.judge([])} == {"untested"}
+    assert {claim.verdict for claim in closed_loop_claims.judge({})} == {"untested"}
 
 
 def test_the_plans_are_of_known_behaviours_at_equal_seeds():
-    for made in behaviour_claims.plans(3, 7):
+    for made in closed_loop_claims.plans(3, 7):
         assert isinstance(made, BehaviourPlan)
         assert all(setting.behaviour in BEHAVIOURS for setting in made.settings)
         assert {spec.seed for spec in made.specs()} == {7, 8, 9}
@@ -246,14 +246,14 @@ def test_wrong_uses_are_one_line(arguments, said):
 
 def test_a_plan_has_the_baselines_of_its_env():
     made = plan("optomotor", "Avoidance", ["robots=3", "arena=bright"], 2, 0, baselines=True)
-    assert [setting.behaviour for setting in made.settings] == ["optomotor", *BASELINES[AVOIDANCE]]
+    assert [setting.behaviour for setting in made.settings] == ["optomotor", *ENVS[AVOIDANCE].baselines]
     assert dict(made.settings[0].options) == {"robots": 3, "arena": "bright"}
 
 
 def test_a_user_file_declares_a_behaviour(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(
-        "from experiments.bench.behaving import Behaviour\n"
+        "from experiments.bench.closed_loop.find import Behaviour\n"
         "BEHAVIOUR = Behaviour.reflex('mine', 'spins', 'Optomotor', lambda seen: (0.1, -0.1))\n"
     )
     assert isinstance(load_behaviour(str(file)), Behaviour)
@@ -269,7 +269,7 @@ def test_a_recording_reads_back(tmp_path):
     spec = EpisodeSpec(0, 0, 2, Setting("hybrid", AVOIDANCE, steps=15))
     episode = play_behaviour(spec, images=True)
     path = tmp_path / "episode.rrd"
-    path.write_bytes(log_episode.record(episode))
+    path.write_bytes(closed_loop_recording.record(episode))
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(path).stream().to_chunks()}
     wanted = {"/camera", "/arena/observer/body", "/arena/observer/track", "/potential/hybrid/hs",
               "/potential/hybrid/looming", "/azimuth/hybrid",
@@ -292,7 +292,7 @@ def played(tmp_path_factory):
 def test_behave_prints_scores_and_leaves_files(played):
     colias, done = played
     assert done.returncode == 0, done.stderr
-    for name in ("optomotor", *BASELINES[OPTOMOTOR], "optomotor gain", "figure.png", "colias view run"):
+    for name in ("optomotor", *ENVS[OPTOMOTOR].baselines, "optomotor gain", "figure.png", "colias view run"):
         assert name in done.stdout
     assert "Traceback" not in done.stderr
     folder = colias.folder / "run"
@@ -300,7 +300,7 @@ def test_behave_prints_scores_and_leaves_files(played):
     assert len(table) == 8 and {row["seed"] for row in table} == {0, 1}
     gains = {name: np.mean([r["optomotor_gain"] for r in table if r["model"] == name]) for name in BEHAVIOURS if
              any(r["model"] == name for r in table)}  # fmt: skip
-    assert gains["told-heading"] > 0.9 and abs(gains["straight"]) < 0.05
+    assert gains["oracle-heading"] > 0.9 and abs(gains["straight"]) < 0.05
     assert len(list((folder / "recordings").glob("*.rrd"))) == 2  # of the behaviour asked for
     assert pq.read_table(folder / "frames.parquet").num_rows == sum(row["frames"] for row in table)
     assert json.loads((folder / "experiment.json").read_text())["settings"][0]["options"] == [["robots", 1]]
@@ -310,7 +310,7 @@ def test_behave_goes_on_where_it_was_and_refuses_another(played):
     colias, _ = played
     before = (colias.folder / "run" / "trials.parquet").read_bytes()
     again = colias("behave", "optomotor", "--episodes", "2", "--out", "run", "--workers", "2", "--set", "robots=1")
-    assert again.returncode == 0 and "0 of them to do" in again.stderr
+    assert again.returncode == 0 and "of them done already" in again.stderr
     assert (colias.folder / "run" / "trials.parquet").read_bytes() == before
     other = colias("behave", "optomotor", "--episodes", "3", "--out", "run", "--workers", "1", "--set", "robots=1")
     assert other.returncode == 2 and len(other.stderr.strip().splitlines()) == 1
@@ -325,17 +325,16 @@ def test_numbers_do_not_depend_on_workers(played, tmp_path):
     assert pq.read_table(colias.folder / "alone" / "trials.parquet").to_pylist() == one
 
 
-@pytest.mark.parametrize("name", ["newcomer.py", "my_reflex.py"])
-def test_the_readmes_scripts_work_as_pasted(name, tmp_path):
-    text = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-    script = tmp_path / name
-    script.write_text(text.split(f"```python title={name}\n")[1].split("```")[0])
+def test_the_reflex_of_the_documentation_scores_itself(tmp_path):
+    """docs/behaviours-and-training.md as a script; `tests.test_docs_behaviours` runs all else there."""
+    script = tmp_path / "my_reflex.py"
+    script.write_text(titled("my_reflex.py"))
     done = subprocess.run(
         [sys.executable, "-W", "error", str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=300,
         check=False, preexec_fn=one_core,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert ("collisions/m " in done.stdout) == (name == "my_reflex.py")
+    assert "collisions/m " in done.stdout
 
 
 def test_scoring_needs_an_episode():

@@ -2,8 +2,8 @@
 
 import pytest
 
-from experiments.bench.claims import JUDGES, judge
-from experiments.bench.paper import claim_texts
+from experiments.bench.core.verdict import claim_texts
+from experiments.bench.robot.claims import CLAIMS, judge
 
 
 def rows(spikes_by, column, direction="rightward", achieved=1.0, **fixed):
@@ -51,7 +51,7 @@ def test_c14_needs_both_directions_and_every_trial():
     assert judge("C14", right + rows({6: [9]}, "speed_cm_s", peak_hs=0.19), 0.2).verdict == "fails"
 
 
-@pytest.mark.parametrize("claim", JUDGES)
+@pytest.mark.parametrize("claim", CLAIMS)
 def test_no_trials_no_verdict(claim):
     assert judge(claim, [], 0.2).verdict == "untested"
     assert judge(claim, rows({3: [1]}, "speed_cm_s", "leftward"), 0.2).verdict in ("untested", "fails")
@@ -84,7 +84,7 @@ def test_conditions_of_the_other_direction_do_not_count():
 def test_the_words_are_the_paper_s_list():
     texts = claim_texts()
     assert len(texts) == 21
-    assert set(JUDGES) <= set(texts)
+    assert set(CLAIMS) <= set(texts)
     assert judge("C1", [], 0.2).verdict == "untested"
 
 

@@ -12,12 +12,14 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import rerun as rr
 from matplotlib.image import imread
 
-from experiments.bench.results import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from tests.chapters import README, blocks, titled
 
 REPOSITORY = Path(__file__).parents[1]
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2")
@@ -48,7 +50,8 @@ def test_a_run_prints_conditions_verdicts_and_paths(finished):
 def test_tables_hold_every_trial_and_frame(finished):
     folder, _ = finished
     trials, frames = pq.read_table(folder / "trials.parquet"), pq.read_table(folder / "frames.parquet")
-    assert (trials.schema, frames.schema) == (TRIAL_SCHEMA, FRAME_SCHEMA)
+    set_otherwise = [pa.field(f"experiment.{name}", pa.string()) for name in ("speeds_cm_s", "direction")]
+    assert (trials.schema, frames.schema) == (pa.schema([*TRIAL_SCHEMA, *set_otherwise]), FRAME_SCHEMA)
     assert trials["trial"].to_pylist() == list(range(8))
     assert frames.num_rows == sum(trials["frames"].to_pylist())
     for row in trials.to_pylist():
@@ -187,8 +190,8 @@ def test_wrong_uses_end_in_one_line(colias, case):
     assert not (colias.folder / "runs").exists()
 
 
-OWN = """from experiments.bench.declaration import Experiment
-from experiments.bench.designs import Translation
+OWN = """from experiments.bench.robot.experiment import Experiment
+from experiments.bench.robot.designs import Translation
 EXPERIMENT = Experiment(name="mine", summary="", varies="speed_cm_s", {more},
     design=Translation(speeds_cm_s=(20,), distances_cm=(8,)))
 """.replace(", {more}", ", **dict({more})")
@@ -218,10 +221,8 @@ def test_a_broken_experiment_file_is_one_line(colias, text, says):
 
 
 def test_an_experiment_file_of_one_s_own_runs_by_path(colias):
-    """The README's example, as pasted."""
-    readme = (REPOSITORY / "README.md").read_text()
-    example = readme.split("```python title=my_experiment.py\n")[1].split("```")[0]
-    (colias.folder / "my_experiment.py").write_text(example)
+    """The example of docs/your-own-experiment.md, as pasted."""
+    (colias.folder / "my_experiment.py").write_text(titled("my_experiment.py"))
     done = colias("run", "my_experiment.py", "--repeats", "1", "--no-recordings", "--out", "out")
     assert done.returncode == 0, done.stderr
     trials = pq.read_table(colias.folder / "out" / "trials.parquet")
@@ -231,7 +232,7 @@ def test_an_experiment_file_of_one_s_own_runs_by_path(colias):
 PLAIN_DESIGN = """from __future__ import annotations
 from dataclasses import dataclass
 from beside import SPEED
-from experiments.bench.declaration import Condition, Experiment
+from experiments.bench.robot.experiment import Condition, Experiment
 
 @dataclass(frozen=True)
 class Fast:
@@ -266,11 +267,14 @@ def test_one_trial_of_a_condition_has_no_interval(colias):
 
 
 def test_the_readme_s_python_example_runs(tmp_path):
-    readme = (REPOSITORY / "README.md").read_text()
-    example = readme.split("```python\n")[1].split("```")[0]
-    done = subprocess.run([sys.executable, "-c", example], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    """As a script, with worker processes; `tests.test_docs` runs it in its own process."""
+    (example,) = [block.text for block in blocks(README) if block.language == "python"]
+    (tmp_path / "example.py").write_text(example)
+    command = [sys.executable, "-W", "error", "example.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    assert done.stdout
+    assert "emd 6.0 " in done.stdout and "C15 dsnn untested" in done.stdout
+    assert (tmp_path / "speed.png").exists()
 
 
 def test_a_run_is_never_overwritten(finished, colias):
@@ -321,7 +325,7 @@ def missing(name, *rest, **more):
     return real(name, *rest, **more)
 ctypes.CDLL = missing
 sys.argv = ["colias", *sys.argv[1:]]
-from experiments.bench.cli import main
+from experiments.bench.cli.entry import run as main
 main()
 """
 

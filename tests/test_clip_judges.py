@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from experiments.bench import footage_claims
-from experiments.bench.offline_claims import JUDGES, NEEDED, POTENTIALS, judge
+from experiments.bench.clips.claims import CLAIMS, POTENTIALS, judge
+from experiments.bench.footage import claims as footage_claims
 from tests.test_offline import SIGNED, T, blocked, both_shades, depth, greys, grid, row, translations
 
 T_SP = T["dsnn"]
@@ -40,24 +40,24 @@ def without(rows, **values):
     return [each for each in rows if any(each[name] != value for name, value in values.items())]
 
 
-@pytest.mark.parametrize("claim", JUDGES)
+@pytest.mark.parametrize("claim", CLAIMS)
 def test_what_holds_says_what_decided(claim):
     found = judge(claim, enough(claim), T)
     assert found.verdict == "holds" and "(needs" in found.decided and found.n > 0
 
 
-@pytest.mark.parametrize("claim", JUDGES)
+@pytest.mark.parametrize("claim", CLAIMS)
 def test_a_model_that_failed_in_one_clip_leaves_the_claim_untested(claim):
     rows = enough(claim)
-    for model in NEEDED[claim]:
+    for model in CLAIMS[claim].models:
         lost = next(each["clip"] for each in rows if each["model"] == model)
-        if len(NEEDED[claim]) > 1:
+        if len(CLAIMS[claim].models) > 1:
             found = judge(claim, without(rows, model=model, clip=lost), T)
             assert (found.verdict, found.measured) == ("untested", f"of the clips {lost} has no answer of {model}")
         assert judge(claim, without(rows, model=model), T).verdict == "untested"
 
 
-@pytest.mark.parametrize("claim", JUDGES)
+@pytest.mark.parametrize("claim", CLAIMS)
 @pytest.mark.parametrize("nothing", [None, float("nan")])
 def test_a_clip_without_a_number_is_not_judged(claim, nothing):
     for column in POTENTIALS:

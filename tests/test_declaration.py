@@ -4,10 +4,10 @@ import dataclasses
 
 import pytest
 
-from experiments.bench.declaration import Condition, Experiment
-from experiments.bench.designs import Translation
-from experiments.bench.files import UsageError
-from experiments.bench.settings import configure, parameters
+from experiments.bench.core.errors import UsageError
+from experiments.bench.robot.designs import Translation
+from experiments.bench.robot.experiment import Condition, Experiment
+from experiments.bench.robot.plan import configure, parameters
 
 GOOD = {"motion": "translation", "direction": "rightward", "speed_cm_s": 6.0, "distance_cm": 8.0}
 

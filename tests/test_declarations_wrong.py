@@ -5,14 +5,14 @@ import sys
 import pyarrow.parquet as pq
 import pytest
 
-from experiments.bench.cli import main
+from experiments.bench.cli.entry import run as main
 
 QUICK = ("--workers", "0", "--no-recordings", "-q", "--out", "out")
 
 ROBOT = """
 import itertools
 from dataclasses import dataclass
-from experiments.bench.declaration import Condition, Experiment
+from experiments.bench.robot.experiment import Condition, Experiment
 
 GOOD = Condition("translation", "rightward", 30.0, 8.0)
 OTHER = Condition("translation", "leftward", 30.0, 8.0)
@@ -56,7 +56,7 @@ def refused(tmp_path, monkeypatch, capfd):
     return run
 
 
-WHAT = "expected experiments.bench.declaration.Condition(motion, direction, speed_cm_s, distance_cm,"
+WHAT = "expected experiments.Condition(motion, direction, speed_cm_s, distance_cm,"
 
 BODIES = {
     "yield {'speed_cm_s': 6}": ("its conditions()[0] is {'speed_cm_s': 6}", WHAT),
@@ -107,7 +107,7 @@ def test_a_design_that_breaks_under_a_parameter(refused):
 
 
 CLIPS = """
-from experiments.bench.offline import Clip, Figure, OfflineExperiment
+from experiments.bench.clips.experiment import Clip, Figure, OfflineExperiment
 
 SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
 GOOD = dict(name="mine", summary="mine", clips=(Clip("right", "plain", SMALL),), models=("dsnn",))
@@ -115,8 +115,8 @@ EXPERIMENT = OfflineExperiment(**{**GOOD, {changes}})
 """
 
 CHANGES = {
-    "'clips': ({'stimulus': 'plain'},)": "clips[0] is {'stimulus': 'plain'}: expected experiments.bench.offline.Clip(",
-    "'clips': None": "clips=None: legal is a tuple of experiments.bench.offline.Clip(",
+    "'clips': ({'stimulus': 'plain'},)": "clips[0] is {'stimulus': 'plain'}: expected experiments.Clip(",
+    "'clips': None": "clips=None: legal is a tuple of experiments.Clip(",
     "'clips': 'plain'": "clips='plain': legal is a tuple of",
     "'clips': ()": "it needs clips and models",
     "'models': 'dsnn'": "models='dsnn': legal is a tuple of names",

@@ -9,7 +9,7 @@ import pytest
 
 from colias_sim import CameraConfig, Pose, RobotConfig
 from colias_sim.robot import EASE
-from tests.test_envs import NAMES, bare, robots_at_ends
+from tests.envs import NAMES, bare, robots_at_ends
 
 FOCAL = CameraConfig().focal_px
 TRACK = RobotConfig().track_cm
@@ -305,7 +305,9 @@ def test_randomised_wheels_light_and_shells_differ_and_without_it_do_not():
         rows = []
         for seed in range(6):
             env.reset(seed=seed)
-            rows.append((env.luma[:20].mean(), env.luma.min(), *env._wheel_gains, *env._eye.quat))
+            rows.append(
+                (env.luma[:20].mean(), env.luma.min(), *env._wheel_gains, *env._sim.model.camera("observer/eye").quat)
+            )
         env.close()
         return np.array(rows)
 

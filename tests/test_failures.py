@@ -5,7 +5,7 @@ import json
 import pyarrow.parquet as pq
 import pytest
 
-from tests.test_reproduce import example
+from tests.chapters import titled
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")
 
@@ -25,8 +25,8 @@ def test_a_broken_model_file_is_one_line(colias, text):
 
 
 def write_model(colias, instead: str) -> None:
-    """The README's model, with ``instead`` before it takes its gradients."""
-    text = example("my_model.py").replace("        down, right", f"        {instead}\n        down, right")
+    """The model of docs/your-own-model.md, with ``instead`` before it takes its gradients."""
+    text = titled("my_model.py").replace("        down, right", f"        {instead}\n        down, right")
     (colias.folder / "my_model.py").write_text(text)
 
 
@@ -36,6 +36,7 @@ BREAKS = {
     "        raise Two('needs', 'both')": "Two: needs",
     "raise SystemExit(3)": "SystemExit: 3",
     "raise RuntimeError": "RuntimeError",
+    "raise ValueError('a :-1: b [b]c[/b]')": "ValueError: a :-1: b [b]c[/b]",
     "return None": "AnswerError: in frame 0, the answer is a NoneType without hs: expected a dsnn.Response",
     "return Response(float('nan'), 0.0, 0, 0)": "AnswerError: in frame 0, hs is nan: expected a finite number up to"
     " 1e+09 in size",
@@ -80,7 +81,7 @@ def test_a_claim_says_how_many_trials_it_lost(colias):
 
 
 def test_a_model_without_a_threshold_is_drawn_but_not_judged(colias):
-    text = example("my_model.py").replace("    t_sp: float = 0.2  # threshold on the potential\n", "")
+    text = titled("my_model.py").replace("    t_sp: float = 0.2  # threshold on the potential\n", "")
     (colias.folder / "my_model.py").write_text(text.replace("self.parameters.t_sp", "9.0"))
     done = colias("run", "speed", *QUICK[:-1], "--only", "--model", "my_model.py", "--out", "out")
     assert done.returncode == 0, done.stderr
@@ -91,7 +92,7 @@ def test_a_model_without_a_threshold_is_drawn_but_not_judged(colias):
 
 def test_parameters_that_make_themselves_travel_too(colias):
     """A field that is not given but computed: workers have to be able to make the parameters anew."""
-    text = example("my_model.py").replace(
+    text = titled("my_model.py").replace(
         "from dataclasses import dataclass", "from dataclasses import dataclass, field"
     )
     text = text.replace(

@@ -4,7 +4,7 @@ import pyarrow as pa
 import pytest
 from matplotlib.collections import PathCollection
 
-from experiments.bench.figures import figure
+from experiments.bench.robot.figure import figure
 
 
 def drawn(conditions, varies="speed_cm_s", repeats=3):

@@ -65,7 +65,7 @@ def test_an_experiment_s_own_file_is_guarded_from_its_first_line(tmp_path, name)
 # The entry point itself, which says when it has begun.
 READY = """
 import sys
-from experiments.bench import entry
+from experiments.bench.cli import entry
 entry.begin()
 print("ready", flush=True)
 sys.argv[0] = "colias"

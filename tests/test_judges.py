@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from experiments.bench.claims import JUDGES, LEAST, MOTIONS, READS, flaws, judge
+from experiments.bench.robot.claims import CLAIMS, flaws, judge
 from tests.test_claims import depth, rows
 
 T = 0.2
@@ -32,10 +32,10 @@ def enough(claim, n):
     }[claim]
 
 
-@pytest.mark.parametrize("claim", JUDGES)
+@pytest.mark.parametrize("claim", CLAIMS)
 def test_every_claim_has_a_least_number_of_trials(claim):
-    least = LEAST[claim]
-    assert MOTIONS[claim] and READS[claim]
+    least = CLAIMS[claim].least
+    assert CLAIMS[claim].motions and CLAIMS[claim].reads
     assert judge(claim, enough(claim, least), T).verdict == "holds"
     for n in range(1, least):
         few = judge(claim, enough(claim, n), T)
@@ -137,10 +137,10 @@ def test_a_trial_without_a_measured_speed_or_path_is_flawed(nothing):
         assert verdict.verdict == "untested" and says in verdict.measured
 
 
-@pytest.mark.parametrize("claim", JUDGES)
+@pytest.mark.parametrize("claim", CLAIMS)
 @pytest.mark.parametrize("nothing", [float("nan"), None])
 def test_a_trial_without_a_number_is_not_judged(claim, nothing):
-    for column in READS[claim]:
+    for column in CLAIMS[claim].reads:
         trials = enough(claim, 5)
         trials[0] = trials[0] | {column: nothing}
         verdict = judge(claim, trials, T)

@@ -3,7 +3,6 @@
 import csv
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -11,12 +10,17 @@ import pytest
 from scipy import stats
 
 from dsnn import MODELS
-from experiments.bench import leaderboard as board
-from experiments.bench import leaderboard_figure
-from experiments.bench.console import Means
-from experiments.bench.designs import Translation
-from experiments.bench.files import UsageError
-from experiments.bench.leaderboard_scores import (
+from experiments.bench.clips.claims import SIGNED
+from experiments.bench.clips.experiment import Clip
+from experiments.bench.clips.plan import plan
+from experiments.bench.clips.show import show
+from experiments.bench.core.batch import Resources
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import COMPARED, choose, shown_models
+from experiments.bench.core.statistics import area_under_roc, median_interval
+from experiments.bench.leaderboard import figure as leaderboard_figure
+from experiments.bench.leaderboard import run as board
+from experiments.bench.leaderboard.scores import (
     BACKGROUND,
     DEPTH,
     MEASURES,
@@ -33,16 +37,10 @@ from experiments.bench.leaderboard_scores import (
     strength,
     table,
 )
-from experiments.bench.leaderboard_speed import ROUNDS, time_models
-from experiments.bench.leaderboard_trials import ROBOT, clip_experiments
-from experiments.bench.model_option import COMPARED, shown_models
-from experiments.bench.models import choose
-from experiments.bench.offline import Clip, show
-from experiments.bench.offline_claims import SIGNED
-from experiments.bench.offline_run import plan
-from experiments.bench.statistics import area_under_roc, median_interval
-
-README = Path(__file__).parents[1] / "README.md"
+from experiments.bench.leaderboard.stimuli import ROBOT, clip_experiments
+from experiments.bench.leaderboard.timing import ROUNDS, time_models
+from experiments.bench.robot.designs import Translation
+from tests.chapters import titled
 
 
 def clip(motion, hs=(0.0, 0.0), vs=(0.0, 0.0), spikes=0, looming=0.0, absent=False, vs_spikes=0, looming_spikes=None):
@@ -174,7 +172,7 @@ def test_ranking_by_direction_then_auc_then_name():
         ("a", 0.8, 0.5),
         ("gone", None, None),
     ]
-    assert [s.model for s in ranked(standing(*each) for each in given)] == ["d", "c", "a", "b", "loom", "gone"]
+    assert [s.name for s in ranked(standing(*each) for each in given)] == ["d", "c", "a", "b", "loom", "gone"]
 
 
 def test_trials_and_clips_are_what_the_help_says():
@@ -216,7 +214,8 @@ def test_the_figure_draws_a_board_of_dashes():
 
 
 def example():
-    return README.read_text().split("```python title=my_model.py\n")[1].split("```")[0]
+    """The model of docs/your-own-model.md."""
+    return titled("my_model.py")
 
 
 def written(folder):
@@ -231,7 +230,7 @@ def test_a_user_s_model_is_ranked_and_the_folder_goes_on(colias, capsys):
     own, out = str(colias.folder / "my_model.py"), colias.folder / "out"
     done = colias("leaderboard", "--repeats", "1", "--only", "--model", "lgmd1", "--model", own, "--out", "out")
     assert done.returncode == 0, done.stderr
-    assert "gradient" in done.stdout and "Sorted by" in done.stdout and "18 trials, 18 of them to do" in done.stderr
+    assert "gradient" in done.stdout and "Sorted by" in done.stdout and "robot: 18 trials" in done.stderr
     assert "\N{HORIZONTAL ELLIPSIS}" not in done.stdout, "the table fits"
     first = written(out)
     rows = {row["model"]: row for row in first}
@@ -243,11 +242,11 @@ def test_a_user_s_model_is_ranked_and_the_folder_goes_on(colias, capsys):
     assert pq.read_table(out / "clips-clutter" / "trials.parquet").num_rows == 2 * 16
 
     (out / "leaderboard.csv").unlink()
-    board.leaderboard(out, ["lgmd1", own], 1, 0, Means(0))
-    assert capsys.readouterr().err.count(", 0 of them to do") == 3
+    board.run(out, ["lgmd1", own], 1, 0, Resources(0))
+    assert capsys.readouterr().err.count(" of them done already") == 3
     assert written(out) == first
     with pytest.raises(UsageError, match=r"settings\.models"):
-        board.leaderboard(out, ["emd"], 1, 0, Means(0, quiet=True))
+        board.run(out, ["emd"], 1, 0, Resources(0, quiet=True))
 
 
 def fewer(models):
@@ -259,7 +258,7 @@ def test_the_number_of_workers_changes_nothing_but_the_times(tmp_path, monkeypat
     monkeypatch.setattr(board, "clip_experiments", fewer)
     monkeypatch.setattr(board, "time_models", lambda models, shape: {model.label: [1.0] for model in models})
     for workers in (1, 2):
-        board.leaderboard(tmp_path / f"{workers}", ["emd", "lgmd1"], 1, 3, Means(workers, quiet=True))
+        board.run(tmp_path / f"{workers}", ["emd", "lgmd1"], 1, 3, Resources(workers, quiet=True))
     assert written(tmp_path / "1") == written(tmp_path / "2")
 
 
@@ -279,7 +278,7 @@ def test_a_wrong_use_is_told_in_one_line(colias):
 )
 def test_what_cannot_be_run_is_refused_before_anything_is_made(tmp_path, models, repeats, seed, says):
     with pytest.raises(UsageError, match=says):
-        board.leaderboard(tmp_path / "out", models, repeats, seed, Means(0, quiet=True))
+        board.run(tmp_path / "out", models, repeats, seed, Resources(0, quiet=True))
     assert not list(tmp_path.iterdir())
 
 

@@ -11,12 +11,13 @@ import pyarrow.parquet as pq
 import pytest
 
 from dsnn import MODELS
-from experiments.bench import catalogue
-from experiments.bench.cli import main
-from experiments.bench.files import UsageError
-from experiments.bench.model_option import ask
-from experiments.bench.settings import plan, watchers
-from tests.test_reproduce import example
+from experiments.bench import registry
+from experiments.bench.cli.entry import run as main
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import ask
+from experiments.bench.core.settings import watchers
+from experiments.bench.robot.plan import plan
+from tests.chapters import titled
 
 QUICK = ("--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0", "--no-recordings", "-q")
 SMALL = ("--set", "plain.rows=40", "--set", "plain.columns=60", "--set", "plain.width=9", "--set", "plain.height=20")
@@ -86,7 +87,7 @@ def test_a_run_with_the_robot(colias, given, shown):
 
 
 OWN = """
-from experiments.bench.offline import Clip, OfflineExperiment
+from experiments.bench.clips.experiment import Clip, OfflineExperiment
 
 SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
 EXPERIMENT = OfflineExperiment("mine", "a small crossing", (Clip("right", "plain", SMALL),), ("dsnn", "emd"), ("C2",))
@@ -121,7 +122,7 @@ def test_a_stimulus_and_footage(colias, given, shown):
 
 def test_tune_and_leaderboard_add_too(colias):
     """``tune --model`` used to show that model alone, ``leaderboard --model`` all beside it."""
-    (colias.folder / "my_model.py").write_text(example("my_model.py"))
+    (colias.folder / "my_model.py").write_text(titled("my_model.py"))
     common = ("--model", "my_model.py", "--model", "emd", "--out", "out", "--workers", "0")
     ran(colias, "tune", "--curve", "size", *common)
     assert models_of(colias.folder / "out") == [*COMPARED, "gradient"]
@@ -173,7 +174,7 @@ def test_a_report_needs_the_model_that_its_claims_are_about(refused):
 
 def test_one_model_under_two_settings_is_paired(colias):
     """In worker processes too, to which models go as what made them."""
-    (colias.folder / "my_model.py").write_text(example("my_model.py"))
+    (colias.folder / "my_model.py").write_text(titled("my_model.py"))
     given = ("--model", "dsnn:n_con=4,tau_s=200,10", "--model", "my_model.py:gain=1e-9")
     common = ("--set", "experiment.speeds_cm_s=20", "--set", "dsnn.n_con=6", "--repeats", "3", "--no-recordings")
     done = ran(colias, "run", "speed", *common, *given, "--workers", "1", "--out", "out")
@@ -213,7 +214,7 @@ def test_settings_work_on_clips_footage_and_curves(colias):
 
 
 def test_models_without_a_colour_of_their_own_get_different_ones():
-    from experiments.bench.offline_figures import colours
+    from experiments.bench.core.plotting import colours
 
     given = colours(["dsnn", "dsnn:w_i=1", "mine", "dsnn:w_i=0", "emd"])
     assert len(set(given.values())) == 5 and given["dsnn"] == colours(["dsnn"])["dsnn"]
@@ -239,7 +240,7 @@ def test_a_text_is_taken_apart(text):
 
 def test_a_path_with_colons_is_found(colias):
     (colias.folder / "at 12:30").mkdir()
-    (colias.folder / "at 12:30" / "my_model.py").write_text(example("my_model.py"))
+    (colias.folder / "at 12:30" / "my_model.py").write_text(titled("my_model.py"))
     path = "at 12:30/my_model.py"
     ran(colias, "run", "speed", *QUICK, "--only", "--model", path, "--model", f"{path}:gain=1", "--out", "out")
     assert models_of(colias.folder / "out") == ["gradient", "gradient:gain=1"]
@@ -264,24 +265,24 @@ WRONG = {
 def test_wrong_settings_end_in_one_line(refused, tmp_path, text):
     checked = "    t_sp: float = 0.2\n\n    def __post_init__(self):\n        if self.gain % 2:\n            "
     checked += "raise ValueError('an even number is needed')\n"
-    even = example("my_model.py").replace("    t_sp: float = 0.2  # threshold on the potential\n", checked)
+    even = titled("my_model.py").replace("    t_sp: float = 0.2  # threshold on the potential\n", checked)
     (tmp_path / "even.py").write_text(even.replace("gain: float = 0.05", "gain: float = 2.0"))
     assert WRONG[text] in refused("run", "speed", *QUICK, "--model", text, "--out", "out")
 
 
 def test_two_models_of_one_name_are_refused(refused, tmp_path):
     for name, doc in (("one.py", "a"), ("two.py", "b")):
-        (tmp_path / name).write_text(f'"""{doc}"""\n' + example("my_model.py"))
+        (tmp_path / name).write_text(f'"""{doc}"""\n' + titled("my_model.py"))
     said = refused("run", "speed", *QUICK, "--model", "one.py", "--model", "two.py")
     assert "--model two.py: another model shown is called gradient too" in said
-    (tmp_path / "three.py").write_text(example("my_model.py").replace('"gradient"', '"dsnn"'))
+    (tmp_path / "three.py").write_text(titled("my_model.py").replace('"gradient"', '"dsnn"'))
     said = refused("run", "speed", *QUICK, "--model", "three.py")
     assert "--model three.py: another model shown is called dsnn too" in said
 
 
 def test_a_label_with_signs_of_the_printers_is_printed_and_drawn_as_it_is(colias):
     """Brackets are mark-up on the terminal, two dollars a formula in a figure."""
-    text = example("my_model.py").replace("    gain: float = 0.05\n", '    gain: float = 0.05\n    note: str = ""\n')
+    text = titled("my_model.py").replace("    gain: float = 0.05\n", '    gain: float = 0.05\n    note: str = ""\n')
     (colias.folder / "my_model.py").write_text(text)
     label = "gradient:note=[/b]$a$"
     (colias.folder / "mine.py").write_text(OWN)
@@ -294,8 +295,8 @@ def test_a_label_with_signs_of_the_printers_is_printed_and_drawn_as_it_is(colias
 
 def test_a_model_with_settings_travels(tmp_path):
     path = tmp_path / "my_model.py"
-    path.write_text(example("my_model.py"))
-    made = plan(catalogue.load("speed"), ["dsnn", "dsnn:w_i=1", f"{path}:gain=2"], ["dsnn.n_con=4"], 1, 0)
+    path.write_text(titled("my_model.py"))
+    made = plan(registry.load("speed"), ["dsnn", "dsnn:w_i=1", f"{path}:gain=2"], ["dsnn.n_con=4"], 1, 0)
     there = pickle.loads(pickle.dumps(made.settings.models))
     assert there == made.settings.models
     assert [model.label for model in there] == ["dsnn", "dsnn:w_i=1", "gradient:gain=2"]

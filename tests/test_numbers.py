@@ -1,4 +1,4 @@
-"""The README's measured figures are those of docs/results.json, which is of the design that the code has now."""
+"""The measured figures of README.md and docs/ are those of docs/results.json, of the design that the code has now."""
 
 import json
 import re
@@ -8,13 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from experiments.bench import footage_claims, leaderboard_trials, statistics
-from experiments.bench.claims import LEAST, OF_EVERY_TRIAL
-from experiments.bench.description import to_json
-from experiments.bench.paper import claim_texts, tried
-from experiments.bench.reproduce_plan import QUICK, USUAL, design, planned
-from experiments.bench.tuning import families
-from tools.numbers import README, RESULTS, ROOT, blocks, renewed
+from experiments.bench.core import statistics
+from experiments.bench.core.store.description import to_json
+from experiments.bench.core.verdict import claim_texts, tried
+from experiments.bench.footage import claims as footage_claims
+from experiments.bench.leaderboard import stimuli
+from experiments.bench.reproduction.plan import QUICK, USUAL, design, planned
+from experiments.bench.robot.claims import CLAIMS
+from experiments.bench.tuning.probes import families
+from tests.chapters import PAGES as EVERY_PAGE
+from tools.numbers import PAGES, RESULTS, ROOT, blocks, renewed
 
 MARKED = re.compile(r"<!-- measured: .*?<!-- end of measured -->", re.DOTALL)
 
@@ -27,10 +30,17 @@ def described(scale):
     return json.loads(to_json(design(planned(scale, 0))))
 
 
-def test_the_readme_says_what_was_measured():
-    text = README.read_text()
-    assert text == renewed(text, blocks(results())), "run 'make numbers'"
-    assert len(MARKED.findall(text)) == len(blocks(results())) == 2
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_says_what_was_measured(page):
+    text, parts = (ROOT / page).read_text(), blocks(results())
+    assert text == renewed(page, text, {name: parts[name] for name in PAGES[page]}), "run 'make numbers'"
+    assert len(MARKED.findall(text)) == len(PAGES[page])
+
+
+def test_every_measured_part_has_a_page():
+    assert sorted(name for names in PAGES.values() for name in names) == sorted(blocks(results()))
+    marked = {str(page.relative_to(ROOT)) for page in EVERY_PAGE if MARKED.search(page.read_text())}
+    assert marked == set(PAGES)
 
 
 def test_what_was_measured_is_of_the_design_that_the_code_has():
@@ -66,50 +76,59 @@ def run(tmp_path):
         '"colias_sim/Optomotor-v0","still","free distance (m)",2,inf,0.5,inf\n'
         '"colias_sim/Optomotor-v0","still","return",2,9,8,10\n'
     )
-    markers = [f"<!-- measured: {name} -->\nold\n<!-- end of measured -->" for name in ("claims", "behaviours")]
-    (tmp_path / "README.md").write_text("before\n" + "\nbetween\n".join(markers) + "\nafter\n")
+    for page, names in PAGES.items():
+        (tmp_path / page).parent.mkdir(exist_ok=True)
+        markers = [f"<!-- measured: {name} -->\nold\n<!-- end of measured -->" for name in names]
+        (tmp_path / page).write_text("before\n" + "\nbetween\n".join(markers) + "\nafter\n")
     return folder
 
 
 def take(run):
-    command = [sys.executable, "-m", "tools.numbers", str(run), "--results", str(run.parent / "results.json"),
-               "--readme", str(run.parent / "README.md")]  # fmt: skip
+    command = [sys.executable, "-m", "tools.numbers", str(run), "--root", str(run.parent)]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
+
+
+def pages(run):
+    return {page: (run.parent / page).read_text() for page in PAGES}
 
 
 def test_the_command_takes_figures_over(run):
     done = take(run)
     assert (done.returncode, done.stderr) == (0, "")
-    text = (run.parent / "README.md").read_text()
-    assert (
-        text.startswith("before\n") and "\nbetween\n" in text and text.endswith("\nafter\n") and "\nold\n" not in text
-    )
-    assert "Of the 2 claims 1 hold at seed 3; C2 is untested (7 repeats" in text
-    assert r"| C1 | holds | 2 of 3, 1 untested | \|VS\| 0.1 (needs below 0.2) |" in text
-    assert "| C2 | untested |  | needs more |" in text
-    assert "Over 2 episodes of at most 3 s each, at seeds 3 to 4" in text
-    assert "| Optomotor | `still` | optomotor gain 0.25; free distance (m) inf (0.5 .. inf) |" in text
-    assert "- B3 fails: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)." in text
-    kept = json.loads((run.parent / "results.json").read_text())
+    texts = pages(run)
+    for text in texts.values():
+        assert text.startswith("before\n") and text.endswith("\nafter\n") and "\nold\n" not in text
+    readme, claims, behaviours = texts.values()
+    assert "Of the 2 claims 1 hold at seed 3; C2 is untested (7 repeats" in readme
+    says, _ = claim_texts()["C1"]
+    assert f"| C1 | {says} | holds | 2 of 3, 1 untested |" in readme
+    assert r"| C1 | holds | 2 of 3, 1 untested | \|VS\| 0.1 (needs below 0.2) |" in claims
+    assert "| C2 | untested |  | needs more |" in claims
+    assert "Over 2 episodes of at most 3 s each, at seeds 3 to 4" in behaviours
+    assert "| Optomotor | `still` | optomotor gain 0.25; free distance (m) inf (0.5 .. inf) |" in behaviours
+    assert "- B3 fails: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)." in behaviours
+    kept = json.loads((run.parent / "docs" / "results.json").read_text())
     assert kept["design"]["digest"] == "d" and {"commit", "numpy"} <= set(kept["measured_with"])
-    assert take(run).returncode == 0 and (run.parent / "README.md").read_text() == text, "again changes nothing"
+    assert take(run).returncode == 0 and pages(run) == texts, "again changes nothing"
 
 
 @pytest.mark.parametrize("missing", ["design.json", "claims.json", "behaviours.json", "behave-optomotor/scores.csv"])
 def test_an_unfinished_run_is_refused(run, missing):
     (run / missing).unlink()
-    before = (run.parent / "README.md").read_text()
+    before = pages(run)
     done = take(run)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     assert Path(missing).name in done.stderr
-    assert (run.parent / "README.md").read_text() == before and not (run.parent / "results.json").exists()
+    assert pages(run) == before and not (run.parent / "docs" / "results.json").exists()
 
 
-def test_a_readme_without_markers_is_refused(run):
-    (run.parent / "README.md").write_text("nothing measured\n")
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_without_markers_is_refused(run, page):
+    (run.parent / page).write_text("nothing measured\n")
+    before = pages(run)
     done = take(run)
-    assert done.returncode == 2 and "<!-- measured: claims -->" in done.stderr
-    assert not (run.parent / "results.json").exists()
+    assert done.returncode == 2 and page in done.stderr and f"<!-- measured: {PAGES[page][0]} -->" in done.stderr
+    assert pages(run) == before and not (run.parent / "docs" / "results.json").exists()
 
 
 SETTINGS = {
@@ -130,17 +149,22 @@ def test_what_was_tried_quotes_no_measured_figure():
         assert figures <= SETTINGS[claim], (claim, figures - SETTINGS[claim])
 
 
-def test_the_readme_s_prose_quotes_no_measured_interval():
-    prose = re.sub(r"```.*?```", "", MARKED.sub("", README.read_text()), flags=re.DOTALL)
+def prose():
+    """All pages without what is measured, each run of blanks and line ends as one blank."""
+    return " ".join(" ".join(MARKED.sub("", page.read_text()) for page in EVERY_PAGE).split())
+
+
+def test_prose_quotes_no_measured_interval():
+    prose = re.sub(r"```.*?```", "", " ".join(MARKED.sub("", page.read_text()) for page in EVERY_PAGE), flags=re.DOTALL)
     assert not re.findall(r"\(-?[\d.]+ \.\. -?[\d.]+\)|\bof 20 seeds|\d times as|processor time", prose)
 
 
-def test_the_readme_s_figures_of_design_are_those_of_the_code():
-    prose = MARKED.sub("", README.read_text())
-    plain, clutter = leaderboard_trials.clip_experiments(["dsnn"])
-    robot = len(leaderboard_trials.ROBOT.design.conditions()) * leaderboard_trials.REPEATS
+def test_the_figures_of_design_in_prose_are_those_of_the_code():
+    text = prose()
+    plain, clutter = stimuli.clip_experiments(["dsnn"])
+    robot = len(stimuli.ROBOT.design.conditions()) * stimuli.REPEATS
     alone = sum(dict(clip.changes).get("object") == "absent" or clip.stimulus == "foliage" for clip in clutter.clips)
-    means, every = ({LEAST[claim] for claim in LEAST if (claim in OF_EVERY_TRIAL) == of} for of in (False, True))
+    means, every = ({claim.least for claim in CLAIMS.values() if claim.of_every_trial == of} for of in (False, True))
     (least,), (most,) = means, every
     assert USUAL.steps == 30 * 30
     for said in (
@@ -153,6 +177,6 @@ def test_the_readme_s_figures_of_design_are_those_of_the_code():
         f"at least {least} trials of each condition, or {most} if it is about every single trial",
         f"passes T in {footage_claims.LEAST_SECONDS} separate seconds",
         f"of {statistics.PERMUTATIONS} permutations",
-        f"of a mean of fewer than {statistics.LEAST_FOR_BOOTSTRAP} trials it is Student's",
+        f"of a mean of fewer than {statistics.LEAST_FOR_BOOTSTRAP} trials is Student's",
     ):
-        assert said in prose, said
+        assert said in text, said

@@ -11,29 +11,30 @@ import pytest
 
 from dsnn import DSNN, DSNNParams
 from experiments import OFFLINE
-from experiments.bench import catalogue
-from experiments.bench.files import UsageError
-from experiments.bench.models import choose
-from experiments.bench.offline import Clip, OfflineExperiment, show, showings
-from experiments.bench.offline_claims import JUDGES, NEEDED, SIGNED, judge
-from tests.test_reproduce import example
+from experiments.bench import registry
+from experiments.bench.clips.claims import CLAIMS, SIGNED, judge
+from experiments.bench.clips.experiment import Clip, OfflineExperiment, showings
+from experiments.bench.clips.show import show
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import choose
+from tests.chapters import titled
 
 T = {"dsnn": 0.16, "dsn2017": 0.16, "emd": None, "dsnn-on-blocked": 0.16, "dsnn-off-blocked": 0.16}
 
 
 @pytest.mark.parametrize("name", OFFLINE)
 def test_every_declaration_can_be_shown_and_judged(name):
-    experiment = catalogue.find(name)
+    experiment = registry.find(name)
     assert experiment.name == name and experiment.summary
     for claim in experiment.claims:
-        assert NEEDED[claim] <= set(experiment.models)
+        assert CLAIMS[claim].models <= set(experiment.models)
     with pytest.raises(UsageError, match="has no robot"):
-        catalogue.load(name)
+        registry.load(name)
 
 
 def test_all_off_line_claims_are_judged_once():
-    judged = [claim for name in OFFLINE for claim in catalogue.find(name).claims]
-    assert sorted(judged) == sorted(JUDGES) == sorted(f"C{i}" for i in range(1, 12))
+    judged = [claim for name in OFFLINE for claim in registry.find(name).claims]
+    assert sorted(judged) == sorted(CLAIMS) == sorted(f"C{i}" for i in range(1, 12))
 
 
 def row(clip="a", model="dsnn", **changes):
@@ -215,7 +216,7 @@ def test_a_declaration_that_cannot_be_shown(changes, says):
 
 
 OWN = """
-from experiments.bench.offline import Clip, OfflineExperiment
+from experiments.bench.clips.experiment import Clip, OfflineExperiment
 
 SMALL = (("rows", 60), ("columns", 80), ("width", 20), ("height", 30), ("speed", 240.0))
 EXPERIMENT = OfflineExperiment(
@@ -228,7 +229,7 @@ EXPERIMENT = OfflineExperiment(
 def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
     """Run by path, recorded, judged, drawn; resumed with nothing to do; the same on no worker and on two."""
     (colias.folder / "mine.py").write_text(OWN)
-    (colias.folder / "my_model.py").write_text(example("my_model.py"))
+    (colias.folder / "my_model.py").write_text(titled("my_model.py"))
     arguments = ("run", "mine.py", "--model", "my_model.py", "--set", "gradient.gain=0.1")
     done = colias(*arguments, "--out", "out", "--workers", "2")
     assert done.returncode == 0, done.stderr

@@ -4,7 +4,6 @@ import csv
 import itertools
 import subprocess
 import sys
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -13,12 +12,12 @@ import rerun as rr
 
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import STIMULI, Jittered, stimulus
-from experiments.bench import cli_offline, clips
-from experiments.bench.files import UsageError
-from experiments.bench.models import choose
-from experiments.bench.play import play
-
-README = Path(__file__).parents[1] / "README.md"
+from experiments.bench.cli import clips as cli_clips
+from experiments.bench.clips import export
+from experiments.bench.clips.play import play
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import choose
+from tests.chapters import FOOTAGE, blocks
 
 
 def decoded(path):
@@ -40,7 +39,7 @@ def table(path):
 def test_a_clip_on_disk_is_the_stimulus_byte_for_byte(name, tmp_path):
     clip = stimulus(name, seed=2, rows=46, columns=70, fps=15)
     told = []
-    written = clips.write(clip, tmp_path / "clip.avi", lambda: told.append(1))
+    written = export.write(clip, tmp_path / "clip.avi", lambda: told.append(1))
     np.testing.assert_array_equal(decoded(tmp_path / "clip.avi"), [frame.luma for frame in clip])
     assert cv2.VideoCapture(str(tmp_path / "clip.avi")).get(cv2.CAP_PROP_FPS) == 15
     assert len(table(written)) == len(clip) == len(told)
@@ -50,7 +49,7 @@ def test_a_clip_on_disk_is_the_stimulus_byte_for_byte(name, tmp_path):
 def test_the_table_is_the_truth(tmp_path):
     clip = stimulus("cluttered", rows=48, columns=80, width=10, height=12, background_speed=3.5)
     for row, (index, frame) in zip(
-        table(clips.write(clip, tmp_path / "a.avi", lambda: None)), enumerate(clip), strict=True
+        table(export.write(clip, tmp_path / "a.avi", lambda: None)), enumerate(clip), strict=True
     ):
         assert (int(row["frame"]), row["motion"]) == (index, frame.truth.motion)
         assert float(row["time_s"]) == pytest.approx(index / 30, abs=1e-6)
@@ -67,7 +66,7 @@ def test_a_broken_off_clip_leaves_nothing(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        clips.write(stimulus("plain", rows=48, columns=80), tmp_path / "a.avi", stop)
+        export.write(stimulus("plain", rows=48, columns=80), tmp_path / "a.avi", stop)
     assert not list(tmp_path.iterdir())
 
 
@@ -170,8 +169,8 @@ def test_play_records_frames_object_potentials_and_thresholds(colias):
 
 def test_progress_is_told_after_two_seconds_and_now_and_then(monkeypatch, capsys):
     seconds = itertools.count()
-    monkeypatch.setattr(cli_offline.time, "monotonic", lambda: next(seconds))
-    with cli_offline._progress("clip: frames", 30) as advance:
+    monkeypatch.setattr(cli_clips.time, "monotonic", lambda: next(seconds))
+    with cli_clips._progress("clip: frames", 30) as advance:
         for _ in range(30):
             advance()
     assert capsys.readouterr().err.splitlines() == [f"clip: frames: {n} of 30" for n in (3, 14, 25)]
@@ -180,12 +179,12 @@ def test_progress_is_told_after_two_seconds_and_now_and_then(monkeypatch, capsys
 def test_clips_are_not_written_over(tmp_path):
     (tmp_path / "a.csv").write_text("mine")
     with pytest.raises(UsageError, match=r"a\.csv is there already"):
-        clips.write(stimulus("plain"), tmp_path / "a.avi", lambda: None)
+        export.write(stimulus("plain"), tmp_path / "a.avi", lambda: None)
     assert (tmp_path / "a.csv").read_text() == "mine"
 
 
-def test_the_readme_s_example_runs(tmp_path):
-    example = README.read_text().split("```python title=stimulus.py\n")[1].split("```")[0]
+def test_the_example_of_the_documentation_runs(tmp_path):
+    (example,) = [block.text for block in blocks(FOOTAGE) if 'stimulus("cluttered"' in block.text]
     done = subprocess.run([sys.executable, "-c", example], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()

@@ -13,9 +13,10 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from experiments.bench.pool import Jobs, open_pool
+from experiments.bench.core.jobs import Jobs
+from experiments.bench.core.pool import open_pool
+from tests.chapters import titled
 from tests.processes import CLI, alive, members, start, wait_until
-from tests.test_reproduce import example
 
 ROOT = Path(__file__).parents[1]
 
@@ -52,9 +53,9 @@ MISBEHAVE = {
 
 
 def write_model(folder: Path, what: str) -> None:
-    """The README's model, which does ``what`` at its first step."""
+    """The model of docs/your-own-model.md, which does ``what`` at its first step."""
     lines = f"        if not hasattr(self, 'did'):\n            self.did = {what}\n        down, right"
-    text = "import os, time\n" + example("my_model.py").replace("        down, right", lines, 1)
+    text = "import os, time\n" + titled("my_model.py").replace("        down, right", lines, 1)
     (folder / "my_model.py").write_text(text)
 
 
@@ -116,7 +117,8 @@ def test_a_pool_ends_its_own_workers_alone():
 
 FORKED = """
 import os
-from experiments.bench.pool import Jobs, open_pool
+from experiments.bench.core.jobs import Jobs
+from experiments.bench.core.pool import open_pool
 
 def forked(job):
     child = os.fork()
@@ -141,15 +143,18 @@ def test_a_folder_is_free_once_its_run_is_over(tmp_path):
     """In a process that goes on: another may then write there."""
     code = (
         "from pathlib import Path\n"
-        "from experiments.bench import catalogue, console, settings\n"
+        "from experiments.bench import registry\n"
+        "from experiments.bench.core.batch import Resources\n"
+        "from experiments.bench.robot.plan import plan\n"
+        "from experiments.bench.robot.run import run\n"
         "if __name__ == '__main__':\n"
-        "    plan = settings.plan(catalogue.load('speed'), ['dsnn'], ['experiment.speeds_cm_s=20'], 1, 0)\n"
-        "    report = console.run(plan, Path('out'), console.Means(0, None, True), False, False)\n"
+        "    made = plan(registry.load('speed'), ['dsnn'], ['experiment.speeds_cm_s=20'], 1, 0)\n"
+        "    run(made, Path('out'), Resources(0, None, True), resume=False, recordings=False)\n"
         "    import fcntl\n"
         "    with open('out/.lock', 'w') as lock:\n"
         "        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)\n"
-        "    plan = settings.plan(catalogue.load('speed'), ['dsnn'], ['experiment.speeds_cm_s=20'], 1, 0)\n"
-        "    console.run(plan, Path('out'), console.Means(0, None, True), True, False)\n"
+        "    made = plan(registry.load('speed'), ['dsnn'], ['experiment.speeds_cm_s=20'], 1, 0)\n"
+        "    run(made, Path('out'), Resources(0, None, True), resume=True, recordings=False)\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=200, check=False,

@@ -5,28 +5,25 @@ import json
 import re
 import shutil
 import subprocess
-from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
 
-from experiments.bench import catalogue, reproduce, study
+from experiments.bench import registry
+from experiments.bench.reproduction import claims as paper_claims
+from experiments.bench.reproduction import robustness
+from tests.chapters import titled
 from tests.conftest import Colias
 
-README = Path(__file__).parents[1] / "README.md"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-
-
-def example(name: str) -> str:
-    return README.read_text().split(f"```python title={name}\n")[1].split("```")[0]
 
 
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory):
-    """``colias reproduce --quick`` with the README's examples, pasted."""
+    """``colias reproduce --quick`` with the examples of docs/, pasted."""
     colias = Colias(tmp_path_factory.mktemp("reproduce"), timeout_s=1200)  # minutes, on one core
     for name in ("my_experiment.py", "my_model.py"):
-        (colias.folder / name).write_text(example(name))
+        (colias.folder / name).write_text(titled(name))
     own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
     done = colias("reproduce", "--quick", "--out", "out", *own)
     assert done.returncode == 0, done.stderr
@@ -42,7 +39,7 @@ def test_every_claim_is_answered(reproduced):
     assert all(claim["verdict"] == "untested" for claim in claims if claim["id"] in left_out)
     assert "--quick" in claims[6]["measured"]
     assert all(claim["verdict"] in ("holds", "fails") and claim["n"] > 0 for claim in judged)
-    at_seeds = [claim for claim in judged if claim["id"] in study.ROBOT_CLAIMS]
+    at_seeds = [claim for claim in judged if claim["id"] in robustness.ROBOT_CLAIMS]
     assert all(0 <= claim["seeds_holding"] <= claim["seeds"] == 2 for claim in at_seeds)
     assert all(claim["pooled"].startswith(("holds: ", "fails: ")) for claim in at_seeds)
     assert all(claim["tried"] for claim in at_seeds if claim["seeds_holding"] < 2 or claim["verdict"] == "fails")
@@ -94,7 +91,7 @@ def test_again_in_the_same_folder_runs_nothing(reproduced):
     own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
     done = colias("reproduce", "--quick", "--out", "out", *own)
     assert done.returncode == 0
-    assert "other seeds: 210 trials, 0 of them to do" in done.stderr
+    assert "other seeds: 210 trials, on 1 worker; 210 of them done already" in done.stderr
     assert (colias.folder / "out" / "seeds" / "trials.parquet").read_bytes() == before
     other = colias("reproduce", "--quick", "--out", "out", *own, "--seed", "3")
     assert (other.returncode, other.stderr.splitlines()[-1].count("seed is 0 there and 3 now")) == (2, 1)
@@ -138,7 +135,7 @@ def test_the_page_in_a_browser(reproduced, width, tmp_path):
 
 @pytest.mark.parametrize("name", ["seeds", "sensitivity", "speed"])
 def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
-    text = example("my_experiment.py").replace('"my_experiment"', f'"{name}"')
+    text = titled("my_experiment.py").replace('"my_experiment"', f'"{name}"')
     (colias.folder / "mine.py").write_text(text)
     done = colias("reproduce", "--quick", "--experiment", "mine.py", "--out", "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
@@ -148,10 +145,10 @@ def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
 
 def test_moves_change_what_they_name_and_nothing_else():
     """Each case of the sensitivity study differs from the defaults in its own parameter, and in no seed."""
-    network, *apparatus = study.sensitivity_cases(1, 0)
-    assert network.labels == ("dsnn", *study.NETWORK_MOVES)
+    network, *apparatus = robustness.sensitivity_cases(1, 0)
+    assert network.labels == ("dsnn", *robustness.NETWORK_MOVES)
     defaults = network.specs[0].settings
-    for case, (name, changes) in zip(apparatus, study.APPARATUS_MOVES.items(), strict=True):
+    for case, (name, changes) in zip(apparatus, robustness.APPARATUS_MOVES.items(), strict=True):
         assert case.name == name
         assert [s.seed for s in case.specs] == [s.seed for s in network.specs]
         assert len(case.specs[0].settings.models) == 1
@@ -163,41 +160,45 @@ def test_moves_change_what_they_name_and_nothing_else():
 
 def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
     """Headline, other seeds and moves: the experiment that declares it, and no other one's trials."""
-    where = study.judged_in()
+    where = robustness.judged_in()
     assert where["C13"] == where["C14"] == "general"
     for claim, name in where.items():
-        assert claim in catalogue.load(name).claims
-    assert set(study.ROBOT_CLAIMS) <= set(where)
-    (case,) = study.seed_cases([0], 5)
-    assert {spec.experiment for spec in case.specs} == set(study.PAPER)
+        assert claim in registry.load(name).claims
+    assert set(robustness.ROBOT_CLAIMS) <= set(where)
+    (case,) = robustness.seed_cases([0], 5)
+    assert {spec.experiment for spec in case.specs} == set(robustness.PAPER)
     silent = {"spikes": 0, "peak_hs": 0.1, "trough_hs": -0.1, "path_error_mm": 0.1, "model": "dsnn"}
     rows = [
         {"trial": index, "experiment": spec.experiment, **dataclasses.asdict(spec.condition), **silent,
          "achieved_speed_cm_s": spec.condition.speed_cm_s}
         for index, spec in enumerate(case.specs)
     ]  # fmt: skip
-    assert study.verdicts([case], rows)["0"]["C13"] == "holds"
+    assert robustness.verdicts([case], rows)["0"]["C13"] == "holds"
     spiking = [row | {"spikes": 3 * (row["experiment"] == "angular-recession")} for row in rows]
-    assert study.verdicts([case], spiking)["0"]["C13"] == study.pooled([case], spiking)["C13"].verdict == "holds"
+    assert (
+        robustness.verdicts([case], spiking)["0"]["C13"] == robustness.pooled([case], spiking)["C13"].verdict == "holds"
+    )
     spiking = [row | {"spikes": 3 * (row["experiment"] == "general")} for row in rows]
-    assert study.verdicts([case], spiking)["0"]["C13"] == study.pooled([case], spiking)["C13"].verdict == "fails"
+    assert (
+        robustness.verdicts([case], spiking)["0"]["C13"] == robustness.pooled([case], spiking)["C13"].verdict == "fails"
+    )
     lost = [
         row
         for row in rows
         if row["trial"] != case.specs.index(next(s for s in case.specs if s.experiment == "general"))
     ]
-    found = study.verdicts([case], lost)["0"]
+    found = robustness.verdicts([case], lost)["0"]
     assert found["C13"] == found["C14"] == "untested" != found["C16"]
 
 
 def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
     """And not that it needs footage."""
-    monkeypatch.setattr(study, "judged_in", dict)
-    said = {claim.id: claim.measured for claim in reproduce._claims([], [], {}, {}, "")}
+    monkeypatch.setattr(robustness, "judged_in", dict)
+    said = {claim.id: claim.measured for claim in paper_claims.verdicts([], [], {}, {}, "")}
     assert "footage" in said["C12"] and "footage" not in said["C15"]
     assert said["C15"] == "none of the experiments here declares this claim"
 
 
 def test_a_case_with_a_trial_missing_is_untested():
-    cases = study.seed_cases([0], 1)
-    assert set(study.verdicts(cases, [])["0"].values()) == {"untested"}
+    cases = robustness.seed_cases([0], 1)
+    assert set(robustness.verdicts(cases, [])["0"].values()) == {"untested"}

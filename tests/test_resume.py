@@ -171,7 +171,10 @@ def test_a_cluster_that_is_lost_ends_in_one_line_and_keeps_what_was_finished(tmp
     command = [*COMMAND, *SLOW, "--repeats", "10"]
     with LocalCluster(**options, protocol="tcp://") as cluster:
         address = cluster.scheduler_address
-        code = "from experiments.bench import pool, cli; pool.ClusterPool.PATIENCE_S = 2.0; cli.main()"
+        code = (
+            "from experiments.bench.cli import entry\nfrom experiments.bench.core.workers.cluster import ClusterPool\n"
+        )
+        code += "ClusterPool.PATIENCE_S = 2.0\nentry.main()"
         start_it = [sys.executable, "-c", code, *command[3:], "--out", "out", "--cluster", address]
         process = subprocess.Popen(start_it, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
         wait_for_trials(tmp_path / "out", 1, process)

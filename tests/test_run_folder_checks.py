@@ -10,12 +10,12 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from experiments.bench import cli
+from experiments.bench.cli import entry
 from tests.conftest import Colias
 from tests.damages import DAMAGES, FRAMES, RECORDINGS, TABLES, TRIALS, Damage
 
 EXPERIMENT = """
-from experiments.bench.offline import Clip, OfflineExperiment
+from experiments.bench.clips.experiment import Clip, OfflineExperiment
 
 SMALL = (("rows", 60), ("columns", 80), ("width", 20), ("height", 30), ("speed", 240.0))
 EXPERIMENT = OfflineExperiment(
@@ -87,7 +87,7 @@ def goes_on(monkeypatch, capsys, folder: Path, *arguments: str) -> tuple[int, st
     monkeypatch.chdir(folder)
     monkeypatch.setattr(sys, "argv", ["colias", *arguments])
     with pytest.raises(SystemExit) as ended:
-        cli.main()
+        entry.run()
     return ended.value.code or 0, capsys.readouterr().err
 
 
@@ -169,10 +169,10 @@ def test_a_row_made_again_with_other_numbers_is_told(base, monkeypatch, capsys, 
 # What computes: the user's files, the project's own.
 
 BEHAVIOUR = """
-from experiments.bench.behaving import Behaviour
+from experiments.bench.closed_loop.find import Behaviour
 from gains import GAIN
 
-BEHAVIOUR = Behaviour.told("slow", "crawls", "colias_sim/Optomotor-v0", lambda state: (GAIN, GAIN))
+BEHAVIOUR = Behaviour.oracle("slow", "crawls", "colias_sim/Optomotor-v0", lambda state: (GAIN, GAIN))
 """
 KINDS = {
     "clips": (("run", "mine.py", "--no-recordings", "--workers", "0"), "--resume", ""),
@@ -252,7 +252,7 @@ def test_a_file_edited_while_the_run_goes_on_ends_it(colias):
 @pytest.fixture
 def elsewhere(tmp_path):
     """A copy of the project in no checkout, and what runs its command line."""
-    root = Path(cli.__file__).parents[2]
+    root = Path(entry.__file__).parents[3]
     for package in ("colias_sim", "dsnn", "scenes", "experiments"):
         shutil.copytree(root / package, tmp_path / "copy" / package, ignore=shutil.ignore_patterns("__pycache__"))
 
@@ -308,11 +308,14 @@ def test_other_versions_are_refused_unless_asked_for(base, monkeypatch, capsys, 
 
 KILLED = """
 import resource, signal, sys
-from experiments.bench import cli, console, offline_figures, offline_run
+from experiments.bench.cli import entry
+from experiments.bench.robot import table as robot_table
+from experiments.bench.clips import figure as clips_figure
+from experiments.bench.clips import run as clips_run
 signal.signal(signal.SIGXFSZ, getattr(signal, sys.argv[1]))
 resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
 sys.argv[:2] = ["colias"]
-cli.main()
+entry.run()
 """
 
 

@@ -5,13 +5,13 @@ import dataclasses
 import pytest
 
 from experiments import NAMES
-from experiments.bench import catalogue
-from experiments.bench.files import UsageError
-from experiments.bench.settings import configure, parameters
+from experiments.bench import registry
+from experiments.bench.core.errors import UsageError
+from experiments.bench.robot.plan import configure, parameters
 
 
 def configured(*assignments):
-    return configure(catalogue.load("speed"), ["dsnn"], assignments)
+    return configure(registry.load("speed"), ["dsnn"], assignments)
 
 
 def test_defaults_are_the_robot_preset():
@@ -35,7 +35,7 @@ def test_every_section_is_reached():
 
 
 def test_every_listed_parameter_can_be_set_to_what_it_is():
-    listed = list(parameters(catalogue.load("speed"), ["dsnn"]))
+    listed = list(parameters(registry.load("speed"), ["dsnn"]))
     assert len(listed) > 40
     assert all(row.description for row in listed)
     assert configured(*(f"{row.key}={row.value}" for row in listed)) == configured()
@@ -70,32 +70,32 @@ def test_refusals_name_value_and_range(text, says):
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_is_a_whole_declaration(name):
     """Conformance: the name is its file's, every condition is distinct, every claim has words and a judge."""
-    from experiments.bench.claims import JUDGES
-    from experiments.bench.paper import claim_texts
+    from experiments.bench.core.verdict import claim_texts
+    from experiments.bench.robot.claims import CLAIMS
 
-    experiment = catalogue.load(name)
+    experiment = registry.load(name)
     assert experiment.name == name
     conditions = experiment.design.conditions()
     assert len(set(conditions)) == len(conditions) > 0
     assert len({getattr(c, experiment.varies) for c in conditions}) > 1
     assert experiment.repeats == 10
     assert set(experiment.claims) <= set(claim_texts())
-    assert set(experiment.claims) <= {*JUDGES, "C21"}
+    assert set(experiment.claims) <= {*CLAIMS, "C21"}
     assert dataclasses.is_dataclass(experiment.design)
 
 
 def test_models_have_sections_of_their_own_and_families_share_one():
     three = ["dsnn", "dsnn-reference", "dsn2017"]
-    _, settings = configure(catalogue.load("speed"), three, ["dsnn.n_con=6", "dsn2017.n_con=4"])
+    _, settings = configure(registry.load("speed"), three, ["dsnn.n_con=6", "dsn2017.n_con=4"])
     assert [m.network.n_con for m in settings.models] == [6, 6, 4]
     assert [m.network.fdsr for m in settings.models] == [True, True, False]
-    _, settings = configure(catalogue.load("speed"), ["dsnn", "dsnn"], [])
+    _, settings = configure(registry.load("speed"), ["dsnn", "dsnn"], [])
     assert [m.label for m in settings.models] == ["dsnn"], "the same under the same settings: shown once"
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_can_run_as_declared(name):
-    from experiments.bench.settings import plan
+    from experiments.bench.robot.plan import plan
 
-    made = plan(catalogue.load(name), ["dsnn"], [], 1, 0)
+    made = plan(registry.load(name), ["dsnn"], [], 1, 0)
     assert made.frames() > 30 * len(made.specs())

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from dsnn import Response
-from experiments.bench import policy_file
-from experiments.bench.behaving import load_behaviour
-from experiments.bench.files import UsageError
-from experiments.bench.policy import SENSED, About, Policy, Steering
+from experiments.bench.closed_loop import policy_file
+from experiments.bench.closed_loop.find import load_behaviour
+from experiments.bench.closed_loop.policy import SENSED, About, Policy, Steering
+from experiments.bench.core.errors import UsageError
 
 OPTOMOTOR = "colias_sim/Optomotor-v0"
 ABOUT = About(OPTOMOTOR, seed=3, steps=512, envs=2, hidden=(5, 4))
@@ -146,11 +146,11 @@ def header(shape, descr="<f4"):
         ({"weights0": np.zeros((4, SENSED), np.float32)}, "layers of shapes"),
         ({"weights1": np.zeros((4, 5))}, "not float32"),
         ({"weights1": np.full((4, 5), np.nan, np.float32)}, "not finite"),
-        ({"weights0": header((10**9, 10**9))}, "does not fit its 0 bytes"),
+        ({"weights0": header((10**9, 10**9))}, "not a policy file"),
         ({"weights0": header((-1, -1)) + bytes(4)}, "not a policy file"),
-        ({"weights0": header((5, SENSED), "|O")}, "expected plain float32"),
+        ({"weights0": header((5, SENSED), "|O")}, "not a policy file"),
         ({"weights0": b"\x93NUMPY\x01\x00"}, "not a policy file"),
-        ({"weights0": b"\x93NUMPY\x09\x00" + bytes(90)}, "unknown version"),
+        ({"weights0": b"\x93NUMPY\x09\x00" + bytes(90)}, "not a policy file"),
     ],
 )
 def test_damaged_contents_are_refused_in_a_line(saved, changes, said):
@@ -194,6 +194,21 @@ def test_a_file_cut_anywhere_or_with_bytes_changed_never_raises_anything_else(sa
             policy_file.load(saved)
         except UsageError as error:
             assert "\n" not in str(error)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux for the peak of this process's memory")
+@pytest.mark.parametrize("shape", [(2**20,), (2**28,), (2**34, 2**4)])
+def test_a_header_that_claims_much_takes_no_memory(saved, shape):
+    def peak_kb():
+        lines = Path("/proc/self/status").read_text().splitlines()
+        return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
+
+    rewritten(saved, weights0=header(shape))
+    Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
+    before = peak_kb()
+    with pytest.raises(UsageError, match="not a policy file"):
+        policy_file.load(saved)
+    assert peak_kb() - before < 3_000, "the file itself has 2 KB; the smallest claim is 4 MB"
 
 
 def test_what_unpacks_to_more_than_a_policy_is_refused_unread(saved):
@@ -250,7 +265,7 @@ def test_wrong_uses_end_in_a_line(colias, arguments, said):
 def test_without_the_extra_a_line_says_what_to_install(colias, tmp_path):
     hidden = "import importlib.util as u, sys; find = u.find_spec\n" \
              "u.find_spec = lambda name, *rest: None if name == 'torch' else find(name, *rest)\n" \
-             "from experiments.bench.cli import main; sys.argv = ['colias', 'train']; main()"  # fmt: skip
+             "from experiments.bench.cli.entry import run as main; sys.argv = ['colias', 'train']; main()"  # fmt: skip
     done = subprocess.run([sys.executable, "-c", hidden], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and "Traceback" not in done.stderr
     assert "needs torch, which is not installed: run 'make train'" in done.stderr
@@ -277,7 +292,7 @@ def test_training_saves_what_the_network_answers_and_is_repeatable():
     torch = pytest.importorskip("torch")
     from contextlib import nullcontext
 
-    from experiments.bench.training import train
+    from experiments.bench.training.ppo import train
 
     about, steps = About(OPTOMOTOR, seed=1, steps=256, envs=1), []
     first, second = (train(about, lambda: nullcontext(lambda: steps.append(1))) for _ in range(2))
@@ -302,8 +317,8 @@ def test_the_exported_network_answers_as_the_model_does():
     from stable_baselines3 import PPO
     from stable_baselines3.common.vec_env import DummyVecEnv
 
-    from experiments.bench.steered import steered
-    from experiments.bench.training import exported
+    from experiments.bench.training.env import steered
+    from experiments.bench.training.ppo import exported
 
     about = dataclasses.replace(ABOUT, hidden=(32, 32))
     envs = DummyVecEnv([lambda: steered(about)])

@@ -9,12 +9,13 @@ import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from dsnn import DSNN, DSNNParams
-from experiments.bench import courses, log, trial
-from experiments.bench.declaration import Condition, Experiment, Settings, trial_seed, trial_specs
-from experiments.bench.designs import Angular, Egomotion, Translation, angular
-from experiments.bench.models import choose
-from experiments.bench.results import finished
-from experiments.bench.trial import run_trial
+from experiments.bench.core.models import choose
+from experiments.bench.robot import recording as robot_recording
+from experiments.bench.robot import trajectory, trial
+from experiments.bench.robot.designs import Angular, Egomotion, Translation, angular
+from experiments.bench.robot.experiment import Condition, Experiment, Settings, trial_seed, trial_specs
+from experiments.bench.robot.rows import finished
+from experiments.bench.robot.trial import run_trial
 
 
 def settings(**changes) -> Settings:
@@ -108,7 +109,7 @@ def test_a_model_without_the_layers_is_recorded_all_the_same(name, channel, tmp_
     """First of a run's models, as the one that recordings show the layers of."""
     import rerun as rr
 
-    from experiments.bench.log import record
+    from experiments.bench.robot.recording import record
 
     result = run_trial(spec(models=(choose(name), choose("dsnn"))), keep_media=True)
     assert result.media.camera.any() and not result.media.maps
@@ -156,7 +157,7 @@ def test_a_heading_error_is_corrected_within_a_millimetre():
         spec = trial.TrialSpec(
             "test", 0, 0, 5, angular(motion, 15.0, 6.0, 5.0, 20.0, 17.0), settings(heading_sd_deg=0.0)
         )
-        route = courses.nominal(spec.condition, spec.settings)
+        route = trajectory.nominal(spec.condition, spec.settings)
         askew = dataclasses.replace(route, start=dataclasses.replace(route.start, heading=route.start.heading + 0.061))
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(trial, "course", lambda *_, askew=askew: askew)
@@ -226,7 +227,7 @@ def test_a_crossing_is_out_of_a_moving_observer_s_view_at_both_ends(direction, d
 def test_turning_with_the_stimulus_is_refused():
     condition = Condition("translation", "rightward", 6.0, 8.0, observer_turn_deg_s=-20.0)
     with pytest.raises(ValueError, match=r"turn of -20 degrees/s keeps a stimulus of 6 cm/s in view"):
-        courses.nominal(condition, settings())
+        trajectory.nominal(condition, settings())
 
 
 def test_conditions_set_the_scene():
@@ -293,9 +294,9 @@ def test_recordings_leave_neither_threads_nor_memory_behind():
         return len(list(Path("/proc/self/task").iterdir())), pages * resource.getpagesize() / 1e6
 
     for _ in range(3):
-        log.record(result)
+        robot_recording.record(result)
     threads, memory = state()
     for _ in range(20):
-        log.record(result)
+        robot_recording.record(result)
     assert state()[0] <= threads
     assert state()[1] - memory < 10.0, "MB; what it was sent is 2 MB a time"

@@ -11,14 +11,16 @@ import pyarrow.parquet as pq
 import pytest
 
 from dsnn import DSNN, EMD, DSNNParams, EMDParams
-from experiments.bench import cli_tune, tuning, tuning_figures, tuning_run
-from experiments.bench.console import Means
-from experiments.bench.files import UsageError
-from experiments.bench.pool import open_pool
-from experiments.bench.tuning import CURVES, Family, Probe, curve_family, families
-from experiments.bench.tuning_curves import (
-    Answer,
+from experiments.bench.cli import tune
+from experiments.bench.core.batch import Resources
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.pool import open_pool
+from experiments.bench.tuning import figure as tuning_figure
+from experiments.bench.tuning import probes
+from experiments.bench.tuning import run as tuning_run
+from experiments.bench.tuning.curves import (
     Preferred,
+    TuningPoint,
     answer,
     best_rows,
     grid,
@@ -30,8 +32,9 @@ from experiments.bench.tuning_curves import (
     selectivity,
     speed_slope,
 )
-from experiments.bench.tuning_preferences import preferences
-from tests.test_reproduce import example
+from experiments.bench.tuning.preferences import preferences
+from experiments.bench.tuning.probes import CURVES, Family, Probe, curve_family, families
+from tests.chapters import titled
 
 TURNS = [22.5 * i for i in range(16)]
 
@@ -47,7 +50,7 @@ def shown(model, probe):
 def made_up(turns, **of):
     """Answers of a model to gratings in these directions: ``of`` gives hs, vs, looming as functions of the angle."""
     return [
-        Answer("direction", "grating", "m", t, None, t, 0.0,
+        TuningPoint("direction", "grating", "m", t, None, t, 0.0,
                *(of[s](math.radians(t)) if s in of else 0.0 for s in ("hs", "vs", "looming")))
         for t in turns
     ]  # fmt: skip
@@ -160,7 +163,9 @@ def test_preferences_of_made_up_answers():
 
 
 def test_a_map_has_holes_where_clips_failed():
-    given = [Answer("frequency", "grating", "m", x, y, 0.0, x * y, 0, 0, 0) for x in (1.0, 2.0) for y in (3.0, 4.0)]
+    given = [
+        TuningPoint("frequency", "grating", "m", x, y, 0.0, x * y, 0, 0, 0) for x in (1.0, 2.0) for y in (3.0, 4.0)
+    ]
     x, y, response = grid(given[1:], "m", "frequency")
     assert (x, y) == ([1.0, 2.0], [3.0, 4.0])
     np.testing.assert_array_equal(response, [[math.nan, 6.0], [4.0, 8.0]])
@@ -267,7 +272,7 @@ def csv_of(path):
 
 
 def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(colias):
-    (colias.folder / "my_model.py").write_text(example("my_model.py"))
+    (colias.folder / "my_model.py").write_text(titled("my_model.py"))
     arguments = ("tune", "--only", "--model", "my_model.py", "--model", "dsnn", "--curve", "size", "--out", "out")
     done = colias(*arguments)
     assert done.returncode == 0, done.stderr
@@ -276,7 +281,7 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
     assert "out/size.png" in done.stdout
     rows = csv_of(out / "tuning.csv")
     sizes = sorted({float(row["size_px"]) for row in rows})
-    assert tuple(sizes) == tuning.SIZES_PX and len(rows) == 2 * len(sizes)
+    assert tuple(sizes) == probes.SIZES_PX and len(rows) == 2 * len(sizes)
     assert {row["model"] for row in rows} == {"gradient", "dsnn"}
     assert [row["model"] for row in csv_of(out / "preferences.csv")] == ["gradient", "dsnn"]
     assert (out / "size.svg").stat().st_size > 1000 and not (out / "speed.png").exists()
@@ -286,7 +291,7 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
     assert pq.read_table(out / "trials.parquet").equals(before)
     made = tuning_run.plan([str(colias.folder / "my_model.py"), "dsnn"], ["size"], ["gradient.gain=0.1"], 0)
     with open_pool(0) as pool, pytest.raises(UsageError, match=r"network\.gain is 0\.05 there and 0\.1 now"):
-        tuning_run.run(made, out, pool, Means(0, quiet=True))
+        tuning_run.run(made, out, pool, Resources(0, quiet=True))
 
 
 @pytest.mark.parametrize(
@@ -311,7 +316,7 @@ def test_a_wrong_use_is_refused_and_leaves_nothing(tmp_path, monkeypatch, change
     usual = {name: None for name in ("model", "curve", "out", "assignments", "cluster")}
     given = {**usual, "seed": 0, "workers": 0, "quiet": True, "only": False, **changes}
     with pytest.raises(UsageError, match=says):
-        cli_tune.tune(**{**given, "out": given["out"] and Path(given["out"])})
+        tune.tune(**{**given, "out": given["out"] and Path(given["out"])})
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["experiment.json", "mine", "run", "speed.png"]
 
 
@@ -328,7 +333,7 @@ def test_numbers_do_not_depend_on_workers(tmp_path):
     reports = []
     for workers in (1, 2):
         with open_pool(workers) as pool:
-            reports.append(tuning_run.run(made, tmp_path / str(workers), pool, Means(workers, quiet=True)))
+            reports.append(tuning_run.run(made, tmp_path / str(workers), pool, Resources(workers, quiet=True)))
     assert reports[0].answers == reports[1].answers
     for name in ("tuning.csv", "preferences.csv", "speed.svg"):
         first, second = ((tmp_path / str(workers) / name).read_bytes() for workers in (1, 2))
@@ -340,12 +345,12 @@ def test_every_figure_is_drawn_of_whatever_there_is():
     channels = {"dsnn": ("hs", "vs"), "lgmd1": ("looming",), "mine": ("hs", "vs")}
     for family in map(curve_family, CURVES):
         whole = [
-            Answer(family.name, p.line, m, p.x, p.y, p.direction_deg, 0.1 * (m == "dsnn"), 0.1, 0.0, 0.2)
+            TuningPoint(family.name, p.line, m, p.x, p.y, p.direction_deg, 0.1 * (m == "dsnn"), 0.1, 0.0, 0.2)
             for p in family.probes
             for m in channels
         ]
         for given in (whole, whole[:5]):
-            drawn = tuning_figures.draw(family, given, channels)
+            drawn = tuning_figure.draw(family, given, channels)
             drawn.draw_without_rendering()
             titles = [axes.get_title() for axes in drawn.axes]
             assert all(any(m in title for title in titles) for m in channels) or family.kind == "curve"

@@ -17,13 +17,13 @@ import pytest
 import rerun as rr
 
 from dsnn import DSNN, DSNNParams
-from experiments.bench import footage_claims
-from experiments.bench.cli import main
-from experiments.bench.files import UsageError
-from experiments.bench.footage import Footage, ahead, usual_size
-from experiments.bench.frame_table import SCHEMA
-from experiments.bench.settings import watchers
-from experiments.bench.watch import Tracker
+from experiments.bench.cli.entry import run as main
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.settings import watchers
+from experiments.bench.footage import claims as footage_claims
+from experiments.bench.footage.rows import SCHEMA
+from experiments.bench.footage.video import Footage, ahead, usual_size
+from experiments.bench.footage.watch import Tracker
 from tests.footage import FPS, SHAPE, Walker, street, write
 
 WALKERS = (Walker(3.6, enters=4), Walker(-3.6, enters=110))
@@ -245,7 +245,15 @@ def test_a_viewer_needs_a_screen(films, colias):
 
 
 def test_a_viewer_that_does_not_open_is_told_in_one_line(films, tmp_path):
-    command = [sys.executable, "-m", "experiments.bench.cli", "watch", str(films / "street.avi"), "--table", "t.csv"]
+    command = [
+        sys.executable,
+        "-m",
+        "experiments.bench.cli",
+        "watch",
+        str(films / "street.avi"),
+        "--table",
+        "t.csv",
+    ]
     environment = {k: v for k, v in os.environ.items() if k != "WAYLAND_DISPLAY"} | {"DISPLAY": ":7654321"}
     done = subprocess.run(
         command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60, check=False

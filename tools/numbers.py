@@ -1,9 +1,9 @@
-"""Take the README's measured figures over from a finished reproduction: ``python -m tools.numbers RUN_FOLDER``.
+"""Take the documentation's measured figures over from a finished reproduction: ``python -m tools.numbers RUN_FOLDER``.
 
-``colias reproduce`` leaves its design, verdicts and scores in its folder. This writes what the README quotes of them
-into ``docs/results.json``, with the design they were measured by, and renews the README between its markers. Nothing
-in the README outside the markers, nor in ``experiments/bench/tried.toml``, quotes a measured figure.
-`tests/test_numbers.py` holds the README against the file, and the file's design against that of the code.
+``colias reproduce`` leaves its design, verdicts and scores in its folder. This writes what the README and the chapters
+of docs/ quote of them into ``docs/results.json``, with the design they were measured by, and renews the pages between
+their markers. Nothing outside the markers, nor in ``experiments/bench/core/tried.toml``, quotes a measured figure.
+`tests/test_numbers.py` holds the pages against the file, and the file's design against that of the code.
 """
 
 from __future__ import annotations
@@ -19,8 +19,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from experiments.bench.core.verdict import claim_texts
+
 ROOT = Path(__file__).parents[1]
-RESULTS, README = ROOT / "docs" / "results.json", ROOT / "README.md"
+RESULTS = ROOT / "docs" / "results.json"
+PAGES: Mapping[str, tuple[str, ...]] = {
+    "README.md": ("verdicts",),
+    "docs/what-the-numbers-mean.md": ("claims",),
+    "docs/behaviours-and-training.md": ("behaviours",),
+}
+"""Page -> its measured parts, by the names in their markers."""
 CLAIM_FIELDS = ("id", "verdict", "seeds_holding", "seeds", "seeds_untested", "decided", "measured")
 OWN_FIELDS = ("id", "says", "verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
@@ -28,7 +36,7 @@ BEGIN, END = "<!-- measured: {} -->\n", "<!-- end of measured -->"
 
 
 class NotFinished(Exception):
-    """A folder that holds no finished reproduction, or a README without the markers: what is missing."""
+    """A folder that holds no finished reproduction, or a page without its markers: what is missing."""
 
 
 def taken(run: Path) -> dict[str, Any]:
@@ -79,11 +87,20 @@ def _commit() -> str:
 
 
 def blocks(results: Mapping[str, Any]) -> dict[str, str]:
-    """The README's measured parts by name, as Markdown."""
-    return {"claims": _claims(results), "behaviours": _behaviours(results)}
+    """The measured parts of the pages by name, as Markdown."""
+    return {"verdicts": _verdicts(results), "claims": _claims(results), "behaviours": _behaviours(results)}
 
 
-def _claims(results: Mapping[str, Any]) -> str:
+def _verdicts(results: Mapping[str, Any]) -> str:
+    """How many claims hold, and a row a claim: its words, its verdict, at how many seeds it holds."""
+    lines = [_counted(results), "", "| claim | the paper says | verdict | seeds |", "|---|---|---|---|"]
+    for claim in results["claims"]:
+        says, _ = claim_texts()[claim["id"]]
+        lines.append(f"| {claim['id']} | {_cell(says)} | {claim['verdict']} | {_seeds(claim)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _counted(results: Mapping[str, Any]) -> str:
     claims, scale, seed = results["claims"], results["design"]["scale"], results["design"]["seed"]
     by_verdict = {
         verdict: [claim["id"] for claim in claims if claim["verdict"] == verdict]
@@ -93,14 +110,15 @@ def _claims(results: Mapping[str, Any]) -> str:
     for verdict, words in (("fails", "fail"), ("untested", "are untested")):
         if by_verdict[verdict]:
             said += f"; {', '.join(by_verdict[verdict])} {words if len(by_verdict[verdict]) > 1 else _one(words)}"
-    lines = [
+    return (
         f"{said} ({scale['repeats']} repeats of each of the robot's conditions; at the other seeds "
-        f"{scale['seed_repeats']}).",
-        "",
-        "| claim | verdict | seeds | decided by |",
-        "|---|---|---|---|",
-    ]
-    for claim in claims:
+        f"{scale['seed_repeats']})."
+    )
+
+
+def _claims(results: Mapping[str, Any]) -> str:
+    lines = ["| claim | verdict | seeds | decided by |", "|---|---|---|---|"]
+    for claim in results["claims"]:
         decided = claim["decided"] or claim["measured"].partition("; measured:")[0]
         lines.append(f"| {claim['id']} | {claim['verdict']} | {_seeds(claim)} | {_cell(decided)} |")
     return "\n".join(lines) + "\n"
@@ -153,31 +171,39 @@ def _cell(text: str) -> str:
     return text.replace("|", r"\|").replace("\n", " ")
 
 
-def renewed(text: str, parts: Mapping[str, str]) -> str:
-    """The README's ``text`` with its measured ``parts`` put between their markers."""
+def renewed(page: str, text: str, parts: Mapping[str, str]) -> str:
+    """The ``text`` of a page with its measured ``parts`` put between their markers."""
     for name, part in parts.items():
         begin = BEGIN.format(name)
         found = re.compile(re.escape(begin) + ".*?" + re.escape(END), re.DOTALL)
         if len(found.findall(text)) != 1:
-            raise NotFinished(f"the README should have the marker {begin.strip()} once, then {END}")
+            raise NotFinished(f"{page} should have the marker {begin.strip()} once, then {END}")
         text = found.sub(lambda _, whole=f"{begin}{part}{END}": whole, text)  # type: ignore[misc]
     return text
 
 
 def main() -> None:
     """Take over the figures of the folder on the command line."""
-    parser = argparse.ArgumentParser(prog="python -m tools.numbers", description="Renew the README's measured figures.")
+    parser = argparse.ArgumentParser(prog="python -m tools.numbers", description="Renew the measured figures of docs.")
     parser.add_argument("run", type=Path, help="folder of a finished colias reproduce")
-    parser.add_argument("--results", type=Path, default=RESULTS, help="file to keep them in")
-    parser.add_argument("--readme", type=Path, default=README, help="file to renew")
+    parser.add_argument("--root", type=Path, default=ROOT, help="folder of the pages, and of docs/results.json")
     given = parser.parse_args()
+    root: Path = given.root
     try:
         results = taken(given.run)
-        text = renewed(given.readme.read_text(encoding="utf-8"), blocks(results))
+        parts = blocks(results)
+        pages = {
+            root / page: renewed(page, (root / page).read_text(encoding="utf-8"), {name: parts[name] for name in names})
+            for page, names in PAGES.items()
+        }
     except NotFinished as error:
         sys.exit(_refuse(str(error)))
-    given.results.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    given.readme.write_text(text, encoding="utf-8")
+    for path, text in {root / RESULTS.relative_to(ROOT): _as_json(results), **pages}.items():
+        path.write_text(text, encoding="utf-8")
+
+
+def _as_json(results: Mapping[str, Any]) -> str:
+    return json.dumps(results, indent=1, allow_nan=False) + "\n"
 
 
 def _refuse(text: str) -> int:

@@ -1,6 +1,8 @@
-"""Gymnasium envs on the simulated bench: ``import colias_sim``, then ``gymnasium.make("colias_sim/Fixation-v0")``."""
+"""Gymnasium envs on the simulated testbed: ``import colias_sim``, then ``gymnasium.make("colias_sim/Fixation-v0")``."""
 
-from colias_sim.envs.registry import ENVS, EnvEntry, register_envs
-from colias_sim.envs.senses import NEURAL, Other, State
+from colias_sim.envs.measures import RETURN, EnvEntry, EpisodeColumn, Measure
+from colias_sim.envs.observations import NEURAL
+from colias_sim.envs.registry import ENVS, register_envs
+from colias_sim.envs.state import Other, State
 
-__all__ = ["ENVS", "NEURAL", "EnvEntry", "Other", "State", "register_envs"]
+__all__ = ["ENVS", "NEURAL", "RETURN", "EnvEntry", "EpisodeColumn", "Measure", "Other", "State", "register_envs"]

@@ -1,4 +1,4 @@
-"""What an agent may do, of one env or of many: two wheel speeds, or one of seven manoeuvres."""
+"""The action spaces, and the checks of actions: two wheel speeds, or one of seven manoeuvres."""
 
 from __future__ import annotations
 
@@ -15,18 +15,44 @@ MANOEUVRES: Mapping[str, tuple[float, float]] = {
     "stop": (0.0, 0.0), "ahead": (0.3, 0.3), "bend left": (0.2, 0.3), "bend right": (0.3, 0.2),
     "turn left": (-0.2, 0.2), "turn right": (0.2, -0.2), "back": (-0.2, -0.2),
 }  # fmt: skip
-"""The discrete actions in order: wheel speeds (left, right) as shares of the maximum."""
+"""The discrete actions, in order: name -> wheel speeds (left, right), as shares of the maximum."""
 
 
 def action_space(actions: str) -> spaces.Space[Any]:
-    """The action space by the keyword ``actions``."""
+    """Make the action space of an env.
+
+    Parameters
+    ----------
+    actions
+        The env's argument of that name: ``wheels`` or ``manoeuvres``.
+
+    Returns
+    -------
+    gymnasium.spaces.Space
+        ``Box`` (2,) float32 in [-1, 1], or ``Discrete`` over `MANOEUVRES`.
+    """
     return spaces.Discrete(len(MANOEUVRES)) if actions == "manoeuvres" else spaces.Box(-1.0, 1.0, (2,), np.float32)
 
 
 def wheels_of(space: spaces.Space[Any], action: Any) -> Wheels:
-    """The wheel speeds of an action, (2,) in [-1, 1].
+    """Convert an action to wheel speeds.
 
-    Raises `gymnasium.error.InvalidAction` for one that is not in ``space``, naming it.
+    Parameters
+    ----------
+    space
+        The action space.
+    action
+        Two numbers, or the number of a manoeuvre.
+
+    Returns
+    -------
+    ndarray
+        (2,) float32: left and right, as shares of the maximum, in [-1, 1].
+
+    Raises
+    ------
+    gymnasium.error.InvalidAction
+        If the action is not in ``space``. The message names it.
     """
     said = " ".join(repr(action).split())[:80]
     if isinstance(space, spaces.Discrete):
@@ -41,15 +67,32 @@ def wheels_of(space: spaces.Space[Any], action: Any) -> Wheels:
         given = np.asarray(action)
     except ValueError:  # rows of different lengths
         given = np.empty(0)
-    if given.shape != (2,) or given.dtype.kind not in "fiu" or not (np.abs(given) <= 1.0).all():  # nor is NaN
+    if given.shape != (2,) or given.dtype.kind not in "fiu" or not (np.abs(given) <= 1.0).all():  # true of NaN too
         raise error.InvalidAction(f"action {said}: expected two numbers in [-1, 1], for the wheels left and right")
     return given.astype(np.float32)
 
 
 def batch_of(space: spaces.Space[Any], actions: Any, count: int) -> npt.NDArray[Any]:
-    """An action for each of ``count`` envs, (count, *space.shape) of the space's type.
+    """Convert one action for each of several envs to an array.
 
-    Raises `gymnasium.error.InvalidAction` if any is not in ``space``, naming the env.
+    Parameters
+    ----------
+    space
+        The action space of one env.
+    actions
+        A sequence of ``count`` actions.
+    count
+        The number of envs.
+
+    Returns
+    -------
+    ndarray
+        (count, *space.shape), of the type of ``space``.
+
+    Raises
+    ------
+    gymnasium.error.InvalidAction
+        If there are not ``count`` actions, or one is not in ``space``. The message names the env.
     """
     try:
         rows = len(actions)
@@ -63,7 +106,7 @@ def batch_of(space: spaces.Space[Any], actions: Any, count: int) -> npt.NDArray[
             if batch.shape == (count, 2) and (np.abs(batch) <= 1.0).all():
                 return batch
         except (TypeError, ValueError):
-            pass  # one of them will tell
+            pass  # the loop below finds the one that is wrong
     for index, action in enumerate(actions):
         try:
             wheels_of(space, action)

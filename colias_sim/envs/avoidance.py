@@ -1,4 +1,4 @@
-"""Avoidance: wander about without touching anything."""
+"""Avoidance: drive about without touching anything."""
 
 from __future__ import annotations
 
@@ -9,21 +9,36 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from colias_sim.envs.base import OBSERVER, ColiasEnv, parked
-from colias_sim.envs.describing import documented
-from colias_sim.envs.drivers import Driver, Wander, scatter
-from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions
+from colias_sim.envs.base import ColiasEnv
+from colias_sim.envs.docs import documented
+from colias_sim.envs.geometry import random_poses
+from colias_sim.envs.measures import COLLISIONS_PER_METRE, COLLISIONS_PER_MINUTE, FREE_DISTANCE, EnvEntry
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions, keyword_arguments
+from colias_sim.envs.scripted import Driver, Wander
+from colias_sim.envs.world import OBSERVER, parked_robots
+from colias_sim.field_docs import with_field_docs
 from colias_sim.robot import Pose
 
+ENTRY = EnvEntry(
+    "colias_sim.envs.avoidance:Avoidance",
+    max_episode_steps=1800,
+    summary="wander about without touching anything",
+    baselines=("random-walk", "straight", "oracle-ways"),
+    measures=(COLLISIONS_PER_MINUTE, COLLISIONS_PER_METRE, FREE_DISTANCE),
+    note="An episode ends with its first collision. Intervals are those of Poisson rates.",
+    draws_paths=True,
+)
 
-@dataclass(frozen=True, config=STRICT)
+
+@with_field_docs
+@dataclass(frozen=True, kw_only=True, config=STRICT)
 class AvoidanceOptions(EnvOptions):
-    """The arguments of `Avoidance`."""
+    """The keyword arguments of `Avoidance`."""
 
     arena: Arena = Field(default="leaves", description="an arena of scenes")
     robots: int = Field(default=10, ge=1, le=MOST_ROBOTS, description="other robots, moving and parked")
-    moving: int = Field(default=5, ge=0, le=MOST_ROBOTS, description="how many of them move; at most all")
-    speed_cm_s: float = Field(default=8.0, ge=0.0, le=20.0, description="of those that move")
+    moving: int = Field(default=5, ge=0, le=MOST_ROBOTS, description="how many of these move; at most all")
+    speed_cm_s: float = Field(default=8.0, ge=0.0, le=20.0, description="speed of those that move, cm/s")
 
 
 @documented
@@ -31,9 +46,9 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
     """
     ## Description
 
-    Wander about a cluttered arena of 90 cm, as far as possible, and touch neither its wall nor another robot. Black
-    robots stand about and drive about in it; those that drive turn away on the spot from what comes within 4.5 cm of
-    them, the observer too, as a Colias's infrared bumpers would let them.
+    Drive about a cluttered arena of 90 cm as far as possible, and touch neither its wall nor another robot. Some black
+    robots stand in the arena and others drive about. Those that drive turn away on the spot from anything that comes
+    within 4.5 cm of them, the observer included, as a Colias does by its infrared bumpers.
 
     ## Action Space
 
@@ -45,7 +60,7 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
 
     ## Rewards
 
-    - `ahead`: the distance driven along the heading, as a share of what full speed would have covered.
+    - `ahead`: the distance driven along the heading, as a share of the distance at full speed.
     <REWARDS>
 
     ## Info
@@ -54,13 +69,13 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
 
     ## Starting State
 
-    Everybody at random, 8 cm or more apart, the observer 12 cm or more from all.
+    All robots stand at random places: 8 cm or more apart, and 12 cm or more from the observer.
 
     <RANDOM>
 
     ## Episode End
 
-    Terminated when the observer touches anything, or is touched; truncated after 1800 steps (60 s, times `frame_skip`).
+    Terminated when the observer touches anything or is touched; truncated after 1800 steps (60 s, times `frame_skip`).
 
     ## Arguments
 
@@ -73,13 +88,17 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
 
     options_type: ClassVar[type[EnvOptions]] = AvoidanceOptions
 
+    @keyword_arguments(AvoidanceOptions)
+    def __init__(self, options: AvoidanceOptions) -> None:
+        super().__init__(options)
+
     def _others(self) -> Mapping[str, str]:
         moving = min(self.options.moving, self.options.robots)
-        return {f"mover{i}": "colias_black" for i in range(1, moving + 1)} | parked(self.options.robots - moving)
+        return {f"mover{i}": "colias_black" for i in range(1, moving + 1)} | parked_robots(self.options.robots - moving)
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
-        (observer,) = scatter(rng, 1)
-        others = scatter(rng, self.options.robots, [observer])
+        (observer,) = random_poses(rng, 1)
+        others = random_poses(rng, self.options.robots, [observer])
         places = {OBSERVER: observer, **dict(zip(self._others(), others, strict=True))}
         speed = self.options.speed_cm_s / 100
         movers = [name for name in places if name.startswith("mover")]

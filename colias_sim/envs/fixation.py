@@ -11,23 +11,45 @@ import numpy.typing as npt
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from colias_sim.envs.base import OBSERVER, TARGET, parked
-from colias_sim.envs.describing import documented
-from colias_sim.envs.drivers import Driver, Orbit, scatter
-from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
+from colias_sim.envs.docs import documented
+from colias_sim.envs.geometry import random_poses
+from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, TIME_ON_TARGET, EnvEntry, Measure
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions, keyword_arguments
+from colias_sim.envs.scripted import Driver, Orbit
 from colias_sim.envs.targeted import TargetEnv
+from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
+from colias_sim.field_docs import with_field_docs
 from colias_sim.robot import Pose
 
+ENTRY = EnvEntry(
+    "colias_sim.envs.fixation:Fixation",
+    max_episode_steps=600,
+    summary="keep a moving robot in the middle of the view",
+    baselines=("random-walk", "straight", "oracle-target"),
+    measures=(TIME_ON_TARGET, Measure("off axis (deg)", "mean", "off_axis_deg", "deg")),
+    columns=(IN_VIEW, OFF_AXIS),
+    note="Time on target: the share of frames with the target within 35 degrees of the axis.",
+)
 
-@dataclass(frozen=True, config=STRICT)
+
+@with_field_docs
+@dataclass(frozen=True, kw_only=True, config=STRICT)
 class FixationOptions(EnvOptions):
-    """The arguments of `Fixation`."""
+    """The keyword arguments of `Fixation`."""
 
     robots: int = Field(default=1, ge=1, le=MOST_ROBOTS, description="other robots: the target, the rest parked")
-    follow: bool = Field(default=False, description="may drive about; otherwise it only turns on the spot")
-    orbit_cm: float = Field(default=15.0, ge=8.0, le=35.0, description="from the observer's start to the target's path")
-    slowest_deg_s: float = Field(default=10.0, ge=0.0, le=120.0, description="least angular rate of the target")
-    fastest_deg_s: float = Field(default=35.0, ge=0.0, le=120.0, description="greatest angular rate of the target")
+    follow: bool = Field(
+        default=False, description="whether the observer may drive about; otherwise it only turns on the spot"
+    )
+    orbit_cm: float = Field(
+        default=15.0, ge=8.0, le=35.0, description="distance from the observer's start to the target's path, cm"
+    )
+    slowest_deg_s: float = Field(
+        default=10.0, ge=0.0, le=120.0, description="least angular rate of the target, degrees/s"
+    )
+    fastest_deg_s: float = Field(
+        default=35.0, ge=0.0, le=120.0, description="greatest angular rate of the target, degrees/s"
+    )
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
@@ -43,9 +65,9 @@ class Fixation(TargetEnv[FixationOptions]):
     """
     ## Description
 
-    Keep a moving black Colias in the middle of the view. The target circles the place where the observer began, to
-    and fro: every 1 to 4 s it draws a new angular rate and direction. The observer turns on the spot (an action's
-    difference of the wheels counts, its sum does not), or drives where it wants with `follow=True`.
+    Keep a moving black Colias in the middle of the view. The target circles to and fro about the observer's start:
+    every 1 to 4 s it draws a new angular rate and direction. The observer turns on the spot: only the difference of
+    the two wheels of an action counts. With `follow=True` it may drive about.
 
     ## Action Space
 
@@ -65,7 +87,7 @@ class Fixation(TargetEnv[FixationOptions]):
 
     <INFO>
 
-    Here: `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
+    This env adds `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
 
     ## Starting State
 
@@ -89,6 +111,10 @@ class Fixation(TargetEnv[FixationOptions]):
 
     options_type: ClassVar[type[EnvOptions]] = FixationOptions
 
+    @keyword_arguments(FixationOptions)
+    def __init__(self, options: FixationOptions) -> None:
+        super().__init__(options)
+
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         own = self.options
         heading, off = float(rng.uniform(-math.pi, math.pi)), math.radians(float(rng.uniform(-20.0, 20.0)))
@@ -96,9 +122,9 @@ class Fixation(TargetEnv[FixationOptions]):
         start = Pose(far * math.cos(turn), far * math.sin(turn), turn + math.pi / 2)
         path = [Pose(far * math.cos(a), far * math.sin(a), 0.0) for a in np.linspace(0, 2 * math.pi, 48)]
         places: dict[str, Pose] = {OBSERVER: Pose(0.0, 0.0, heading), TARGET: start}
-        # Clear of the path all around, and of the observer in its middle.
-        others = scatter(rng, own.robots - 1, [*path, places[OBSERVER]], apart=0.05, clear=0.055)
-        places |= zip(parked(own.robots - 1), others, strict=True)
+        # The parked robots stand clear of the whole path, and of the observer in its middle.
+        others = random_poses(rng, own.robots - 1, [*path, places[OBSERVER]], apart=0.05, clear=0.055)
+        places |= zip(parked_robots(own.robots - 1), others, strict=True)
         slowest, fastest = math.radians(own.slowest_deg_s), math.radians(own.fastest_deg_s)
         return places, {TARGET: Orbit(self._sim.robots[TARGET], (0.0, 0.0), far, slowest, fastest, rng)}
 

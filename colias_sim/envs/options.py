@@ -1,72 +1,44 @@
-"""The keyword arguments that every env takes, frozen and validated."""
+"""The keyword arguments of the envs: declared once, as frozen dataclasses, and checked."""
 
 from __future__ import annotations
 
 import dataclasses
 import difflib
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Protocol, TypeVar
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Concatenate, Literal, ParamSpec, TypeVar, cast
 
-import numpy as np
-import numpy.typing as npt
 from pydantic import AfterValidator, ConfigDict, Field, ValidationError
 from pydantic.dataclasses import dataclass
 from pydantic.fields import FieldInfo
 
 from colias_sim.config import known_arena
+from colias_sim.field_docs import with_field_docs
 
 MOST_ROBOTS = 20
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
+"""The pydantic configuration of every options class; these are keyword-only dataclasses too."""
 Arena = Annotated[str, AfterValidator(known_arena)]
 """The name of a registered arena."""
-
-
-class Answer(Protocol):
-    """What a vision model says of a frame: potentials in (-1, 1), spikes a frame, looming from 0.5 up to 1, azimuth."""
-
-    @property
-    def hs(self) -> float: ...  # noqa: D102
-    @property
-    def vs(self) -> float: ...  # noqa: D102
-    @property
-    def hs_spikes(self) -> int: ...  # noqa: D102
-    @property
-    def vs_spikes(self) -> int: ...  # noqa: D102
-    @property
-    def looming(self) -> float: ...  # noqa: D102
-    @property
-    def looming_spikes(self) -> int: ...  # noqa: D102
-    @property
-    def azimuth(self) -> float: ...  # noqa: D102
-
-
-class Model(Protocol):
-    """What an env asks of a vision model; those of ``dsnn`` have it."""
-
-    def step(self, frame: npt.NDArray[np.uint8]) -> Answer:
-        """Answer the next frame, (R, C) uint8."""
-        ...
-
-    def reset(self) -> None:
-        """Forget every frame."""
-        ...
-
-
+Observation = Literal["pixels", "neural", "both", "state"]
+Actions = Literal["wheels", "manoeuvres"]
 RenderMode = Literal["rgb_array", "rgb_array_list", "human"]
 View = Literal["arena", "top", "observer"]
+
+Env = TypeVar("Env")
+Options = TypeVar("Options", bound="EnvOptions")
+Arguments = ParamSpec("Arguments")
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, config=STRICT)
+@with_field_docs
+@dataclass(frozen=True, kw_only=True, config=STRICT)
 class EnvOptions:
-    """What a person may set of any env; a value outside its range raises ``ValueError`` through `checked`."""
+    """The keyword arguments that every env takes."""
 
-    observation: Literal["pixels", "neural", "both", "state"] = Field(
-        default="pixels", description="what the agent observes"
-    )
-    actions: Literal["wheels", "manoeuvres"] = Field(
-        default="wheels", description="two wheel speeds, or one of seven manoeuvres"
-    )
+    observation: Observation = Field(default="pixels", description="what the agent observes")
+    actions: Actions = Field(default="wheels", description="two wheel speeds, or one of seven manoeuvres")
     frame_skip: int = Field(default=1, ge=1, le=30, description="camera frames, of 1/30 s, that an action lasts")
     robots: int = Field(default=1, ge=0, le=MOST_ROBOTS, description="other robots in the arena")
     arena: Arena = Field(default="bright", description="an arena of scenes")
@@ -77,33 +49,114 @@ class EnvOptions:
     )
     render_mode: RenderMode | None = Field(default=None, description="how render() shows the scene")
     render_view: View = Field(default="arena", description="where render() looks from")
-    render_width: int = Field(default=480, ge=16, le=1920, description="of render()'s picture, px")
-    render_height: int = Field(default=360, ge=16, le=1080, description="of render()'s picture, px")
+    render_width: int = Field(default=480, ge=16, le=1920, description="width of render()'s picture, px")
+    render_height: int = Field(default=360, ge=16, le=1080, description="height of render()'s picture, px")
 
 
-def checked(kind: type[T], values: Mapping[str, Any]) -> T:
-    """``kind(**values)``; ``ValueError`` in one line naming each wrong value and what is legal, or no such name."""
+def keyword_arguments(
+    options: Callable[Arguments, Options],
+) -> Callable[[Callable[[Env, Options], None]], Callable[Concatenate[Env, Arguments], None]]:
+    """Give an env's constructor the fields of its options class as explicit keyword arguments.
+
+    The decorated ``__init__(self, options)`` is called with a checked instance of the class. For type checkers,
+    editors, `inspect.signature` and `help` the constructor has every field by its name, type and default.
+
+    Parameters
+    ----------
+    options
+        The options class: a keyword-only dataclass with the fields of `EnvOptions` and those of the env.
+
+    Returns
+    -------
+    callable
+        The decorator. The constructor it makes raises ``ValueError`` in one line that names each wrong value and what
+        is legal (`checked`), and ``TypeError`` for positional arguments.
+
+    Examples
+    --------
+    >>> class MyEnv(ColiasEnv[MyOptions]):
+    ...     options_type = MyOptions
+    ...
+    ...     @keyword_arguments(MyOptions)
+    ...     def __init__(self, options: MyOptions) -> None:
+    ...         super().__init__(options)
+    """
+
+    def decorate(constructor: Callable[[Env, Options], None]) -> Callable[Concatenate[Env, Arguments], None]:
+        @functools.wraps(constructor)
+        def init(self: Env, *args: Arguments.args, **kwargs: Arguments.kwargs) -> None:
+            if args:
+                raise TypeError(f"{type(self).__name__}() takes keyword arguments only, {len(args)} positional given")
+            constructor(self, checked(options, kwargs))
+
+        init.__signature__ = _with_self(options)  # type: ignore[attr-defined]
+        return cast(Callable[Concatenate[Env, Arguments], None], init)
+
+    return decorate
+
+
+def checked(kind: Callable[..., T], values: Mapping[str, Any]) -> T:
+    """Make an instance of an options class from keyword arguments.
+
+    Parameters
+    ----------
+    kind
+        The options class.
+    values
+        The keyword arguments.
+
+    Returns
+    -------
+    object
+        ``kind(**values)``.
+
+    Raises
+    ------
+    ValueError
+        In one line: each wrong value by its name and what is legal, or the unknown name and the nearest known one.
+    """
     try:
         return kind(**values)
     except ValidationError as error:
-        raise ValueError("; ".join(_said(kind, problem) for problem in error.errors())) from None
+        raise ValueError("; ".join(_problem(kind, problem) for problem in error.errors())) from None
 
 
-def options_of(kind: type[Any]) -> dict[str, FieldInfo]:
-    """The options by name, in order: default, range and meaning of each."""
+def options_of(kind: Any) -> dict[str, FieldInfo]:
+    """List the fields of an options class.
+
+    Parameters
+    ----------
+    kind
+        The options class.
+
+    Returns
+    -------
+    dict
+        Name -> default, range and description, in the order of declaration.
+    """
     every: Mapping[str, FieldInfo] = kind.__pydantic_fields__
     return {field.name: every[field.name] for field in dataclasses.fields(kind)}
 
 
 def bounds(option: FieldInfo) -> str:
-    """``least .. greatest`` of a number; empty for what is none."""
+    """The range of a number as ``least .. greatest``; empty for anything else."""
     low, high = ([getattr(m, sign) for m in option.metadata if hasattr(m, sign)] for sign in ("ge", "le"))
     return f"{low[0]:g} .. {high[0]:g}" if low and high else ""
 
 
-def _said(kind: type[Any], problem: Mapping[str, Any]) -> str:
+def _with_self(options: Callable[..., Any]) -> inspect.Signature:
+    """The signature of ``options``, with aliases of types resolved, as that of a method."""
+    fields = options_of(options)
+    given = inspect.signature(options).parameters
+    own = [parameter.replace(annotation=fields[name].annotation) for name, parameter in given.items()]
+    itself = inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)
+    return inspect.Signature([itself, *own], return_annotation=None)
+
+
+def _problem(kind: Any, problem: Mapping[str, Any]) -> str:
+    """One problem that pydantic found, in words."""
     text = str(problem["msg"]).removeprefix("Value error, ")
-    if not problem["loc"]:  # of several options together
+    if not problem["loc"]:  # a rule on several options together
         return text
     name, known = str(problem["loc"][0]), options_of(kind)
     if name not in known:

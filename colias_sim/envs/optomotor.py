@@ -10,27 +10,49 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from colias_sim.envs.base import OBSERVER, ColiasEnv, parked
-from colias_sim.envs.describing import documented
-from colias_sim.envs.drivers import Driver, scatter
-from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions
+from colias_sim.envs.base import ColiasEnv
+from colias_sim.envs.docs import documented
+from colias_sim.envs.geometry import random_poses
+from colias_sim.envs.measures import EnvEntry, EpisodeColumn, Measure
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions, keyword_arguments
+from colias_sim.envs.scripted import Driver
+from colias_sim.envs.world import OBSERVER, parked_robots
+from colias_sim.field_docs import with_field_docs
 from colias_sim.robot import Pose
+
+ENTRY = EnvEntry(
+    "colias_sim.envs.optomotor:Optomotor",
+    max_episode_steps=450,
+    summary="hold the heading against a turning drum or a push",
+    baselines=("random-walk", "straight", "oracle-heading"),
+    measures=(Measure("optomotor gain", "mean", "optomotor_gain"),),
+    columns=(EpisodeColumn("optomotor_gain", "optomotor_gain", "slip_deg_s", target="drift_deg_s"),),
+    note="Gain: 0 for a robot that does nothing, 1 for one whose view never turns.",
+)
 
 HARDEST_PUSH_DEG_S = 180.0
 _PUSHED_DEG_S = (0.0, 58.0, 93.0, 130.0, 169.0, 207.0)
 _PUSH_N_M = (0.0, 8.25e-4, 1.237e-3, 1.649e-3, 2.061e-3, 2.474e-3)
-"""Measured: how fast a torque turns a robot at rest. Its motors give way; from 4e-3 N m on the tyres do too."""
+"""Measured: the turn rates (degrees/s) to which these torques (N m) bring a robot whose wheels are commanded to rest.
+
+The motors yield to the torque. From 4e-3 N m on the tyres slip too.
+"""
 
 
-@dataclass(frozen=True, config=STRICT)
+@with_field_docs
+@dataclass(frozen=True, kw_only=True, config=STRICT)
 class OptomotorOptions(EnvOptions):
-    """The arguments of `Optomotor`."""
+    """The keyword arguments of `Optomotor`."""
 
     robots: int = Field(default=0, ge=0, le=MOST_ROBOTS, description="other robots, parked")
     arena: Arena = Field(default="drum", description="an arena of scenes")
-    disturbance: Literal["drum", "push"] = Field(default="drum", description="the wall turns, or a torque on the robot")
-    slowest_deg_s: float = Field(default=20.0, ge=0.0, le=360.0, description="least rate of the disturbance")
-    fastest_deg_s: float = Field(default=90.0, ge=0.0, le=360.0, description="greatest; of a push at most 180")
+    disturbance: Literal["drum", "push"] = Field(
+        default="drum", description="the wall turns, or a torque turns the robot"
+    )
+    slowest_deg_s: float = Field(default=20.0, ge=0.0, le=360.0, description="least rate of the disturbance, degrees/s")
+    fastest_deg_s: float = Field(
+        default=90.0, ge=0.0, le=360.0, description="greatest rate of the disturbance, degrees/s; of a push at most 180"
+    )
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
@@ -52,9 +74,10 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     """
     ## Description
 
-    Hold the heading against what turns the view: a striped drum that turns about the robot (`disturbance="drum"`), or
-    a torque that turns the robot itself (`"push"`). Rate and direction are drawn anew every 2 to 4 s. A robot that
-    turns with the drum, or stands against the push, sees nothing move: what is asked for is no turn *against the wall*.
+    Hold the heading against a disturbance that turns the view: a striped drum that turns about the robot
+    (`disturbance="drum"`), or a torque that turns the robot itself (`"push"`). Rate and direction are drawn anew every
+    2 to 4 s. A robot that turns with the drum, or resists the push, sees nothing move. The task is to keep the turn
+    rate *relative to the wall* at 0.
 
     ## Action Space
 
@@ -66,7 +89,7 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
 
     ## Rewards
 
-    - `hold`: 1 - |slip| / `fastest_deg_s`, at least -1; the slip is the turn rate against the wall.
+    - `hold`: 1 - |slip| / `fastest_deg_s`, at least -1; the slip is the turn rate relative to the wall.
     - `effort`: -0.05 times the mean square of the two wheels.
     <REWARDS>
 
@@ -79,7 +102,7 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
 
     ## Starting State
 
-    The robot stands in the arena's middle, others are parked around.
+    The observer stands in the arena's middle. The other robots are parked at random places.
 
     <RANDOM>
 
@@ -98,12 +121,16 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
 
     options_type: ClassVar[type[EnvOptions]] = OptomotorOptions
 
+    @keyword_arguments(OptomotorOptions)
+    def __init__(self, options: OptomotorOptions) -> None:
+        super().__init__(options)
+
     def _others(self) -> Mapping[str, str]:
-        return parked(self.options.robots)
+        return parked_robots(self.options.robots)
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         places = {OBSERVER: Pose(0.0, 0.0, float(rng.uniform(-math.pi, math.pi)))}
-        places |= dict(zip(self._others(), scatter(rng, self.options.robots, places.values()), strict=True))
+        places |= dict(zip(self._others(), random_poses(rng, self.options.robots, places.values()), strict=True))
         self._rate = self._left = 0.0
         return places, {}
 

@@ -10,21 +10,48 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from colias_sim.envs.base import OBSERVER, TARGET, parked
-from colias_sim.envs.describing import documented
-from colias_sim.envs.drivers import RADIUS, Driver, Wander, gap_to, scatter
-from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
+from colias_sim.envs.docs import documented
+from colias_sim.envs.geometry import ARENA_RADIUS, gap_to_robot, random_poses
+from colias_sim.envs.measures import (
+    COLLISIONS_PER_MINUTE,
+    IN_VIEW,
+    OFF_AXIS,
+    TIME_ON_TARGET,
+    EnvEntry,
+    EpisodeColumn,
+    Measure,
+)
+from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions, keyword_arguments
+from colias_sim.envs.scripted import Driver, Wander
 from colias_sim.envs.targeted import TargetEnv
+from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
+from colias_sim.field_docs import with_field_docs
 from colias_sim.robot import Pose
 
+ENTRY = EnvEntry(
+    "colias_sim.envs.pursuit:Pursuit",
+    max_episode_steps=900,
+    summary="follow another robot at a set distance",
+    baselines=("random-walk", "straight", "oracle-distance"),
+    measures=(TIME_ON_TARGET, Measure("gap error (cm)", "mean", "gap_error_cm", "cm"), COLLISIONS_PER_MINUTE),
+    columns=(
+        IN_VIEW,
+        OFF_AXIS,
+        EpisodeColumn("gap_error_cm", "mean_abs_error", "gap_cm", target="distance_cm", unit="cm"),
+    ),
+    note="Time on target: the share of frames with the target within 35 degrees of the axis.",
+    draws_paths=True,
+)
 
-@dataclass(frozen=True, config=STRICT)
+
+@with_field_docs
+@dataclass(frozen=True, kw_only=True, config=STRICT)
 class PursuitOptions(EnvOptions):
-    """The arguments of `Pursuit`."""
+    """The keyword arguments of `Pursuit`."""
 
     robots: int = Field(default=1, ge=1, le=MOST_ROBOTS, description="other robots: the target, the rest parked")
-    distance_cm: float = Field(default=10.0, ge=2.0, le=30.0, description="between the hulls, to be kept")
-    target_speed_cm_s: float = Field(default=6.0, ge=0.0, le=20.0, description="of the target")
+    distance_cm: float = Field(default=10.0, ge=2.0, le=30.0, description="gap between the hulls to be kept, cm")
+    target_speed_cm_s: float = Field(default=6.0, ge=0.0, le=20.0, description="speed of the target, cm/s")
 
 
 @documented
@@ -32,8 +59,8 @@ class Pursuit(TargetEnv[PursuitOptions]):
     """
     ## Description
 
-    Follow a black Colias that wanders about the arena, at a set distance. The target meanders, turns away on the spot
-    from what comes within 4.5 cm of it, and does not heed who follows.
+    Follow a black Colias that wanders about the arena, at a set distance. The target meanders, and turns away on the
+    spot from anything that comes within 4.5 cm of it, but for the observer, which it does not notice.
 
     ## Action Space
 
@@ -45,7 +72,7 @@ class Pursuit(TargetEnv[PursuitOptions]):
 
     ## Rewards
 
-    - `distance`: 1 - |gap - `distance_cm`| / `distance_cm`, at least -1; the gap is that between the hulls.
+    - `distance`: 1 - |gap - `distance_cm`| / `distance_cm`, at least -1; the gap is the distance between the hulls.
     - `centre`: 1 - |bearing| / 35 degrees, at least -1; the bearing is the target's angle off the optical axis.
     <REWARDS>
 
@@ -53,12 +80,12 @@ class Pursuit(TargetEnv[PursuitOptions]):
 
     <INFO>
 
-    Here: `gap_cm`, `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
+    This env adds `gap_cm`, `bearing_deg` (left positive) and `in_view` (whether that is within 35 degrees).
 
     ## Starting State
 
-    The target is put down anywhere, the observer behind it at the distance to be kept, looking at it; robots beyond
-    the first are parked.
+    The target stands at a random place on a ring about the arena's middle. The observer stands behind it at the
+    distance to be kept, and looks at it. Robots beyond the first are parked at random places.
 
     <RANDOM>
 
@@ -77,18 +104,22 @@ class Pursuit(TargetEnv[PursuitOptions]):
 
     options_type: ClassVar[type[EnvOptions]] = PursuitOptions
 
+    @keyword_arguments(PursuitOptions)
+    def __init__(self, options: PursuitOptions) -> None:
+        super().__init__(options)
+
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         own = self.options
         away = own.distance_cm / 100 + 0.04
-        # In a ring about the middle, driving along it: wall on neither side, room behind for the observer.
-        ring = max(min(RADIUS - 0.08, 0.5 * away + 0.1), 0.12)
+        # On a ring about the middle, heading along it: away from the wall, with room behind for the observer.
+        ring = max(min(ARENA_RADIUS - 0.08, 0.5 * away + 0.1), 0.12)
         turn, way = float(rng.uniform(-math.pi, math.pi)), 1.0 if rng.random() < 0.5 else -1.0
         behind = turn - way * 2 * math.asin(min(away / 2 / ring, 1.0))
         target = Pose(ring * math.cos(turn), ring * math.sin(turn), turn + way * math.pi / 2)
         x, y = ring * math.cos(behind), ring * math.sin(behind)
         observer = Pose(x, y, math.atan2(target.y - y, target.x - x))
         places = {OBSERVER: observer, TARGET: target}
-        places |= zip(parked(own.robots - 1), scatter(rng, own.robots - 1, places.values()), strict=True)
+        places |= zip(parked_robots(own.robots - 1), random_poses(rng, own.robots - 1, places.values()), strict=True)
         driver = Wander(self._sim.robots[TARGET], own.target_speed_cm_s / 100, rng, unheeded=[OBSERVER])
         return places, {TARGET: driver}
 
@@ -98,7 +129,7 @@ class Pursuit(TargetEnv[PursuitOptions]):
 
     def _gap_cm(self) -> float:
         robots = self._sim.robots
-        return 100 * gap_to(robots[OBSERVER].pose, robots[TARGET].pose)[0]
+        return 100 * gap_to_robot(robots[OBSERVER].pose, robots[TARGET].pose)[0]
 
     def _measures(self) -> dict[str, Any]:
         return {"gap_cm": self._gap_cm(), **super()._measures()}

@@ -1,48 +1,31 @@
-"""The envs by name. A new one is a file with its class and a line in `ENVS`."""
+"""The envs by name. To add one, write a file with its class and its `EnvEntry`, and add a line to `ENVS`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import gymnasium as gym
 
-
-@dataclass(frozen=True, slots=True)
-class EnvEntry:
-    """A registered env: its class as ``module:name``, and after how many steps an episode is truncated."""
-
-    entry_point: str
-    max_episode_steps: int
-    summary: str
-
-    @property
-    def vector_entry_point(self) -> str:
-        """What makes many of them at once."""
-        return f"colias_sim.envs.vector:{self.entry_point.rpartition(':')[2].lower()}"
-
+from colias_sim.envs.avoidance import ENTRY as AVOIDANCE
+from colias_sim.envs.fixation import ENTRY as FIXATION
+from colias_sim.envs.measures import EnvEntry
+from colias_sim.envs.optomotor import ENTRY as OPTOMOTOR
+from colias_sim.envs.pursuit import ENTRY as PURSUIT
 
 ENVS: Mapping[str, EnvEntry] = MappingProxyType(
     {
-        "colias_sim/Avoidance-v0": EnvEntry(
-            "colias_sim.envs.avoidance:Avoidance", 1800, "wander about without touching anything"
-        ),
-        "colias_sim/Fixation-v0": EnvEntry(
-            "colias_sim.envs.fixation:Fixation", 600, "keep a moving robot in the middle of the view"
-        ),
-        "colias_sim/Optomotor-v0": EnvEntry(
-            "colias_sim.envs.optomotor:Optomotor", 450, "hold the heading against a turning drum or a push"
-        ),
-        "colias_sim/Pursuit-v0": EnvEntry(
-            "colias_sim.envs.pursuit:Pursuit", 900, "follow another robot at a set distance"
-        ),
+        "colias_sim/Avoidance-v0": AVOIDANCE,
+        "colias_sim/Fixation-v0": FIXATION,
+        "colias_sim/Optomotor-v0": OPTOMOTOR,
+        "colias_sim/Pursuit-v0": PURSUIT,
     }
 )
+"""The registered envs: Gymnasium's id -> the declaration in the env's own file."""
 
 
 def register_envs() -> None:
-    """Make `ENVS` known to ``gymnasium.make``; once is enough, again does nothing."""
+    """Make `ENVS` known to ``gymnasium.make`` and ``gymnasium.make_vec``. A second call does nothing."""
     for name, entry in ENVS.items():
         if name not in gym.registry:
             gym.register(

@@ -1,4 +1,4 @@
-"""What the envs with a robot to look at share: one target, the other robots parked, and where it is in the view."""
+"""The base class of the envs with a target: the first other robot is the target, the rest are parked."""
 
 from __future__ import annotations
 
@@ -7,24 +7,27 @@ from collections.abc import Mapping
 from typing import Any
 
 from colias_sim.config import CameraConfig
-from colias_sim.envs.base import OBSERVER, TARGET, ColiasEnv, Options, parked
+from colias_sim.envs.base import ColiasEnv
+from colias_sim.envs.options import Options
+from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
 from colias_sim.robot import bearing
 
 HALF_VIEW = math.radians(CameraConfig().hfov_deg / 2)
+"""Half of the horizontal field of view, in radians."""
 
 
 class TargetEnv(ColiasEnv[Options]):
-    """An env whose first other robot is the target."""
+    """Base class of an env whose first other robot is the target."""
 
     def _others(self) -> Mapping[str, str]:
-        return {TARGET: "colias_black"} | parked(self.options.robots - 1)
+        return {TARGET: "colias_black"} | parked_robots(self.options.robots - 1)
 
     def _measures(self) -> dict[str, Any]:
         off = self._bearing()
         return {"bearing_deg": math.degrees(off), "in_view": abs(off) < HALF_VIEW}
 
     def _centre(self) -> float:
-        """The reward of having the target in the middle: 1 there, 0 at the view's edge, at least -1."""
+        """The reward's term for a centred target: 1 on the axis, 0 at the edge of the view, at least -1."""
         return max(1.0 - abs(self._bearing()) / HALF_VIEW, -1.0)
 
     def _bearing(self) -> float:

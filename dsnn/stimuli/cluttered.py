@@ -7,12 +7,14 @@ from typing import Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
+from dsnn.field_docs import with_field_docs
 from dsnn.stimuli.background import Image, panorama
 from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint, per_second
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, Velocity
 from dsnn.stimuli.streams import stream
 
 
+@with_field_docs
 @validated(frozen=True, config=CONFIG)
 class ClutteredParams(ObjectParams):
     """A dark object before a textured background.

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
+from dsnn.field_docs import with_field_docs
 from dsnn.stimuli.moving import DIRECTIONS, Direction
 from dsnn.stimuli.stimulus import CONFIG, Luma, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
 from dsnn.stimuli.streams import stream
@@ -16,6 +17,7 @@ from dsnn.stimuli.streams import stream
 Floats = npt.NDArray[np.float64]
 
 
+@with_field_docs
 @validated(frozen=True, config=CONFIG)
 class DotsParams(TimedParams):
     """Square dots on an even ground. At every frame a new random share of them moves, the others are thrown anew."""

@@ -8,12 +8,14 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
+from dsnn.field_docs import with_field_docs
 from dsnn.stimuli.moving import DIRECTIONS, Direction, paint
 from dsnn.stimuli.stimulus import CONFIG, STILL, Box, ClipParams, Stimulus, StimulusFrame, Truth, Velocity
 
 Polarity = Literal["on", "off"]
 
 
+@with_field_docs
 @validated(frozen=True, config=CONFIG)
 class EdgeParams(ClipParams):
     """An edge across the direction of motion, which it sweeps over the whole field.
@@ -29,6 +31,7 @@ class EdgeParams(ClipParams):
     rest_s: float = Field(default=0.3, ge=0.0, le=60.0, description="stillness before and after the motion, s")
 
 
+@with_field_docs
 @validated(frozen=True, config=CONFIG)
 class BarParams(EdgeParams):
     """A bar as long as the field is wide: its two edges are of opposite polarity, the leading one of ``polarity``."""

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
+from dsnn.field_docs import with_field_docs
 from dsnn.stimuli.background import pink
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth
 from dsnn.stimuli.streams import stream
@@ -22,6 +23,7 @@ TONES = 4
 """Frequencies of which the sway is made."""
 
 
+@with_field_docs
 @validated(frozen=True, config=CONFIG)
 class FoliageParams(TimedParams):
     """Neighbouring leaves sway together, distant ones independently; on the average nothing moves anywhere."""

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
+from dsnn.field_docs import with_field_docs
 from dsnn.stimuli.moving import DIRECTIONS
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
 from dsnn.stimuli.streams import stream
@@ -18,6 +19,7 @@ STEPS = 4096
 """Of one period, as fine as it is painted."""
 
 
+@with_field_docs
 @validated(frozen=True, config=CONFIG)
 class GratingParams(TimedParams):
     """A grating that fills the frame, stands for the rest and then drifts."""

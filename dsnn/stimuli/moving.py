@@ -9,6 +9,7 @@ import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
+from dsnn.field_docs import with_field_docs
 from dsnn.stimuli.stimulus import CONFIG, STILL, Box, ClipParams, Luma, Truth, Velocity
 
 Direction = Literal["rightward", "leftward", "downward", "upward"]
@@ -28,6 +29,7 @@ def per_second(speed: float, unit: SpeedUnit, fps: float) -> float:
     return speed if unit == "px/s" else speed * fps
 
 
+@with_field_docs
 @validated(frozen=True, config=CONFIG)
 class ObjectParams(ClipParams):
     """A rectangle that crosses the frame, looms or recedes.

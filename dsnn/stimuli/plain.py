@@ -6,10 +6,12 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
+from dsnn.field_docs import with_field_docs
 from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame
 
 
+@with_field_docs
 @validated(frozen=True, config=CONFIG)
 class PlainParams(ObjectParams):
     """A dark object on a lighter ground; the other way about by its two greys.

@@ -11,11 +11,13 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
+from dsnn.field_docs import with_field_docs
 from dsnn.stimuli.moving import DIRECTIONS, Direction
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
 from dsnn.stimuli.streams import stream
 
 
+@with_field_docs
 @validated(frozen=True, config=CONFIG)
 class ReversePhiParams(TimedParams):
     """Random squares, light or dark about the mean, that jump by whole pixels."""

@@ -12,6 +12,8 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass as validated
 
+from dsnn.field_docs import with_field_docs
+
 CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 Luma = npt.NDArray[np.uint8]
@@ -80,6 +82,7 @@ class StimulusFrame:
     truth: Truth
 
 
+@with_field_docs
 @validated(frozen=True, config=CONFIG)
 class ClipParams:
     """What every stimulus has: a frame's size and the rate.
@@ -92,6 +95,7 @@ class ClipParams:
     fps: float = Field(default=30.0, ge=1.0, le=1000.0, description="frames per second (paper: 30)")
 
 
+@with_field_docs
 @validated(frozen=True, config=CONFIG)
 class TimedParams(ClipParams):
     """A stimulus that moves for a given time, after a rest in which the first frame stands still."""

@@ -4,7 +4,7 @@ Every random draw of ``experiments`` comes from `stream`; those of clips come fr
 env's world and film from `colias_sim.streams`.
 
 - A **trial** with the robot has a seed of its own, hashed from the run's seed and the trial's index
-  (`experiments.bench.declaration.trial_seed`), and draws from three streams at that seed.
+  (`experiments.bench.robot.experiment.trial_seed`), and draws from three streams at that seed.
 - Repeat r of a **clip**, and episode r of a **behaviour**, have the run's seed plus r. So repeat 1 of a run with seed 0
   shows what repeat 0 of a run with seed 1 does; within a run no two repeats are alike.
 - **Bootstrap** and **permutations** always start at seed 0: equal tables get equal intervals and p values.

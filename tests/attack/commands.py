@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,8 +12,9 @@ import numpy as np
 import pyarrow.csv
 import pyarrow.parquet as pq
 
+from experiments.bench.reproduction.plan import ENOUGH
 from tests.attack.models import LOOMING_TWIN, TWIN
-from tests.attack.processes import Ended, colias
+from tests.attack.processes import Ended, colias, python
 from tests.footage import write
 
 Rows = list[dict[str, Any]]
@@ -23,8 +25,8 @@ CLOCKS = ("wall_s", "us_", "rank", "code")
 """What columns begin with that tell of a clock, of the models beside, or of the files that computed."""
 
 EXPERIMENT = """
-from experiments.bench.declaration import Experiment
-from experiments.bench.designs import Translation
+from experiments.bench.robot.experiment import Experiment
+from experiments.bench.robot.designs import Translation
 
 EXPERIMENT = Experiment(
     name="tiny", summary="short crossings", varies="speed_cm_s", repeats={repeats},
@@ -32,7 +34,7 @@ EXPERIMENT = Experiment(
 )
 """
 CLIPS = """
-from experiments.bench.offline import Clip, OfflineExperiment
+from experiments.bench.clips.experiment import Clip, OfflineExperiment
 
 SMALL = (("motion", "rightward"), ("rows", 48), ("columns", 64), ("width", 12.0), ("height", 20.0), ("speed", 90.0))
 
@@ -65,6 +67,8 @@ class Command:
     timeout_s: float = 150.0
     leaves_programs: bool = False
     """It shows frames in its own process: what a model forks there is out of its hands."""
+    script: str = ""
+    """What is started instead of the command line."""
 
     def tables(self, folder: Path) -> Tables:
         """The rows by model, of everything that it left."""
@@ -129,10 +133,17 @@ REPRODUCE = Command(
     own=("dsnn",), runs=("out/general",), timeout_s=600,
 )  # fmt: skip
 GENERAL = Command(
-    "run-general", ("run", "general", "--repeats", "2", "--workers", "1", "--no-recordings", "--out", "out/general"),
+    "run-general",
+    ("run", "general", "--repeats", f"{ENOUGH}", "--workers", "1", "--no-recordings", "--out", "out/general"),
     "runs", ("out",), runs=("out/general",),
 )  # fmt: skip
 """The first experiment of `REPRODUCE`, whose numbers that has too."""
+SMALL_REPRODUCE = dataclasses.replace(
+    REPRODUCE, name="reproduce-small", script=str(Path(__file__).with_name("small_reproduce.py"))
+)
+SMALL_GENERAL = dataclasses.replace(
+    GENERAL, name="run-general-small", words=("run", "general", "--repeats", "1", *GENERAL.words[4:])
+)
 
 
 @dataclass(slots=True)
@@ -172,6 +183,8 @@ def show(command: Command, folder: Path, models: Sequence[str], last: int = -1) 
     named = [*models, *(name for name in command.others if name not in command.own)]
     words = [*command.words, *(word for name in named for word in ("--model", name))]
     environment = {"ATTACK_LAST": str(last), "TMPDIR": str(temporary)}
+    if command.script:
+        return python(folder, [command.script, *words], environment=environment, timeout_s=command.timeout_s)
     return colias(folder, words, environment=environment, timeout_s=command.timeout_s)
 
 

@@ -17,10 +17,14 @@ import pyarrow.parquet as pq
 from tests.attack.commands import CLIPS, EXPERIMENT, film
 from tests.attack.judging import strict_json
 from tests.attack.processes import ROOT, Ended, Interrupt, colias
+from tests.attack.scale import FULL
 
 LAST_S = 3.0
-USUAL, OF_RUN = 6, 30
-"""How many moments; COLIAS_ATTACK_MOMENTS=N gives each command N."""
+MOMENTS = 30
+"""Over all commands; in the full attack for each, where COLIAS_ATTACK_MOMENTS=N gives each command N."""
+
+OPENING = ("/__init__.py", "/__main__.py", "/entry.py", "/interrupts.py")
+"""The modules of ours that are imported before Ctrl-C is taken over."""
 
 SHARED = ("tiny.py", "clips.py", "film.avi", "kept.rrd", "__pycache__")
 
@@ -39,15 +43,23 @@ class Job:
 
     def count(self) -> int:
         """At how many moments to interrupt it."""
-        return int(os.environ.get("COLIAS_ATTACK_MOMENTS", 0)) or (OF_RUN if self.name == "run" else USUAL)
+        return len(range(*self._numbers()))
 
     def moments(self) -> list[Interrupt]:
         """When to interrupt it: the process alone and its group in turns."""
-        count, first = self.count(), start_s()
+        begin, count, step = self._numbers()
+        first = start_s()
         return [
             Interrupt(first + (LAST_S - first) * i / max(count - 1, 1), group=bool((i + i // 2) % 2))
-            for i in range(count)
+            for i in range(begin, count, step)
         ]
+
+    def _numbers(self) -> tuple[int, int, int]:
+        """Its share of the moments' numbers, as of a range."""
+        own = int(os.environ.get("COLIAS_ATTACK_MOMENTS", 0))
+        if own or FULL:
+            return 0, own or MOMENTS, 1
+        return [job.name for job in JOBS].index(self.name), MOMENTS, len(JOBS)
 
 
 _RUN = ("run", "tiny.py", "--repeats", "15", "--workers", "2")
@@ -137,9 +149,16 @@ def problems(job: Job, when: Interrupt, folder: Path) -> list[str]:
 
 
 def _before_the_entry(ended: Ended, when: Interrupt) -> bool:
-    """Whether Python answered before the command line's own module began: nothing of ours was there yet."""
+    """Whether Python answered before the first line of ours that takes Ctrl-C over: nothing was there to guard yet.
+
+    Until then Python runs its own start, ``site`` with what hangs on it, and the modules that lead to that line.
+    """
     early = when.after_s < max(4 * start_s(), 0.25)
-    return early and ended.status in (-2, 1, 130) and str(ROOT) not in ended.err and "site-packages" not in ended.err
+    places = [line.strip() for line in ended.err.splitlines() if line.strip().startswith("File ")]
+    own = [line for line in places if str(ROOT) in line]
+    opening = all(line.endswith("in <module>") and line.split('"')[1].endswith(OPENING) for line in own)
+    library = any("site-packages" in line and "_distutils_hack" not in line for line in places)
+    return early and ended.status in (-2, 1, 130) and opening and not library
 
 
 def _where(ended: Ended, word: str) -> str:

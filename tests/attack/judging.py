@@ -20,6 +20,10 @@ LONGEST_LINE = 2000
 """On a terminal, of anything."""
 
 
+MORE = "more: see failures.json"
+"""What stands on stderr instead of the failures that are too many to be told one by one."""
+
+
 def expect_none(found: Sequence[str]) -> None:
     """Fail with what was found, a line each, if anything was."""
     if found:
@@ -86,7 +90,7 @@ def _tables(command: Command, cases: Sequence[Case], folder: Path, honest: Refer
             found.append(f"{label}'s rows are not those of a run without: {_first(tables.get(label), honest, label)}")
     for case in cases:
         rows = tables.get(case.label, [])
-        if _incomplete(rows, honest):
+        if _incomplete(case, rows, honest):
             lost.append(case)
             if LOST not in case.may:
                 found.append(f"{case.name}: lost its part ({len(rows)} rows)")
@@ -101,9 +105,9 @@ def _tables(command: Command, cases: Sequence[Case], folder: Path, honest: Refer
     return found
 
 
-def _incomplete(rows: Rows, honest: Reference) -> bool:
-    """Whether a model has fewer rows than an honest one, or nothing where that has a number."""
-    wanted = honest.tables["twin"]
+def _incomplete(case: Case, rows: Rows, honest: Reference) -> bool:
+    """Whether a model has fewer rows than its twin, or nothing where that has a number."""
+    wanted = honest.tables[case.twin or "twin"]
     numbers = [name for name in wanted[0] if all(row.get(name) is not None for row in wanted if name in row)]
     return len(rows) < len(wanted) or any(row[name] is None for row in rows for name in numbers if name in row)
 
@@ -144,7 +148,7 @@ def _sample(rows: Rows) -> str:
 def _named(case: Case, command: Command, folder: Path, ended: Ended) -> list[str]:
     """A model that lost its part is named on stderr with the reason, and in failures.json."""
     lines = [line for line in ended.err.splitlines() if case.label in line]
-    found = [] if lines else [f"{case.name}: not named on stderr"]
+    found = [] if lines or MORE in ended.err else [f"{case.name}: not named on stderr"]
     if command in (WATCH, PLAY) or not command.runs:
         return found
     reasons = []
@@ -204,7 +208,8 @@ def _played(folder: Path, cases: Sequence[Case], ended: Ended, honest: Reference
             found.append(f"{case.name}: passes as if it answered: {said[case.name][0]}")
         if LOST not in case.may and not said[case.name]:
             found.append(f"{case.name}: lost its part")
-        found += [f"{case.name}: {line}" for line in said[case.name] if "nan" in line or "inf" in line]
+        numbers = [line[len(case.label) :] for line in said[case.name]]
+        found += [f"{case.name}: {line}" for line in numbers if "nan" in line or "inf" in line]
     return found
 
 

@@ -12,13 +12,14 @@ from tests.attack import models
 from tests.attack.judging import expect_none
 from tests.attack.model_files import Case
 from tests.attack.processes import Ended, python
+from tests.attack.scale import some
 
 pytestmark = pytest.mark.attack
 
 ENVS = Path(__file__).with_name("through_envs.py")
 
 
-@pytest.mark.parametrize("how", ["factory", "path"])
+@pytest.mark.parametrize("how", some(["path", "factory"], 1))
 def test_envs_pass_on_numbers_or_raise(how, folder):
     shown = [case for case in (*models.RAISING, *models.WRONG, *models.ODD, *models.MUTATING, *models.MEDDLING)
              if case.name not in ("starts-a-program", "keeps-300-mb")]  # fmt: skip
@@ -85,4 +86,5 @@ def test_many_envs_end_with_a_bad_model(name, folder: Path):
     ended = python(folder, ["many.py", cases[name].write(folder)], timeout_s=60)
     assert ended.left == () and ended.status is not None, ended
     assert (ended.status == 0) == (name == "twin"), ended
-    assert "model" in ended.err or name == "twin", ended
+    reason = {"twin": "", "exits-anyhow": "died, exit status 3"}  # of a process that is gone nobody can say why
+    assert reason.get(name, "model") in ended.err, ended

@@ -1,0 +1,99 @@
+"""Distances and places in the round arena."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from colias_sim.robot import Pose
+from scenes import ARENA_RADIUS_CM
+
+ARENA_RADIUS = ARENA_RADIUS_CM / 100
+"""Radius of the arena, in metres."""
+HULL_RADIUS = 0.02
+"""Radius of a robot's hull, in metres."""
+
+
+def gap_to_wall(here: Pose) -> tuple[float, float]:
+    """Measure the way to the nearest point of the wall.
+
+    Parameters
+    ----------
+    here
+        Pose of a robot.
+
+    Returns
+    -------
+    gap : float
+        Distance from the robot's hull to the wall, in metres.
+    direction : float
+        Direction of the nearest point off the robot's heading, in radians, left positive.
+    """
+    out = math.hypot(here.x, here.y)
+    direction = math.atan2(here.y, here.x) if out > 1e-9 else here.heading
+    return ARENA_RADIUS - out - HULL_RADIUS, math.remainder(direction - here.heading, 2 * math.pi)
+
+
+def gap_to_robot(here: Pose, there: Pose) -> tuple[float, float]:
+    """Measure the way from one robot to another.
+
+    Parameters
+    ----------
+    here, there
+        Poses of the two robots.
+
+    Returns
+    -------
+    gap : float
+        Distance between the two hulls, in metres.
+    direction : float
+        Direction of the other robot off the heading of ``here``, in radians, left positive.
+    """
+    dx, dy = there.x - here.x, there.y - here.y
+    return math.hypot(dx, dy) - 2 * HULL_RADIUS, math.remainder(math.atan2(dy, dx) - here.heading, 2 * math.pi)
+
+
+def random_poses(
+    rng: np.random.Generator, count: int, taken: Iterable[Pose] = (), *, apart: float = 0.08, clear: float = 0.12
+) -> list[Pose]:
+    """Draw poses that keep a distance from each other and from poses that are taken already.
+
+    Each pose is the first of at most 200 draws that keeps both distances; if none does, the one that comes nearest
+    to keeping them, which is still outside of every hull.
+
+    Parameters
+    ----------
+    rng
+        The generator to draw from.
+    count
+        The number of poses.
+    taken
+        Poses that are taken already.
+    apart
+        Least distance between the centres of two new poses, in metres.
+    clear
+        Least distance between the centres of a new pose and one that is taken, in metres.
+
+    Returns
+    -------
+    list of Pose
+        ``count`` poses, uniform over the arena but for 4 cm along its wall, with uniform headings.
+    """
+    kept = [(pose, clear) for pose in taken]
+    found: list[Pose] = []
+    for _ in range(count):
+        best, most = Pose(0.0, 0.0, 0.0), -math.inf
+        for _ in range(200):
+            out, turn, heading = rng.random(), rng.uniform(-math.pi, math.pi), float(rng.uniform(-math.pi, math.pi))
+            away = (ARENA_RADIUS - 0.06) * math.sqrt(out)
+            pose = Pose(away * math.cos(turn), away * math.sin(turn), heading)
+            room = min((math.hypot(pose.x - p.x, pose.y - p.y) - far for p, far in kept), default=math.inf)
+            if room > most:
+                best, most = pose, room
+            if room >= 0.0:
+                break
+        kept.append((best, apart))
+        found.append(best)
+    return found

@@ -1,0 +1,120 @@
+"""What the episodes of an env are measured by, declared as data. Whoever plays the episodes computes the numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+ColumnKind = Literal["mean", "mean_abs", "mean_abs_error", "optomotor_gain"]
+MeasureKind = Literal["mean", "collision_rate", "free_distance"]
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeColumn:
+    """A column of the table of episodes, one number for each episode, computed from the ``info`` of its steps.
+
+    Parameters
+    ----------
+    name
+        Name of the column.
+    kind
+        ``mean``: the mean of ``info`` over the steps. ``mean_abs``: the mean of its absolute value.
+        ``mean_abs_error``: the mean absolute difference from the env's argument ``target``. ``optomotor_gain``: of
+        slip and drift, 1 - sum(slip sign(drift)) / sum(|drift|), null where the drift is 0 throughout.
+    info
+        The key of ``info``; for ``optomotor_gain`` the key of the slip.
+    target
+        For ``mean_abs_error`` the env's argument that holds the wanted value, for ``optomotor_gain`` the key of
+        ``info`` that holds the drift; otherwise empty.
+    unit
+        Unit of the number; empty for a share.
+    """
+
+    name: str
+    kind: ColumnKind
+    info: str
+    target: str = ""
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A measure of an agent over episodes, with a 95 % interval.
+
+    Parameters
+    ----------
+    name
+        Name and unit, as a heading.
+    kind
+        ``mean``: the mean of ``column`` over the episodes. ``collision_rate``: episodes that ended with a collision,
+        per ``per`` of the sum of ``column``. ``free_distance``: the sum of ``column`` per collision.
+    column
+        A column of the table of episodes.
+    unit
+        Unit of the number; empty for a share.
+    per
+        For ``collision_rate``: how many units of ``column`` make one of the rate's, for example 60 s a minute.
+    """
+
+    name: str
+    kind: MeasureKind
+    column: str
+    unit: str = ""
+    per: float = 1.0
+
+
+COLLISIONS_PER_MINUTE = Measure("collisions/min", "collision_rate", "seconds", "1/min", per=60.0)
+COLLISIONS_PER_METRE = Measure("collisions/m", "collision_rate", "driven_m", "1/m")
+FREE_DISTANCE = Measure("free distance (m)", "free_distance", "driven_m", "m")
+TIME_ON_TARGET = Measure("time on target", "mean", "in_view")
+RETURN = Measure("return", "mean", "reward")
+"""The sum of an episode's rewards. Every env has it, as its last measure."""
+
+IN_VIEW = EpisodeColumn("in_view", "mean", "in_view")
+OFF_AXIS = EpisodeColumn("off_axis_deg", "mean_abs", "bearing_deg", unit="deg")
+"""Columns of every env with a target."""
+
+
+@dataclass(frozen=True, slots=True)
+class EnvEntry:
+    """An env as the registry has it, declared in the env's own file.
+
+    Parameters
+    ----------
+    entry_point
+        The env's class, as ``module:name``.
+    max_episode_steps
+        After how many steps an episode is truncated.
+    summary
+        The task, in a few words.
+    baselines
+        Names of the behaviours that any other is compared with: a random walk, driving straight, and an oracle that
+        is given the state of the world.
+    measures
+        The env's measures, `RETURN` not among them.
+    columns
+        The columns of its episodes beyond those that all envs have.
+    note
+        A sentence or two printed under the table of measures; empty for none.
+    draws_paths
+        Whether a figure of its episodes shows the observer's paths from above.
+    """
+
+    entry_point: str
+    max_episode_steps: int
+    summary: str
+    baselines: tuple[str, ...] = ()
+    measures: tuple[Measure, ...] = ()
+    columns: tuple[EpisodeColumn, ...] = ()
+    note: str = ""
+    draws_paths: bool = False
+
+    @property
+    def vector_entry_point(self) -> str:
+        """The factory of its vector env, as ``module:name``."""
+        return f"colias_sim.envs.vector:{self.entry_point.rpartition(':')[2].lower()}"
+
+    @property
+    def all_measures(self) -> tuple[Measure, ...]:
+        """The env's measures and `RETURN`, in the order of a table's columns."""
+        return (*self.measures, RETURN)

@@ -1,0 +1,129 @@
+"""Rendering of an env for people: pictures of the scene, or MuJoCo's own viewer on the screen."""
+
+from __future__ import annotations
+
+import atexit
+import threading
+import weakref
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from colias_sim.envs.options import EnvOptions
+from colias_sim.gl import require_screen
+from colias_sim.offscreen import Offscreen
+from colias_sim.scene import OWN_BODY_GROUP
+from colias_sim.simulation import Simulation
+
+Picture = npt.NDArray[np.uint8]
+DRAWN = (0, OWN_BODY_GROUP)
+"""The groups of geoms that are drawn."""
+
+
+class Renderer:
+    """Shows a simulation as ``options.render_mode`` asks. The viewer's window opens with the first episode.
+
+    Parameters
+    ----------
+    sim
+        The simulation to show.
+    options
+        The env's options; ``render_mode`` is not ``None``.
+
+    Raises
+    ------
+    colias_sim.GLUnavailable
+        Where nothing can render, and in mode ``human`` where there is no screen.
+    """
+
+    def __init__(self, sim: Simulation, options: EnvOptions) -> None:
+        self._sim, self._mode = sim, options.render_mode
+        self._kept: list[Picture] = []
+        self._viewer: Any = None
+        self._shut: Any = None
+        self._offscreen: Offscreen | None = None
+        if self._mode == "human":
+            require_screen()
+            return
+        self._eye = _eye(sim.model, options.render_view)
+        self._option = mujoco.MjvOption()
+        for group in range(mujoco.mjNGROUP):
+            self._option.geomgroup[group] = group in DRAWN
+        self._option.geomgroup[OWN_BODY_GROUP] = options.render_view != "observer"
+        self._offscreen = Offscreen(sim.model, options.render_height, options.render_width)
+
+    def begin(self) -> None:
+        """Notice that an episode has begun: call after a reset."""
+        self._kept.clear()
+        self.step()
+
+    def step(self) -> None:
+        """Notice a step: call after each."""
+        if self._mode == "rgb_array_list":
+            self._kept.append(self._draw())
+        elif self._mode == "human":
+            self._sync()
+
+    def picture(self) -> Picture | list[Picture] | None:
+        """The return value of ``render()``.
+
+        Returns
+        -------
+        ndarray or list of ndarray or None
+            For ``rgb_array`` a picture, (H, W, 3) uint8; for ``rgb_array_list`` the pictures since the last call;
+            otherwise ``None``.
+        """
+        if self._mode == "rgb_array":
+            return self._draw()
+        if self._mode == "rgb_array_list":
+            kept, self._kept = self._kept, []
+            return kept
+        return None
+
+    def close(self) -> None:
+        """Free the context, or close the window."""
+        if self._offscreen is not None:
+            self._offscreen.close()
+        if self._shut is not None:
+            self._shut()
+            atexit.unregister(self._shut)
+
+    def _draw(self) -> Picture:
+        assert self._offscreen is not None
+        mujoco.mj_kinematics(self._sim.model, self._sim.data)
+        mujoco.mj_camlight(self._sim.model, self._sim.data)
+        return np.flipud(self._offscreen.render(self._sim.data, self._eye, self._option)).copy()
+
+    def _sync(self) -> None:
+        if self._viewer is None:
+            import mujoco.viewer
+
+            before = set(threading.enumerate())
+            self._viewer = mujoco.viewer.launch_passive(
+                self._sim.model, self._sim.data, show_left_ui=False, show_right_ui=False
+            )
+            # Also at exit, before GLFW ends: a viewer's thread that is alive after that is a segmentation fault.
+            self._shut = weakref.finalize(self, _shut, self._viewer, set(threading.enumerate()) - before)
+            self._shut.atexit = False
+            atexit.register(self._shut)
+        self._viewer.sync()
+
+
+def _shut(viewer: Any, threads: set[threading.Thread]) -> None:
+    """Close the window and wait until its threads are gone."""
+    viewer.close()
+    for thread in threads:
+        thread.join(timeout=5.0)
+
+
+def _eye(model: mujoco.MjModel, view: str) -> mujoco.MjvCamera:
+    eye = mujoco.MjvCamera()
+    if view == "observer":
+        eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera("observer/eye").id
+        return eye
+    eye.type = mujoco.mjtCamera.mjCAMERA_FREE.value
+    eye.lookat[:] = 0.0, 0.0, 0.0
+    eye.azimuth, eye.elevation, eye.distance = (90.0, -90.0, 1.3) if view == "top" else (90.0, -50.0, 1.15)
+    return eye

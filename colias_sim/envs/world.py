@@ -1,0 +1,118 @@
+"""The world of an env without Gymnasium: the observer among other robots, advanced one frame at a time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from colias_sim.envs.geometry import gap_to_robot, gap_to_wall
+from colias_sim.envs.scripted import Driver
+from colias_sim.envs.state import Other, State
+from colias_sim.robot import Pose, Robot, WheelSpeeds
+from colias_sim.simulation import Simulation
+
+OBSERVER, TARGET = "observer", "target"
+"""Names of the robot that an agent drives, and of the one that some tasks are about."""
+
+
+class World:
+    """The observer among other robots. `ColiasEnv` adds observations, rewards and Gymnasium's contract.
+
+    Parameters
+    ----------
+    sim
+        The simulation. One of its robots is called ``observer``.
+    """
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._hull = sim.model.geom(f"{OBSERVER}/hull").id
+        self._rest()
+
+    # A subclass may disturb the world.
+
+    def _disturb(self, dt: float) -> float:
+        """Disturb drum and robot for ``dt`` seconds; return the rate in rad/s at which that alone turns the view."""
+        return 0.0
+
+    def _wall_rate(self) -> float:
+        """The rate at which the wall turns, in rad/s, left positive."""
+        return 0.0
+
+    # Read-only views, for rewards, recordings and baselines.
+
+    @property
+    def poses(self) -> dict[str, Pose]:
+        """The pose of every robot, by name."""
+        return {name: robot.pose for name, robot in self._sim.everyone.items()}
+
+    @property
+    def state(self) -> State:
+        """The state of the world, in SI units, whatever is observed."""
+        here, (vx, vy) = self._sim.robots[OBSERVER].pose, self._sim.robots[OBSERVER].velocity
+        cos, sin = math.cos(here.heading), math.sin(here.heading)
+        seen = []
+        for name, robot in self._sim.everyone.items():
+            if name == OBSERVER:
+                continue
+            gap, direction = gap_to_robot(here, robot.pose)
+            ux, uy = robot.velocity if isinstance(robot, Robot) else (0.0, 0.0)
+            du, dv = ux - vx, uy - vy
+            seen.append((name != TARGET, Other(gap, direction, du * cos + dv * sin, dv * cos - du * sin)))
+        seen.sort(key=lambda entry: (entry[0], entry[1].distance))
+        gap, direction = gap_to_wall(here)
+        return State(
+            self.speed, self.turn_rate, self.slip, self._drift, gap, direction,
+            tuple(other for _, other in seen),
+        )  # fmt: skip
+
+    @property
+    def speed(self) -> float:
+        """The observer's speed along its heading, in m/s."""
+        heading, (vx, vy) = self._sim.robots[OBSERVER].pose.heading, self._sim.robots[OBSERVER].velocity
+        return vx * math.cos(heading) + vy * math.sin(heading)
+
+    @property
+    def turn_rate(self) -> float:
+        """The turn rate of the observer's body, in rad/s, left positive."""
+        return self._sim.robots[OBSERVER].turn_rate
+
+    @property
+    def slip(self) -> float:
+        """The observer's turn rate relative to the wall, in rad/s, left positive."""
+        return self.turn_rate - self._wall_rate()
+
+    # Private.
+
+    def _rest(self) -> None:
+        """Set what an episode changes back to what it is before the first one; the simulation stays as it is."""
+        self._command = WheelSpeeds(0.0, 0.0)
+        self._drivers: Mapping[str, Driver] = {}
+        self._drift = self._driven = 0.0
+        self._touched = False
+
+    def _advance(self, look: bool) -> None:
+        """Advance by one frame; with ``look``, expose the camera. Adds up the way driven, and notices touches."""
+        before = self._sim.robots[OBSERVER].pose
+        self._sim.advance(self._drive, look=look)
+        self._notice_touch()
+        after = self._sim.robots[OBSERVER].pose
+        self._driven += math.hypot(after.x - before.x, after.y - before.y)
+
+    def _drive(self, dt: float) -> None:
+        """Command the wheels of all robots, and disturb, for a control interval of ``dt`` seconds."""
+        self._notice_touch()
+        self._sim.robots[OBSERVER].ease(self._command, dt)
+        poses = self.poses if self._drivers else {}
+        for name, driver in self._drivers.items():
+            self._sim.robots[name].ease(driver.wheels(dt, poses), dt)
+        self._drift = self._disturb(dt)
+
+    def _notice_touch(self) -> None:
+        if not self._touched:
+            self._touched = bool((self._sim.data.contact.geom == self._hull).any())
+
+
+def parked_robots(count: int) -> dict[str, str]:
+    """Name parked robots: ``count`` entries, name -> variant."""
+    return {f"parked{i}": "colias_parked" for i in range(1, count + 1)}

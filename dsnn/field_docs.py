@@ -1,0 +1,85 @@
+"""The documentation of a parameter class's fields, written into its docstring for `help`.
+
+There are two equal copies of this file, `colias_sim.field_docs` and `dsnn.field_docs`. Neither package imports from the
+other, and there is no package below both, so there is no one place for it. A test keeps the copies equal.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+
+Class = TypeVar("Class", bound=type[Any])
+_BOUNDS = (("ge", "[{:g}"), ("gt", "({:g}")), (("le", "{:g}]"), ("lt", "{:g})"))
+
+
+def with_field_docs(cls: Class) -> Class:
+    """Append a numpydoc section ``Parameters`` to the docstring of a pydantic dataclass.
+
+    Parameters
+    ----------
+    cls
+        The class. Each field has a ``description``.
+
+    Returns
+    -------
+    type
+        The same class. The section has type, range, default and description of each field, those of its bases too.
+    """
+    fields: dict[str, FieldInfo] = cls.__pydantic_fields__
+    lines = [inspect.cleandoc(cls.__doc__ or ""), "", "Parameters", "----------"]
+    for field in dataclasses.fields(cls):
+        info = fields[field.name]
+        legal = _range(info.metadata) or _range_within(info.annotation)
+        default = "required" if info.is_required() else f"default {info.default!r}"
+        said = f"{_type(info.annotation)}{f' in {legal}' if legal else ''}, {default}"
+        lines += [f"{field.name} : {said}", f"    {_sentence(info.description or '')}"]
+    cls.__doc__ = "\n".join(lines) + "\n"
+    return cls
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
+
+
+def _type(annotation: Any) -> str:
+    """A type as numpydoc writes it."""
+    origin, parts = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _type(parts[0])
+    if origin is Literal:
+        return "{" + ", ".join(map(repr, parts)) + "}"
+    if annotation is Ellipsis:
+        return "..."
+    if origin in (Union, UnionType):
+        return " or ".join(map(_type, parts))
+    if origin is not None:
+        return f"{origin.__name__}[{', '.join(map(_type, parts))}]"
+    return "None" if annotation is NoneType else str(getattr(annotation, "__name__", annotation))
+
+
+def _range(metadata: Any) -> str:
+    """An interval such as ``[0, 1)``; empty where either end is open to infinity."""
+    ends = [
+        next((form.format(getattr(m, sign)) for m in metadata for sign, form in side if _has(m, sign)), "")
+        for side in _BOUNDS
+    ]
+    return ", ".join(ends) if all(ends) else ""
+
+
+def _has(constraint: Any, sign: str) -> bool:
+    return getattr(constraint, sign, None) is not None
+
+
+def _range_within(annotation: Any) -> str:
+    """The interval of a tuple's entries, where all have the same."""
+    found = {
+        _range([n for m in part.__metadata__ for n in (m, *getattr(m, "metadata", ()))])
+        for part in get_args(annotation)
+        if get_origin(part) is Annotated
+    }
+    return found.pop() if len(found) == 1 else ""

@@ -1,0 +1,62 @@
+"""The command ``colias behave``. It imports what is heavy when it runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from experiments.bench.cli.options import EXIT_FAILED, Cluster, OtherCode, Quiet, Seed, Workers, new_folder, resources
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command(short_help="Close the loop: a behaviour in an env, scored against baselines.")(behave)
+
+
+def behave(
+    name: Annotated[str, typer.Argument(help="A behaviour that [b]colias list[/b] shows, or the path of a .py file.")],
+    env: Annotated[
+        str | None, typer.Option(help="Avoidance, Fixation, Optomotor or Pursuit; otherwise the behaviour's own.")
+    ] = None,
+    episodes: Annotated[int, typer.Option(help="Episodes of each behaviour, at as many seeds.")] = 20,
+    seed: Seed = 0,
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="An argument of the env, for example robots=5. Repeatable."),
+    ] = None,
+    baselines: Annotated[
+        bool, typer.Option(help="Play random walk, straight drive and the privileged one too.")
+    ] = True,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the results, otherwise runs/behave-NAME-TIME; goes on with one begun."),
+    ] = None,
+    recordings: Annotated[
+        bool, typer.Option(help="Write a Rerun recording of each of the behaviour's episodes, not the baselines'.")
+    ] = True,
+    other_code: OtherCode = False,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    quiet: Quiet = False,
+) -> int:
+    """Play a behaviour's episodes, and those of its baselines in the same worlds, and print a table with intervals.
+
+    The robot is the observer of the trials, with its camera, wheels and motors; the network runs on every frame.
+    Equal seeds are equal worlds, whoever plays in them. Recordings show the observer's view, the arena from above
+    with tracks, the neurons, the wheels and the reward. Exit status: 1 if episodes failed; the others count.
+    """
+    from experiments.bench.closed_loop import figure as closed_loop_figure
+    from experiments.bench.closed_loop import run as behaving
+    from experiments.bench.closed_loop import table as closed_loop_table
+
+    made = behaving.plan(name, env, assignments or (), episodes, seed, baselines)
+    folder = new_folder(out, f"behave-{Path(name).stem}")
+    means = resources(workers, cluster, quiet, other_code)
+    with means.pool() as pool:
+        played = behaving.run(made, folder, pool, means, recordings=made.episodes if recordings else 0)
+    closed_loop_figure.write(played)
+    if not quiet:
+        closed_loop_table.show(played, recordings)
+    return EXIT_FAILED if played.failures else 0

@@ -1,0 +1,220 @@
+"""The commands that show stimuli to a model, or write them to a file, without a robot."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+from experiments.bench.cli.options import Models, Only
+from experiments.bench.core import interrupts
+
+if TYPE_CHECKING:
+    from dsnn.stimuli import ClipParams, Stimulus
+    from experiments.bench.clips.play import Played
+
+PATIENCE_S = 2.0
+"""Progress is told only of what takes longer."""
+INSTEAD = "use --record FILE.rrd --no-view"
+"""What to do where there is no screen."""
+LINE_EVERY_S = 10.0
+"""How often, where there is no terminal."""
+
+Name = Annotated[str, typer.Argument(help="A stimulus that [b]colias list[/b] shows.")]
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME.PARAM=VALUE", help="Set a parameter of the stimulus. Repeatable."),
+]
+Seed = Annotated[int, typer.Option(help="Seed of all that is random in it, 0 or more.")]
+Jitter = Annotated[float, typer.Option(metavar="PX", help="A trembling camera: standard deviation of its shifts, px.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add this module's commands to the command line."""
+    app.command(short_help="Write a synthetic stimulus as a lossless clip, with its ground truth.")(stimulus)
+    app.command(short_help="Show a synthetic stimulus, and a model's answer to it, in Rerun.")(play)
+
+
+def stimulus(
+    name: Name,
+    out: Annotated[Path | None, typer.Option(help="The clip, an .avi file; otherwise NAME.avi.")] = None,
+    assignments: Assignments = None,
+    seed: Seed = 0,
+    jitter: Jitter = 0.0,
+    parameters: Annotated[bool, typer.Option("--parameters", help="List what --set reaches, and do no more.")] = False,
+) -> None:
+    """Write a stimulus to a lossless clip (FFV1), and the truth about each frame to a .csv file beside it.
+
+    What is there already is never overwritten.
+    """
+    from experiments.bench.clips import export
+    from experiments.bench.core import settings
+
+    if parameters:
+        return _list(name)
+    clip = _clip(name, settings.collect(assignments or (), _section(name), _listed_by(name)), seed, jitter)
+    video = out or Path(f"{name}.avi")
+    with _progress(f"{name}: frames", len(clip)) as advance:
+        table = export.write(clip, video, advance)
+    rows, columns = clip.shape
+    console = Console(highlight=False, emoji=False)
+    about = f"{len(clip)} frames of {columns}x{rows} px at {clip.fps:g} per second"
+    console.print(f"clip        {video}  ({about})", soft_wrap=True, markup=False)
+    console.print(f"truth       {table}", soft_wrap=True, markup=False)
+
+
+def play(
+    name: Name,
+    model: Models = None,
+    only: Only = False,
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="A parameter of the stimulus or of a model (dsnn.n_con=6). Repeatable."
+        ),
+    ] = None,
+    seed: Seed = 0,
+    jitter: Jitter = 0.0,
+    record: Annotated[Path | None, typer.Option(help="Keep the recording as this .rrd file.")] = None,
+    view: Annotated[bool, typer.Option("--view/--no-view", help="Open Rerun's viewer.")] = True,
+) -> int:
+    """Show a stimulus to a model, and open frames, object, potentials, thresholds and spikes in Rerun.
+
+    The command's own model is dsnn. A DSNN has the paper's off-line threshold (0.16) and spike gain (2) unless --set
+    says otherwise.
+    """
+    from experiments.bench.clips import export
+    from experiments.bench.clips import play as player
+    from experiments.bench.core import settings
+    from experiments.bench.core.models import shown_models
+
+    _check_outputs(record, view)
+    if record is not None:
+        export.refuse(record)
+    listed_by = f"{_listed_by(name)}, colias parameters"
+    models, collected = settings.watchers(
+        shown_models(["dsnn"], model, only), assignments or (), _section(name), listed_by
+    )
+    clip = _clip(name, collected, seed, jitter)
+    with _progress(f"{name}: frames", len(clip)) as advance:
+        played = player.play(name, clip, models, advance)
+    console = Console(highlight=False, emoji=False)
+    for answer in played.answers:
+        ranges = {channel: getattr(answer.series, channel) for channel in answer.channels}
+        said = [f"{channel.upper()} {v.min():+z.2f} .. {v.max():+z.2f}" for channel, v in ranges.items()]
+        levels = dict.fromkeys(level for level in answer.thresholds.values() if level is not None)
+        said += [f"T {' and '.join(f'{level:g}' for level in levels)}"] if levels else []
+        console.print(f"{answer.model:<18}{'   '.join(said)}", soft_wrap=True, markup=False)
+    for label, trouble in played.troubles.items():
+        Console(stderr=True, highlight=False, emoji=False).print(
+            f"{label} failed: {trouble}", soft_wrap=True, markup=False
+        )
+    return _show(played, record, view) or int(bool(played.troubles))
+
+
+def _check_outputs(record: Path | None, view: bool) -> None:
+    from experiments.bench.cli import viewer
+    from experiments.bench.core.errors import UsageError
+
+    if not view and record is None:
+        raise UsageError("--no-view: give a file to --record too, or nothing comes of it")
+    if record is not None and record.suffix != ".rrd":
+        raise UsageError(f"--record {record}: the file's name should end in .rrd")
+    if view:
+        viewer.require_screen("play: ", INSTEAD)
+
+
+def _show(played: Played, record: Path | None, view: bool) -> int:
+    """Write the recording, to a file that goes with the viewer if none was asked for; the exit status."""
+    from experiments.bench.cli import viewer
+    from experiments.bench.clips.recording import record as recorded
+
+    with interrupts.held(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
+        place = record or Path(folder) / f"{played.name}.rrd"
+        part = place.with_name(f"{place.name}.part")
+        place.parent.mkdir(parents=True, exist_ok=True)
+        part.write_bytes(recorded(played))
+        part.replace(place)
+        if record is not None:
+            Console(highlight=False, emoji=False).print(f"recording   {record}", soft_wrap=True, markup=False)
+        return viewer.show([place], instead=INSTEAD) if view else 0
+
+
+def _section(name: str) -> dict[str, Any]:
+    """The stimulus's section of ``--set``, with its defaults."""
+    from dsnn.stimuli import stimulus_entry
+    from experiments.bench.core.errors import UsageError
+
+    try:
+        return {name: stimulus_entry(name).params}
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+def _listed_by(name: str) -> str:
+    return f"colias stimulus {name} --parameters"
+
+
+def _list(name: str) -> None:
+    from experiments.bench.core import settings
+
+    console = Console(highlight=False, emoji=False)
+    for row in settings.described(_section(name)):
+        legal = f"  [dim]({escape(row.legal)})[/dim]" if row.legal else ""
+        console.print(f"{row.key}=[b]{escape(row.value)}[/b]{legal}\n    {escape(row.description)}", soft_wrap=True)
+
+
+def _clip(name: str, collected: Mapping[str, Mapping[str, str]], seed: int, jitter: float) -> Stimulus[ClipParams]:
+    """The stimulus that was asked for; `UsageError` in one line on what is not legal."""
+    from dsnn.stimuli import Jittered, stimulus_entry
+    from experiments.bench.core import settings
+    from experiments.bench.core.errors import UsageError
+
+    entry = stimulus_entry(name)
+    params = settings.changed(name, entry.params, collected.get(name, {}))
+    try:
+        clip = entry.build(params, seed)
+        return Jittered(clip, jitter, seed) if jitter else clip
+    except ValueError as error:
+        raise UsageError(f"{name}: {error}") from None
+
+
+@contextmanager
+def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
+    """A bar with the time left, or a line now and then where there is no terminal; yields what to call per frame."""
+    from rich.progress import Progress
+
+    console = Console(stderr=True, highlight=False, emoji=False)
+    began = told = time.monotonic()
+    done = 0
+    bar = Progress(console=console, transient=True)
+    task = bar.add_task(name, total=total)
+
+    def advance() -> None:
+        nonlocal done, told
+        interrupts.check()
+        done += 1
+        now = time.monotonic()
+        if now - began < PATIENCE_S:
+            return
+        if console.is_terminal:
+            bar.start()
+            bar.update(task, completed=done)
+        elif now - told > (LINE_EVERY_S if told > began else PATIENCE_S):
+            told = now
+            console.print(f"{name}: {done} of {total}")
+
+    try:
+        # Ctrl-C waits for the end of a frame, so that half-written files are removed.
+        with interrupts.held():
+            yield advance
+    finally:
+        if bar.live.is_started:  # stopping one that never started prints an empty line
+            bar.stop()

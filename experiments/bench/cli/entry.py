@@ -1,0 +1,164 @@
+"""Where every command begins and ends. Needs the standard library alone until Ctrl-C and the streams are seen to."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import sys
+
+from experiments.bench.core import interrupts
+
+TYPE_CHECKING = False  # that of typing, whose import takes longer than all else here
+if TYPE_CHECKING:
+    from typing import NoReturn
+
+EXIT_USAGE = 2
+
+
+def begin() -> None:
+    """See to Ctrl-C, closed streams and threads, before anything is imported that minds them."""
+    interrupts.begin()
+    atexit.register(interrupts.end)  # the first registered, so the last to run
+    _open_streams()
+    # All of this runs BLAS on one thread. Its start of others is what fails first where memory is limited, and it
+    # then sends this process a SIGINT.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+def main() -> NoReturn:
+    """Entry point of ``colias``."""
+    begin()
+    run()
+
+
+def run() -> NoReturn:
+    """Do what ``sys.argv`` asks for. A wrong use or a missing library ends in one line on stderr, and status 2."""
+    own = os.getpid()
+    try:
+        status, said = _outcome()
+    finally:
+        if os.getpid() != own:  # a copy of this process that somebody's model made by fork
+            os._exit(0)
+    if said:
+        _tell(said)
+    sys.exit(status)
+
+
+def run_file(path: str) -> NoReturn:
+    """What ``python experiments/NAME.py [OPTIONS]`` does: ``colias run`` on that file."""
+    sys.argv[1:1] = ["run", path]
+    main()
+
+
+def _outcome() -> tuple[int, str]:
+    """Do what the command line asks for: the exit status, and a last line for stderr. A defect keeps its traceback."""
+    status, said = 0, ""
+    try:
+        from experiments.bench.cli import main as cli_main
+
+        status = cli_main.command(sys.argv[1:] or ["--help"])
+    except KeyboardInterrupt:
+        status, said = interrupts.STATUS, interrupts.SAID
+    except BrokenPipeError:
+        status = 1
+    except Exception as error:
+        if not _is_plain(error):
+            raise
+        status, said = EXIT_USAGE, f"colias: {_words(error)}"
+    trouble = _flush()
+    if trouble is None:
+        return status, said
+    if isinstance(trouble, BrokenPipeError):  # nobody reads on
+        return status or 1, said
+    return EXIT_USAGE, f"colias: standard output: {getattr(trouble, 'strerror', None) or trouble}"
+
+
+def _is_plain(error: Exception) -> bool:
+    """Whether the message alone tells a user what to do; anything else is a defect and keeps its traceback."""
+    if isinstance(error, OSError | ImportError | MemoryError):  # a missing OpenGL is the first
+        return True
+    if isinstance(error, RuntimeError) and "can't start new thread" in str(error):
+        return True
+    if isinstance(error, ValueError) and _in_printing(error):  # somebody's model has closed the stream
+        return True
+    # Looked up, not imported: their modules may be what could not be loaded.
+    known = (("experiments.bench.core.errors", "UsageError"), ("experiments.bench.robot.trial", "TrialError"))
+    kinds = tuple(getattr(sys.modules[module], name) for module, name in known if module in sys.modules)
+    return isinstance(error, kinds)
+
+
+def _words(error: Exception) -> str:
+    """An error in one line; of what limited memory may be the reason, the limit too."""
+    text = " ".join(str(error).split())
+    if isinstance(error, OSError) and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    if isinstance(error, OSError | ValueError) and _in_printing(error):
+        return f"standard output: {getattr(error, 'strerror', None) or text}"
+    if isinstance(error, OSError) or not isinstance(error, ImportError | MemoryError | RuntimeError):
+        return text
+    if isinstance(error, ImportError):
+        text = f"a library does not load: {text}"
+    elif isinstance(error, MemoryError):
+        text = f"out of memory: {text}" if text else "out of memory"
+    limit = _memory_limit_mb()
+    return text if limit is None else f"{text} (this process may have {limit:,.0f} MB of address space: ulimit -v)"
+
+
+def _in_printing(error: BaseException) -> bool:
+    """Whether it came of printing: such an error names no file."""
+    step = error.__traceback__
+    while step is not None:
+        if step.tb_frame.f_globals.get("__name__") == "rich.console":
+            return True
+        step = step.tb_next
+    return False
+
+
+def _memory_limit_mb() -> float | None:
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    soft, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return None if soft == resource.RLIM_INFINITY else soft / 2**20
+
+
+def _open_streams() -> None:
+    """Give closed standard streams the null device: the next file opened would get their number, and their text."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+            ours = False
+        except OSError:
+            place = os.open(os.devnull, os.O_RDWR)
+            if place != number:
+                os.dup2(place, number)
+                os.close(place)
+            os.set_inheritable(number, True)  # for the worker processes
+            ours = True
+        if getattr(sys, name) is None:
+            mode = "r" if number == 0 else "w"
+            stream = open(number if ours else os.devnull, mode, encoding="utf-8", closefd=not ours)  # noqa: SIM115
+            setattr(sys, name, stream)
+            setattr(sys, f"__{name}__", stream)
+
+
+def _flush() -> OSError | ValueError | None:
+    """Write out what was printed. What cannot be is dropped, and why is returned: Python would complain once more."""
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return error
+    except ValueError as error:  # somebody's model has closed it
+        return error
+    return None
+
+
+def _tell(text: str) -> None:
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except ValueError:  # somebody's model has closed it
+        pass
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)

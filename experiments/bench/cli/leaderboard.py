@@ -1,0 +1,60 @@
+"""The command ``colias leaderboard``. It imports what is heavy when it runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from experiments.bench.cli.options import (
+    EXIT_FAILED,
+    Cluster,
+    Models,
+    Only,
+    OtherCode,
+    Quiet,
+    Seed,
+    Workers,
+    new_folder,
+    resources,
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command(short_help="Rank the models, and yours, on the same trials and clips.")(leaderboard)
+
+
+def leaderboard(
+    model: Models = None,
+    only: Only = False,
+    repeats: Annotated[int | None, typer.Option(help="Trials of each condition; otherwise 5.")] = None,
+    seed: Seed = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the results, otherwise runs/leaderboard-TIME; goes on with one begun."),
+    ] = None,
+    other_code: OtherCode = False,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    quiet: Quiet = False,
+) -> int:
+    """Show every model the same robot trials and the same clips, time them in turns, and rank them.
+
+    90 robot trials: crossings both ways at 4, 6, 10 cm/s and 6, 10 cm, straight approach and recession at these
+    speeds. 24 clips on an even ground, 60 before clutter and 20 of clutter alone (shifting, swaying, trembling).
+    Writes leaderboard.csv, figure.svg and .png, and a folder of tables for each kind. Every number has its 95 %
+    interval. The command's own models are those registered, but dsnn-reference. Exit status: 1 if trials failed; the
+    others count.
+    """
+    from experiments.bench.core.models import COMPARED, shown_models
+    from experiments.bench.leaderboard import run as board
+    from experiments.bench.leaderboard import table as leaderboard_table
+
+    folder = new_folder(out, "leaderboard")
+    means = resources(workers, cluster, quiet, other_code)
+    result = board.run(folder, shown_models(COMPARED, model, only), repeats, seed, means)
+    if not quiet:
+        leaderboard_table.show(result)
+    return EXIT_FAILED if result.failures else 0

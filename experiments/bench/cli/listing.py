@@ -1,0 +1,58 @@
+"""The commands ``colias list`` and ``colias parameters``. Heavy imports happen when it runs."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from experiments.bench.cli.options import Models, Only
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command("list", short_help="Name the experiments, models, scenes, stimuli, envs, behaviours.")(list_all)
+    app.command(short_help="List every parameter that --set reaches.")(parameters)
+
+
+def list_all() -> None:
+    """Name what there is to run: experiments, vision models, arenas, stimuli, envs, behaviours."""
+    from colias_sim.envs import ENVS
+    from dsnn import MODELS
+    from dsnn.stimuli import STIMULI
+    from experiments import NAMES, OFFLINE
+    from experiments.behaviours import BEHAVIOURS
+    from experiments.bench import registry
+    from experiments.bench.core.terminal import out_console
+    from scenes import ARENAS
+
+    experiments = {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
+    models = {name: entry.summary for name, entry in MODELS.items()}
+    stimuli = {name: entry.summary for name, entry in STIMULI.items()}
+    envs = {name.partition("/")[2]: entry.summary for name, entry in ENVS.items()}
+    behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()}
+    kinds = {
+        "experiments": experiments, "models": models, "scenes": ARENAS, "stimuli": stimuli, "envs": envs,
+        "behaviours": behaviours,
+    }  # fmt: skip
+    for title, items in kinds.items():
+        out_console.print(f"[b]{title}[/b]")
+        for name, summary in items.items():
+            out_console.print(f"  {name:<20}{summary}", soft_wrap=True)
+
+
+def parameters(
+    experiment: Annotated[str, typer.Argument(help="The experiment whose parameters to list.")] = "speed",
+    model: Models = None,
+    only: Only = False,
+) -> None:
+    """List every parameter that --set reaches: key, default, legal range, meaning. The command's own model is dsnn."""
+    from experiments.bench import registry
+    from experiments.bench.core.models import shown_models
+    from experiments.bench.core.terminal import out_console
+    from experiments.bench.robot.plan import parameters as listed
+
+    for row in listed(registry.load(experiment), shown_models(["dsnn"], model, only)):
+        legal = f"  [dim]({escape(row.legal)})[/dim]" if row.legal else ""
+        out_console.print(f"{row.key}=[b]{escape(row.value)}[/b]{legal}\n    {escape(row.description)}", soft_wrap=True)

@@ -1,0 +1,54 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from experiments.bench.core.batch import Resources
+
+EXIT_FAILED = 1
+"""Exit status of a command some of whose jobs failed."""
+
+Models = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--model",
+        metavar="MODEL",
+        help="Show this model beside the command's own: a name or a .py file; under other settings as"
+        " dsnn:w_i=1,n_con=6. Repeatable.",
+    ),
+]
+Only = Annotated[bool, typer.Option("--only", help="Show just the models of --model, none of the command's own.")]
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; see [b]colias parameters[/b]. Repeatable."),
+]
+Workers = Annotated[
+    int | None, typer.Option(help="Worker processes; otherwise one for each core. 0: none, for debuggers.")
+]
+Cluster = Annotated[str | None, typer.Option(help="Run on the Dask scheduler at this address (tcp://...) instead.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Neither progress nor tables, only errors.")]
+Seed = Annotated[int, typer.Option(help="Seed of the whole run, 0 or more.")]
+OtherCode = Annotated[
+    bool,
+    typer.Option("--other-code", help="Go on with a run that other code began; the column [b]code[/b] marks its rows."),
+]
+Repeats = Annotated[int | None, typer.Option(help="Trials of each condition; otherwise the experiment's own number.")]
+
+
+def resources(workers: int | None, cluster: str | None, quiet: bool, other_code: bool) -> Resources:
+    """Return what these options say a run is done with."""
+    from experiments.bench.core.batch import Resources, worker_count
+
+    return Resources(worker_count(workers), cluster, quiet, other_code)
+
+
+def new_folder(out: Path | None, name: str) -> Path:
+    """Return the folder asked for, or a new one under ``runs``."""
+    from experiments.bench.core.store import files
+
+    return out or files.new_folder(name)

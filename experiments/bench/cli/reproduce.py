@@ -1,0 +1,86 @@
+"""The command ``colias reproduce``. Heavy imports happen when it runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from experiments.bench.cli.options import (
+    EXIT_FAILED,
+    Cluster,
+    Models,
+    Only,
+    OtherCode,
+    Quiet,
+    Seed,
+    Workers,
+    new_folder,
+    resources,
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command(short_help="Run the paper's experiments and report which claims hold.")(reproduce)
+
+
+def reproduce(
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick", help="A taste: two seeds, no moves, no grids of clips; the report names what it does not judge."
+        ),
+    ] = False,
+    full: Annotated[
+        bool, typer.Option("--full", help="Ten repeats at every seed and move: takes several times as long.")
+    ] = False,
+    robot_only: Annotated[
+        bool, typer.Option("--robot-only", help="Just the paper's trials with the robot: neither clips nor behaviours.")
+    ] = False,
+    seed: Seed = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the report, otherwise runs/reproduce-TIME; goes on with one begun.")
+    ] = None,
+    model: Models = None,
+    only: Only = False,
+    experiment: Annotated[
+        list[str] | None, typer.Option(help="An experiment to add: a name or a .py file. Repeatable.")
+    ] = None,
+    other_code: OtherCode = False,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    quiet: Quiet = False,
+) -> int:
+    """Run the paper's experiments, the robot's at other seeds and with everything moved too; write one page about it.
+
+    The command's own models, in the trials with the robot, are dsnn and dsn2017, beside the looming detectors where a
+    claim is about them. Most claims are about dsnn: --only needs it among the models.
+    The reflexes of [b]colias behave[/b] are played too, and claims of our own about them judged. report.html needs no
+    network; claims.json and behaviours.json have the verdicts. The exit status is 0 whatever they are, and 1 if
+    trials failed.
+    """
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.settings import check_counts
+
+    if quick and full:
+        raise UsageError("--quick and --full: give one of them")
+    check_counts(seed)
+    means = resources(workers, cluster, quiet, other_code)
+    from experiments.bench.closed_loop import table as closed_loop_table
+    from experiments.bench.core.terminal import out_console, show_places
+    from experiments.bench.reproduction import plan, report, table
+    from experiments.bench.reproduction import reproduce as whole
+
+    scale = plan.QUICK if quick else plan.FULL if full else plan.USUAL
+    models = whole.models_shown(model, only)
+    folder = new_folder(out, "reproduce")
+    result = whole.reproduce(folder, scale, seed, models, means, experiment or (), robot_only, only)
+    page = report.write(result)
+    if not quiet:
+        table.show_claims(result.claims)
+        closed_loop_table.show_claims(result.own_claims)
+        out_console.print()
+        show_places({"report": page})
+    return EXIT_FAILED if result.failed else 0

@@ -1,0 +1,84 @@
+"""The command ``colias run``. Heavy imports happen when it runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from experiments.bench.cli.options import (
+    EXIT_FAILED,
+    Assignments,
+    Cluster,
+    Models,
+    Only,
+    OtherCode,
+    Quiet,
+    Repeats,
+    Seed,
+    Workers,
+    new_folder,
+    resources,
+)
+
+if TYPE_CHECKING:
+    from experiments.bench.clips.summary import OfflineReport
+    from experiments.bench.robot.summary import Report
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command("run", short_help="Run an experiment: trials, recordings, tables, figure, verdicts.")(run_experiment)
+
+
+def run_experiment(
+    experiment: Annotated[str, typer.Argument(help="A name that [b]colias list[/b] shows, or the path of a .py file.")],
+    repeats: Repeats = None,
+    seed: Seed = 0,
+    out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/NAME-TIME.")] = None,
+    resume: Annotated[
+        Path | None, typer.Option(help="Go on with the run in this folder: do just what is missing.")
+    ] = None,
+    assignments: Assignments = None,
+    model: Models = None,
+    only: Only = False,
+    recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
+    other_code: OtherCode = False,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    quiet: Quiet = False,
+) -> int:
+    """Run an experiment and write its results into a folder.
+
+    Every model sees the same frames. The command's own model is dsnn, or those that an off-line experiment
+    declares. Trials already finished stay readable if the run is interrupted, and
+    --resume with the same parameters does the rest. Results do not depend on the number of workers.
+    """
+    from experiments.bench import registry
+    from experiments.bench.clips.experiment import OfflineExperiment
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.public.run import Asked, perform
+
+    declared = registry.find(experiment)
+    if resume is not None and out is not None:
+        raise UsageError("--out and --resume name one folder each: give one of them")
+    means = resources(workers, cluster, quiet, other_code)
+    folder = resume or new_folder(out, declared.name)
+    asked = Asked(model or (), only, assignments or (), repeats, seed)
+    report = perform(declared, asked, folder, means, resume=resume is not None, recordings=recordings)
+    if not quiet:
+        _show(report, recordings and (not isinstance(declared, OfflineExperiment) or declared.recorded))
+    return EXIT_FAILED if report.failures else 0
+
+
+def _show(report: Report | OfflineReport, recordings: bool) -> None:
+    """Print what a run of either kind amounts to."""
+    from experiments.bench.clips import table as clips_table
+    from experiments.bench.clips.summary import OfflineReport
+    from experiments.bench.robot import table as robot_table
+
+    if isinstance(report, OfflineReport):
+        clips_table.show(report, recordings)
+    else:
+        robot_table.show(report, recordings)

@@ -1,0 +1,138 @@
+"""The command ``colias train``, which ``python experiments/train_ppo.py`` is. It imports what is heavy when it runs."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from experiments.bench.cli.options import EXIT_FAILED, Quiet, Seed, Workers, new_folder, resources
+from experiments.bench.core import interrupts
+
+if TYPE_CHECKING:
+    from experiments.bench.closed_loop.policy import About
+    from experiments.bench.closed_loop.run import Played
+    from experiments.bench.core.batch import Resources
+
+STEPS, ENVS, REPLAYED = 40_960, 8, 5
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command(short_help="Train a policy on neural observations by PPO, or replay one.")(train)
+
+
+def train(
+    env: Annotated[str | None, typer.Option(help="Optomotor or Fixation; otherwise Optomotor.")] = None,
+    steps: Annotated[int | None, typer.Option(help=f"Steps of all envs together; otherwise {STEPS}.")] = None,
+    seed: Seed = 0,
+    envs: Annotated[int | None, typer.Option(help=f"Envs that are stepped together; otherwise {ENVS}.")] = None,
+    out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/NAME-TIME.")] = None,
+    replay: Annotated[Path | None, typer.Option(help="Do not train: play the policy in this file.")] = None,
+    episodes: Annotated[int | None, typer.Option(help=f"With --replay: how many; otherwise {REPLAYED}.")] = None,
+    workers: Workers = None,
+    quiet: Quiet = False,
+) -> int:
+    """Train a small network on what the vision model says, and hold it against chance, rest and the reflex.
+
+    Needs stable-baselines3 and PyTorch ([b]make train[/b] sets them up); --replay needs neither. OUT gets policy.npz,
+    learning.csv (the mean return as it grew), the 20 episodes that each was judged by, in worlds not trained in, and
+    their table and figure. --replay also leaves Rerun recordings, for [b]colias view OUT[/b]. On one version of
+    PyTorch, equal --seed, --steps and --envs give equal policies. A policy's file is plain numbers: reading one runs
+    nothing, and [b]colias behave FILE[/b] plays it too.
+    """
+    from experiments.bench.core.errors import UsageError
+
+    means = resources(workers, None, quiet, False)
+    if replay is not None:
+        for name, value in {"--env": env, "--steps": steps, "--envs": envs}.items():
+            if value is not None:
+                raise UsageError(f"{name} {value}: the policy's file says that; leave it out with --replay")
+        return _replay(replay, REPLAYED if episodes is None else episodes, seed, out, means)
+    if episodes is not None:
+        raise UsageError(f"--episodes {episodes}: goes with --replay")
+    about = _about(env or "Optomotor", STEPS if steps is None else steps, seed, ENVS if envs is None else envs)
+    return _train(about, out, means)
+
+
+def _about(env: str, steps: int, seed: int, envs: int) -> About:
+    """What was asked for, checked."""
+    from experiments.bench.closed_loop.find import env_id
+    from experiments.bench.closed_loop.policy import ROLLOUT, TRAINABLE, About
+    from experiments.bench.core.errors import UsageError
+
+    where = env_id(env)
+    if where not in TRAINABLE:
+        raise UsageError(f"--env {env}: a policy learns Optomotor or Fixation")
+    for name, value, least, most in (("--seed", seed, 0, 2**32 - 1), ("--envs", envs, 1, 64),
+                                     ("--steps", steps, ROLLOUT * max(envs, 1), 10**8)):  # fmt: skip
+        if not least <= value <= most:
+            why = f" ({ROLLOUT} for each of {envs} envs at least)" if name == "--steps" else ""
+            raise UsageError(f"{name} {value}: legal is a whole number from {least} to {most}{why}")
+    return About(where, seed, steps, envs)
+
+
+def _train(about: About, out: Path | None, means: Resources) -> int:
+    from colias_sim.gl import require_backend
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.terminal import error_console, progress, show_places
+
+    for module in ("torch", "stable_baselines3"):
+        if importlib.util.find_spec(module) is None:
+            raise UsageError(f"training needs {module}, which is not installed: run 'make train', or install PyTorch's"
+                             " CPU build and then colias-sim[train]")  # fmt: skip
+    require_backend()
+    folder = _new_folder(out, f"train-{about.env.partition('/')[2]}")
+    rounds = -(-about.steps // about.envs)
+    if not means.quiet:
+        said = f"{about.env}: {about.steps} steps in {about.envs} envs, which are starting, into {folder}"
+        error_console.print(said, soft_wrap=True, markup=False)
+    from experiments.bench.closed_loop.policy import ROLLOUT
+    from experiments.bench.training import evaluate, ppo
+
+    # Steps come fast until the first rollout is learnt from: the time left is known after two.
+    learnt = ppo.train(
+        about, lambda: progress("train", rounds, means.quiet, f"steps of {about.envs} envs", width=ROLLOUT)
+    )
+
+    with interrupts.held():
+        file = evaluate.keep(learnt.policy, learnt.curve, folder)
+    if learnt.stopped:
+        made = learnt.policy.about.steps
+        error_console.print(f"stopped after {made} of {about.steps} steps; {file} has what was learnt so far",
+                                    soft_wrap=True, markup=False)  # fmt: skip
+        raise KeyboardInterrupt
+    status = _show(evaluate.judge(file, folder, means), means, recordings=False)
+    if not means.quiet:
+        show_places({"policy": file})
+    return status
+
+
+def _replay(file: Path, episodes: int, seed: int, out: Path | None, means: Resources) -> int:
+    from experiments.bench.closed_loop import policy_file
+    from experiments.bench.training import evaluate
+
+    policy_file.load(file)  # before a folder is made
+    played = evaluate.replay(file, _new_folder(out, f"replay-{file.stem}"), episodes, seed, means)
+    return _show(played, means, recordings=True)
+
+
+def _show(played: Played, means: Resources, *, recordings: bool) -> int:
+    """Draw and print what was played; the exit status."""
+    from experiments.bench.closed_loop import figure, table
+
+    figure.write(played)
+    if not means.quiet:
+        table.show(played, recordings)
+    return EXIT_FAILED if played.failures else 0
+
+
+def _new_folder(out: Path | None, name: str) -> Path:
+    """The folder for the results, made; ``FileExistsError`` if there is something in it."""
+    folder = new_folder(out, name)
+    folder.mkdir(parents=True, exist_ok=True)
+    if any(folder.iterdir()):
+        raise FileExistsError(f"--out {folder}: holds something already; choose another")
+    return folder

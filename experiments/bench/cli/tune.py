@@ -1,0 +1,66 @@
+"""The command ``colias tune``. It imports what is heavy when it runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from experiments.bench.cli.options import (
+    EXIT_FAILED,
+    Cluster,
+    Models,
+    Only,
+    OtherCode,
+    Quiet,
+    Workers,
+    new_folder,
+    resources,
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command(short_help="Measure tuning curves: speed, size, contrast, frequency, direction.")(tune)
+
+
+def tune(
+    model: Models = None,
+    only: Only = False,
+    curve: Annotated[
+        list[str] | None,
+        typer.Option(help="Only this one: speed, size, contrast, frequency or direction. Repeatable."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the gratings' phase, 0 or more.")] = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results, otherwise runs/tune-TIME; goes on with one begun.")
+    ] = None,
+    assignments: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a model's parameter. Repeatable.")
+    ] = None,
+    other_code: OtherCode = False,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    quiet: Quiet = False,
+) -> int:
+    """Show every model objects and gratings at every speed, size, contrast, frequency and direction.
+
+    Clips of 144x108 px at 30 frames/s, models with the paper's off-line parameters. A direction
+    model's response is the mean of (hs, vs), projected on the direction of the motion, over the
+    second half of the moving frames; a looming detector's its peak above rest. A figure for
+    each curve, tuning.csv with every point, preferences.csv with a row a model. The command's
+    own models are those registered, but dsnn-reference.
+    """
+    from experiments.bench.core.models import COMPARED, shown_models
+    from experiments.bench.tuning import run as tuning_run
+    from experiments.bench.tuning import table as tuning_table
+
+    made = tuning_run.plan(shown_models(COMPARED, model, only), curve or (), assignments or (), seed)
+    folder = new_folder(out, "tune")
+    means = resources(workers, cluster, quiet, other_code)
+    with means.pool(rendering=False) as pool:
+        report = tuning_run.run(made, folder, pool, means)
+    if not quiet:
+        tuning_table.show(report)
+    return EXIT_FAILED if report.failures else 0

@@ -1,0 +1,89 @@
+"""Rerun's viewer, or its web server, as a process that lives no longer than the command that opened it."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+from experiments.bench.cli import kept
+from experiments.bench.core import interrupts
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.terminal import program
+
+PATIENCE_S = 5.0
+"""How long a viewer may take to end before it is killed."""
+ENDING = ("SIGTERM", "SIGHUP")
+
+
+def require_screen(what: str, instead: str) -> None:
+    """Raise `UsageError` where there is no screen to open a window on; ``instead`` says what to do then."""
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise UsageError(f"{what}Rerun's viewer needs a screen (DISPLAY is not set): {instead}")
+
+
+def show(files: Sequence[Path], *, web: bool = False, instead: str) -> int:
+    """Open recordings in Rerun, listening on 127.0.0.1 only, and wait until it is closed; returns its exit status.
+
+    However this process ends, the viewer ends too. Raises `UsageError`, which tells ``instead``, where its window does
+    not open.
+    """
+    command = [*program(), "--bind", "127.0.0.1", *(["--web-viewer"] if web else []), *map(str, files)]
+    if web:  # what it says has the address in it
+        return _attend(command, None)
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as said:
+        status = _attend(command, said)
+        said.seek(0)
+        # Without the place in its source.
+        why = [re.sub(r"^Error: (.*\.rs:\d+: )?", "", line.strip()) for line in said if line.startswith("Error: ")]
+    if status > 0:
+        reason = why[-1] if why else f"exit status {status}"
+        raise UsageError(f"Rerun's viewer did not open, or broke off ({reason}): {instead}")
+    return status
+
+
+def _attend(command: Sequence[str], said: IO[str] | None) -> int:
+    """Run a command until it ends, and no longer than this process; ``said`` takes what it writes."""
+    bound = [sys.executable, "-I", "-S", kept.__file__, str(os.getpid()), *command]
+    with _ended_in_order(), interrupts.held():
+        # In a session of its own a terminal's Ctrl-C comes to this process alone, which then ends the viewer.
+        child = subprocess.Popen(bound, stdout=said, stderr=said, start_new_session=True)
+        try:
+            with interrupts.window():
+                status = child.wait()
+        finally:
+            _end(child)
+    return status if status >= 0 else 128 - status
+
+
+def _end(child: subprocess.Popen[Any]) -> None:
+    child.terminate()
+    try:
+        child.wait(PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        child.kill()
+        child.wait()
+
+
+@contextmanager
+def _ended_in_order() -> Iterator[None]:
+    """While this lasts, a signal that asks this process to end lets it end what it has started first."""
+
+    def leave(number: int, _: Any) -> None:
+        raise SystemExit(128 + number)
+
+    numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
+    heeded = [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]  # nohup's stays ignored
+    before = {number: signal.signal(number, leave) for number in heeded}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,1 @@
+"""Off-line experiments: clips of stimuli shown to models."""

@@ -1,0 +1,224 @@
+"""What the paper reports of its off-line tests, as checks on the rows of clips.
+
+A claim is judged on the clips that its words are about, at one seed. It never bends a bound: a claim that misses it
+fails, and the verdict says by how much.
+
+A claim's least number is every combination of `CONDITIONS`, each once: the same clip gives the same answer, so a
+repeat adds nothing. Where a background is random, a seed is one photograph's one part, as the paper shows one; how
+many seeds agree is reported beside the verdict.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+from experiments.bench.clips import judges
+from experiments.bench.clips.judges import BLOCKED, DSNN, EARLIER, EMD, Rows
+from experiments.bench.clips.judges import SIGNED as SIGNED
+from experiments.bench.core.errors import short
+from experiments.bench.core.verdict import Claim, Outcome, is_number, unreadable
+
+POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")
+SHADES = ("dark", "light")
+LEAST_GREYS = 5
+
+EVERY = ()
+"""Of a column of `CONDITIONS`: each level that is there."""
+
+_BACKGROUNDS, _CONTRAST_SPEEDS = (-2.0, -4.0, -6.0, -8.0, -10.0), (40.0, 60.0, 80.0, 100.0, 120.0)
+_CROSSING: Mapping[str, tuple[Any, ...]] = {"motion": ("rightward",)}
+CONDITIONS: Mapping[str, Mapping[str, tuple[Any, ...]]] = {
+    "C1": {"motion": tuple(SIGNED), "shade": SHADES},
+    "C2": {"motion": tuple(SIGNED), "shade": SHADES},
+    "C3": {"motion": ("looming", "receding"), "shade": SHADES},
+    "C4": {"motion": tuple(SIGNED)},
+    "C5": {"motion": ("looming", "receding"), "background_speed": (8.0,)},
+    "C6": {**_CROSSING, "background_speed": (-8.0,)},
+    "C7": {**_CROSSING, "speed": (40.0, 80.0, 120.0), "background_speed": _BACKGROUNDS, "grey": EVERY},
+    "C8": {**_CROSSING, "speed": (40.0, 80.0, 120.0), "background_speed": _BACKGROUNDS, "shade": SHADES},
+    "C9": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
+    "C10": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
+    "C11": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
+}
+"""Claim -> the values of clips that its words name, or the paper's text on its figure; other clips do not count.
+
+``shade`` is dark or light, against what the object passes.
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClipClaim(Claim):
+    """A claim about clips that models were shown: ``experiments.ClipClaim``.
+
+    An off-line experiment declares it in ``claims=``, beside ids of the paper's. It is judged at each seed.
+
+    Parameters
+    ----------
+    id
+        Its name in tables: up to 60 letters, digits, ``.``, ``-`` and ``_``. The paper's ids are taken.
+    judge
+        From the rows of one seed's ``trials.parquet``, those of the clips and models that the claim is about, and a
+        spiking threshold, to an `Outcome`. The threshold is the DSNN's; of a claim that does not take the DSNN it is
+        that of its first model by name. Where the judge raises, the claim is untested.
+    says, source
+        Its words, and where they are from.
+    models
+        The labels of the models that it takes; without one of them it is untested.
+    conditions
+        Column -> the values of clips that its words name; other clips do not count. Every combination is needed.
+        Without any, all clips count.
+    of_every_clip
+        Whether it is about every single clip: then one that breaks it refutes it, whichever others are missing.
+
+    Raises
+    ------
+    ValueError
+        It has no words or no judge, its id is taken, or a value is not legal.
+
+    Examples
+    --------
+    >>> def silent(rows, threshold):
+    ...     worst = max(max(row["peak_hs"], -row["trough_hs"]) for row in rows)
+    ...     holds, decided = decide([Check(f"|HS| up to {worst:.2f} (needs below {threshold:g})", threshold - worst)])
+    ...     return Outcome("holds" if holds else "fails", f"|HS| up to {worst:.2f}", decided=decided)
+    >>> claim = ClipClaim(id="depth-is-silent", says="HS stays below T", judge=silent,
+    ...                   conditions={"motion": ("looming", "receding")})
+    """
+
+    judge: Callable[[Rows, float], Outcome]
+    models: frozenset[str] = frozenset({DSNN})
+    conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    of_every_clip: bool = False
+
+    def __post_init__(self) -> None:
+        Claim.__post_init__(self)
+        if isinstance(self.models, str) or not self.models or not all(isinstance(each, str) for each in self.models):
+            raise ValueError(f"claim {self.id}: models={short(self.models)}: legal is a set of labels, one or more")
+        object.__setattr__(self, "models", frozenset(self.models))
+        table = self.conditions
+        if not isinstance(table, Mapping) or not all(isinstance(values, tuple) for values in table.values()):
+            said = "legal is a mapping of columns to tuples of values"
+            raise ValueError(f"claim {self.id}: conditions={short(table)}: {said}")
+
+    @property
+    def spiking(self) -> str:
+        """The model whose spiking threshold the judge gets."""
+        return DSNN if DSNN in self.models else min(self.models)
+
+
+def _entry(claim: str, judge: Callable[[Rows, float], Outcome], *beside: str, every: bool = False) -> ClipClaim:
+    models = frozenset({DSNN, *beside})
+    return ClipClaim(id=claim, judge=judge, models=models, conditions=CONDITIONS[claim], of_every_clip=every)
+
+
+CLAIMS: Mapping[str, ClipClaim] = {
+    claim.id: claim
+    for claim in (
+        _entry("C1", judges.c1, every=True),
+        _entry("C2", judges.c2, every=True),
+        _entry("C3", judges.c3, every=True),
+        _entry("C4", judges.c4, *BLOCKED, every=True),
+        _entry("C5", judges.c5, EARLIER, every=True),
+        _entry("C6", judges.c6, EARLIER, every=True),
+        _entry("C7", judges.c7, EARLIER),
+        _entry("C8", judges.c8, every=True),
+        _entry("C9", judges.c9),
+        _entry("C10", judges.c10),
+        _entry("C11", judges.c11, EMD),
+    )
+}
+"""The paper's claims about clips, by id."""
+
+
+def find(claim: Claim | str) -> ClipClaim:
+    """Return a claim by its id; ``KeyError`` if clips do not answer for it."""
+    if isinstance(claim, ClipClaim):
+        return claim
+    if isinstance(claim, Claim):
+        raise TypeError(f"claim {claim.id} is a {type(claim).__name__}, not one about clips")
+    return CLAIMS[claim]
+
+
+def judge(claim: ClipClaim | str, rows: Rows, thresholds: Mapping[str, float | None]) -> Outcome:
+    """Judge one claim on the rows of one seed.
+
+    Parameters
+    ----------
+    claim
+        The claim, or its id.
+    rows
+        Rows of ``trials.parquet``, of all models.
+    thresholds
+        Each model's spiking threshold.
+    """
+    asked = find(claim)
+    missing = sorted(asked.models - {row["model"] for row in rows})
+    if missing:
+        return Outcome("untested", f"needs {' and '.join(missing)}")
+    threshold = thresholds[asked.spiking]
+    if threshold is None:
+        return Outcome("untested", "this model does not spike")
+    unknown = [name for name in asked.conditions if name not in ("shade", *rows[0])]
+    if unknown:
+        return Outcome("untested", f"clips have no column {unknown[0]}", n=len(rows))
+    own = [row for row in rows if row["model"] in asked.models and _is_about(asked, row)]
+    without = _unanswered(own, asked.models) or unreadable(own, POTENTIALS)
+    if without:
+        return Outcome("untested", f"of the clips {without}", n=len(own))
+    lacking = _lacking(asked, own)
+    if lacking and not (own and asked.of_every_clip):
+        return Outcome("untested", lacking)
+    found = asked.ask(own, threshold)
+    return found.untested(lacking) if lacking and found.verdict == "holds" else found
+
+
+def _is_about(claim: ClipClaim, row: Mapping[str, Any]) -> bool:
+    """Whether a claim's words are about what a row was shown."""
+    if row["object"] == "absent" and not claim.own:
+        return claim.id == "C11" and row["background_speed"] in claim.conditions["background_speed"]
+    return all(_value(row, name) in values for name, values in claim.conditions.items() if values != EVERY)
+
+
+def _value(row: Mapping[str, Any], name: str) -> Any:
+    """A column's value, or of ``shade`` what the object is against its ground; ``None`` if neither, or unknown."""
+    if name != "shade":
+        return row[name]
+    if not (is_number(row["grey"]) and is_number(row["background_mean"])) or row["grey"] == row["background_mean"]:
+        return None
+    return SHADES[row["grey"] > row["background_mean"]]
+
+
+def _unanswered(rows: Rows, models: frozenset[str]) -> str:
+    """Clips to which a model has no row, as it failed there, in words; empty if none."""
+    clips = list(dict.fromkeys(row["clip"] for row in rows))
+    there = {(row["model"], row["clip"]) for row in rows}
+    lost = {model: [clip for clip in clips if (model, clip) not in there] for model in sorted(models)}
+    return "; ".join(f"{', '.join(names)} has no answer of {model}" for model, names in lost.items() if names)
+
+
+def _lacking(claim: ClipClaim, rows: Rows) -> str:
+    """What the claim's words name and no clip shows, in words; empty if all is there."""
+    present = [row for row in rows if row["object"] != "absent" or claim.own]
+    wanted = {
+        name: values or tuple(sorted({row[name] for row in present if row[name] is not None}))
+        for name, values in claim.conditions.items()
+    }
+    there = {tuple(_value(row, name) for name in wanted) for row in present}
+    names = [" ".join(map(_said, wanted, combination)) for combination in product(*wanted.values())
+             if combination not in there]  # fmt: skip
+    if names or not present:
+        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        return f"needs clips of {names[0] if names and names[0] else 'an object'}{more}"
+    if claim.id in ("C9", "C10") and len(wanted["grey"]) < LEAST_GREYS:
+        return f"needs at least {LEAST_GREYS} grey levels (has {len(wanted['grey'])})"
+    if claim.id == "C11" and len(present) == len(rows):
+        return "needs clips of the background alone"
+    return ""
+
+
+def _said(name: str, value: Any) -> str:
+    unit = {"speed": "at {:g} px/s", "background_speed": "before {:g} px/s", "grey": "of grey {:g}"}.get(name)
+    return unit.format(value) if unit else str(value)

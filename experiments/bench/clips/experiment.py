@@ -1,0 +1,209 @@
+"""Off-line experiments: clips of a stimulus shown to models, without a robot.
+
+What an experiment of clips is, what one clip comes to, and the rows it leaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from dsnn.stimuli import ClipParams, Jittered, Stimulus, stimulus, stimulus_entry
+from experiments.bench.core.errors import check_declared
+from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.verdict import Claim, check_claims
+
+DRAWN = ("speed", "grey", "background_speed")
+"""Those that a figure of peaks may be drawn against."""
+CLIP = "experiments.Clip(name, stimulus, changes, jitter_px)"
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """A stimulus to show, with changes to its defaults.
+
+    Parameters
+    ----------
+    name
+        Tells it from the experiment's other clips.
+    stimulus
+        One that ``colias list`` names: ``plain``, ``cluttered``, ...
+    changes
+        Pairs of a parameter's name and its value, or a mapping. ``colias stimulus NAME --parameters`` lists them.
+    jitter_px
+        Standard deviation of a trembling camera's shifts, px (`dsnn.stimuli.Jittered`); 0: the camera stands.
+
+    Raises
+    ------
+    ValueError
+        There is no such stimulus or parameter, or a value is out of range.
+
+    Examples
+    --------
+    >>> Clip("dark", "plain", (("grey", 40.0), ("speed", 120.0))).label()
+    'dark'
+    """
+
+    name: str
+    stimulus: str
+    changes: tuple[tuple[str, Any], ...] = ()
+    jitter_px: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise ValueError(f"clip {self.name!r}: its name: legal is a text")
+        if not isinstance(self.jitter_px, int | float) or isinstance(self.jitter_px, bool):
+            raise ValueError(f"clip {self.name}: jitter_px={self.jitter_px!r}: legal is a number")
+        try:
+            object.__setattr__(self, "changes", tuple(dict(self.changes).items()))
+        except (TypeError, ValueError):
+            said = f"changes={self.changes!r}: legal is pairs of a parameter's name and its value"
+            raise ValueError(f"clip {self.name}: {said}") from None
+        self.build(0)
+
+    def build(self, seed: int) -> Stimulus[ClipParams]:
+        """The clip itself."""
+        clip = stimulus(self.stimulus, seed, **dict(self.changes))
+        return Jittered(clip, self.jitter_px, seed) if self.jitter_px else clip
+
+    def label(self) -> str:
+        """Its name."""
+        return self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """How an off-line experiment is drawn.
+
+    Parameters
+    ----------
+    kind
+        ``traces``: the models' potentials over each clip. ``peaks``: their peaks against a parameter of the clips.
+    along
+        The parameter on the axis of peaks: ``speed``, ``grey`` or ``background_speed``.
+    lines, panels
+        Peaks have a line for each value of the one, and a row of panels for each of the other.
+
+    Raises
+    ------
+    ValueError
+        A value is none of these.
+    """
+
+    kind: Literal["traces", "peaks"] = "traces"
+    along: str = "speed"
+    lines: str = "background_speed"
+    panels: str = "grey"
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("traces", "peaks"):
+            raise ValueError(f"figure: kind={self.kind!r}: legal is traces, peaks")
+        for name in ("along", "lines", "panels"):
+            if getattr(self, name) not in DRAWN:
+                raise ValueError(f"figure: {name}={getattr(self, name)!r}: legal is {', '.join(DRAWN)}")
+
+
+@dataclass(frozen=True, slots=True)
+class OfflineExperiment:
+    """A declaration of clips that models are shown, without a robot: every clip to every model.
+
+    Parameters
+    ----------
+    name
+        Letters, digits, ``-`` and ``_``.
+    summary
+        A line for ``colias list``.
+    clips
+        What is shown; any iterable of `Clip` objects.
+    models
+        Names, or paths of .py files, of the models that it is about.
+    claims
+        Ids of the paper's claims about clips, and claims of your own (``experiments.ClipClaim``).
+    repeats
+        How often, each time with another seed. Where nothing in the clips is random, one repeat is enough.
+    figure
+        How it is drawn.
+    recorded
+        Whether the first seed's clips are recorded for Rerun; a grid of long clips would fill a disk.
+
+    Raises
+    ------
+    ValueError
+        The declaration cannot be run as it stands.
+
+    Examples
+    --------
+    >>> from experiments import Clip, OfflineExperiment
+    >>> clips = [Clip(way, "plain", {"motion": way}) for way in ("rightward", "leftward")]
+    >>> both = OfflineExperiment("both-ways", "crossings both ways", clips, ("dsnn", "emd"))
+    """
+
+    name: str
+    summary: str
+    clips: tuple[Clip, ...]
+    models: tuple[str, ...]
+    claims: tuple[str | Claim, ...] = ()
+    repeats: int = 1
+    figure: Figure = Figure()
+    recorded: bool = True
+
+    def __post_init__(self) -> None:
+        check_declared("experiment", self.name, self.summary, self.repeats)
+        check_claims(self.name, self.claims)
+        if isinstance(self.models, str) or not isinstance(self.models, Sequence):
+            raise ValueError(f"experiment {self.name}: models={self.models!r}: legal is a tuple of names")
+        if isinstance(self.clips, str) or not isinstance(self.clips, Iterable):
+            raise ValueError(f"experiment {self.name}: clips={self.clips!r}: legal is a tuple of {CLIP}")
+        object.__setattr__(self, "clips", tuple(self.clips))  # a list, or what a generator yields, does as well
+        object.__setattr__(self, "models", tuple(self.models))
+        if not self.clips or not self.models:
+            raise ValueError(f"experiment {self.name}: it needs clips and models")
+        for index, clip in enumerate(self.clips):
+            if not isinstance(clip, Clip):
+                raise ValueError(f"experiment {self.name}: clips[{index}] is {clip!r}: expected {CLIP}")
+        for index, model in enumerate(self.models):
+            if not isinstance(model, str):
+                raise ValueError(f"experiment {self.name}: models[{index}] is {model!r}: expected a name or a path")
+        if not isinstance(self.figure, Figure):
+            raise ValueError(f"experiment {self.name}: figure={self.figure!r}: legal is a Figure")
+        if not isinstance(self.recorded, bool):
+            raise ValueError(f"experiment {self.name}: recorded={self.recorded!r}: legal is True or False")
+        names = [clip.name for clip in self.clips]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"experiment {self.name}: two clips are called '{twice}'")
+        self._check_figure()
+
+    def _check_figure(self) -> None:
+        """Peaks are drawn against parameters: every clip has to have them."""
+        drawn = (self.figure.along, self.figure.lines, self.figure.panels) if self.figure.kind == "peaks" else ()
+        for clip in self.clips:
+            known = stimulus_entry(clip.stimulus).params
+            for name in drawn:
+                if not hasattr(known, name):
+                    said = f"'{clip.name}', a {clip.stimulus}, has no {name} to draw peaks against"
+                    raise ValueError(f"experiment {self.name}: the clip {said}")
+
+
+@dataclass(frozen=True, slots=True)
+class Showing:
+    """One clip to show, wholly determined: `show` is a pure function of it."""
+
+    experiment: str
+    index: int
+    repeat: int
+    seed: int
+    condition: Clip
+    models: tuple[ConfiguredModel, ...]
+
+
+def showings(
+    experiment: OfflineExperiment, models: tuple[ConfiguredModel, ...], repeats: int, seed: int
+) -> list[Showing]:
+    """Every clip of every repeat. Repeat r has the seed ``seed + r`` throughout: one background for all its clips."""
+    clips = experiment.clips
+    return [
+        Showing(experiment.name, index, index // len(clips), seed + index // len(clips), clip, models)
+        for index, clip in enumerate(clips * repeats)
+    ]

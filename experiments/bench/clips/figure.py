@@ -1,0 +1,103 @@
+"""Figures of off-line experiments in the paper's manner: potentials against frames, peaks against speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pyarrow as pa
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from experiments.bench.clips.experiment import Figure as Drawing
+from experiments.bench.core.plotting import STYLE, colours, plain
+
+Rows = Sequence[Mapping[str, Any]]
+SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
+ACROSS = 4
+NAMES = {"speed": "speed of the object ({unit})", "grey": "grey", "background_speed": "background ({unit})"}
+
+
+def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -> Figure:
+    """The figure of one seed's clips, as their experiment's ``figure`` says."""
+    with mpl.rc_context(STYLE):
+        if drawing.kind == "traces":
+            return _traces(rows, frames, thresholds)
+        return _peaks(drawing, rows, thresholds)
+
+
+def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -> Figure:
+    """A panel for each clip: HS solid and VS dotted against the frame, one colour a model."""
+    clips = list(dict.fromkeys(row["clip"] for row in rows))
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    tints = colours(models)
+    across = min(ACROSS, len(clips))
+    down = -(-len(clips) // across)
+    drawn = Figure(figsize=(2.1 * across + 0.6, 1.7 * down + 0.7), layout="constrained")
+    panels = drawn.subplots(down, across, sharey=True, squeeze=False)
+    trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
+    columns = {system: frames[system].to_numpy() for system in SYSTEMS}
+    for axes, clip in zip(panels.flat, clips, strict=False):
+        for row in (row for row in rows if row["clip"] == clip):
+            own = (trial == row["trial"]) & (name == row["model"])
+            for system, (_, style) in SYSTEMS.items():
+                axes.plot(columns[system][own], ls=style, lw=1.1, color=tints[row["model"]])
+        _limits(axes, thresholds, models)
+        axes.set_title(plain(clip), fontsize=8)
+    for axes in list(panels.flat)[len(clips) :]:
+        axes.set_visible(False)
+    for axes in panels[-1]:
+        axes.set_xlabel("frame", fontsize=8)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("SMP", fontsize=8)
+    _legend(drawn, models, {said: style for said, style in SYSTEMS.values()})
+    return drawn
+
+
+def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
+    """Largest |HS| and |VS| along one parameter: panels by another and by model, a line for each of a third."""
+    shown = [row for row in rows if row["object"] != "absent"]
+    names = {name: said.format(unit=shown[0]["speed_unit"]) for name, said in NAMES.items()}
+    models = list(dict.fromkeys(row["model"] for row in shown))
+    rowsof = sorted({row[shape.panels] for row in shown})
+    lines = sorted({row[shape.lines] for row in shown})
+    shades = mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(lines), 2)))
+    drawn = Figure(figsize=(max(2.7 * len(models) + 0.8, 4.8), 2.2 * len(rowsof) + 0.6), layout="constrained")
+    panels = drawn.subplots(len(rowsof), len(models), squeeze=False, sharex=True)
+    for down, level in enumerate(rowsof):
+        for place, model in enumerate(models):
+            axes = panels[down, place]
+            for value, shade in zip(lines, shades, strict=False):
+                own = [r for r in shown if (r["model"], r[shape.panels], r[shape.lines]) == (model, level, value)]
+                own.sort(key=lambda row: row[shape.along])
+                for system, (_, style) in SYSTEMS.items():
+                    peaks = [max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in own]
+                    axes.plot([r[shape.along] for r in own], peaks, "o", ls=style, ms=3, lw=1, color=shade)
+            _limits(axes, thresholds, [model])
+            axes.set_title(plain(f"{model}, {names[shape.panels]} {level:g}"), fontsize=8)
+            axes.set_ylim(bottom=0.0)
+    for axes in panels[-1]:
+        axes.set_xlabel(names[shape.along], fontsize=8)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("largest |SMP|", fontsize=8)
+    keys = [Line2D([], [], color=shade, marker="o", ms=3, label=f"{names[shape.lines]} {value:g}")
+            for value, shade in zip(lines, shades, strict=False)]  # fmt: skip
+    keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in SYSTEMS.values()]
+    drawn.legend(handles=keys, loc="outside upper center", ncols=3 if len(models) > 1 else 2, frameon=False, fontsize=7)
+    return drawn
+
+
+def _limits(axes: Axes, thresholds: Mapping[str, float | None], models: Sequence[str]) -> None:
+    """The thresholds, dashed."""
+    for level in sorted({t for m in models if (t := thresholds.get(m)) is not None}):
+        for sign in (1, -1):
+            axes.axhline(sign * level, color="black", ls="--", lw=0.7)
+
+
+def _legend(drawn: Figure, models: Sequence[str], systems: Mapping[str, str]) -> None:
+    keys = [Line2D([], [], color=tint, lw=2, label=plain(model)) for model, tint in colours(models).items()]
+    keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in systems.items()]
+    drawn.legend(handles=keys, loc="outside upper center", ncols=len(keys), frameon=False, fontsize=8)

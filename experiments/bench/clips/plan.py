@@ -1,0 +1,81 @@
+"""What an off-line run is to do, and how ``experiment.json`` tells of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, showings
+from experiments.bench.core.models import shown_models
+from experiments.bench.core.settings import check_counts, watchers
+from experiments.bench.core.store import provenance
+from experiments.bench.core.store.parameters import Parameters, differing
+
+
+@dataclass(frozen=True, slots=True)
+class OfflinePlan:
+    """An off-line run to do: everything that decides its numbers."""
+
+    experiment: OfflineExperiment
+    showings: tuple[Showing, ...]
+    repeats: int
+    seed: int
+
+    @property
+    def thresholds(self) -> dict[str, float | None]:
+        """Each model's spiking threshold."""
+        return {model.label: model.threshold for model in self.showings[0].models}
+
+    def changed(self) -> Parameters:
+        """Return the models' parameters that are not at their defaults, by key and model."""
+        return differing(self.showings[0].models, offline=True)
+
+    def describe(self) -> dict[str, Any]:
+        """Return what ``experiment.json`` holds: every parameter, the seed, and what computes.
+
+        ``changed``, where it is there, has the parameters that are not at their defaults.
+        """
+        models, changed = self.showings[0].models, self.changed()
+        return {
+            "experiment": self.experiment,
+            "repeats": self.repeats,
+            "seed": self.seed,
+            "trials": len(self.showings),
+            "models": models,
+            **({"changed": changed} if changed else {}),
+            "clips": {clip.name: clip.build(self.seed).params for clip in self.experiment.clips},
+            **provenance.of((model.source for model in models), self.experiment),
+        }
+
+    def amount(self) -> str:
+        """Say how many clips and frames there are."""
+        frames = self.repeats * sum(len(clip.build(self.seed)) for clip in self.experiment.clips)
+        return f"{len(self.showings)} clips, {frames:,} frames"
+
+
+def plan(
+    experiment: OfflineExperiment, models: Sequence[str], assignments: Sequence[str], repeats: int | None, seed: int,
+    *, only: bool = False,
+) -> OfflinePlan:  # fmt: skip
+    """Return a checked plan from what a person typed.
+
+    ``models`` are shown the clips beside the experiment's own, or, with ``only``, instead of them. Raises `UsageError`
+    for what cannot be run.
+    """
+    count = experiment.repeats if repeats is None else repeats
+    check_counts(seed, count)
+    chosen, _ = watchers(shown_models(experiment.models, models, only), assignments)
+    return OfflinePlan(experiment, tuple(showings(experiment, chosen, count, seed)), count, seed)
+
+
+def pixels(showing: Showing) -> float:
+    """Return how many pixels a model is shown: what a clip costs goes by that."""
+    return _pixels(showing.condition)
+
+
+@cache
+def _pixels(clip: Clip) -> float:
+    built = clip.build(0)
+    return float(len(built) * built.shape[0] * built.shape[1])

@@ -1,0 +1,132 @@
+"""The tables of clips that were shown."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+
+from dsnn import ResponseSeries
+from dsnn.stimuli import ClipParams, Stimulus, Truth
+from experiments.bench.clips.experiment import Showing
+from experiments.bench.core.model_runner import spike_counts
+from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.store.contents import Contents, planned_trial
+from experiments.bench.core.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, schema_of
+
+SHOWN = ("motion", "grey", "speed", "speed_unit", "background_speed", "object")
+"""Parameters of clips that their rows show; null where a stimulus has no such parameter."""
+
+
+class ClipRow(JobRow):
+    """A clip's row begins with what every row does, and what was shown; null where a stimulus has no such parameter."""
+
+    stimulus: str
+    clip: str
+    motion: str | None
+    grey: float | None
+    speed: float | None
+    speed_unit: str | None
+    background_speed: float | None
+    object: str | None
+    background_mean: float | None
+    """Mean grey of what the object passes."""
+
+
+class ShownRow(ClipRow, ModelRow):
+    """A row of ``trials.parquet``: one clip, as one model answered it."""
+
+    peak_hs: float
+    trough_hs: float
+    peak_vs: float
+    trough_vs: float
+    peak_looming: float
+    frames: int
+    wall_s: float
+    """Time that the clip took to show."""
+    code: str
+    """Of what computed the row: see `experiments.bench.core.store.provenance`."""
+
+
+CLIP_SCHEMA = schema_of(ClipRow, ModelRow, ShownRow)
+SERIES_SCHEMA = schema_of(FrameRow, ResponseRow)
+
+
+def clip_contents(shown: Sequence[Showing], recorded: Iterable[int] = (), *, frames: bool = True) -> Contents:
+    """What a run of these clips may hold; the ``recorded`` ones leave recordings."""
+    with_recording = frozenset(recorded)
+    known: dict[int, Mapping[str, Any]] = {}  # clips of all repeats are the same few objects
+    trials = {}
+    for showing in shown:
+        clip = showing.condition
+        if id(clip) not in known:
+            params = clip.build(showing.seed).params
+            known[id(clip)] = {
+                "stimulus": clip.stimulus, "clip": clip.name, **{name: getattr(params, name, None) for name in SHOWN}
+            }  # fmt: skip
+        labels = (model.label for model in showing.models)
+        trials[showing.index] = planned_trial(showing, labels, showing.index in with_recording, **known[id(clip)])
+    return Contents(trials, frames)
+
+
+def _row(
+    showing: Showing, clip: Stimulus[ClipParams], model: ConfiguredModel, series: ResponseSeries, wall_s: float
+) -> dict[str, Any]:
+    shown: Mapping[str, Any] = {name: getattr(clip.params, name, None) for name in SHOWN}
+    return {
+        "experiment": showing.experiment,
+        "trial": showing.index,
+        "repeat": showing.repeat,
+        "seed": showing.seed,
+        "model": model.label,
+        "stimulus": showing.condition.stimulus,
+        "clip": showing.condition.name,
+        **shown,
+        "background_mean": _background_mean(clip),
+        "spikes": series.accumulated_spikes(model.counted),
+        **spike_counts(series, model.channels),
+        **{
+            f"{end}_{system}": float(getattr(getattr(series, system), "max" if end == "peak" else "min")())
+            for system in ("hs", "vs")
+            for end in ("peak", "trough")
+        },
+        "peak_looming": float(series.looming.max()),
+        "frames": len(clip),
+        "wall_s": wall_s,
+    }
+
+
+def _background_mean(clip: Stimulus[ClipParams]) -> float | None:
+    """Mean grey of what the object of a clip passes: the band of its rows, over the clip; ``None`` without one."""
+    box = next((frame.truth.box for frame in _sampled(clip) if frame.truth.box is not None), None)
+    if box is None:
+        return None
+    rows = slice(max(int(box.top), 0), int(box.top + box.height) + 1)
+    means = [float(_outside(frame.luma, frame.truth)[rows].mean()) for frame in _sampled(clip)]
+    return float(np.mean(means))
+
+
+def _sampled(clip: Stimulus[ClipParams]) -> Iterator[Any]:
+    """Some ten frames of it."""
+    return (clip[i] for i in range(0, len(clip), max(1, len(clip) // 10)))
+
+
+def _outside(luma: npt.NDArray[np.uint8], truth: Truth) -> npt.NDArray[np.uint8]:
+    """The frame without the columns in which the object is."""
+    if truth.box is None:
+        return luma
+    left, right = int(truth.box.left), int(truth.box.left + truth.box.width) + 1
+    columns = np.arange(luma.shape[1])
+    kept: npt.NDArray[np.uint8] = luma[:, (columns < left) | (columns > right)]
+    return kept if kept.size else luma
+
+
+def _series(index: int, label: str, series: ResponseSeries) -> pa.Table:
+    columns = {field.name: getattr(series, field.name) for field in dataclasses.fields(ResponseSeries)}
+    frames = len(series.hs)
+    table = pa.table({"trial": [index] * frames, "model": [label] * frames, "frame": range(frames), **columns})
+    return table.select(SERIES_SCHEMA.names).cast(SERIES_SCHEMA)

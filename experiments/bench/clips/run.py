@@ -1,0 +1,60 @@
+"""Run an off-line experiment's clips into a folder, and conclude."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from experiments.bench.clips.experiment import Showing
+from experiments.bench.clips.plan import OfflinePlan, pixels
+from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA, clip_contents
+from experiments.bench.clips.show import show, show_first_seed, show_without_frames
+from experiments.bench.clips.summary import OfflineReport, conclude
+from experiments.bench.core.batch import Batch, Resources
+from experiments.bench.core.pool import Pool
+
+SCHEMAS = (CLIP_SCHEMA, SERIES_SCHEMA)
+
+
+def batch(made: OfflinePlan, *, record: bool = False, frames: bool = True) -> Batch[Showing]:
+    """Return the clips of a checked plan as a batch.
+
+    ``record`` keeps recordings of the first seed's clips; ``frames`` keeps a row a frame.
+    """
+    recorded = [showing.index for showing in made.showings if record and showing.repeat == 0]
+    return Batch(
+        name=made.experiment.name,
+        specs=made.showings,
+        work=partial(show_first_seed, record=record) if record else show if frames else show_without_frames,
+        description={**made.describe(), "recordings": record},
+        contents=replace(clip_contents(made.showings, recorded, frames=frames), parameters=made.changed()),
+        schemas=SCHEMAS,
+        things="clips",
+        amount=made.amount,
+        size=pixels,
+    )
+
+
+def run(
+    made: OfflinePlan, out: Path, pool: Pool, resources: Resources, *, resume: bool | None = None, record: bool = False
+) -> OfflineReport:
+    """Show what has not been shown, and conclude.
+
+    Parameters
+    ----------
+    made
+        From `experiments.bench.clips.plan.plan`.
+    out
+        The run's folder: a new one, or one that holds a part of this run.
+    pool, resources
+        Where the clips are shown.
+    resume
+        Whether to go on with a run; ``None``: if there is one.
+    record
+        Whether to record the first seed's clips for Rerun.
+    """
+    work = batch(made, record=record)
+    with closing(work.open(out, resources, resume)) as folder:
+        return conclude(made, folder, work.fill(folder, pool, resources))

@@ -1,0 +1,56 @@
+"""What an off-line run amounts to: its claims at every seed, and its figure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from experiments.bench.clips import figure as clips_figure
+from experiments.bench.clips.claims import ClipClaim, find, judge
+from experiments.bench.clips.plan import OfflinePlan
+from experiments.bench.core import plotting
+from experiments.bench.core.store.rows import Failure, mixture
+from experiments.bench.core.store.run_folder import RunFolder
+from experiments.bench.core.verdict import Outcome, Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class OfflineReport:
+    """What an off-line run amounts to: a row a clip and model, the verdicts, and what failed."""
+
+    plan: OfflinePlan
+    folder: Path
+    rows: list[dict[str, Any]]
+    verdicts: list[Verdict]
+    failures: list[Failure]
+
+
+def conclude(made: OfflinePlan, folder: RunFolder, failures: Sequence[Failure]) -> OfflineReport:
+    """Write verdicts and figure of the clips in ``folder``."""
+    rows = folder.rows()
+    verdicts = [_verdict(find(claim), made, rows) for claim in made.experiment.claims]
+    folder.write_json("claims.json", verdicts)
+    if rows:
+        shown = [row for row in rows if row["repeat"] == 0]
+        drawn = clips_figure.draw(made.experiment.figure, shown, folder.frames(), made.thresholds)
+        plotting.save(drawn, folder.folder)
+    return OfflineReport(made, folder.folder, rows, verdicts, list(failures))
+
+
+def _verdict(claim: ClipClaim, made: OfflinePlan, rows: Sequence[Mapping[str, Any]]) -> Verdict:
+    """The claim's answer at the seed asked for, and at how many of the seeds run it holds."""
+    by_seed: list[Outcome] = []
+    for repeat in range(made.repeats):
+        own = [row for row in rows if row["repeat"] == repeat]
+        whole = len({row["trial"] for row in own}) == len(made.experiment.clips)
+        lost = Outcome("untested", "some of its clips failed")
+        by_seed.append(judge(claim, own, made.thresholds) if whole else lost)
+    first, mixed = by_seed[0], mixture(rows)
+    admitted = replace(first, measured="; ".join([first.measured, *([mixed] if mixed else [])]))
+    found = [outcome.verdict for outcome in by_seed]
+    return claim.verdict(
+        admitted, experiment=made.experiment.name, seeds=len(found), seeds_holding=found.count("holds"),
+        seeds_untested=found.count("untested"),
+    )  # fmt: skip

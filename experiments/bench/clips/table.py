@@ -1,0 +1,32 @@
+"""What an off-line run shows on the terminal: potentials of its clips, the verdicts, where everything is."""
+
+from __future__ import annotations
+
+import shlex
+
+from rich.markup import escape
+from rich.table import Table
+
+from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.core.terminal import out_console, show_places, show_verdict
+
+
+def show(report: OfflineReport, recorded: bool) -> None:
+    """Print the peaks of every clip at the first seed, the verdicts, and where everything is."""
+    table = Table(title="potentials of each clip, first seed", title_justify="left", box=None, header_style="bold",
+                  pad_edge=False)  # fmt: skip
+    for name in ("clip", "model", "HS", "VS", "looming", "spikes"):
+        table.add_column(name, justify="left" if name in ("clip", "model") else "right", no_wrap=True)
+    for row in (row for row in report.rows if row["repeat"] == 0):
+        ranges = (f"{row[f'trough_{system}']:+z.3f} .. {row[f'peak_{system}']:+z.3f}" for system in ("hs", "vs"))
+        table.add_row(
+            escape(row["clip"]), escape(row["model"]), *ranges, f"{row['peak_looming']:.2f}", f"{row['spikes']}"
+        )
+    out_console.print(table)
+    for verdict in report.verdicts:
+        show_verdict(verdict, model=False)
+    out_console.print()
+    places: dict[str, object] = {"figure": report.folder / "figure.png"} if report.rows else {}
+    if recorded and report.rows:
+        places["recordings"] = f"colias view {shlex.quote(str(report.folder))}"
+    show_places({**places, "tables": report.folder / "trials.parquet"})

@@ -1,0 +1,1 @@
+"""Behaviours in an env, played and scored."""

@@ -1,0 +1,86 @@
+"""What a behaviour is: a policy over what the network, or a privileged sense, says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+
+from colias_sim.envs import State
+from dsnn import Response
+from experiments.bench.core.errors import check_name
+
+Wheels = tuple[float, float]
+"""Speeds of the wheels, left and right, as shares of the maximum; beyond -1 and 1 they are cut."""
+
+Policy = Callable[[Any], Wheels]
+"""What to do next, from what is sensed: a `dsnn.Response`, or a `colias_sim.envs.State`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Behaviour:
+    """What drives the robot in an env.
+
+    Parameters
+    ----------
+    name
+        Up to 60 letters, digits, ``.``, ``-`` and ``_``.
+    summary
+        A line for ``colias list``.
+    env
+        The env that it was written for: ``Avoidance``, say.
+    make
+        Builds one episode's policy: a function of what is sensed that returns the wheels' speeds, left and right, as
+        shares of the maximum, once a frame. ``make`` gets the episode's random generator.
+    senses
+        ``neural``: the policy gets a `dsnn.Response`. ``state``: it gets a `colias_sim.envs.State`, which is
+        privileged.
+    model
+        The vision model on its camera, if its senses are neural: a name, or the path of a .py file.
+
+    Raises
+    ------
+    ValueError
+        A value is not legal.
+
+    Examples
+    --------
+    >>> from experiments import Behaviour
+    >>> turn = Behaviour.reflex("turn", "turns with HS", "Optomotor", lambda seen: (0.2 * seen.hs, -0.2 * seen.hs))
+    """
+
+    name: str
+    summary: str
+    env: str
+    make: Callable[[np.random.Generator], Policy]
+    senses: Literal["neural", "state"] = "neural"
+    model: str = "hybrid"
+
+    def __post_init__(self) -> None:
+        check_name("behaviour", self.name)
+        if self.senses not in ("neural", "state"):
+            raise ValueError(f"behaviour {self.name}: senses={self.senses!r}: legal is neural or state")
+        if not callable(self.make) or not isinstance(self.summary, str):
+            raise ValueError(f"behaviour {self.name}: legal are a text for summary and a callable for make")
+
+    @classmethod
+    def reflex(cls, name: str, summary: str, env: str, reflex: Callable[[Response], Wheels]) -> Behaviour:
+        """Return one without memory: ``reflex`` is a function of a `dsnn.Response` that returns the wheels' speeds."""
+        return cls(name, summary, env, lambda rng: reflex)
+
+    @classmethod
+    def oracle(cls, name: str, summary: str, env: str, policy: Callable[[State], Wheels]) -> Behaviour:
+        """Return a privileged one: ``policy`` is a function of a `colias_sim.envs.State`."""
+        return cls(name, summary, env, lambda rng: policy, senses="state")
+
+
+def by_name(entries: Iterable[Behaviour]) -> Mapping[str, Behaviour]:
+    """The entries by name; ``ValueError`` if two share one."""
+    listed = list(entries)
+    table = {entry.name: entry for entry in listed}
+    if len(table) != len(listed):
+        raise ValueError(f"two behaviours share a name in {[entry.name for entry in listed]}")
+    return MappingProxyType(table)

@@ -1,0 +1,147 @@
+"""Claims of our own about behaviours, judged on episodes. A claim holds where its whole 95 % interval does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from colias_sim.envs import ENVS
+from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
+from experiments.bench.closed_loop.episode import Setting
+from experiments.bench.closed_loop.run import BehaviourPlan, Played
+from experiments.bench.closed_loop.scores import Row, mean, rate, rate_ratio
+from experiments.bench.core.scores import Score
+from experiments.bench.core.store.rows import mixture
+from experiments.bench.core.verdict import Claim, Outcome, Verdict, tried
+
+PLAYED: Mapping[str, tuple[str, ...]] = {
+    AVOIDANCE: ("hybrid", "lgmd", "lgmd-hybrid", "straight"),
+    OPTOMOTOR: ("optomotor", "still", "oracle-heading"),
+    FIXATION: ("fixation", "still", "oracle-target"),
+}
+"""Env -> who plays there for the report."""
+
+LEAST_SEEDS = 20
+"""Seeds that each behaviour of a claim is played at, below which it is untested: the worlds vary that much."""
+
+Episodes = Mapping[str, Sequence[Row]]
+"""Behaviour -> its rows."""
+
+
+def plans(episodes: int, seed: int, steps: int | None = None) -> list[BehaviourPlan]:
+    """What the claims need: every behaviour at the same seeds, for ``steps`` frames, or fewer if the env says so."""
+    made = []
+    for env, names in PLAYED.items():
+        whole = ENVS[env].max_episode_steps
+        frames = whole if steps is None else min(steps, whole)
+        made.append(BehaviourPlan(tuple(Setting(name, env, steps=frames) for name in names), episodes, seed))
+    return made
+
+
+def judge(by_env: Mapping[str, Episodes]) -> list[Verdict]:
+    """Judge every claim on the episodes there are: env -> behaviour -> rows."""
+    return [_verdict(claim, by_env.get(claim.env, {})) for claim in CLAIMS.values()]
+
+
+def episodes(played: Sequence[Played]) -> dict[str, Episodes]:
+    """Return what was played as env -> behaviour -> rows."""
+    return {each.env: {standing.name: standing.rows for standing in each.standings} for each in played}
+
+
+def _verdict(claim: BehaviourClaim, played: Episodes) -> Verdict:
+    """The verdict, saying too what limits a claim that fails, and which code played if several did."""
+    found, mixed = claim.judge(played), mixture([row for rows in played.values() for row in rows])
+    if mixed:
+        found = replace(found, measured=f"{found.measured}; {mixed}")
+    limits = tried().get(claim.id, "") if found.verdict == "fails" else ""
+    return claim.verdict(found, experiment=claim.env, tried=limits)
+
+
+def rarer(played: Episodes, against: str, times: float) -> Outcome:
+    """Judge whether ``hybrid`` collides less often per metre than ``against``, by more than ``times``."""
+    own, other = played.get("hybrid", ()), played.get(against, ())
+    if not own or not other:
+        return Outcome("untested", f"needs episodes of hybrid and {against}")
+    ratio = rate_ratio(other, own)
+    measured = (
+        f"hybrid {rate(own, 'driven_m')} collisions a metre ({_hits(own)}), {against} {rate(other, 'driven_m')}"
+        f" ({_hits(other)}): {ratio} times"
+    )
+    return _judged(measured, len(own) + len(other), ratio, times, {"hybrid": own, against: other})
+
+
+def rarer_than_lgmd(played: Episodes) -> Outcome:
+    """Judge ``hybrid`` against LGMD alone, and tell what the hybrid without direction does."""
+    found = rarer(played, "lgmd", 1.0)
+    if found.verdict == "untested" or not played.get("lgmd-hybrid"):
+        return found
+    blind = rate_ratio(played["lgmd-hybrid"], played["hybrid"])
+    said = f"the hybrid without direction, a side by chance, {_hits(played['lgmd-hybrid'])}: {blind} times"
+    return replace(found, measured=f"{found.measured}; {said}")
+
+
+def above(played: Episodes, name: str, column: str, bound: float) -> Outcome:
+    """Judge whether the mean of a ``column`` over the episodes of ``name`` is above ``bound``."""
+    rows = [row for row in played.get(name, ()) if row[column] is not None]
+    score = mean(rows, column)
+    if score is None:
+        return Outcome("untested", f"needs episodes of {name}")
+    return _judged(f"{score}", len(rows), score, bound, {name: rows})
+
+
+def _judged(measured: str, n: int, score: Score, bound: float, played: Episodes) -> Outcome:
+    """It holds where the whole interval of ``score`` is above ``bound``."""
+    seeds = {name: len({row["seed"] for row in rows}) for name, rows in played.items()}
+    found = Outcome("untested", measured, n=n)
+    if min(seeds.values()) < LEAST_SEEDS:
+        has = ", ".join(f"{count} of {name}" for name, count in seeds.items())
+        return found.untested(f"needs episodes at {LEAST_SEEDS} seeds or more of each behaviour (has {has})")
+    if math.isnan(score.value) or math.isnan(score.low):
+        return found.untested("the measure is no number: no episode collided, or one has none")
+    said = f"lower end of the 95 % interval {score.low:.3g} (needs above {bound:g})"
+    return replace(found, verdict="holds" if score.low > bound else "fails", decided=said)
+
+
+def _hits(rows: Sequence[Row]) -> str:
+    metres = sum(row["driven_m"] for row in rows)
+    return f"{sum(bool(row['touched']) for row in rows)} in {metres:.1f} m"
+
+
+@dataclass(frozen=True, kw_only=True)
+class BehaviourClaim(Claim):
+    """A claim about behaviours in one env.
+
+    Parameters
+    ----------
+    env
+        The env's id.
+    judge
+        From behaviour -> its episodes' rows in that env, to an `Outcome`.
+    """
+
+    env: str
+    judge: Callable[[Episodes], Outcome]
+
+
+_ENTRIES = (
+    BehaviourClaim(
+        id="B1", env=AVOIDANCE, judge=partial(rarer, against="straight", times=5.0),
+        says="hybrid avoidance collides at least 5 times less often per metre than the straight drive",
+    ),
+    BehaviourClaim(
+        id="B2", env=AVOIDANCE, judge=rarer_than_lgmd,
+        says="hybrid avoidance collides less often per metre than LGMD alone",
+    ),
+    BehaviourClaim(
+        id="B3", env=OPTOMOTOR, judge=partial(above, name="optomotor", column="optomotor_gain", bound=0.5),
+        says="the optomotor reflex's gain is above 0.5",
+    ),
+    BehaviourClaim(
+        id="B4", env=FIXATION, judge=partial(above, name="fixation", column="in_view", bound=0.8),
+        says="fixation keeps the target in view 80 % of the time",
+    ),
+)  # fmt: skip
+CLAIMS: Mapping[str, BehaviourClaim] = {claim.id: claim for claim in _ENTRIES}
+"""Our own claims, by id. The paper's are about open loops."""

@@ -1,0 +1,190 @@
+"""One episode of a behaviour in an env: played, and kept frame by frame. An episode is a pure function of its spec."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+
+import colias_sim  # noqa: F401  (registers the envs)
+from colias_sim import Pose
+from colias_sim.envs import ENVS, State
+from colias_sim.envs.base import ColiasEnv
+from colias_sim.envs.options import EnvOptions
+from dsnn import Response, ResponseSeries
+from experiments.bench.closed_loop.behaviour import Behaviour, Policy
+from experiments.bench.closed_loop.find import load_behaviour
+from experiments.bench.streams import stream
+
+Floats = npt.NDArray[np.float64]
+Agent = Callable[[Any], Any]
+"""What an env may be driven by: observation in, action out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What an episode sets: who behaves, where, and what of the env is changed."""
+
+    behaviour: str
+    """A registered name, or the absolute path of a .py file."""
+    env: str
+    options: tuple[tuple[str, Any], ...] = ()
+    steps: int | None = None
+    """After how many frames it is over; otherwise the env's own number."""
+
+    def label(self) -> str:
+        """For people."""
+        changed = "".join(f", {name}={value}" for name, value in self.options)
+        return f"{self.behaviour} in {self.env.partition('/')[2]}{changed}"
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeSpec:
+    """An episode: its number in the run and among those of equal setting, and the seed of all its draws."""
+
+    index: int
+    repeat: int
+    seed: int
+    condition: Setting
+
+
+@dataclass(frozen=True, slots=True)
+class Episode:
+    """What happened, a value per frame: (T,) each, but ``frames`` (T, R, C) uint8, empty where nothing was seen."""
+
+    name: str
+    env: str
+    options: EnvOptions
+    """The env's arguments."""
+    seed: int
+    touched: bool
+    time_s: Floats
+    paths: Mapping[str, Floats]
+    """Robot -> (T, 3): x and y in cm, heading in degrees; the observer first."""
+    wheels: npt.NDArray[np.float32]
+    """(T, 2): left and right, shares of the maximum."""
+    model: str
+    """The vision model's name; empty where nothing was seen."""
+    channels: tuple[str, ...]
+    """Those that the vision model declares."""
+    series: ResponseSeries | None
+    rewards: Floats
+    infos: Mapping[str, Floats]
+    """Each numeric entry of ``info``."""
+    frames: npt.NDArray[np.uint8]
+
+    @property
+    def steps(self) -> int:
+        """How many."""
+        return len(self.rewards)
+
+
+def play(env_id: str, options: Mapping[str, Any], agent: Agent, seed: int, *, name: str = "agent",
+         steps: int | None = None, images: bool = True) -> Episode:  # fmt: skip
+    """Play one episode of ``agent`` (observation in, action out) in a new env, to its end or for ``steps``.
+
+    Raises ``ValueError`` on options that are not legal, and what the agent raises.
+    """
+    made = gym.make(env_id, max_episode_steps=steps or ENVS[env_id].max_episode_steps, **options)
+    try:
+        return _play(made, agent, seed, name, images)
+    finally:
+        made.close()
+
+
+def play_behaviour(spec: EpisodeSpec, *, images: bool) -> Episode:
+    """The episode of a spec."""
+    setting = spec.condition
+    return play_entry(
+        load_behaviour(setting.behaviour), setting.env, dict(setting.options), spec.seed, setting.steps, images
+    )
+
+
+def play_entry(
+    entry: Behaviour, env: str, options: Mapping[str, Any], seed: int, steps: int | None = None, images: bool = False
+) -> Episode:
+    """One episode of a behaviour in an env."""
+    options = {**options, "observation": entry.senses}
+    if entry.senses == "neural":
+        options.setdefault("model", entry.model)
+    # The world's draws come from the seed alone, so that behaviours meet the same worlds; these are its own.
+    policy = entry.make(stream("policy", seed))
+    return play(env, options, agent(policy, entry.senses), seed, name=entry.name, steps=steps, images=images)
+
+
+def agent(policy: Policy, senses: str) -> Agent:
+    """A policy over a `Response` or a `State`, as an agent over the env's observations."""
+    sense = response if senses == "neural" else State.read
+
+    def act(observation: Any) -> npt.NDArray[np.float32]:
+        return np.clip(np.asarray(policy(sense(observation)), np.float32), -1.0, 1.0)
+
+    return act
+
+
+def response(observation: npt.NDArray[np.float32]) -> Response:
+    """The `Response` that a neural observation (7,) is of."""
+    hs, vs, hs_spikes, vs_spikes, looming, looming_spikes, azimuth = observation.tolist()
+    return Response(hs, vs, int(hs_spikes), int(vs_spikes), None, looming, int(looming_spikes), azimuth)
+
+
+def _play(made: gym.Env[Any, Any], agent: Agent, seed: int, name: str, images: bool) -> Episode:
+    env = made.unwrapped
+    assert isinstance(env, ColiasEnv)
+    observation, _ = made.reset(seed=seed)
+    keep = _Keeper(env, images)
+    over = touched = False
+    while not over:
+        observation, reward, touched, truncated, info = made.step(agent(observation))
+        keep.step(float(reward), info)
+        over = touched or truncated
+    assert made.spec is not None
+    return keep.episode(name, made.spec.id, seed, touched)
+
+
+class _Keeper:
+    """Collects an episode."""
+
+    def __init__(self, env: ColiasEnv[Any], images: bool) -> None:
+        self._env, self._images = env, images
+        self._poses: dict[str, list[tuple[float, float, float]]] = {name: [] for name in env.poses}
+        self._wheels: list[npt.NDArray[np.float32]] = []
+        self._answers: list[Any] = []
+        self._rewards: list[float] = []
+        self._infos: dict[str, list[float]] = {}
+        self._frames: list[npt.NDArray[np.uint8]] = []
+
+    def step(self, reward: float, info: Mapping[str, Any]) -> None:
+        for name, pose in self._env.poses.items():
+            self._poses[name].append(_readable(pose))
+        self._wheels.append(self._env.wheels)
+        if self._env.answer is not None:
+            self._answers.append(self._env.answer)
+        self._rewards.append(reward)
+        for name, value in info.items():
+            self._infos.setdefault(name, []).append(float(value))
+        if self._images and self._env.options.observation != "state":
+            self._frames.append(self._env.luma)
+
+    def episode(self, name: str, env_id: str, seed: int, touched: bool) -> Episode:
+        count, interval = len(self._rewards), self._env.options.frame_skip / 30.0
+        return Episode(
+            name, env_id, self._env.options, seed, touched,
+            time_s=interval * np.arange(1, count + 1),
+            paths={name: np.array(path) for name, path in self._poses.items()},
+            wheels=np.array(self._wheels, np.float32),
+            model=getattr(self._env.model, "name", ""),
+            channels=tuple(getattr(self._env.model, "channels", ())),
+            series=ResponseSeries.from_responses(self._answers) if self._answers else None,
+            rewards=np.array(self._rewards),
+            infos={name: np.array(values) for name, values in self._infos.items()},
+            frames=np.stack(self._frames) if self._frames else np.zeros((0, 72, 99), np.uint8),
+        )  # fmt: skip
+
+
+def _readable(pose: Pose) -> tuple[float, float, float]:
+    return 100 * pose.x, 100 * pose.y, float(np.degrees(pose.heading))

@@ -1,0 +1,50 @@
+"""What a behaviour is, and how to find one: registered by name, a user's own by the path of its file."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+from colias_sim.envs import ENVS
+from experiments.bench.closed_loop.behaviour import Behaviour
+from experiments.bench.core.errors import UsageError, check_name
+from experiments.bench.core.user_code import declared, is_own
+
+
+def load_behaviour(source: str) -> Behaviour:
+    """The registered behaviour called ``source``, that which the file ``source`` declares as ``BEHAVIOUR``, or the
+    trained policy in a file that ends in .npz.
+
+    Raises `UsageError` on an unknown name, a file that declares no `Behaviour`, and one that holds no policy.
+    """
+    if source.endswith(".npz"):
+        from experiments.bench.closed_loop import policy_file
+
+        try:
+            check_name("policy", Path(source).stem)
+        except ValueError as error:
+            raise UsageError(f"{source}: {error}") from None
+        return policy_file.load(Path(source)).behaviour(Path(source).stem)
+    if not is_own(source):
+        from experiments.behaviours import BEHAVIOURS
+
+        if source not in BEHAVIOURS:
+            near = difflib.get_close_matches(source, BEHAVIOURS, n=1, cutoff=0.0)[0]
+            raise UsageError(f"no behaviour '{source}': known are {', '.join(BEHAVIOURS)}, a .py file, or a policy's"
+                             f" .npz (nearest: {near})")  # fmt: skip
+        return BEHAVIOURS[source]
+    entry = declared(Path(source), "BEHAVIOUR")
+    if not isinstance(entry, Behaviour):
+        raise UsageError(f"{source}: BEHAVIOUR is a {type(entry).__name__}, expected a Behaviour")
+    env_id(entry.env)
+    return entry
+
+
+def env_id(name: str) -> str:
+    """The registered env's whole id of ``Avoidance``, ``Avoidance-v0`` or the id itself; `UsageError` otherwise."""
+    for known in ENVS:
+        if name in (known, known.partition("/")[2], known.partition("/")[2].partition("-")[0]):
+            return known
+    shorts = [known.partition("/")[2] for known in ENVS]
+    near = difflib.get_close_matches(name, shorts, n=1, cutoff=0.0)[0]
+    raise UsageError(f"--env {name}: known are {', '.join(shorts)} (nearest: {near})")

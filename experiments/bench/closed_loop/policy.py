@@ -1,0 +1,118 @@
+"""A trained policy: a small network that steers by the neural observation, as a behaviour. Plain NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import AfterValidator, ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from colias_sim.envs import ENVS, NEURAL
+from dsnn import Response, model_entry
+from experiments.bench.closed_loop.behaviour import Behaviour, Wheels
+
+Vector = npt.NDArray[np.float32]
+Layer = tuple[Vector, Vector]
+"""Weights (out, in) and biases (out,), float32."""
+
+FORMAT: Literal["colias-policy 1"] = "colias-policy 1"
+TRAINABLE = ("colias_sim/Fixation-v0", "colias_sim/Optomotor-v0")
+ROLLOUT = 256
+"""Steps of each env between two updates of a network in training, and the size of a minibatch."""
+
+WHEELS = 2
+SENSED = len(NEURAL) + WHEELS
+"""What a network sees: the neural observation, and what it last told the wheels."""
+
+
+def _known_env(name: str) -> str:
+    if name not in ENVS:
+        raise ValueError(f"no such env; known are {', '.join(ENVS)}")
+    return name
+
+
+def _known_model(name: str) -> str:
+    model_entry(name)
+    return name
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+class Steering:
+    """How a network's two answers in [-1, 1] move the wheels: not at once, full speed being 1250 degrees/s of turn.
+
+    Each frame a wheel keeps a share of its command and adds to it, within a limit; shares of the maximum.
+    """
+
+    keep: float = Field(default=0.9, ge=0.0, le=1.0, description="share of the last command that stays")
+    reach: float = Field(default=0.04, gt=0.0, le=1.0, description="what an answer of 1 adds")
+    limit: float = Field(default=0.3, gt=0.0, le=1.0, description="the greatest command")
+
+    def sense(self, observation: Vector, command: Vector) -> Vector:
+        """What the network sees, (9,), of an observation (7,) and the last command (2,)."""
+        return np.concatenate([observation, command / np.float32(self.limit)]).astype(np.float32)
+
+    def command(self, last: Vector, answer: Vector) -> Vector:
+        """The next command, (2,), after the ``last`` one and the network's answer to it."""
+        wanted = self.keep * last + self.reach * np.clip(answer, -1.0, 1.0)
+        return np.clip(wanted, -self.limit, self.limit).astype(np.float32)
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+class About:
+    """What a policy is for, how large, and where it came from."""
+
+    env: Annotated[str, AfterValidator(_known_env)]
+    seed: int = Field(ge=0, lt=2**32)
+    steps: int = Field(ge=0)
+    envs: int = Field(ge=1)
+    model: Annotated[str, AfterValidator(_known_model)] = "hybrid"
+    hidden: tuple[Annotated[int, Field(ge=1, le=512)], ...] = Field(default=(32, 32), min_length=1, max_length=4)
+    steering: Steering = Steering()
+    versions: Mapping[str, str] = Field(default_factory=dict)
+    format: Literal["colias-policy 1"] = FORMAT
+
+    def shapes(self) -> list[tuple[int, int]]:
+        """(out, in) of each layer."""
+        sizes = [SENSED, *self.hidden, WHEELS]
+        return list(zip(sizes[1:], sizes[:-1], strict=True))
+
+
+class Policy:
+    """A network of tanh layers, the last linear. Raises ``ValueError`` on layers that do not fit ``about``."""
+
+    def __init__(self, about: About, layers: list[Layer]) -> None:
+        shapes = [(weights.shape, biases.shape) for weights, biases in layers]
+        expected = [(shape, shape[:1]) for shape in about.shapes()]
+        if shapes != expected:
+            raise ValueError(f"layers of shapes {shapes}: expected {expected}")
+        if not all(np.isfinite(part).all() for layer in layers for part in layer):
+            raise ValueError("weights that are not finite")
+        self.about, self.layers = about, layers
+
+    def answer(self, sensed: Vector) -> Vector:
+        """The network's answer, (2,) or (N, 2), not yet cut to [-1, 1], to what is sensed, (9,) or (N, 9)."""
+        *inner, (weights, biases) = self.layers
+        for w, b in inner:
+            sensed = np.tanh(sensed @ w.T + b)
+        answered: Vector = sensed @ weights.T + biases
+        return answered
+
+    def behaviour(self, name: str) -> Behaviour:
+        """What `behave` plays: each episode begins with the wheels at rest."""
+        trained = "untrained" if self.about.steps == 0 else f"trained for {self.about.steps:,} steps"
+        return Behaviour(name, f"a network {trained}", self.about.env, lambda rng: self._driver(), "neural",
+                         self.about.model)  # fmt: skip
+
+    def _driver(self) -> Callable[[Any], Wheels]:
+        steering, command = self.about.steering, np.zeros(WHEELS, np.float32)
+
+        def drive(seen: Response) -> Wheels:
+            nonlocal command
+            observation = np.array([getattr(seen, name) for name in NEURAL], np.float32)
+            command = steering.command(command, self.answer(steering.sense(observation, command)))
+            return float(command[0]), float(command[1])
+
+        return drive

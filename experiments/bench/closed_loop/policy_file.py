@@ -1,0 +1,79 @@
+"""Policies in files: an .npz of float32 arrays and a JSON text. Reading one never runs what it holds."""
+
+from __future__ import annotations
+
+import io
+import json
+import warnings
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import TypeAdapter, ValidationError
+
+from experiments.bench.closed_loop.policy import About, Policy
+from experiments.bench.core.errors import UsageError, explain
+
+ENDING = ".npz"
+MOST_BYTES = 4 * 2**20
+"""Of a file, and of all that it unpacks to: room for the largest network that `About` allows."""
+
+
+def save(policy: Policy, path: Path) -> None:
+    """Write a policy. Raises ``FileExistsError`` rather than overwrite, ``OSError`` where it cannot be written."""
+    arrays = {"about": np.array(TypeAdapter(About).dump_json(policy.about).decode())}
+    for index, (weights, biases) in enumerate(policy.layers):
+        arrays |= {f"weights{index}": weights, f"biases{index}": biases}
+    with path.open("xb") as file:  # cut short it has no directory at its end, and is refused
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+def load(path: Path) -> Policy:
+    """Read a policy from a file that anybody may have made.
+
+    Raises `UsageError` in one line on what is no whole policy file, ``OSError`` on a file that cannot be read.
+    """
+    if not path.is_file():
+        raise UsageError(f"{path}: no such file")
+    if path.stat().st_size > MOST_BYTES:
+        raise UsageError(f"{path}: {path.stat().st_size:,} bytes, a policy file has {MOST_BYTES:,} at most")
+    data = path.read_bytes()
+    try:
+        arrays = _arrays(data)
+        about = _about(arrays.pop("about", None))
+        names = [(f"weights{i}", f"biases{i}") for i in range(len(about.shapes()))]
+        if set(arrays) != {name for pair in names for name in pair}:
+            raise ValueError(f"holds {', '.join(sorted(arrays)) or 'no layers'}, expected {len(names)} layers")
+        if any(array.dtype != np.float32 for array in arrays.values()):
+            raise ValueError("its layers are not float32")
+        return Policy(about, [(arrays[weights], arrays[biases]) for weights, biases in names])
+    except ValidationError as error:
+        raise UsageError(f"{path}: {_short(explain(error))}") from None
+    except Exception as error:  # bytes that somebody made up can make the libraries raise anything
+        raise UsageError(f"{path}: not a policy file, or a damaged one ({_short(str(error))})") from None
+
+
+def _arrays(data: bytes) -> dict[str, npt.NDArray[Any]]:
+    """Return the arrays by name. A header that claims a huge shape reserves address space, and then lacks the bytes."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        if sum(entry.file_size for entry in archive.infolist()) > MOST_BYTES:
+            raise ValueError(f"unpacks to more than {MOST_BYTES:,} bytes")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            return dict(file)
+
+
+def _about(text: npt.NDArray[Any] | None) -> About:
+    if text is None or text.shape != () or text.dtype.kind != "U":
+        raise ValueError("no text 'about' in it")
+    values = json.loads(str(text))
+    if not isinstance(values, dict) or values.get("format") != About.format:
+        raise ValueError(f"'about' says no format, or one other than {About.format!r}")
+    return TypeAdapter(About).validate_python(values)
+
+
+def _short(text: str) -> str:
+    return " ".join(text.split())[:200]

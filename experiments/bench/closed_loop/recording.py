@@ -1,0 +1,129 @@
+"""One Rerun recording per episode of a behaviour."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+import rerun.blueprint as rrb
+
+from dsnn import ResponseSeries
+from experiments.bench.closed_loop.episode import Episode, Floats
+from experiments.bench.core.recording import LIMIT_COLOUR, ROBOT_RADIUS_CM, jpegs, potentials, recorded, timelines
+from scenes import ARENA_RADIUS_CM
+
+JPEG_QUALITY = 85
+OBSERVER_COLOUR, OTHER_COLOUR = (46, 120, 80), (25, 25, 25)
+TRACK_COLOURS = ((46, 160, 90), (214, 39, 40))
+
+
+def record(episode: Episode) -> bytes:
+    """The recording as the bytes of an .rrd file: the observer's view, the arena from above with tracks, the neurons,
+    the wheels and the rewards.
+
+    Frames are JPEG. Raises ``ValueError`` on an episode without a step.
+    """
+    if episode.steps == 0:
+        raise ValueError("an episode without a step cannot be recorded")
+    name = f"{episode.name} in {_short(episode)}, seed {episode.seed}"
+    identity = f"{episode.name}-{_short(episode)}-{episode.seed}"
+    return recorded(partial(_write, episode), _blueprint(episode), name, identity)
+
+
+def _short(episode: Episode) -> str:
+    """The env's name without its namespace."""
+    return episode.env.partition("/")[2]
+
+
+@dataclass(frozen=True, slots=True)
+class _Neurons:
+    """What the env's vision model answered; its thresholds are not drawn."""
+
+    model: str
+    channels: tuple[str, ...]
+    series: ResponseSeries
+    thresholds: Mapping[str, float | None] = field(default_factory=dict)
+
+
+def _write(episode: Episode, recording: rr.RecordingStream) -> None:
+    end = "touched something" if episode.touched else "time"
+    outcome: dict[str, Any] = {"behaviour": episode.name, "env": episode.env, "seed": episode.seed, "ended by": end,
+               "return": float(episode.rewards.sum())}  # fmt: skip
+    recording.send_property("episode", rr.AnyValues(**outcome))
+    times = timelines(episode.time_s, np.arange(episode.steps))
+    if len(episode.frames):
+        jpegs(recording, "camera", episode.frames, times, JPEG_QUALITY)
+    if episode.series is not None:
+        neurons = _Neurons(episode.model, episode.channels, episode.series)
+        potentials(recording, [neurons], episode.time_s)
+    _arena(recording, episode, times)
+    wheels = {"left": episode.wheels[:, 0], "right": episode.wheels[:, 1]}
+    rewards = {name: values for name, values in episode.infos.items() if name.startswith("reward_")}
+    rooms: dict[str, dict[str, npt.NDArray[Any]]] = {"wheels": wheels, "reward": rewards}
+    for room, shown in rooms.items():
+        for name, values in shown.items():
+            recording.log(f"{room}/{name}", rr.SeriesLines(names=name.removeprefix("reward_"), widths=1.5), static=True)
+            recording.send_columns(f"{room}/{name}", times, rr.Scalars.columns(scalars=values.astype(float)))
+
+
+def _arena(recording: rr.RecordingStream, episode: Episode, times: list[rr.TimeColumn]) -> None:
+    """From above: x to the right, y up, centimetres; robots as discs with their heading, tracks of who moves."""
+    turn = np.linspace(0, 2 * np.pi, 65)
+    wall = ARENA_RADIUS_CM * np.column_stack([np.cos(turn), np.sin(turn)])
+    recording.log("arena/wall", rr.LineStrips2D([_shown(wall)], colors=[LIMIT_COLOUR], radii=[0.3]), static=True)
+    for place, (name, path) in enumerate(episode.paths.items()):
+        colour = OBSERVER_COLOUR if place == 0 else OTHER_COLOUR
+        recording.log(f"arena/{name}/body", rr.Points2D.from_fields(colors=[colour], radii=[ROBOT_RADIUS_CM]),
+                      static=True)  # fmt: skip
+        here = _shown(path[:, :2])
+        recording.send_columns(f"arena/{name}/body", times, rr.Points2D.columns(positions=here))
+        if np.ptp(path, axis=0).max() < 0.01:
+            continue
+        track = TRACK_COLOURS[0] if place == 0 else LIMIT_COLOUR
+        recording.log(f"arena/{name}/track", rr.LineStrips2D([here], colors=[track], radii=[0.15]), static=True)
+        heading = np.radians(path[:, 2])
+        ahead = _shown(5.0 * np.column_stack([np.cos(heading), np.sin(heading)]))
+        recording.log(f"arena/{name}/heading", rr.Arrows2D.from_fields(colors=[TRACK_COLOURS[1]], radii=[0.3]),
+                      static=True)  # fmt: skip
+        recording.send_columns(f"arena/{name}/heading", times, rr.Arrows2D.columns(origins=here, vectors=ahead))
+
+
+def _shown(points: Floats) -> Floats:
+    """Points (T, 2) as a 2-D view has them: its y axis points down."""
+    return np.column_stack([points[:, 0], -points[:, 1]])
+
+
+def _blueprint(episode: Episode) -> rrb.Blueprint:
+    above = rrb.Spatial2DView(
+        origin="arena", name="arena from above (cm)", background=(214, 214, 210),
+        visual_bounds=rrb.VisualBounds2D(x_range=(-48, 48), y_range=(-48, 48)),
+    )  # fmt: skip
+    wheels = rrb.TimeSeriesView(origin="wheels", name="wheels, share of 35 cm/s",
+                                axis_y=rrb.ScalarAxis(range=(-1.05, 1.05)))  # fmt: skip
+    rewards = rrb.TimeSeriesView(origin="reward", name="reward's terms")
+    if episode.series is None:
+        return _page(above, rrb.Horizontal(wheels, rewards), [3, 1])
+    camera = rrb.Spatial2DView(origin="camera", name="observer's view")
+    potential = rrb.TimeSeriesView(origin="potential", name="membrane potential",
+                                   axis_y=rrb.ScalarAxis(range=(-1.05, 1.05)))  # fmt: skip
+    spikes = rrb.TimeSeriesView(origin="spikes", name="spikes per frame")
+    answers = [potential, spikes]
+    if "azimuth" in episode.channels:
+        answers.append(rrb.TimeSeriesView(origin="azimuth", name="azimuth, -1 left to 1 right",
+                                          axis_y=rrb.ScalarAxis(range=(-1.05, 1.05))))  # fmt: skip
+    lower = rrb.Vertical(rrb.Horizontal(*answers), rrb.Horizontal(wheels, rewards))
+    top = rrb.Horizontal(camera, above) if len(episode.frames) else above
+    return _page(top, lower, [3, 2])
+
+
+def _page(top: rrb.View | rrb.Horizontal, lower: rrb.Horizontal | rrb.Vertical, shares: list[float]) -> rrb.Blueprint:
+    return rrb.Blueprint(
+        rrb.Vertical(top, lower, row_shares=shares),
+        rrb.TimePanel(state="collapsed", timeline="sim_time"),
+        collapse_panels=True,
+    )

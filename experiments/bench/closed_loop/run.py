@@ -1,0 +1,230 @@
+"""Behaviours in an env, over seeds: play what is missing, in a run's folder, and score it against baselines."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import cv2
+import gymnasium as gym
+import pyarrow as pa
+from threadpoolctl import threadpool_limits
+
+from colias_sim import gl
+from colias_sim.envs import ENVS
+from experiments.bench.closed_loop.behaviour import Behaviour
+from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry
+from experiments.bench.closed_loop.find import env_id, load_behaviour
+from experiments.bench.closed_loop.scores import COLUMNS, EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
+from experiments.bench.core.batch import Batch, Resources
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.pool import Pool
+from experiments.bench.core.scores import Score, Standing
+from experiments.bench.core.settings import check_counts
+from experiments.bench.core.store import provenance
+from experiments.bench.core.store.contents import Contents, Planned
+from experiments.bench.core.store.rows import OBSERVER, Failure, TrialRecord, known
+from experiments.bench.core.terminal import count, progress
+from experiments.bench.core.user_code import is_own
+
+SET_BY_BEHAVIOUR = ("observation", "actions", "render_mode", "render_view", "render_width", "render_height", "model")
+
+
+@dataclass(frozen=True, slots=True)
+class BehaviourPlan:
+    """Who plays where: ``settings`` in order, the first being that asked for; each the same ``episodes`` seeds."""
+
+    settings: tuple[Setting, ...]
+    episodes: int
+    seed: int
+
+    def specs(self) -> list[EpisodeSpec]:
+        """Every episode; those of equal repeat have equal seeds, so equal worlds."""
+        return [
+            EpisodeSpec(place * self.episodes + repeat, repeat, self.seed + repeat, setting)
+            for place, setting in enumerate(self.settings)
+            for repeat in range(self.episodes)
+        ]
+
+    def describe(self) -> dict[str, Any]:
+        """What makes two runs one."""
+        return {
+            "experiment": "behave", "seed": self.seed, "repeats": self.episodes, "trials": len(self.specs()),
+            "settings": [dataclasses.asdict(setting) for setting in self.settings],
+            **provenance.of(self._sources()),
+        }  # fmt: skip
+
+    def _sources(self) -> list[str]:
+        """The behaviours, and the models that they look through; a file by its absolute path."""
+        models = [load_behaviour(setting.behaviour).model for setting in self.settings]
+        found = [*(setting.behaviour for setting in self.settings), *models]
+        return [str(Path(source).resolve()) if is_own(source) else source for source in found]
+
+    def contents(self, recorded: int) -> Contents:
+        """What the run's folder may hold, with recordings of the first ``recorded`` episodes."""
+        names = {setting.behaviour: load_behaviour(setting.behaviour).name for setting in self.settings}
+        trials = {}
+        for spec in self.specs():
+            setting = spec.condition
+            columns = {"experiment": "behave", "repeat": spec.repeat, "seed": spec.seed, "robot": OBSERVER,
+                       "env": setting.env}  # fmt: skip
+            trials[spec.index] = Planned(columns, (names[setting.behaviour],), spec.index < recorded)
+        return Contents(trials, may_be_null=frozenset(COLUMNS))
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """What became of a plan."""
+
+    folder: Path
+    env: str
+    standings: list[Standing]
+    """Each behaviour's scores, the one asked for first."""
+    steps: pa.Table
+    """A row per frame, `STEP_SCHEMA`."""
+    failures: list[Failure]
+
+
+def plan(
+    behaviour: str, env: str | None, assignments: Sequence[str], episodes: int, seed: int, baselines: bool
+) -> BehaviourPlan:
+    """A checked plan of one behaviour and its baselines; `UsageError` for what cannot be played."""
+    check_counts(seed, episodes, "--episodes")
+    entry = load_behaviour(behaviour)
+    where = env_id(env) if env is not None else env_id(entry.env)
+    options = _options(where, assignments)
+    source = str(Path(behaviour).resolve()) if is_own(behaviour) else behaviour
+    others = [name for name in ENVS[where].baselines if name != behaviour] if baselines else []
+    settings = tuple(Setting(name, where, options) for name in (source, *others))
+    return BehaviourPlan(settings, episodes, seed)
+
+
+def _options(env: str, assignments: Sequence[str]) -> tuple[tuple[str, Any], ...]:
+    """``NAME=VALUE`` texts as the env's keyword arguments, each tried on the env."""
+    options: dict[str, Any] = {}
+    for text in assignments:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise UsageError(f"--set {text}: expected NAME=VALUE, for example robots=5")
+        if name in SET_BY_BEHAVIOUR:
+            raise UsageError(f"--set {text}: the behaviour sets that itself")
+        options[name] = _value(value)
+    try:
+        gym.make(env, observation="state", **options).close()
+    except (ValueError, TypeError) as error:
+        raise UsageError(f"--set: {error}") from None
+    return tuple(sorted(options.items()))
+
+
+def _value(text: str) -> Any:
+    """A number, true or false, or the text itself."""
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+def score(
+    behaviour: Behaviour, *, episodes: int = 20, seed: int = 0, env: str | None = None, **options: Any
+) -> dict[str, Score | None]:
+    """Play a behaviour here and now, with progress: its measures by name, with their 95 % intervals.
+
+    ``options`` are the env's arguments. Raises ``ValueError`` for what is not legal.
+    """
+    check_counts(seed, episodes, "--episodes")
+    where = env_id(env or behaviour.env)
+    rows: list[dict[str, Any]] = []
+    with progress(behaviour.name, episodes, False, "episodes") as advance:
+        for repeat in range(episodes):
+            episode = play_entry(behaviour, where, options, seed + repeat)
+            rows += finished(episode, repeat, repeat, None).rows
+            advance()
+    return scores(rows, where)
+
+
+def work(spec: EpisodeSpec, *, recorded: int) -> TrialRecord:
+    """One episode in a worker; the first ``recorded`` of the run with their recordings."""
+    cv2.setNumThreads(1)
+    with threadpool_limits(1):
+        record = spec.index < recorded
+        episode = play_behaviour(spec, images=record)
+        recording = None
+        if record:
+            from experiments.bench.closed_loop import recording as closed_loop_recording
+
+            recording = closed_loop_recording.record(episode)
+        drawn = gl.renderer() if episode.series is not None else ""  # one that senses the state sees no picture
+        return dataclasses.replace(finished(episode, spec.index, spec.repeat, recording), renderer=drawn)
+
+
+def batch(made: BehaviourPlan, recorded: int) -> Batch[EpisodeSpec]:
+    """Return the episodes of a plan as a batch; the first ``recorded`` leave recordings."""
+    specs = made.specs()
+    names = [Path(setting.behaviour).stem for setting in made.settings]
+    kept = f"; those of {names[0]} are recorded" if recorded else ""
+    return Batch(
+        name="behave",
+        specs=specs,
+        work=partial(work, recorded=recorded),
+        description={**made.describe(), "recorded": recorded},
+        contents=made.contents(recorded),
+        schemas=(EPISODE_SCHEMA, STEP_SCHEMA),
+        things="episodes",
+        amount=lambda: f"{count(len(specs), 'episode')} ({', '.join(names)}){kept}",
+    )
+
+
+def run(made: BehaviourPlan, out: Path, pool: Pool, resources: Resources, *, recordings: int = 0) -> Played:
+    """Play what is missing, and score it.
+
+    Parameters
+    ----------
+    made
+        From `plan`.
+    out
+        The run's folder: a new one, or one that holds a part of this run.
+    pool, resources
+        Where the episodes are played.
+    recordings
+        How many episodes, from the first, to record for Rerun.
+    """
+    episodes = batch(made, recordings)
+    with closing(episodes.open(out, resources)) as folder:
+        failures = episodes.fill(folder, pool, resources)
+        standings = _standings(made, folder.rows())
+        folder.write_rows("scores.csv", table(made.settings[0].env, standings))
+        return Played(out, made.settings[0].env, standings, folder.frames(), failures)
+
+
+def _standings(made: BehaviourPlan, rows: Sequence[Mapping[str, Any]]) -> list[Standing]:
+    found = []
+    for place, setting in enumerate(made.settings):
+        first = place * made.episodes
+        own = [row for row in rows if first <= row["trial"] < first + made.episodes]
+        if own:
+            found.append(Standing(own[0]["model"], scores(own, setting.env), own))
+    return found
+
+
+def table(env: str, standings: Sequence[Standing]) -> list[dict[str, Any]]:
+    """A row per behaviour and measure."""
+    return [
+        {
+            "env": env, "behaviour": standing.name, "measure": name, "episodes": len(standing.rows),
+            "value": known(score.value), "ci_low": known(score.low), "ci_high": known(score.high),
+        }
+        for standing in standings
+        for name, score in standing.scores.items()
+        if score is not None
+    ]  # fmt: skip
+
+
+def longest(made: BehaviourPlan) -> int:
+    """The frames of the plan, if every episode went on to its end."""
+    return sum(made.episodes * (s.steps or ENVS[s.env].max_episode_steps) for s in made.settings)

@@ -1,0 +1,1 @@
+"""The engine that every kind of run uses: jobs, folders, models, settings, statistics, terminal."""

@@ -1,0 +1,76 @@
+"""What is wrong with what a person gave, and what went wrong: in one line for people."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from pydantic import ValidationError
+
+
+class UsageError(ValueError):
+    """A wrong use, told in one line: what was given, what is legal, where it came from.
+
+    Options are named as the command line names them: ``--set`` is the argument ``settings=`` of `experiments.run`.
+    """
+
+
+LONGEST_NAME = 60
+
+
+def check_name(what: str, name: object) -> None:
+    """Raise ``ValueError`` for a name, of a ``what``, that tables, figures and file names cannot show."""
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name) or len(name) > LONGEST_NAME:
+        text = repr(name) if len(repr(name)) <= LONGEST_NAME else f"{repr(name)[:LONGEST_NAME]}..."
+        raise ValueError(f"{what} {text}: legal in a name are up to {LONGEST_NAME} letters, digits, ., - and _")
+
+
+def explain(error: ValidationError) -> str:
+    """The first problem of a failed validation in one line: object, attribute, value, bound."""
+    problem = error.errors()[0]
+    where = ".".join([error.title, *(str(part) for part in problem["loc"])])
+    return f"{where}={problem['input']!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}"
+
+
+LONGEST_TROUBLE = 500
+"""Characters of what is told of one failure."""
+
+
+def explained(error: BaseException, said: str | None = None) -> str:
+    """What an exception says, or ``said`` instead, in one line that begins with the exception's kind.
+
+    The line has at most `LONGEST_TROUBLE` characters, and none that would steer a terminal.
+    """
+    kind, text = type(error).__name__, message(error) if said is None else said
+    return printable(f"{kind}: {text}" if text else kind)
+
+
+def message(error: BaseException) -> str:
+    """The message of an exception; empty where it has none, or making it fails."""
+    try:
+        return str(error)
+    except Exception:
+        return ""
+
+
+def printable(text: str, limit: int = LONGEST_TROUBLE) -> str:
+    """``text`` in one line of at most ``limit`` characters, all of them printable."""
+    line = " ".join(text[: 2 * limit].split())
+    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
+    return line if len(line) <= limit else f"{line[: limit - 3]}..."
+
+
+def check_declared(kind: str, name: Any, summary: Any, repeats: Any) -> None:
+    """Raise ``ValueError`` for what no declaration of an experiment can say of itself."""
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", name):
+        raise ValueError(f"{kind} {short(name)}: its name: legal are letters, digits, - and _")
+    if not isinstance(summary, str):
+        raise ValueError(f"{kind} {name}: summary={short(summary)}: legal is a text")
+    if not isinstance(repeats, int) or isinstance(repeats, bool) or repeats < 1:
+        raise ValueError(f"{kind} {name}: repeats={short(repeats)}: legal is a whole number from 1 up")
+
+
+def short(value: Any) -> str:
+    """A value in a line: a person has to find it again, not to read all of it."""
+    said = " ".join(repr(value).split())
+    return said if len(said) <= 80 else f"{said[:77]}..."

@@ -1,0 +1,220 @@
+"""The models of a run: registered ones by name, a user's own by the path of the file that declares it."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal
+
+from dsnn import MODELS, ModelEntry, VisionModel, model_entry
+from dsnn.model import SPIKING
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.user_code import declared, is_file
+
+
+@dataclass(frozen=True, slots=True)
+class ConfiguredModel:
+    """A model with its parameters, under the ``label`` that tables and figures show.
+
+    It crosses to other processes as its source and the values of its parameters, so that a user's own file is
+    found there too.
+    """
+
+    label: str
+    source: str
+    """A registered name, or the absolute path of a .py file."""
+    network: Any
+    """Its parameters, a frozen dataclass."""
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels it declares: any of ``hs``, ``vs``, ``looming``, ``azimuth``."""
+        return load_model(self.source).channels
+
+    @property
+    def counted(self) -> str:
+        """The channel whose spikes are those of a trial: ``hs``, or ``looming`` where no direction is declared."""
+        own = self.channels
+        return next((channel for channel in SPIKING if channel in own), "")
+
+    @property
+    def thresholds(self) -> dict[str, float | None]:
+        """Each declared channel's spiking threshold on its potential; ``None`` where it has none."""
+        entry = load_model(self.source)
+        return {channel: entry.threshold(channel, self.network) for channel in entry.channels}
+
+    @property
+    def threshold(self) -> float | None:
+        """The spiking threshold of the `counted` channel; ``None`` where it has none."""
+        return self.thresholds.get(self.counted)
+
+    def build(self, shape: tuple[int, int]) -> VisionModel:
+        """The model itself, for frames of ``shape`` (R, C)."""
+        return load_model(self.source).build(shape, self.network)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        fields = {
+            field.name: getattr(self.network, field.name) for field in dataclasses.fields(self.network) if field.init
+        }
+        return rebuilt, (self.label, self.source, fields)
+
+
+def rebuilt(label: str, source: str, fields: Mapping[str, Any]) -> ConfiguredModel:
+    """Return a model with the values of its parameters: what crossed to a worker, or ``experiment.json`` tells."""
+    return ConfiguredModel(label, source, dataclasses.replace(load_model(source).robot, **fields))
+
+
+def load_model(source: str) -> ModelEntry:
+    """The registered model called ``source``, or the one that the file ``source`` declares as ``MODEL``.
+
+    Raises `UsageError` on an unknown name, and on a file that declares no `dsnn.ModelEntry`.
+    """
+    if not is_file(source):
+        try:
+            return model_entry(source)
+        except ValueError as error:
+            raise UsageError(f"--model {source}: {error}, or a .py file") from None
+    entry = declared(Path(source), "MODEL")
+    if not isinstance(entry, ModelEntry):
+        raise UsageError(f"{source}: MODEL is a {type(entry).__name__}, expected a dsnn.ModelEntry")
+    for preset in (entry.robot, entry.offline or entry.robot):
+        for channel in entry.channels:
+            try:
+                entry.threshold(channel, preset)
+            except (TypeError, ValueError):
+                name = entry.thresholds.get(channel, "t_sp")
+                raise UsageError(f"{source}: MODEL's parameter {name} is a threshold: legal is a number") from None
+    return entry
+
+
+def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> ConfiguredModel:
+    """The model ``source`` with its parameters for the robot's tests, or for the off-line ones."""
+    entry = load_model(source)
+    return ConfiguredModel(entry.name, str(Path(source).resolve()) if is_file(source) else source, entry.preset(tests))
+
+
+def family(name: str) -> str:
+    """The section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``.
+
+    ``name`` may be a label with settings (``dsnn:w_i=1``).
+    """
+    return name.partition(":")[0].split("-")[0]
+
+
+LEFT_OUT = ("dsnn-reference",)
+"""It answers as the DSNN does, slowly: to test against."""
+
+COMPARED = tuple(name for name in MODELS if name not in LEFT_OUT)
+"""The own models of the commands that compare models."""
+
+FORM = "expected NAME:PARAM=VALUE or NAME:PARAM=VALUE,PARAM=VALUE, for example dsnn:w_i=1"
+_PARAM = r"[A-Za-z_]\w*="
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A model as it was typed: ``source``, a name or a path, and the text after the colon, empty without one."""
+
+    text: str
+    source: str
+    settings: str
+    own: Mapping[str, str]
+    """The settings, name -> text."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A model to show: with its default parameters, its section of ``--set``, and what was asked of it."""
+
+    chosen: ConfiguredModel
+    section: str
+    asked: Asked
+
+
+def shown_models(own: Sequence[str], given: Sequence[str] | None, only: bool) -> list[str]:
+    """The texts of the models that a command shows, each once: its ``own``, unless ``only``, then those ``given``."""
+    if only and not given:
+        raise UsageError("--only: shows just the models of --model; name them by --model")
+    return list(dict.fromkeys([*(() if only else own), *(given or ())]))
+
+
+def ask(text: str) -> Asked:
+    """Take a text of ``--model`` apart; `UsageError` for settings that are not of the form.
+
+    A path ends at its ``.py``, so that it may have colons; a comma begins another setting only before ``NAME=``, so
+    that a value may have commas.
+    """
+    source, colon, settings = _split(text)
+    if not colon:
+        return Asked(text, text, "", MappingProxyType({}))
+    own: dict[str, str] = {}
+    for part in re.split(rf",(?={_PARAM})", settings):
+        name, _, value = part.partition("=")
+        if not re.match(_PARAM, part) or not value:
+            raise UsageError(f"--model {text}: {FORM}")
+        if name in own:
+            raise UsageError(f"--model {text}: {name} is there twice")
+        own[name] = value
+    return Asked(text, source, settings, MappingProxyType(own))
+
+
+def _split(text: str) -> tuple[str, str, str]:
+    """Source, colon and settings; a source alone has no colon."""
+    if text.endswith(".py") and Path(text).is_file():
+        return text, "", ""
+    after = re.search(rf"\.py:(?={_PARAM})", text)
+    if after is None and text.endswith(".py"):
+        return text, "", ""
+    end = after.start() if after else text.rfind(".py:")
+    if end < 0:
+        return text.partition(":")
+    return text[: end + 3], ":", text[end + 4 :]
+
+
+def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") -> list[Shown]:
+    """The models called ``texts``, with their default parameters for these tests.
+
+    The same model under the same settings is taken once. Raises `UsageError` for one that there is not, a parameter
+    that it does not have, two models of one name, and a name that is a section of ``--set``.
+    """
+    found: dict[str, tuple[ConfiguredModel, Asked]] = {}
+    for text in texts:
+        asked = ask(text)
+        chosen = choose(asked.source, tests)
+        _check_names(asked, chosen)
+        if asked.settings:
+            chosen = dataclasses.replace(chosen, label=f"{chosen.label}:{asked.settings}")
+        before = found.setdefault(chosen.label, (chosen, asked))[0]
+        if (before.source, before.network) != (chosen.source, chosen.network):
+            raise UsageError(f"--model {text}: another model shown is called {chosen.label} too; rename one of them")
+    named = sections([chosen for chosen, _ in found.values()])
+    return [Shown(chosen, section, asked) for (chosen, asked), section in zip(found.values(), named, strict=True)]
+
+
+def _check_names(asked: Asked, chosen: ConfiguredModel) -> None:
+    known = [field.name for field in dataclasses.fields(chosen.network)]
+    for name in asked.own:
+        if name not in known:
+            near = "".join(f"nearest: {each}; " for each in difflib.get_close_matches(name, known, n=1, cutoff=0.0))
+            listed = f"{near}all: colias parameters --only --model {asked.source}"
+            raise UsageError(f"--model {asked.text}: {chosen.label} has no parameter '{name}' ({listed})")
+
+
+def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
+    """The section of each model: its family's name, or its own if another of the family has other parameters."""
+    kinds: dict[str, type] = {}
+    names = []
+    for model in chosen:
+        own = load_model(model.source).name  # a sweep's labels do not begin with it
+        kind, name = type(model.network), family(own)
+        if kinds.setdefault(name, kind) is not kind:
+            name = own
+        if name in ("robot", "camera", "scene", "experiment"):
+            raise UsageError(f"--model {model.label}: that name is a section of --set; give it another")
+        names.append(name)
+    return names

@@ -1,0 +1,62 @@
+"""Scores with their intervals: what leaderboards and behaviours are told by."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+PLACES = 4
+"""Decimal places that are shown: a gain of 0.00001 is 0 to anybody who reads it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """A measured value and its 95 % interval; NaN where there is nothing to tell.
+
+    Attributes
+    ----------
+    value, low, high
+        The value, and the ends of its interval.
+    n
+        Number of trials, clips, episodes or timed rounds that it is from.
+    """
+
+    value: float
+    low: float
+    high: float
+    n: int
+
+    def __str__(self) -> str:
+        if math.isnan(self.value) or math.isnan(self.low):
+            return written(self.value)
+        return f"{written(self.value)} [{written(self.low)}, {written(self.high)}]"
+
+    def interval(self) -> str:
+        """Return ``low .. high``, or a dash where there is none: one episode has no spread."""
+        return "-" if math.isnan(self.low) else f"{written(self.low)} .. {written(self.high)}"
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """One row of a scoreboard: a model's or a behaviour's scores by measure.
+
+    Attributes
+    ----------
+    name
+        The model, or the behaviour.
+    scores
+        Measure -> score; ``None`` where the measure does not apply.
+    rows
+        The rows of ``trials.parquet`` that the scores are from, where a figure shows each of them.
+    """
+
+    name: str
+    scores: Mapping[str, Score | None]
+    rows: Sequence[Mapping[str, Any]] = ()
+
+
+def written(value: float) -> str:
+    """Return a number for people, to three digits and four decimal places; a dash for NaN."""
+    return "-" if math.isnan(value) else f"{round(value, PLACES):z.3g}"

@@ -1,0 +1,169 @@
+"""``--set SECTION.NAME=VALUE``: reach any parameter by its dotted name, with the legal range in every refusal."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from dsnn import MODELS
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import Asked, ConfiguredModel, Shown, family, look_up
+
+LISTED_BY = "colias parameters"
+SECTIONS = frozenset(map(family, MODELS))
+"""Those of the registered models."""
+
+
+def applied(shown: Sequence[Shown], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
+    """The models with what ``--set`` says of their families, then with what was asked of each of them."""
+    made = []
+    for model in shown:
+        common = changed(model.section, model.chosen.network, collected.get(model.section, {}))
+        network = changed(model.section, common, model.asked.own, _after_colon(model.asked))
+        made.append(dataclasses.replace(model.chosen, network=network))
+    return tuple(made)
+
+
+def _after_colon(asked: Asked) -> Callable[[str, str], str]:
+    return lambda name, text: f"--model {asked.text}: {name}={text}"
+
+
+def watchers(
+    models: Sequence[str],
+    assignments: Iterable[str],
+    others: Mapping[str, Any] = MappingProxyType({}),
+    listed_by: str = LISTED_BY,
+    fps: float | None = None,
+) -> tuple[tuple[ConfiguredModel, ...], dict[str, dict[str, str]]]:
+    """Models with their off-line parameters, and what was assigned: section -> name -> text.
+
+    ``others`` are sections beside the models' own; ``fps`` is the models' frame rate where none is assigned.
+    Raises `UsageError` as `configure` does.
+    """
+    shown = look_up(models, "offline")
+    values = dict(others)
+    for model in shown:
+        if model.section in others:
+            raise UsageError(f"--model {model.asked.text}: that name is a section of --set; give it another")
+        values.setdefault(model.section, model.chosen.network)
+    collected = collect(assignments, values, listed_by)
+    if fps is not None:
+        for section, value in values.items():
+            if section not in others and hasattr(value, "fps"):
+                collected[section] = {"fps": str(fps), **collected.get(section, {})}
+    return applied(shown, collected), collected
+
+
+def check_counts(seed: int, repeats: int = 1, option: str = "--repeats") -> None:
+    """Raise `UsageError` for a seed or a number of repeats, typed as ``option``, that no run can have."""
+    if repeats < 1:
+        raise UsageError(f"{option} {repeats}: legal is a whole number from 1 up")
+    if seed < 0:
+        raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+
+
+def collect(
+    assignments: Iterable[str], values: Mapping[str, Any], listed_by: str = LISTED_BY, option: str = "--set"
+) -> dict[str, dict[str, str]]:
+    """Section -> name -> text; each key checked, the last of two values for one key counting.
+
+    ``values`` has the sections there are; ``listed_by`` is the command that lists their parameters, ``option`` the
+    option that the texts were typed after.
+    """
+    known = [f"{section}.{field.name}" for section, value in values.items() for field in dataclasses.fields(value)]
+    collected: dict[str, dict[str, str]] = {}
+    for assignment in assignments:
+        key, equals, text = assignment.partition("=")
+        if not equals:
+            raise UsageError(f"{option} {assignment}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
+        section, _, name = key.partition(".")
+        if key not in known:
+            if LISTED_BY in listed_by and section not in values and section in SECTIONS:
+                raise UsageError(f"{option} {assignment}: no model shown has '{key}': add --model {section}")
+            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
+            raise UsageError(f"{option} {assignment}: no parameter '{key}' (nearest: {near}; all: {listed_by})")
+        collected.setdefault(section, {})[name] = text
+    return collected
+
+
+def changed(
+    section: str, value: Any, changes: Mapping[str, str], typed: Callable[[str, str], str] | None = None
+) -> Any:
+    """``value`` with ``changes`` (name -> text) applied together and validated; `UsageError` if one is not legal.
+
+    ``typed`` is how a name and its text were typed, where that was not by ``--set``.
+    """
+    if not changes:
+        return value
+    say = typed or (lambda name, text: f"--set {section}.{name}={text}")
+    properties = _properties(type(value))
+    parsed = {name: _split(text, properties[name]) for name, text in changes.items()}
+    present = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    try:  # by the adapter, not the constructor: it checks a design that is a plain dataclass too
+        return TypeAdapter(type(value)).validate_python({**present, **parsed})
+    except ValidationError as error:
+        problem = error.errors()[0]
+        name = str(problem["loc"][0]) if problem["loc"] else ""
+        legal = _legal(properties[name]) if name else ""
+        said = problem["msg"].removeprefix("Value error, ")
+        reason = f"legal is {legal}" if legal else said
+        where = [say(name, changes.get(name, ""))] if name else [say(*change) for change in changes.items()]
+        raise UsageError(f"{', '.join(where)}: {' '.join(reason.split())}") from None
+
+
+def _split(text: str, schema: Mapping[str, Any]) -> str | list[str]:
+    """A sequence is typed with commas; pydantic turns the parts into numbers."""
+    return text.split(",") if schema.get("type") == "array" else text
+
+
+def _properties(cls: type) -> dict[str, dict[str, Any]]:
+    schema = TypeAdapter(cls).json_schema()
+    properties: dict[str, dict[str, Any]] = schema["properties"]
+    return properties
+
+
+def _legal(schema: Mapping[str, Any]) -> str:
+    """The legal values of a field in words, from its JSON schema; empty if only a validator knows."""
+    if schema.get("type") == "array":
+        parts = schema.get("prefixItems") or [schema["items"]]
+        count = f"{len(parts)} values" if "prefixItems" in schema else "one or more values"
+        return f"{count}, separated by commas, each {_legal(parts[0])}"
+    if "enum" in schema:
+        return ", ".join(map(str, schema["enum"]))
+    if schema.get("type") == "boolean":
+        return "true or false"
+    if schema.get("type") in ("number", "integer"):
+        kind = "a whole number" if schema["type"] == "integer" else "a number"
+        return " ".join([kind, *_bounds(schema)])
+    return ""
+
+
+def _bounds(schema: Mapping[str, Any]) -> Iterator[str]:
+    words = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "exclusiveMaximum": "below"}
+    return (f"{word} {schema[bound]:g}" for bound, word in words.items() if bound in schema)
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Parameter:
+    """A row of ``colias parameters``."""
+
+    key: str
+    value: str
+    legal: str
+    description: str
+
+
+def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
+    """Every parameter of the sections ``values``."""
+    for section, value in values.items():
+        properties = _properties(type(value))
+        for field in dataclasses.fields(value):
+            present = getattr(value, field.name)
+            text = ",".join(f"{v:g}" for v in present) if isinstance(present, tuple) else str(present)
+            schema = properties[field.name]
+            yield Parameter(f"{section}.{field.name}", text, _legal(schema), schema.get("description", ""))

@@ -1,0 +1,153 @@
+"""What a job leaves in a run's folder: rows of a declared type, frames, failures; and how rows are grouped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypedDict, get_args, get_type_hints
+
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+MOST_LISTED = 10
+"""Numbers of trials in a message."""
+
+OBSERVER = "observer"
+"""The robot that sees and, in an env, behaves: today's only value of the column ``robot``."""
+
+
+class JobRow(TypedDict):
+    """What every row of a ``trials.parquet`` begins with."""
+
+    experiment: str
+    trial: int
+    """The job's number in the run."""
+    repeat: int
+    seed: int
+    """Of all its random draws."""
+    model: str
+    """What answered: a vision model's label, or a behaviour's name."""
+
+
+class ModelRow(TypedDict):
+    """What one vision model made of a trial or a clip. A count is null where the model does not declare the channel."""
+
+    spikes: int
+    """Accumulated count of HS, or of looming where no direction is declared."""
+    hs_spikes: int | None
+    vs_spikes: int | None
+    looming_spikes: int | None
+
+
+class FrameRow(TypedDict):
+    """What every row of a ``frames.parquet`` begins with."""
+
+    trial: int
+    model: str
+    frame: int
+    """From 0 up."""
+
+
+class ResponseRow(TypedDict):
+    """A `dsnn.ResponseSeries` at one frame."""
+
+    hs: float
+    vs: float
+    hs_spikes: int
+    vs_spikes: int
+    looming: float
+    looming_spikes: int
+    azimuth: float
+
+
+_ARROW = {int: pa.int64(), float: pa.float64(), str: pa.string(), bool: pa.bool_()}
+
+
+def schema_of(*rows: type) -> pa.Schema:
+    """Return the table of typed rows: a column for each key of the ``rows``' types, in their order.
+
+    A key declared again by a later type keeps its place.
+    """
+    columns: dict[str, pa.DataType] = {}
+    for row in rows:
+        for name, kind in get_type_hints(row).items():
+            own = [part for part in get_args(kind) or (kind,) if part is not type(None)]
+            columns[name] = _ARROW[own[0]]
+    return pa.schema(columns)
+
+
+@dataclass(frozen=True, slots=True)
+class TrialRecord:
+    """What a worker returns of a job: rows ready for the tables, and the bytes of its recording."""
+
+    index: int
+    rows: tuple[dict[str, Any], ...]
+    frames: pa.Table
+    recording: bytes | None
+    failures: tuple[Failure, ...] = ()
+    """Those of single models, which the others' answers outlive."""
+    renderer: str = ""
+    """What drew its frames (`colias_sim.gl.renderer`); empty where none were drawn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A trial that could not be finished, or a ``model`` that broke in one that otherwise was, and why."""
+
+    trial: int
+    model: str
+    """Empty for a whole trial."""
+    condition: str
+    seed: int
+    attempts: int
+    reason: str
+
+    def __str__(self) -> str:
+        what = f"{self.model} failed in trial {self.trial}" if self.model else f"trial {self.trial} failed"
+        times = f" after {self.attempts} attempts" if self.attempts > 1 else ""
+        return f"{what}{times} ({self.condition}): {self.reason}"
+
+
+def recording_name(index: int) -> str:
+    """File name of the recording of trial ``index``."""
+    return f"trial-{index:04d}.rrd"
+
+
+def read_trials(folder: Path) -> list[dict[str, Any]]:
+    """The rows of a run's ``trials.parquet``; ``FileNotFoundError`` where there is none."""
+    rows: list[dict[str, Any]] = pq.read_table(folder / "trials.parquet").to_pylist()
+    return rows
+
+
+def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...], list[Mapping[str, Any]]]:
+    """Rows by the values of ``keys``, groups in order of first appearance."""
+    groups: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
+    for row in rows:
+        groups.setdefault(tuple(row[key] for key in keys), []).append(row)
+    return groups
+
+
+def known(value: float) -> float | None:
+    """The value for a table: empty instead of NaN."""
+    return None if math.isnan(value) else value
+
+
+def mixture(rows: Iterable[Mapping[str, Any]]) -> str:
+    """In words, of how many trials each code computed the rows, if more than one did; otherwise empty."""
+    trials: dict[str, set[int]] = {}
+    for row in rows:
+        if "code" in row:
+            trials.setdefault(row["code"], set()).add(row["trial"])
+    if len(trials) < 2:
+        return ""
+    return f"rows of {len(trials)} codes ({', '.join(f'{code}: {len(own)} trials' for code, own in trials.items())})"
+
+
+def listed_trials(trials: Iterable[int]) -> str:
+    """Return the numbers of trials in words, the first few of many."""
+    numbers = sorted(trials)
+    more = f" and {len(numbers) - MOST_LISTED} more" if len(numbers) > MOST_LISTED else ""
+    return f"trials {', '.join(map(str, numbers[:MOST_LISTED]))}{more}"

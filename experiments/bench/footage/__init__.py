@@ -1,0 +1,1 @@
+"""Footage and cameras, watched live."""

@@ -1,0 +1,230 @@
+"""Footage as it is watched, streamed to a Rerun viewer or a recording.
+
+Frames are JPEG at `QUALITY` as the network saw them; potentials, spikes and arrows come in chunks of frames, so that
+a frame costs little and nothing piles up here.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+import rerun.blueprint as rrb
+
+from dsnn import Response
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.recording import APPLICATION, COLOURS, LIMIT_COLOUR, Line, level_entity, levels, lines, save
+from experiments.bench.core.terminal import program
+from experiments.bench.footage.video import Picture
+
+QUALITY = 80
+CHUNK_FRAMES = 64
+VIEWER_EVERY_S, VIEWER_IMAGES_PER_S = 0.1, 20.0
+VIEWER_START_S, VIEWER_SETTLES_S = 20.0, 1.0
+VIEWER_MEMORY = "1GB"  # the viewer then drops the oldest data: a camera may run for days
+
+
+@dataclass(slots=True)
+class _Chunk:
+    """Frames not sent yet; images with where they belong, the answers of one frame together."""
+
+    times_s: list[float] = field(default_factory=list)
+    frames: list[int] = field(default_factory=list)
+    answers: list[Sequence[Response | None]] = field(default_factory=list)
+    image_at: list[int] = field(default_factory=list)
+    images: list[bytes] = field(default_factory=list)
+
+
+class LiveLog:
+    """One stream to a viewer or a file: pictures with an arrow along HS and one along VS, potentials, spikes.
+
+    ``size`` is (width, height) of the pictures. Make it by `to_file` or `to_viewer`.
+    """
+
+    def __init__(
+        self, stream: rr.RecordingStream, models: Sequence[ConfiguredModel], size: tuple[int, int],
+        viewer: subprocess.Popen[bytes] | None = None, place: Path | None = None,
+    ) -> None:  # fmt: skip
+        self._stream, self._models, self._size, self._viewer = stream, models, size, viewer
+        self._place = place
+        self.note = ""
+        self._chunk = _Chunk()
+        self._sent = self._shown = 0.0
+        self._levels = levels(model.thresholds for model in models)
+        self._describe()
+
+    @classmethod
+    def to_file(cls, path: Path, models: Sequence[ConfiguredModel], size: tuple[int, int]) -> LiveLog:
+        """Record every frame with its image into the .rrd file ``path``, which is NAME.part until it is whole."""
+        stream = rr.RecordingStream(APPLICATION)
+        save(stream, _partial(path), blueprint(size, models))
+        return cls(stream, models, size, place=path)
+
+    @classmethod
+    def to_viewer(cls, models: Sequence[ConfiguredModel], size: tuple[int, int]) -> LiveLog:
+        """Open a viewer of its own that listens on 127.0.0.1 alone, and stay open when this is over.
+
+        It gets every potential, and images as often as an eye can follow. Raises `UsageError` where it cannot open.
+        """
+        if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+            raise UsageError("watch: the viewer needs a screen (DISPLAY is not set): give --no-view, or --record FILE")
+        port = _free_port()
+        command = [*program(), "--bind", "127.0.0.1", "--port", f"{port}"]
+        command += ["--memory-limit", VIEWER_MEMORY, "--expect-data-soon", "--hide-welcome-screen"]
+        # A session of its own: Ctrl-C is meant for the watching, not for the viewer.
+        quiet = subprocess.DEVNULL  # or a pipe that reads our output would wait for the viewer
+        viewer = subprocess.Popen(command, stdout=quiet, stderr=quiet, start_new_session=True)
+        _await(viewer, port)
+        stream = rr.RecordingStream(APPLICATION)
+        stream.connect_grpc(f"rerun+http://127.0.0.1:{port}/proxy", default_blueprint=blueprint(size, models))
+        return cls(stream, models, size, viewer)
+
+    def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
+        """Take a frame and the models' answers to it. A viewer that was closed is not missed."""
+        if self._viewer is not None and self._viewer.poll() is not None:
+            self.note = "the viewer was closed, or could not open its window: watching went on without it"
+            return
+        chunk, now = self._chunk, time.monotonic()
+        if self._viewer is None or now - self._shown >= 1 / VIEWER_IMAGES_PER_S:
+            jpeg = cv2.imencode(".jpg", picture.luma, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1]
+            chunk.image_at.append(len(chunk.frames))
+            chunk.images.append(jpeg.tobytes())
+            self._shown = now
+        chunk.times_s.append(picture.time_s)
+        chunk.frames.append(picture.frame)
+        chunk.answers.append(answers)
+        if len(chunk.frames) >= CHUNK_FRAMES or (self._viewer is not None and now - self._sent >= VIEWER_EVERY_S):
+            self._send()
+            self._sent = now
+
+    def close(self) -> None:
+        """Send what is left and end the stream; a viewer stays open."""
+        if self._viewer is None or self._viewer.poll() is None:
+            if self._chunk.frames:
+                self._send()
+            try:
+                self._stream.flush(timeout_sec=5.0)
+            except RuntimeError:
+                # Rerun would flush once more, for ever, when the stream is deleted, and when Python ends.
+                ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._stream))
+                rr.unregister_shutdown()
+                raise
+        self._stream.disconnect()
+        if self._place is not None:
+            _partial(self._place).replace(self._place)
+
+    def _describe(self) -> None:
+        """What does not change: names, colours, where the arrows start."""
+        stream, centre = self._stream, (self._size[0] / 2, self._size[1] / 2)
+        stream.log("picture", rr.EncodedImage.from_fields(media_type="image/jpeg"), static=True)
+        for place, model in enumerate(self._models):
+            for line in self._lines(place):
+                style = rr.SeriesLines(colors=line.colour, names=line.title, widths=1.5)
+                stream.log(line.entity, style, static=True)
+            arrows = [system for system in ("hs", "vs") if system in model.channels]
+            if arrows:
+                colours = [COLOURS[system][place % 5] for system in arrows]
+                radii = [1.5] * len(arrows)
+                shown = rr.Arrows2D.from_fields(origins=[centre] * len(arrows), colors=colours, radii=radii)
+                stream.log(_direction(model), shown, static=True)
+        for level in self._levels:
+            name = f"{'' if level > 0 else '-'}T = {level:g}"
+            stream.log(level_entity(level), rr.SeriesLines(colors=LIMIT_COLOUR, names=name, widths=1.0), static=True)
+
+    def _lines(self, place: int) -> list[Line]:
+        model = self._models[place]
+        return lines(model.label, model.channels, place, len(self._models) > 1)
+
+    def _send(self) -> None:
+        chunk, self._chunk = self._chunk, _Chunk()
+        when = np.asarray(chunk.times_s), np.asarray(chunk.frames)
+        if chunk.images:
+            images = rr.EncodedImage.columns(blob=chunk.images)
+            self._stream.send_columns("picture", _timelines(*(column[chunk.image_at] for column in when)), images)
+        for place in range(len(self._models)):
+            known = [i for i, answers in enumerate(chunk.answers) if answers[place] is not None]
+            if known:
+                own = [answer for answers in chunk.answers if (answer := answers[place]) is not None]
+                self._answers(place, own, _timelines(*(column[known] for column in when)))
+        # A level at the ends of the chunk draws its line.
+        ends = _timelines(*(column[[0, -1]] for column in when))
+        for level in self._levels:
+            self._stream.send_columns(level_entity(level), ends, rr.Scalars.columns(scalars=[level, level]))
+
+    def _answers(self, place: int, answers: Sequence[Response], times: list[rr.TimeColumn]) -> None:
+        send, model = self._stream.send_columns, self._models[place]
+        for line in self._lines(place):
+            values = [float(getattr(answer, line.field)) for answer in answers]
+            send(line.entity, times, rr.Scalars.columns(scalars=values))
+        axes = [(system, axis) for system, axis in (("hs", (1, 0)), ("vs", (0, 1))) if system in model.channels]
+        if not axes:
+            return
+        # A potential of 1 reaches the picture's edge.
+        half = np.asarray(self._size) / 2
+        vectors = np.array([[np.multiply(getattr(a, system), axis) for system, axis in axes] for a in answers]) * half
+        arrows = rr.Arrows2D.columns(vectors=vectors.reshape(-1, 2)).partition([len(axes)] * len(answers))
+        send(_direction(model), times, arrows)
+
+
+def _direction(model: ConfiguredModel) -> str:
+    """Where the arrows of a model are logged."""
+    return f"picture/direction/{rr.escape_entity_path_part(model.label)}"
+
+
+def blueprint(size: tuple[int, int], models: Sequence[ConfiguredModel]) -> rrb.Blueprint:
+    """A layout that opens ready to read: the picture of ``size`` with its arrows, beneath it what the models answer."""
+    where = any("azimuth" in model.channels for model in models)
+    azimuth = [rrb.TimeSeriesView(origin="azimuth", name="azimuth, -1 left to 1 right")] if where else []
+    bounds = rrb.VisualBounds2D(x_range=(0, size[0]), y_range=(0, size[1]))
+    return rrb.Blueprint(
+        rrb.Vertical(
+            rrb.Spatial2DView(
+                origin="picture", name="what the network sees; HS and VS as arrows", visual_bounds=bounds
+            ),
+            rrb.TimeSeriesView(origin="potential", name="membrane potential"),
+            rrb.TimeSeriesView(origin="spikes", name="spikes per frame"),
+            *azimuth,
+            row_shares=[4, 2, 1, 1][: 3 + len(azimuth)],
+        ),
+        rrb.TimePanel(state="collapsed", timeline="time"),
+        collapse_panels=True,
+    )
+
+
+def _timelines(times_s: npt.NDArray[np.float64], frames: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:
+    return [rr.TimeColumn("time", duration=times_s), rr.TimeColumn("frame", sequence=frames)]
+
+
+def _partial(path: Path) -> Path:
+    return path.with_name(f"{path.name}.part")
+
+
+def _await(viewer: subprocess.Popen[bytes], port: int) -> None:
+    """Wait until the viewer listens, and a moment longer: it listens before it finds that it has no window."""
+    deadline = time.monotonic() + VIEWER_START_S
+    while viewer.poll() is None and time.monotonic() < deadline:
+        with socket.socket() as probe:
+            listens = probe.connect_ex(("127.0.0.1", port)) == 0
+        time.sleep(VIEWER_SETTLES_S if listens else 0.05)
+        if listens and viewer.poll() is None:
+            return
+    viewer.terminate()
+    raise UsageError("watch: the Rerun viewer did not open on this screen: give --no-view, or --record FILE")
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

@@ -1,0 +1,253 @@
+"""Watch footage and show it on the terminal: progress, the intervals of motion, what they cost, C12."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from itertools import takewhile
+from pathlib import Path
+from typing import Any
+
+import cv2
+import pyarrow as pa
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.table import Table
+from threadpoolctl import threadpool_limits
+
+from dsnn import Response
+from experiments.bench.core.errors import explained
+from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.terminal import error_console, out_console
+from experiments.bench.core.verdict import Outcome, claim_texts
+from experiments.bench.footage.claims import FlowJudge
+from experiments.bench.footage.rows import FrameTable
+from experiments.bench.footage.video import Footage, Picture, ahead
+from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
+
+WAYS = ("rightward", "leftward", "downward", "upward", "looming")
+SAME_ASPECT = 1.05
+EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What else to make of the footage: files that do not exist yet, a viewer, a verdict on C12."""
+
+    record: Path | None = None
+    table: Path | None = None
+    view: bool = False
+    judge: bool = False
+
+
+def run(film: Footage, size: tuple[int, int], chosen: Sequence[ConfiguredModel], wanted: Wanted) -> int:
+    """Show the footage at ``size`` (width, height) to the models, then print the summary; returns the exit status.
+
+    However it ends, by Ctrl-C or an error too, the files hold all that was seen until then.
+    """
+    cv2.setNumThreads(1)  # as in trials: more threads cost a second core for a sixth of the time
+    watchers = [Watcher(model, size[::-1]) for model in chosen]
+    own = [model.thresholds.get("hs") for model in chosen]
+    judge = FlowJudge(own) if wanted.judge else None
+    seen, spoilt = Seen(), _Spoilt()
+    with threadpool_limits(1), _interrupts() as stop, ExitStack() as outputs:
+        outputs.callback(film.close)
+        observers = [*_outputs(outputs, chosen, size, wanted, spoilt), *([judge] if judge else [])]
+        pictures = film.pictures(size)
+        going = ahead(pictures, stop) if film.live else takewhile(lambda _: not stop.is_set(), pictures)
+        watch(_counted(going, film), watchers, observers, seen)
+    _show(film, size, watchers, seen)
+    if judge is not None:
+        _show_claim(watchers, judge.outcomes())
+    early = film.ended_early()
+    notes = (_other_aspect(film.size, size), *film.notes(), *(observer.note for observer in observers), early)
+    for note in filter(None, notes):
+        error_console.print(f"note: {note}", soft_wrap=True, markup=False)
+    troubles = [f"{w.chosen.label} failed: {w.trouble}" for w in watchers if w.trouble]
+    for line in (*troubles, *spoilt.told):
+        error_console.print(line, soft_wrap=True, markup=False)
+    failed = bool(early or troubles or spoilt.told)
+    return EXIT_INTERRUPTED if stop.is_set() else EXIT_FAILED if failed else 0
+
+
+class _Spoilt:
+    """Outputs that could not be written, a line each: the disk was full, say. What else there is goes on."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+
+    @contextmanager
+    def noting(self, what: str) -> Iterator[None]:
+        """Take note of what goes wrong with an output within, and go on."""
+        try:
+            yield
+        except (OSError, RuntimeError, pa.ArrowException) as error:
+            self.told.append(f"{what} could not be written: {explained(error)}")
+
+
+class _Output:
+    """An observer that writes somewhere. Once it cannot, it is asked no more."""
+
+    def __init__(self, what: str, inner: Any, spoilt: _Spoilt) -> None:
+        self._what, self._inner, self._spoilt = what, inner, spoilt
+        self._well = True
+
+    @property
+    def note(self) -> str:
+        """What to say of it at the end; empty if nothing."""
+        return str(self._inner.note)
+
+    def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
+        """Take a frame and the models' answers to it."""
+        if self._well:
+            told = len(self._spoilt.told)
+            with self._spoilt.noting(self._what):
+                self._inner.add(picture, answers)
+            self._well = len(self._spoilt.told) == told
+
+    def close(self) -> None:
+        """Write what is left."""
+        if self._well:
+            with self._spoilt.noting(self._what):
+                self._inner.close()
+
+
+def _outputs(
+    stack: ExitStack, chosen: Sequence[ConfiguredModel], size: tuple[int, int], wanted: Wanted, spoilt: _Spoilt
+) -> Iterator[Observer]:
+    """The viewer and files that are wanted, each closed by ``stack``."""
+
+    def output(what: str, inner: Any) -> _Output:
+        made = _Output(what, inner, spoilt)
+        stack.callback(made.close)
+        return made
+
+    if wanted.view or wanted.record is not None:
+        # Of a viewer that was closed, or a full disk, one line of ours is enough.
+        os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off,re_log_encoding=off")
+        from experiments.bench.footage.recording import LiveLog  # not before: rerun takes its time
+
+        if wanted.view:
+            yield output("the viewer's stream", LiveLog.to_viewer(chosen, size))
+        if wanted.record is not None:
+            yield output(str(wanted.record), LiveLog.to_file(wanted.record, chosen, size))
+    if wanted.table is not None:
+        yield output(str(wanted.table), FrameTable(wanted.table, [model.label for model in chosen]))
+
+
+@contextmanager
+def _interrupts() -> Iterator[threading.Event]:
+    """An event that Ctrl-C sets, so that no file is broken off in mid-write; a second Ctrl-C does break off."""
+    stop = threading.Event()
+
+    def heed(*_: Any) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+
+    before = signal.signal(signal.SIGINT, heed)
+    try:
+        yield stop
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _counted(pictures: Iterable[Picture], film: Footage) -> Iterator[Picture]:
+    """The same pictures, counted on the terminal where there is one."""
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TextColumn("frames"))
+    if not error_console.is_terminal:
+        yield from pictures
+        return
+    with Progress(*columns, console=error_console, transient=True) as bar:
+        task = bar.add_task(film.source, total=film.announced)
+        for picture in pictures:
+            yield picture
+            bar.advance(task)
+
+
+def _show(film: Footage, size: tuple[int, int], watchers: Sequence[Watcher], seen: Seen) -> None:
+    """The whole summary but C12."""
+    own = f"{film.rate:g} frames/s" if film.rate else "no rate of its own"
+    source = f"camera {film.source}" if film.live else film.source
+    said = f"{source}: {_size(film.size)}, {own}; {seen.frames} frames, {seen.until_s:.1f} s, seen at {_size(size)}"
+    out_console.print(said, soft_wrap=True, markup=False)
+    out_console.print(f"\n[b]motion[/b] over T in {LEAST_FRAMES} frames or more, gaps under {GAP_S:g} s merged")
+    if any(watcher.motions() for watcher in watchers):
+        out_console.print(_intervals(watchers))
+    else:
+        out_console.print("none")
+    out_console.print("\n[b]intervals[/b] each way, and spikes")
+    out_console.print(_totals(watchers, seen))
+    _show_times(watchers, seen)
+
+
+def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
+    """What a frame takes: of its own, and decoding (of a camera, waiting for the frame)."""
+    frames = max(seen.frames, 1)
+    own, resizing, decoding = (
+        seconds / frames * 1e3
+        for seconds in (seen.resize_s + sum(watcher.seconds for watcher in watchers), seen.resize_s, seen.decode_s)
+    )
+    rate = 1e3 / max(own, 1e-6)
+    said = f"\nown time    {own:.2f} ms a frame ({rate:.0f} frames/s), {resizing:.2f} of it luma and resizing"
+    out_console.print(f"{said}; decoding {decoding:.2f} ms besides", soft_wrap=True)
+
+
+def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[Outcome]) -> None:
+    """C12 for each model."""
+    for watcher, outcome in zip(watchers, outcomes, strict=True):
+        colour = {"holds": "green", "fails": "red", "untested": "yellow"}[outcome.verdict]
+        who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
+        out_console.print(f"\n[b]C12[/b]{who} [{colour}]{outcome.verdict}[/{colour}]: {claim_texts()['C12'][0]}")
+        decided = f"decided by: {outcome.decided}" if outcome.decided else ""
+        for line in filter(None, (decided, outcome.measured, outcome.effect)):
+            out_console.print(f"    {line}", markup=False)
+
+
+def _intervals(watchers: Sequence[Watcher]) -> Table:
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    for name in ("model", "motion"):
+        table.add_column(name, no_wrap=True)
+    for name in ("from s", "to s", "frames over T", "peak", "spikes"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for watcher in watchers:
+        for m in watcher.motions():
+            place = f"{m.start_s:.2f}", f"{m.end_s:.2f}"
+            label = watcher.chosen.label
+            table.add_row(label, m.direction, *place, f"{m.frames}", f"{m.peak:+.2f}", f"{m.spikes}")
+    return table
+
+
+def _totals(watchers: Sequence[Watcher], seen: Seen) -> Table:
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    table.add_column("model", no_wrap=True)
+    for name in ("step Hz", "T", *WAYS, "spikes", "ms a frame"):
+        table.add_column(name, justify="right", no_wrap=name != "spikes")
+    for watcher in watchers:
+        ways = [motion.direction for motion in watcher.motions()]
+        rate = getattr(watcher.chosen.network, "fps", None)
+        table.add_row(
+            watcher.chosen.label,
+            "-" if rate is None else f"{rate:g}",
+            "-" if watcher.chosen.threshold is None else f"{watcher.chosen.threshold:g}",
+            *(f"{ways.count(way)}" for way in WAYS),
+            " + ".join(f"{count} {channel.upper()}" for channel, count in watcher.spikes.items()),
+            f"{watcher.seconds / max(seen.frames, 1) * 1e3:.2f}",
+        )
+    return table
+
+
+def _other_aspect(own: tuple[int, int], seen: tuple[int, int]) -> str:
+    """A note if a size of the user's distorts by over 5 %; empty otherwise."""
+    ratio = own[0] * seen[1] / (own[1] * seen[0])
+    stretch = max(ratio, 1 / ratio)
+    if stretch <= SAME_ASPECT:
+        return ""
+    return f"{_size(seen)} is not the aspect of {_size(own)}: the network sees it distorted by {stretch - 1:.0%}"
+
+
+def _size(size: tuple[int, int]) -> str:
+    return f"{size[0]}x{size[1]}"

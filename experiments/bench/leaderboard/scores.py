@@ -1,0 +1,141 @@
+"""From the rows of trials and clips to each model's scores. Pure functions; nothing is run or drawn here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from experiments.bench.clips.claims import SIGNED
+from experiments.bench.core.scores import Score, Standing
+from experiments.bench.core.statistics import area_under_roc, median_interval, proportion_interval
+
+Row = Mapping[str, Any]
+DEPTH, BACKGROUND = "depth", "background"
+"""What a row was shown, beside the four directions."""
+
+MEASURES = {
+    "direction_robot": "direction, robot",
+    "direction_clips": "direction, clips",
+    "auc_robot": "AUC, robot",
+    "auc_clips": "AUC, clips",
+    "false_alarms": "false alarms",
+    "us_99x72": "us, 99x72",
+    "us_320x180": "us, 320x180",
+}
+"""Every measure, with a heading for people: the columns of ``leaderboard.csv``, in their order."""
+SORTED_BY = "the mean of both direction accuracies, then of both AUCs; models without a direction last"
+Scores = Mapping[str, Score | None]
+"""Measure -> score; ``None`` where a model has no such thing."""
+
+
+def shown(row: Row) -> str:
+    """What was shown: one of the four directions, `DEPTH`, or `BACKGROUND` alone."""
+    if "direction" in row:  # a robot's trial
+        return str(row["direction"]) if row["motion"] == "translation" else DEPTH
+    if row["object"] == "absent" or row["motion"] is None:
+        return BACKGROUND
+    return str(row["motion"]) if row["motion"] in SIGNED else DEPTH
+
+
+def answer(row: Row) -> str | None:
+    """The direction of the strongest potential of either system; ``None`` if two are equally strong, or all silent."""
+    strengths = {direction: sign * row[column] for direction, (column, sign) in SIGNED.items()}
+    strongest = max(strengths.values())
+    named = [direction for direction, strength in strengths.items() if strength == strongest]
+    return named[0] if len(named) == 1 else None
+
+
+def strength(row: Row, looming: bool) -> float:
+    """The largest |HS| or |VS| of a trial; of a looming detector the largest potential."""
+    if looming:
+        return float(row["peak_looming"])
+    return float(max(sign * row[column] for column, sign in SIGNED.values()))
+
+
+def direction_accuracy(rows: Iterable[Row]) -> Score | None:
+    """The share of translations answered by the right system with the right sign; guessing gets 1/4."""
+    return _share([answer(row) == shown(row) for row in rows if shown(row) in SIGNED])
+
+
+def separation(rows: Iterable[Row], looming: bool) -> Score | None:
+    """Area under the ROC curve for translation against motion in depth by `strength`; under 0.5 it prefers depth.
+
+    Its interval is Newcombe's, which complete separation does not shrink to a point.
+    """
+    known = [(shown(row), strength(row, looming)) for row in rows]
+    across = [value for what, value in known if what in SIGNED]
+    depth = [value for what, value in known if what == DEPTH]
+    if not across or not depth:
+        return None
+    return Score(*area_under_roc(across, depth), len(across) + len(depth))
+
+
+def false_alarms(rows: Iterable[Row]) -> Score | None:
+    """The share of clips of background alone in which the model spiked, in any channel that it declares."""
+    return _share([_fired(row) for row in rows if shown(row) == BACKGROUND])
+
+
+def _fired(row: Row) -> bool:
+    """Whether any declared channel spiked; the others' counts are null."""
+    return any(row[name] for name in ("hs_spikes", "vs_spikes", "looming_spikes"))
+
+
+def frame_time(us: Sequence[float] | None) -> Score | None:
+    """The median of the times (us per frame) of rounds, its interval by order statistics."""
+    if not us:
+        return None
+    return Score(float(np.median(us)), *median_interval(us), len(us))
+
+
+def _share(hits: Sequence[bool]) -> Score | None:
+    """Of independent trials, with Clopper and Pearson's interval."""
+    if not hits:
+        return None
+    return Score(sum(hits) / len(hits), *proportion_interval(sum(hits), len(hits)), len(hits))
+
+
+def scores(
+    robot: Sequence[Row], clips: Sequence[Row], us: Mapping[str, Sequence[float]], looming: bool, spikes: bool
+) -> dict[str, Score | None]:
+    """Every measure of one model, of whose ``robot`` trials and ``clips`` these are all rows.
+
+    ``us`` has its times by the measure's name, ``looming`` is true of a looming detector, ``spikes`` of a model
+    with a threshold.
+    """
+    return {
+        "direction_robot": None if looming else direction_accuracy(robot),
+        "direction_clips": None if looming else direction_accuracy(clips),
+        "auc_robot": separation(robot, looming),
+        "auc_clips": separation(clips, looming),
+        "false_alarms": false_alarms(clips) if spikes else None,
+        **{name: frame_time(us.get(name)) for name in MEASURES if name.startswith("us_")},
+    }
+
+
+def ranked(standings: Iterable[Standing]) -> list[Standing]:
+    """In the order that `SORTED_BY` tells; equals by name."""
+    return sorted(standings, key=lambda s: (-_mean(s, "direction"), -_mean(s, "auc"), s.name))
+
+
+def _mean(standing: Standing, kind: str) -> float:
+    """Of the robot's and the clips' score, as far as there are any; otherwise below all."""
+    found = [score.value for s in ("robot", "clips") if (score := standing.scores[f"{kind}_{s}"]) is not None]
+    return sum(found) / len(found) if found else -math.inf
+
+
+def table(standings: Iterable[Standing]) -> list[dict[str, Any]]:
+    """The rows of ``leaderboard.csv``: value, ``_low``, ``_high``, ``_n`` of each measure, null for a dash."""
+    rows = []
+    for standing in standings:
+        row: dict[str, Any] = {"model": standing.name}
+        for name in MEASURES:
+            score = standing.scores[name]
+            values = (None, None, None) if score is None else (score.value, score.low, score.high)
+            for end, value in zip(("", "_low", "_high"), values, strict=True):
+                row[f"{name}{end}"] = None if value is None or not math.isfinite(value) else round(value, 6)
+            row[f"{name}_n"] = None if score is None else score.n
+        rows.append(row)
+    return rows

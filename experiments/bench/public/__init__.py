@@ -1,0 +1,1 @@
+"""What `experiments` offers to Python: run, load, list and compare runs, watch footage."""

@@ -1,0 +1,237 @@
+"""How two runs differ: in their parameters, and in what models answered on equal trials."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import Any
+
+import pyarrow as pa
+
+from experiments.bench.clips.rows import CLIP_SCHEMA, SHOWN
+from experiments.bench.core.models import family
+from experiments.bench.core.statistics import holm, paired
+from experiments.bench.core.store import provenance
+from experiments.bench.core.store.description import LONGEST, RESUMED
+from experiments.bench.core.store.rows import group
+from experiments.bench.public.result import Run, load
+from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.robot.rows import TRIAL_SCHEMA
+
+CLIP_COLUMNS = ("stimulus", "clip", *SHOWN)
+PARAMETER_SCHEMA = pa.schema({name: pa.string() for name in ("parameter", "first", "second")})
+_TESTED = {
+    "model": pa.string(), "against": pa.string(), "n": pa.int64(), "mean_first": pa.float64(),
+    "mean_second": pa.float64(), "mean_difference": pa.float64(), "rank_biserial": pa.float64(), "test": pa.string(),
+    "p": pa.float64(), "p_holm": pa.float64(),
+}  # fmt: skip
+
+Rows = Sequence[Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How two runs differ.
+
+    Attributes
+    ----------
+    first, second
+        The runs.
+    parameters
+        A row per parameter that differs: ``parameter``, as ``--set`` names it, and its value in ``first`` and
+        ``second``, as JSON; null where a run has none.
+    results
+        A row per model and condition that both runs have trials of: ``n`` equal trials (the same seed and condition),
+        ``mean_first`` and ``mean_second`` spikes a trial, ``mean_difference`` (the first less the second), the
+        rank-biserial correlation, and Wilcoxon's signed-rank test; ``p_holm`` is corrected for the number of rows.
+    note
+        Why there are no results; empty where there are.
+    code
+        What computed the second run (``now``) otherwise than the first (``there``), in words; empty if nothing that
+        numbers depend on.
+    """
+
+    first: Run
+    second: Run
+    parameters: pa.Table
+    results: pa.Table
+    note: str = ""
+    code: str = ""
+
+    def __repr__(self) -> str:
+        count = f"{self.parameters.num_rows} parameters differ"
+        found = self.note or f"{self.results.num_rows} paired tests"
+        return f"<Comparison {self.first.folder} with {self.second.folder}: {count}; {found}>"
+
+    def _repr_html_(self) -> str:
+        parts = [f"<p>{html.escape(repr(self)[1:-1])}</p>"]
+        for table in (self.parameters, self.results):
+            rows = [table.column_names, *(list(row.values()) for row in table.to_pylist())]
+            cells = ("".join(f"<td>{html.escape(_said(cell))}</td>" for cell in row) for row in rows)
+            parts.append(f"<table>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>")
+        return "".join(parts)
+
+
+def _said(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def compare(first: Run | str | os.PathLike[str], second: Run | str | os.PathLike[str]) -> Comparison:
+    """Say how two runs differ in their parameters and, on equal trials, in their spikes.
+
+    Equal trials have the same seed and the same condition: runs of one experiment and one seed under other settings
+    have them all. Models are paired by label; where the runs share none and each has one model, these two are paired.
+
+    Parameters
+    ----------
+    first, second
+        Runs, or their folders.
+
+    Raises
+    ------
+    UsageError
+        A folder holds no run.
+
+    Examples
+    --------
+    >>> from experiments import compare, run
+    >>> usual, changed = run("speed"), run("speed", settings={"dsnn.n_con": 6})
+    >>> compare(usual, changed).results.to_pylist()
+    """
+    one, other = (run if isinstance(run, Run) else load(run) for run in (first, second))
+    differing = [
+        {"parameter": name, "first": _json(here), "second": _json(there)}
+        for name, here, there in _parameters(one, other)
+    ]
+    columns = CLIP_COLUMNS if one.offline else CONDITION_COLUMNS
+    results, note = _results(one, other, columns)
+    table = CLIP_SCHEMA if one.offline else TRIAL_SCHEMA
+    schema = pa.schema({**{name: table.field(name).type for name in columns}, **_TESTED})
+    return Comparison(
+        one, other, pa.Table.from_pylist(differing, PARAMETER_SCHEMA), pa.Table.from_pylist(results, schema), note,
+        _code(one, other),
+    )  # fmt: skip
+
+
+def _json(value: Any) -> str | None:
+    text = None if value is None else json.dumps(value)
+    return text if text is None or len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
+def _code(one: Run, other: Run) -> str:
+    try:
+        return provenance.difference(one.description, other.description)
+    except (KeyError, TypeError):
+        return ""
+
+
+def _parameters(one: Run, other: Run) -> Iterator[tuple[str, Any, Any]]:
+    """Name and both values of every parameter that differs."""
+    here, there = (dict(_flat(_plain(run.description))) for run in (one, other))
+    if one.models != other.models:
+        yield "models", one.models, other.models
+    for a, b in _pairs(one, other):
+        networks = [_networks(run).get(label, {}) for run, label in ((one, a), (other, b))]
+        name = a if a == b else family(a) if family(a) == family(b) else f"{a} | {b}"
+        here |= {f"{name}.{key}": value for key, value in networks[0].items()}
+        there |= {f"{name}.{key}": value for key, value in networks[1].items()}
+    for name in [*here, *(name for name in there if name not in here)]:
+        if here.get(name) != there.get(name):
+            yield name, here.get(name), there.get(name)
+
+
+def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a run but its models', named as ``--set`` names them."""
+    left = {key: value for key, value in description.items()
+            if key not in (*provenance.KEYS, RESUMED, "changed", "trials", "models")}  # fmt: skip
+    declared = left.pop("experiment", {})
+    settings = left.pop("settings", {})
+    if isinstance(settings, Mapping):
+        left |= {name: value for name, value in settings.items() if isinstance(value, Mapping)}
+    else:
+        left["settings"] = settings
+    if not isinstance(declared, Mapping):
+        return {"experiment": declared, **left}
+    own = {name: declared.get(name) for name in ("name", "varies") if name in declared}
+    claims = declared.get("claims")
+    if isinstance(claims, list):
+        own["claims"] = [claim.get("id") if isinstance(claim, Mapping) else claim for claim in claims]
+    design = declared.get("design")
+    return {"experiment": {**own, **(design if isinstance(design, Mapping) else {})}, **left}
+
+
+def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(value, Mapping):
+        for name, each in value.items():
+            yield from _flat(each, f"{path}.{name}".lstrip("."))
+    elif isinstance(value, list) and any(isinstance(each, Mapping | list) for each in value):
+        for index, each in enumerate(value):
+            yield from _flat(each, f"{path}[{index}]")
+    else:
+        yield path, value
+
+
+def _networks(run: Run) -> dict[str, dict[str, Any]]:
+    """Label of a model -> its source and parameters."""
+    settings = run.description.get("settings")
+    listed = run.description.get("models") or (settings.get("models", ()) if isinstance(settings, Mapping) else ())
+    return {
+        model["label"]: {"source": model.get("source"), **model["network"]} for model in listed
+        if isinstance(model.get("network"), Mapping)
+    }  # fmt: skip
+
+
+def _pairs(one: Run, other: Run) -> list[tuple[str, str]]:
+    """Labels of the models that belong together, of the first run and of the second."""
+    both = [(label, label) for label in one.models if label in other.models]
+    return both or (list(zip_longest(one.models, other.models)) if len(one.models) == len(other.models) == 1 else [])
+
+
+def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[str, Any]], str]:
+    """A row per model and condition, and why there are none."""
+    if not (one.done and other.done):
+        return [], f"nothing to pair: {(other if one.done else one).folder} has no finished trial"
+    tables = [run.trials for run in (one, other)]
+    needed = {"model", "seed", "spikes", *columns}
+    for run, table in zip((one, other), tables, strict=True):
+        lacking = sorted(needed - set(table.column_names))
+        if lacking:
+            kinds = f"{one.name} and {other.name}" if one.name != other.name else one.name
+            return [], f"nothing to pair: {run.folder} has no column {lacking[0]} ({kinds})"
+    pairs = _pairs(one, other)
+    if not pairs:
+        shown = f"{', '.join(one.models)} and {', '.join(other.models)}"
+        return [], f"nothing to pair: the runs share no model, and have more than one ({shown})"
+    rows = [table.select(sorted(needed)).to_pylist() for table in tables]
+    found = [row for pair in pairs for row in _of_models(rows[0], rows[1], pair, columns)]
+    if not found:
+        why = f": the seeds are {one.seed} and {other.seed}" if one.seed != other.seed else ""
+        return [], f"nothing to pair: no trial of the one has the seed and condition of one of the other{why}"
+    for row, p in zip(found, holm([row["p"] for row in found]), strict=True):
+        row["p_holm"] = p
+    return found, ""
+
+
+def _of_models(one: Rows, other: Rows, pair: tuple[str, str], columns: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """A row per condition that two models, one of each run, were both shown at the same seeds."""
+    matching = {(row["seed"], *(row[name] for name in columns)): row["spikes"] for row in other
+                if row["model"] == pair[1]}  # fmt: skip
+    for condition, own in group([row for row in one if row["model"] == pair[0]], *columns).items():
+        both = [
+            (row["spikes"], matching[key]) for row in own if (key := (row["seed"], *condition)) in matching
+            and row["spikes"] is not None and matching[key] is not None
+        ]  # fmt: skip
+        if not both:
+            continue
+        first, second = ([float(each[i]) for each in both] for i in (0, 1))
+        test = paired(first, second)
+        means = sum(first) / len(first), sum(second) / len(second)
+        yield {
+            **dict(zip(columns, condition, strict=True)), "model": pair[0], "against": pair[1], "n": len(both),
+            "mean_first": means[0], "mean_second": means[1], "mean_difference": means[0] - means[1],
+            "rank_biserial": test.effect, "test": test.name, "p": test.p,
+        }  # fmt: skip

@@ -1,0 +1,177 @@
+"""Watch footage from Python: the intervals of motion, and a row per frame and model."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import pyarrow as pa
+from threadpoolctl import threadpool_limits
+
+from dsnn import Response
+from experiments.bench.core.errors import UsageError, short
+from experiments.bench.core.models import shown_models
+from experiments.bench.core.settings import watchers
+from experiments.bench.core.terminal import progress
+from experiments.bench.footage.rows import SCHEMA, frame_row
+from experiments.bench.footage.video import SIZES_PX, Footage, Picture, usual_size
+from experiments.bench.footage.watch import Seen, Watcher
+from experiments.bench.footage.watch import watch as watch_pictures
+from experiments.bench.public.arguments import assignments, model_texts
+
+MOTION_SCHEMA = pa.schema(
+    {
+        "model": pa.string(), "direction": pa.string(), "start_s": pa.float64(), "end_s": pa.float64(),
+        "frames": pa.int64(), "peak": pa.float64(), "spikes": pa.int64(),
+    }
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Watched:
+    """What models made of footage.
+
+    Attributes
+    ----------
+    motions
+        A row per interval of motion and model: ``direction`` (rightward, leftward, downward, upward, looming),
+        ``start_s`` and ``end_s``, ``frames`` over the threshold, ``peak`` potential, ``spikes``.
+    frames
+        A row per frame and model: ``time_s``, potentials and spikes.
+    size
+        Width and height that the models saw, px.
+    seconds
+        The time of the last frame, s.
+    troubles
+        Models that went wrong -> what went wrong.
+    notes
+        What is to be known of the footage: that it ended early, say.
+    """
+
+    motions: pa.Table
+    frames: pa.Table
+    size: tuple[int, int]
+    seconds: float
+    troubles: Mapping[str, str]
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        said = f"{self.motions.num_rows} intervals of motion in {self.seconds:.1f} s"
+        return f"<Watched {'; '.join([f'{said}, seen at {self.size[0]}x{self.size[1]}', *self.notes])}>"
+
+
+class _Collected:
+    """Keeps a row per frame and model."""
+
+    note = ""
+
+    def __init__(self, labels: Sequence[str]) -> None:
+        self._labels = labels
+        self.rows: list[tuple[int | float | str, ...]] = []
+
+    def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
+        """Take a frame and the models' answers to it; a model that went wrong has no row."""
+        pairs = zip(self._labels, answers, strict=True)
+        self.rows += [frame_row(picture, label, answer) for label, answer in pairs if answer is not None]
+
+
+def watch(
+    source: str | os.PathLike[str],
+    *,
+    models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    only: bool = False,
+    size: tuple[int, int] | None = None,
+    fps: float | None = None,
+    settings: Mapping[str, Any] | None = None,
+    seconds: float | None = None,
+    quiet: bool = False,
+) -> Watched:
+    """Show footage to models, with progress, and find when what moved which way.
+
+    Parameters
+    ----------
+    source
+        A video file, or the index of a camera, as a text: ``"0"``.
+    models
+        Models to show it to beside ``dsnn``: names, or paths of .py files.
+    only
+        Whether to show it just to those of ``models``.
+    size
+        Width and height that the models see, px; otherwise 320 px along the longer side.
+    fps
+        The models' frame rate; otherwise 30, whatever the footage's own. The default thresholds belong to 30.
+    settings
+        Parameter -> value, as ``{"dsnn.n_con": 6}``.
+    seconds
+        How much of the footage to show; otherwise all. A camera needs it.
+    quiet
+        Whether to show no progress.
+
+    Raises
+    ------
+    UsageError
+        There is nothing to decode, or an argument is not legal. It is a ``ValueError``.
+
+    Examples
+    --------
+    >>> from experiments import watch
+    >>> watch("street.mp4", models=["hybrid"]).motions.to_pylist()
+    """
+    if not isinstance(source, str | os.PathLike):
+        raise UsageError(f"watch: source={short(source)}: legal is the path of a video file")
+    shown, texts = shown_models(["dsnn"], model_texts(models), only), assignments(settings)
+    if seconds is not None and not (isinstance(seconds, int | float) and seconds > 0):
+        raise UsageError(f"watch: seconds={short(seconds)}: legal is a number above 0")
+    if fps is not None and not isinstance(fps, int | float):
+        raise UsageError(f"watch: fps={short(fps)}: legal is a number of frames per second")
+    chosen, _ = watchers(shown, texts, fps=fps)
+    wanted = _checked(size)
+    if str(source).isdecimal() and seconds is None:
+        raise UsageError(f"watch: camera {source} has no end: say by seconds= how long to watch")
+    film = Footage(str(os.fspath(source)))
+    try:
+        own = wanted or usual_size(film.size)
+        watching = [Watcher(model, own[::-1]) for model in chosen]
+        kept, seen = _Collected([model.label for model in chosen]), Seen()
+        cv2.setNumThreads(1)  # as in trials: more threads cost a second core for a sixth of the time
+        with threadpool_limits(1):
+            watch_pictures(_counted(film, own, seconds, quiet), watching, [kept], seen)
+        ended = "" if seconds is not None else film.ended_early()
+        notes = tuple(filter(None, (*film.notes(), ended)))
+    finally:
+        film.close()
+    motions = [
+        {"model": each.chosen.label, **{name: getattr(motion, name) for name in MOTION_SCHEMA.names[1:]}}
+        for each in watching for motion in each.motions()
+    ]  # fmt: skip
+    return Watched(
+        pa.Table.from_pylist(motions, MOTION_SCHEMA),
+        pa.Table.from_pylist([dict(zip(SCHEMA.names, row, strict=True)) for row in kept.rows], SCHEMA),
+        own, seen.until_s, {each.chosen.label: each.trouble for each in watching if each.trouble}, notes,
+    )  # fmt: skip
+
+
+def _checked(size: Any) -> tuple[int, int] | None:
+    if size is None:
+        return None
+    try:
+        width, height = size
+    except (TypeError, ValueError):
+        width = height = None
+    if not all(isinstance(side, int) and side in SIZES_PX for side in (width, height)):
+        bounds = f"from {SIZES_PX[0]} to {SIZES_PX[-1]} px"
+        raise UsageError(f"watch: size={short(size)}: legal is (width, height), each {bounds}")
+    return width, height
+
+
+def _counted(film: Footage, size: tuple[int, int], seconds: float | None, quiet: bool) -> Iterator[Picture]:
+    """The pictures, up to so many seconds, counted."""
+    with progress(film.source, film.announced or 0, quiet or film.announced is None, "frames") as advance:
+        for picture in film.pictures(size):
+            if seconds is not None and picture.time_s > seconds:
+                return
+            yield picture
+            advance()

@@ -1,0 +1,99 @@
+"""The runs in a folder: what each is, and how far it got."""
+
+from __future__ import annotations
+
+import datetime
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.store.description import NAME, begun, holds_results, short
+from experiments.bench.public.result import load
+
+DEEPEST = 3
+"""Levels of folders that are looked through: a sweep's parts are one down."""
+
+SCHEMA = pa.schema(
+    {
+        "run": pa.string(),
+        "when": pa.timestamp("s", tz="UTC"),
+        "experiment": pa.string(),
+        "seed": pa.int64(),
+        "models": pa.string(),
+        "changed": pa.string(),
+        "done": pa.int64(),
+        "planned": pa.int64(),
+        "failures": pa.int64(),
+        "verdicts": pa.string(),
+        "trouble": pa.string(),
+    }
+)
+
+
+def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
+    """List the runs in a folder, oldest first.
+
+    Parameters
+    ----------
+    folder
+        Where runs are, or one run. Folders in it are looked through, down to the parts of sweeps and reproductions.
+
+    Returns
+    -------
+    pyarrow.Table
+        ``run``: its folder. ``when``: when it was begun, by the time of ``experiment.json``. ``experiment``,
+        ``seed``, ``models``: what ran. ``changed``: the parameters that are not at their defaults. ``done`` of
+        ``planned`` trials are finished, ``failures`` are listed. ``verdicts``: ``3 hold, 1 fails``. ``trouble``:
+        what is wrong with a folder that cannot be read, in one line; otherwise null.
+
+    Raises
+    ------
+    UsageError
+        There is no such folder.
+
+    Examples
+    --------
+    >>> import experiments
+    >>> experiments.runs("runs").select(["run", "changed", "verdicts"]).to_pylist()
+    """
+    path = Path(folder)
+    if not path.is_dir():
+        raise UsageError(f"{path}: no such folder")
+    rows = [_row(each) for each in _found(path, DEEPEST)]
+    return pa.Table.from_pylist(sorted(rows, key=lambda row: (row["when"], row["run"])), SCHEMA)
+
+
+def _found(folder: Path, deep: int) -> Iterator[Path]:
+    """The folders that are runs, or look as if they had been."""
+    if begun(folder) or holds_results(folder):
+        yield folder
+        return
+    try:
+        inside = sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
+    except OSError:
+        return
+    for path in inside if deep else ():
+        yield from _found(path, deep - 1)
+
+
+def _row(folder: Path) -> dict[str, Any]:
+    described = folder / NAME
+    when = (described if described.exists() else folder).stat().st_mtime
+    row: dict[str, Any] = {
+        "run": str(folder), "when": datetime.datetime.fromtimestamp(int(when), datetime.UTC),
+    }  # fmt: skip
+    try:
+        run = load(folder)
+        return {
+            **row, "experiment": run.name, "seed": run.seed, "models": ", ".join(run.models), "changed": run.changed,
+            "planned": run.planned, "done": run.done, "failures": run.failures.num_rows, "verdicts": run.verdicts,
+        }  # fmt: skip
+    except UsageError as error:
+        trouble = str(error)
+    except Exception as error:  # what a damaged description holds can be anything
+        trouble = f"{folder}: {NAME} cannot be read ({short(error)})"
+    return {**row, "trouble": trouble}

@@ -1,0 +1,212 @@
+"""A run in its folder: its tables, verdicts, figure and recordings, read when they are asked for."""
+
+from __future__ import annotations
+
+import dataclasses
+import html
+import json
+import os
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.store import parameters
+from experiments.bench.core.store.description import read_description, short
+from experiments.bench.core.store.rows import Failure
+from experiments.bench.core.verdict import Verdict
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_COUNTED = ("n", "seeds", "seeds_holding", "seeds_untested", "trial", "seed", "attempts")
+_WORDS = {"holds": ("holds", "hold"), "fails": ("fails", "fail"), "untested": ("untested", "untested")}
+
+
+def _schema(kind: type) -> pa.Schema:
+    fields = [field.name for field in dataclasses.fields(kind)]
+    return pa.schema({name: pa.int64() if name in _COUNTED else pa.string() for name in fields})
+
+
+CLAIM_SCHEMA, FAILURE_SCHEMA = _schema(Verdict), _schema(Failure)
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Run:
+    """A run of an experiment, finished or not, as its files say; made by `run` and `load`.
+
+    The tables are `pyarrow.Table` objects: ``run.trials.to_pandas()`` needs pandas, which is not installed with this
+    project, and ``run.trials.to_pylist()`` gives plain rows. Each is read once, when it is first asked for.
+
+    Attributes
+    ----------
+    folder
+        Where its files are.
+    description
+        ``experiment.json``: every parameter, the seed, and what computed it.
+    """
+
+    folder: Path
+    description: Mapping[str, Any]
+
+    @cached_property
+    def trials(self) -> pa.Table:
+        """A row per trial (or clip, or episode) and model; changed parameters have columns such as ``dsnn.n_con``."""
+        return self._table("trials.parquet")
+
+    @cached_property
+    def frames(self) -> pa.Table:
+        """A row per frame and model."""
+        return self._table("frames.parquet")
+
+    @cached_property
+    def summary(self) -> pa.Table:
+        """A row per model, condition (or clip) and quantity: n, mean, sd, median, 95 % interval of the mean."""
+        from experiments.bench.public.summary import of_clips, read
+
+        return of_clips(self.trials) if self.offline else read(self.folder)
+
+    @cached_property
+    def claims(self) -> pa.Table:
+        """A row per claim, and with the robot per model: id, says, verdict, measured, decided, ...; see `Verdict`."""
+        return self._listed("claims.json", CLAIM_SCHEMA)
+
+    @cached_property
+    def failures(self) -> pa.Table:
+        """A row per trial that failed, or model that failed in one: trial, model, condition, seed, reason."""
+        return self._listed("failures.json", FAILURE_SCHEMA)
+
+    @property
+    def recordings(self) -> list[Path]:
+        """The paths of its Rerun recordings, in order of trial: ``colias view PATH`` shows one."""
+        return sorted((self.folder / "recordings").glob("*.rrd"))
+
+    @property
+    def name(self) -> str:
+        """The experiment's name."""
+        declared = self.description.get("experiment", "")
+        return str(declared["name"] if isinstance(declared, Mapping) else declared)
+
+    @property
+    def seed(self) -> int:
+        """The seed of the whole run."""
+        return int(self.description["seed"])
+
+    @property
+    def planned(self) -> int:
+        """Number of trials that the run is to have."""
+        return int(self.description["trials"])
+
+    @property
+    def done(self) -> int:
+        """Number of trials that are finished."""
+        if not (self.folder / "trials.parquet").exists():
+            return 0
+        return len(self._table("trials.parquet", ["trial"])["trial"].unique())
+
+    @property
+    def models(self) -> list[str]:
+        """The labels of its models, or of its behaviours."""
+        listed = self.description.get("models") or (self.description.get("settings") or {})
+        listed = listed.get("models", ()) if isinstance(listed, Mapping) else listed
+        return [str(model.get("label") or Path(model.get("behaviour", "")).stem) for model in listed]
+
+    @property
+    def changed(self) -> str:
+        """The parameters that are not at their defaults: ``dsnn.n_con=6``; empty if none."""
+        return parameters.said(self.description.get("changed") or {})
+
+    @property
+    def verdicts(self) -> str:
+        """How many claims hold, fail and are untested: ``3 hold, 1 fails``; empty if none was judged."""
+        found = self.claims["verdict"].to_pylist()
+        counts = {word: found.count(word) for word in _WORDS}
+        return ", ".join(f"{count} {_WORDS[word][count != 1]}" for word, count in counts.items() if count)
+
+    @property
+    def offline(self) -> bool:
+        """Whether it is of clips that models were shown, not of the robot."""
+        declared = self.description.get("experiment")
+        return isinstance(declared, Mapping) and "clips" in declared
+
+    def figure(self) -> Figure:
+        """Draw the run's figure from its tables.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            That of ``figure.svg``, to be changed or saved. It shows itself in a notebook, with or without
+            ``%matplotlib inline``. Models that files declare are loaded, for their thresholds.
+
+        Raises
+        ------
+        UsageError
+            The run has no trials yet, or is of a kind whose figure is not drawn from its tables: episodes, say.
+        """
+        from experiments.bench.public.picture import draw  # not before: matplotlib takes its time to load
+
+        return draw(self.folder, self.description, self.trials, self.frames)
+
+    def _table(self, name: str, columns: list[str] | None = None) -> pa.Table:
+        path = self.folder / name
+        if not path.exists():
+            raise UsageError(f"{self.folder}: no {name} there: no trial of it is finished")
+        try:
+            with path.open("rb") as file:  # by its path alone, a folder called a=1 above it would become a column
+                return pq.ParquetFile(file).read(columns)
+        except Exception as error:  # bytes that are no table can make the library raise anything
+            raise UsageError(f"{self.folder}: {name} cannot be read ({short(error)})") from None
+
+    def _listed(self, name: str, schema: pa.Schema) -> pa.Table:
+        path = self.folder / name
+        if not path.exists():
+            return schema.empty_table()
+        try:
+            return pa.Table.from_pylist(json.loads(path.read_text(encoding="utf-8")), schema)
+        except Exception as error:  # what is not a list of objects can make the library raise anything
+            raise UsageError(f"{self.folder}: {name} cannot be read ({short(error)})") from None
+
+    def __str__(self) -> str:
+        changed, verdicts = (f"{said}; " if said else "" for said in (self.changed, self.verdicts))
+        done = f"{self.done} of {self.planned} trials"
+        return f"{self.folder}: {self.name}, seed {self.seed}; {changed}{verdicts}{done}"
+
+    def __repr__(self) -> str:
+        return f"<Run {self}>"
+
+    def _repr_html_(self) -> str:
+        rows = [(each["id"], each["model"], each["verdict"], each["says"]) for each in self.claims.to_pylist()]
+        cells = "".join(f"<tr>{''.join(f'<td>{html.escape(str(cell))}</td>' for cell in row)}</tr>" for row in rows)
+        return f"<p>{html.escape(str(self))}</p><table>{cells}</table>"
+
+
+def load(folder: str | os.PathLike[str]) -> Run:
+    """Read a run that is in a folder already.
+
+    Parameters
+    ----------
+    folder
+        As ``colias run`` or `run` left it, whole or interrupted. Folders of ``colias behave`` and ``tune``, and the
+        parts of a sweep or a reproduction, are runs too.
+
+    Raises
+    ------
+    UsageError
+        There is no run, in one line. It is a ``ValueError``.
+
+    Examples
+    --------
+    >>> from experiments import load
+    >>> load("runs/speed-20260801-120000").trials.select(["speed_cm_s", "spikes"]).to_pylist()
+    """
+    path = Path(folder)
+    there = read_description(path)
+    for name, kind in (("experiment", str | dict), ("seed", int), ("trials", int)):
+        if not isinstance(there.get(name), kind):
+            raise UsageError(f"{path}: experiment.json cannot be read (it has no {name} of a run)")
+    return Run(path, there)

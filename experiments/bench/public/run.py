@@ -1,0 +1,180 @@
+"""Run an experiment from Python; the command line runs it by the same function."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from experiments.bench import registry
+from experiments.bench.clips.experiment import OfflineExperiment
+from experiments.bench.clips.plan import plan as clips_plan
+from experiments.bench.core.batch import Resources, worker_count
+from experiments.bench.core.errors import UsageError, short
+from experiments.bench.core.models import shown_models
+from experiments.bench.core.store.files import new_folder
+from experiments.bench.core.terminal import error_console
+from experiments.bench.public.arguments import assignments, model_texts, whole
+from experiments.bench.public.result import Run, load
+from experiments.bench.robot.experiment import Experiment
+from experiments.bench.robot.plan import Plan
+from experiments.bench.robot.plan import plan as robot_plan
+
+if TYPE_CHECKING:
+    from experiments.bench.clips.summary import OfflineReport
+    from experiments.bench.robot.summary import Report
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """How an experiment is to be run.
+
+    Parameters
+    ----------
+    models, only
+        Models to show beside the experiment's own, or with ``only`` instead of them.
+    assignments
+        ``SECTION.NAME=VALUE`` texts.
+    repeats
+        Of each condition; ``None``: the experiment's own number.
+    seed
+        Of the whole run.
+    """
+
+    models: Sequence[str] = ()
+    only: bool = False
+    assignments: Sequence[str] = ()
+    repeats: int | None = None
+    seed: int = 0
+
+
+def perform(
+    experiment: Experiment | OfflineExperiment, asked: Asked, folder: Path, resources: Resources, *, resume: bool,
+    recordings: bool,
+) -> Report | OfflineReport:  # fmt: skip
+    """Plan, run and conclude an experiment of either kind.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so; nothing is written then.
+    FileExistsError
+        There is a run in ``folder``, and ``resume`` is False.
+    """
+    if isinstance(experiment, OfflineExperiment):
+        models = shown_models(experiment.models, asked.models, asked.only)
+        clips = clips_plan(experiment, models, asked.assignments, asked.repeats, asked.seed, only=True)
+        from experiments.bench.clips import run as clips_run  # not before: it draws, and a wrong use should be quick
+
+        with resources.pool(rendering=False) as pool:
+            record = recordings and experiment.recorded
+            return clips_run.run(clips, folder, pool, resources, resume=resume, record=record)
+    models = shown_models(["dsnn"], asked.models, asked.only)
+    trials = robot_plan(experiment, models, asked.assignments, asked.repeats, asked.seed)
+    _note_rates(trials)
+    from experiments.bench.robot import run as robot_run
+
+    return robot_run.run(trials, folder, resources, resume=resume, recordings=recordings)
+
+
+def _note_rates(plan: Plan) -> None:
+    """Say which models assume another frame rate than the camera has."""
+    rate = plan.settings.camera.fps
+    for chosen in plan.settings.models:
+        assumed = getattr(chosen.network, "fps", rate)
+        if assumed != rate:
+            said = f"note: {chosen.label} assumes {assumed:g} frames/s, the camera gives {rate:g}"
+            error_console.print(said, soft_wrap=True, markup=False)
+
+
+def run(
+    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment,
+    *,
+    seed: int = 0,
+    repeats: int | None = None,
+    models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    only: bool = False,
+    settings: Mapping[str, Any] | None = None,
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    recordings: bool = True,
+    workers: int | None = None,
+    cluster: str | None = None,
+    other_code: bool = False,
+    quiet: bool = False,
+) -> Run:
+    """Run an experiment, with progress, as ``colias run`` does: equal arguments give equal rows.
+
+    It works in a script with or without ``if __name__ == "__main__":``, in a notebook, and from standard input:
+    worker processes do not import the script.
+
+    Parameters
+    ----------
+    experiment
+        A name (`NAMES`, `OFFLINE`), the path of a .py file that declares ``EXPERIMENT``, or the experiment itself.
+    seed
+        Of the whole run, 0 or more.
+    repeats
+        Trials of each condition; otherwise the experiment's own number.
+    models
+        Models to show beside ``dsnn``, or beside those that an off-line experiment declares: names, or paths of .py
+        files that declare ``MODEL``; with settings of their own as ``"dsnn:w_i=1,n_con=6"``.
+    only
+        Whether to show just those of ``models``.
+    settings
+        Parameter -> value, as ``{"dsnn.n_con": 6, "experiment.speeds_cm_s": [4, 6]}``. ``colias parameters`` lists
+        them all.
+    out
+        The folder for the results; otherwise a new one, ``runs/NAME-TIME``.
+    resume
+        Whether to go on with the run in ``out``: only what is missing is done.
+    recordings
+        Whether to write a Rerun recording of each trial.
+    workers
+        Number of worker processes; otherwise one for each core. 0: none, for debuggers.
+    cluster
+        Address of a Dask scheduler, used instead.
+    other_code
+        Whether to go on with a run that other code began; the column ``code`` marks its rows.
+    quiet
+        Whether to print neither plan nor progress.
+
+    Returns
+    -------
+    Run
+        What is in the folder: tables, verdicts, figure, recordings. Trials that failed are in ``Run.failures``.
+
+    Raises
+    ------
+    UsageError
+        Something cannot be run so, in one line; nothing was written. It is a ``ValueError``.
+    FileExistsError
+        There is a run in ``out`` already, and ``resume`` is False.
+
+    Examples
+    --------
+    >>> from experiments import run
+    >>> speed = run("speed", repeats=2, models=["emd"], settings={"dsnn.n_con": 6})
+    >>> speed.claims.to_pandas()[["id", "model", "verdict"]]
+    """
+    name = "" if isinstance(experiment, Experiment | OfflineExperiment) else _name(experiment)
+    declared = registry.find(name) if name else experiment
+    assert isinstance(declared, Experiment | OfflineExperiment)
+    registry.check_claims(declared, name or f"experiment {declared.name}")
+    if resume and out is None:
+        raise UsageError("resume=True: say by out= which run to go on with")
+    count = None if repeats is None else whole("repeats", repeats)
+    asked = Asked(model_texts(models), only, assignments(settings), count, whole("seed", seed))
+    folder = new_folder(declared.name) if out is None else Path(out)
+    resources = Resources(worker_count(workers), cluster, quiet, other_code)
+    perform(declared, asked, folder, resources, resume=resume, recordings=recordings)
+    return load(folder)
+
+
+def _name(experiment: Any) -> str:
+    if not isinstance(experiment, str | os.PathLike):
+        said = "legal is a name, the path of a .py file, or an Experiment"
+        raise UsageError(f"experiment {short(experiment)}: {said}")
+    return str(os.fspath(experiment))

@@ -1,0 +1,46 @@
+"""The summary of a run as an Arrow table."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.csv
+
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.statistics import Summary, summarise
+from experiments.bench.core.store.description import short
+from experiments.bench.core.store.rows import group, known, schema_of
+from experiments.bench.robot.rows import ConditionRow
+
+CLIP_QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
+
+_NUMBERS = {field.name: pa.int64() if field.name == "n" else pa.float64() for field in dataclasses.fields(Summary)}
+_CONDITIONS = {field.name: field.type for field in schema_of(ConditionRow)}
+ROBOT_SCHEMA = pa.schema({"model": pa.string(), **_CONDITIONS, "quantity": pa.string(), **_NUMBERS})
+CLIP_SCHEMA = pa.schema({"model": pa.string(), "clip": pa.string(), "quantity": pa.string(), **_NUMBERS})
+
+
+def read(folder: Path) -> pa.Table:
+    """Read ``summary.csv``; no rows where the run has not come to one."""
+    path = folder / "summary.csv"
+    if not path.exists():
+        return ROBOT_SCHEMA.empty_table()
+    types = pyarrow.csv.ConvertOptions(column_types=ROBOT_SCHEMA, strings_can_be_null=True)
+    try:
+        return pyarrow.csv.read_csv(path, convert_options=types)
+    except (OSError, pa.ArrowException) as error:
+        raise UsageError(f"{folder}: summary.csv cannot be read ({short(error)})") from None
+
+
+def of_clips(trials: pa.Table) -> pa.Table:
+    """Summarise clips over seeds: a row per model, clip and quantity."""
+    rows = [
+        {"model": model, "clip": clip, "quantity": quantity,
+         **{name: known(value) if isinstance(value, float) else value
+            for name, value in dataclasses.asdict(summarise([row[quantity] for row in own])).items()}}
+        for (model, clip), own in group(trials.to_pylist(), "model", "clip").items()
+        for quantity in CLIP_QUANTITIES
+    ]  # fmt: skip
+    return pa.Table.from_pylist(rows, CLIP_SCHEMA)

@@ -1,0 +1,70 @@
+"""Find experiments: registered names, or the path of a user's own file."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+from pathlib import Path
+
+from experiments import NAMES, OFFLINE
+from experiments.bench.clips.claims import CLAIMS, ClipClaim
+from experiments.bench.clips.experiment import OfflineExperiment
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.user_code import declared, is_file
+from experiments.bench.core.verdict import Claim, claim_texts
+from experiments.bench.robot.experiment import Experiment
+
+
+def load(name: str) -> Experiment:
+    """The experiment with the robot called ``name``; see `find`. Raises `UsageError` for an off-line one."""
+    experiment = find(name)
+    if isinstance(experiment, OfflineExperiment):
+        raise UsageError(f"{name}: an off-line experiment has no robot: colias run shows its clips")
+    return experiment
+
+
+def find(name: str) -> Experiment | OfflineExperiment:
+    """The experiment called ``name``, or the one that the file ``name`` declares as ``EXPERIMENT``.
+
+    Raises `UsageError` on an unknown name, and on a file that cannot be read, has an error, or declares none.
+    """
+    known = (*NAMES, *OFFLINE)
+    if name in known:
+        experiment = importlib.import_module(f"experiments.{name.replace('-', '_')}").EXPERIMENT
+    elif is_file(name):
+        experiment = declared(Path(name), "EXPERIMENT")
+    else:
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
+        raise UsageError(f"unknown experiment '{name}': known are {', '.join(known)} (nearest: {near}), or a .py file")
+    if not isinstance(experiment, Experiment | OfflineExperiment):
+        raise UsageError(f"{name}: EXPERIMENT is a {type(experiment).__name__}, expected an Experiment")
+    check_claims(experiment, name)
+    return experiment
+
+
+def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
+    """Raise `UsageError` for a claim that there is not, or that trials of this kind cannot answer for.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+    name
+        What it was asked for by.
+    """
+    named = [claim for claim in experiment.claims if isinstance(claim, str)]
+    unknown = [claim for claim in named if claim not in claim_texts()]
+    if unknown:
+        raise UsageError(f"{name}: unknown claim '{unknown[0]}': known are {', '.join(claim_texts())}")
+    offline = isinstance(experiment, OfflineExperiment)
+    others = [claim for claim in named if offline and claim not in CLAIMS]
+    if others:
+        raise UsageError(f"{name}: no clips answer for claim '{others[0]}': those of clips are {', '.join(CLAIMS)}")
+    own = [claim for claim in experiment.claims if isinstance(claim, Claim)]
+    if own:
+        from experiments.bench.robot.claims import RobotClaim  # not before: statistics take their time to load
+
+        kind, said = (ClipClaim, "experiments.ClipClaim") if offline else (RobotClaim, "experiments.Claim")
+        for claim in own:
+            if not isinstance(claim, kind):
+                raise UsageError(f"{name}: claim {claim.id} is a {type(claim).__name__}: expected {said} here")

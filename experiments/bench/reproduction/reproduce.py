@@ -1,0 +1,162 @@
+"""Which of the paper's claims hold: its experiments, the studies of seed and sensitivity, the verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from experiments.bench.clips import run as clips_run
+from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.closed_loop import claims as closed_loop_claims
+from experiments.bench.closed_loop import figure as closed_loop_figure
+from experiments.bench.closed_loop import run as closed_loop_run
+from experiments.bench.closed_loop.run import BehaviourPlan, Played
+from experiments.bench.core.batch import Resources
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import shown_models
+from experiments.bench.core.pool import Pool
+from experiments.bench.core.store.files import Files
+from experiments.bench.core.store.rows import Failure, mixture
+from experiments.bench.core.store.run_folder import RunFolder
+from experiments.bench.core.terminal import error_console
+from experiments.bench.core.verdict import Verdict
+from experiments.bench.reproduction import claims, robustness
+from experiments.bench.reproduction.plan import BESIDE, SEEDS, SENSITIVITY, Planned, Scale, design, planned
+from experiments.bench.robot import run as robot_run
+from experiments.bench.robot.plan import Plan, describe
+from experiments.bench.robot.summary import Report, conclude
+
+
+@dataclass(frozen=True, slots=True)
+class Reproduction:
+    """Everything that the report shows."""
+
+    folder: Path
+    scale: Scale
+    seed: int
+    claims: list[Verdict]
+    """Of the paper."""
+    runs: list[tuple[Plan, Report]]
+    offline: list[OfflineReport]
+    sensitivity: dict[str, dict[str, str]]
+    behaviours: list[Played]
+    """Episodes in each env."""
+    own_claims: list[Verdict]
+    """Our own claims, about behaviours."""
+    failures: Mapping[str, Sequence[Failure]]
+    """Failures of the two studies."""
+    description: Mapping[str, Any]
+
+    @property
+    def failed(self) -> bool:
+        """Whether any of its trials, clips and episodes failed, for all models or for one."""
+        lists = [
+            *(report.failures for _, report in self.runs),
+            *(report.failures for report in self.offline),
+            *(played.failures for played in self.behaviours),
+            *self.failures.values(),
+        ]
+        return any(lists)
+
+
+def models_shown(given: Sequence[str] | None, only: bool) -> list[str]:
+    """Return the models that ``--model`` and ``--only`` ask for.
+
+    Raises `UsageError` without the one that the claims are about.
+    """
+    names = shown_models((robustness.MODEL, *BESIDE), given, only)
+    if robustness.MODEL not in names:
+        raise UsageError(f"--only: the claims are about {robustness.MODEL}: give --model {robustness.MODEL} too")
+    return names
+
+
+def reproduce(
+    folder: Path, scale: Scale, seed: int, models: Sequence[str], resources: Resources, extra: Sequence[str] = (),
+    robot_only: bool = False, only: bool = False,
+) -> Reproduction:  # fmt: skip
+    """Run what is missing of it all into ``folder``, then judge. Goes on where an earlier call stopped.
+
+    Parameters
+    ----------
+    folder
+        A new one, or one that holds a part of this reproduction.
+    scale, seed
+        How much to run, and the first seed.
+    models
+        See the experiments' frames beside the DSNN, on which the claims are judged.
+    resources
+        Workers, or a cluster.
+    extra
+        Experiments, names or files, that are run and shown too.
+    robot_only
+        Whether to leave out clips and behaviours.
+    only
+        Whether to leave out the looming detectors; the claim about them is then untested.
+    """
+    made = planned(scale, seed, models, extra, robot_only, only)
+    if not resources.quiet:
+        _announce(made, folder, resources)
+    with ExitStack() as locks:
+        with resources.pool() as pool:
+            folder.mkdir(parents=True, exist_ok=True)
+            done = [_run(each, folder, pool, resources, locks) for each in made.plans]
+            shows = [
+                clips_run.run(each, folder / each.experiment.name, pool, resources, record=each.experiment.recorded)
+                for each in made.offline
+            ]
+            played = [_play(each, folder, pool, resources) for each in made.loops]
+            seed_rows, seed_failures = _study(SEEDS, "other seeds", made.seeds, made, folder, pool, resources)
+            move_rows, move_failures = _study(SENSITIVITY, SENSITIVITY, made.moves, made, folder, pool, resources)
+        runs = [(each, conclude(each, run, run.failures())) for each, run in zip(made.plans, done, strict=True)]
+    by_seed, pooled = robustness.verdicts(made.seeds, seed_rows), robustness.pooled(made.seeds, seed_rows)
+    own = closed_loop_claims.judge(closed_loop_claims.episodes(played)) if played else []
+    result = Reproduction(
+        folder, scale, seed, claims.verdicts(runs, shows, by_seed, pooled, mixture(seed_rows)), runs, shows,
+        robustness.verdicts(made.moves, move_rows), played, own,
+        {SEEDS: seed_failures, SENSITIVITY: move_failures}, describe(made.plans[0]),
+    )  # fmt: skip
+    files = Files(folder)
+    files.write_json("design.json", design(made))
+    files.write_json("claims.json", result.claims)
+    if own:
+        files.write_json("behaviours.json", own)
+    return result
+
+
+def _announce(made: Planned, folder: Path, resources: Resources) -> None:
+    studied = sum(len(case.specs) for case in (*made.seeds, *made.moves))
+    said = f"{len(made.plans)} experiments: {robot_run.amount(made.plans)}, {resources.where()}"
+    error_console.print(f"{said}; then {studied} trials of the studies, into {folder}", soft_wrap=True, markup=False)
+
+
+def _run(plan: Plan, folder: Path, pool: Pool, resources: Resources, locks: ExitStack) -> RunFolder:
+    """Run an experiment's trials. Its folder stays locked until all is judged."""
+    batch = robot_run.batch(plan, robot_run.Keep())
+    run = batch.open(folder / plan.experiment.name, resources)
+    locks.callback(run.close)
+    batch.fill(run, pool, resources)
+    return run
+
+
+def _play(each: BehaviourPlan, folder: Path, pool: Pool, resources: Resources) -> Played:
+    """The episodes in one env, without recordings, and their figure."""
+    short = each.settings[0].env.partition("/")[2].partition("-")[0].lower()
+    done = closed_loop_run.run(each, folder / f"behave-{short}", pool, resources)
+    closed_loop_figure.write(done)
+    return done
+
+
+def _study(
+    place: str, name: str, cases: Sequence[robustness.Case], made: Planned, folder: Path, pool: Pool,
+    resources: Resources,
+) -> tuple[list[dict[str, Any]], list[Failure]]:  # fmt: skip
+    """The rows of a study's trials, which keep neither recordings nor frames, and what failed."""
+    if not cases:
+        return [], []
+    batch = robustness.batch(name, cases, made.plans[0])
+    with closing(batch.open(folder / place, resources)) as run:
+        failures = batch.fill(run, pool, resources)
+        return run.rows(), failures

@@ -1,0 +1,202 @@
+"""What the paper reports of the robot, as checks on a run's trials.
+
+The claims' words are those of ``core/claims.toml``. A judge never bends a bound: a claim that misses it fails, and the
+verdict says by how much. A new claim is its words there and an entry of `CLAIMS` here; a user's own file may declare
+one with its words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, Literal, get_args
+
+from experiments.bench.core.errors import short
+from experiments.bench.core.store.rows import group
+from experiments.bench.core.verdict import Claim, Outcome, Verdict, is_number, unreadable
+from experiments.bench.robot import judges
+from experiments.bench.robot.experiment import CONDITION_COLUMNS, Motion
+from experiments.bench.robot.judges import Rows
+
+SPEED_TOLERANCE, PATH_TOLERANCE_MM = 0.02, 1.0
+
+EACH_TRIAL, MEANS = 5, 4
+"""Trials of each condition, below which a claim is untested.
+
+A claim about every trial takes 5: if half of all trials broke it, five in a row would keep it once in 32 times. A
+claim that means of conditions differ takes 4: four against four are the fewest of which a two-sided rank test can
+come to p < 0.05 (2 of 70 arrangements).
+"""
+
+_DEPTH, _ACROSS = ("approach", "recession"), ("translation",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotClaim(Claim):
+    """A claim about trials with the robot: ``experiments.Claim``.
+
+    An experiment declares it in ``claims=``, beside ids of the paper's. It is judged once for each model.
+
+    Parameters
+    ----------
+    id
+        Its name in tables: up to 60 letters, digits, ``.``, ``-`` and ``_``. The paper's ids are taken.
+    judge
+        From a model's rows of ``trials.parquet``, each a mapping by column, and its spiking threshold, to an
+        `Outcome`. Where it raises, the claim is untested.
+    says, source
+        Its words, and where they are from.
+    motions
+        The motions it is judged on: ``translation``, ``approach``, ``recession``. Flaws of other trials do not touch
+        it.
+    reads
+        The columns it is judged by. A row without a number in one leaves it untested.
+    of_every_trial
+        Whether it is about every single trial: then one that breaks it refutes it, however few there are.
+    least
+        Trials of each condition, below which it is untested; otherwise 5 of a claim of every trial, and 4.
+    about
+        The kind of model it is about: one that declares a ``direction``, or a ``looming`` detector.
+
+    Raises
+    ------
+    ValueError
+        It has no words or no judge, its id is taken, or a value is not legal.
+
+    Examples
+    --------
+    >>> def faster(rows, threshold):
+    ...     slow, fast = ([row["spikes"] for row in rows if row["speed_cm_s"] == speed] for speed in (4, 6))
+    ...     more = sum(fast) / len(fast) - sum(slow) / len(slow)
+    ...     holds, decided = decide([Check(f"{more:.1f} spikes more at 6 cm/s than at 4 (needs above 0)", more)])
+    ...     return Outcome("holds" if holds else "fails", f"{more:+.1f} spikes", decided=decided)
+    >>> claim = Claim(id="faster-fires-more", says="more spikes at 6 cm/s than at 4", judge=faster)
+    """
+
+    judge: Callable[[Rows, float], Outcome]
+    motions: tuple[str, ...] = (*_ACROSS, *_DEPTH)
+    reads: tuple[str, ...] = ("spikes",)
+    of_every_trial: bool = False
+    least: int = field(default=0)
+    about: Literal["direction", "looming"] = "direction"
+
+    def __post_init__(self) -> None:
+        Claim.__post_init__(self)
+        for name, legal in (("motions", get_args(Motion)), ("reads", None)):
+            value = getattr(self, name)
+            if not isinstance(value, tuple) or not all(isinstance(each, str) for each in value):
+                raise ValueError(f"claim {self.id}: {name}={short(value)}: legal is a tuple of texts")
+            wrong = [each for each in value if legal is not None and each not in legal]
+            if wrong:
+                raise ValueError(f"claim {self.id}: {name}={short(value)}: legal are {', '.join(legal or ())}")
+        if self.about not in ("direction", "looming"):
+            raise ValueError(f"claim {self.id}: about={short(self.about)}: legal is direction or looming")
+        if not isinstance(self.least, int) or self.least < 0:
+            raise ValueError(f"claim {self.id}: least={short(self.least)}: legal is a whole number from 1 up")
+        if not self.least:
+            object.__setattr__(self, "least", EACH_TRIAL if self.of_every_trial else MEANS)
+
+    def concerns(self, channels: Sequence[str]) -> bool:
+        """Say whether the claim is about models that answer by ``channels``."""
+        return (self.about == "looming") != ("hs" in channels)
+
+
+def _only_rows(judge: Callable[[Rows], Outcome]) -> Callable[[Rows, float], Outcome]:
+    return lambda rows, _: judge(rows)
+
+
+_ahead, _side = judges.fewest_ahead, judges.more_on_one_side
+_LEFT, _RIGHT = "from the left against from the right", "to the right against to the left"
+_ENTRIES = (
+    RobotClaim(id="C13", judge=judges.no_spikes_in_depth, motions=_DEPTH, reads=("spikes", "peak_hs", "trough_hs"),
+               of_every_trial=True),
+    RobotClaim(id="C14", judge=judges.direction_by_sign, motions=_ACROSS, reads=("peak_hs", "trough_hs"),
+               of_every_trial=True),
+    RobotClaim(id="C15", judge=judges.peak_speed, motions=_ACROSS),
+    RobotClaim(id="C16", judge=judges.fewer_from_afar, motions=_ACROSS),
+    RobotClaim(id="C17", judge=_only_rows(partial(_ahead, motion="approach")), motions=_DEPTH[:1]),
+    RobotClaim(id="C18", judge=_only_rows(partial(_side, motion="approach", more=-1.0, name=_LEFT)),
+               motions=_DEPTH[:1]),
+    RobotClaim(id="C19", judge=_only_rows(partial(_ahead, motion="recession")), motions=_DEPTH[1:]),
+    RobotClaim(id="C20", judge=_only_rows(partial(_side, motion="recession", more=1.0, name=_RIGHT)),
+               motions=_DEPTH[1:]),
+    RobotClaim(id="C21", judge=_only_rows(judges.most_ahead), motions=_DEPTH[:1], about="looming"),
+)  # fmt: skip
+CLAIMS: Mapping[str, RobotClaim] = {claim.id: claim for claim in _ENTRIES}
+"""The paper's claims about the robot, by id."""
+
+
+def find(claim: Claim | str) -> RobotClaim:
+    """Return a claim by its id. One of the paper's that trials do not answer for is always untested."""
+    if isinstance(claim, RobotClaim):
+        return claim
+    if isinstance(claim, Claim):
+        raise TypeError(f"claim {claim.id} is a {type(claim).__name__}, not one about the robot")
+    return CLAIMS.get(claim) or RobotClaim(id=claim, judge=lambda *_: Outcome("untested", "no judge for this claim"))
+
+
+def judge(claim: RobotClaim | str, rows: Rows, threshold: float | None, model: str = "dsnn") -> Verdict:
+    """Judge one claim on one model's trials.
+
+    Parameters
+    ----------
+    claim
+        The claim, or its id.
+    rows
+        The model's rows of ``trials.parquet``.
+    threshold
+        The model's spiking threshold; ``None`` leaves the claim untested.
+    model
+        The model's name.
+    """
+    asked = find(claim)
+    return asked.verdict(_outcome(asked, rows, threshold), model=model)
+
+
+def _outcome(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
+    if threshold is None:
+        return Outcome("untested", "this model does not spike")
+    own = [row for row in rows if row["motion"] in claim.motions]
+    unknown = [name for name in claim.reads if own and name not in own[0]]
+    if unknown:
+        return Outcome("untested", f"trials have no column {unknown[0]}", n=len(own))
+    without = unreadable(own, claim.reads)
+    if without:
+        return Outcome("untested", f"of the trials {without}", n=len(own))
+    found = claim.ask(rows, threshold)
+    if found.verdict == "untested":
+        return found
+    wrong = flaws(own)
+    if wrong:
+        return found.untested(wrong)
+    refuted = found.verdict == "fails" and claim.of_every_trial
+    each = found.each or (_fewest(own) if claim.own else 0)
+    if each < claim.least and not refuted:
+        return found.untested(f"needs at least {claim.least} trials of each condition (has {each})")
+    return found
+
+
+def _fewest(rows: Rows) -> int:
+    """Trials of the condition that has the fewest."""
+    conditions: Mapping[Any, Rows] = group(rows, *CONDITION_COLUMNS)
+    return min(map(len, conditions.values()), default=0)
+
+
+def flaws(rows: Rows) -> str:
+    """What makes trials something other than what their conditions say, in words; empty if nothing does."""
+    found = []
+    for name, what in (("achieved_speed_cm_s", "speed"), ("path_error_mm", "path")):
+        lost = sum(not is_number(row[name]) for row in rows)
+        if lost:
+            found.append(f"{lost} of {len(rows)} trials have no measured {what}")
+    speeds = [row for row in rows if is_number(row["achieved_speed_cm_s"])]
+    off = [abs(row["achieved_speed_cm_s"] / row["speed_cm_s"] - 1) for row in speeds]
+    astray = [row["path_error_mm"] for row in rows if is_number(row["path_error_mm"])]
+    if any(error > SPEED_TOLERANCE for error in off):
+        count = sum(error > SPEED_TOLERANCE for error in off)
+        found.append(f"{count} of {len(rows)} trials were off the commanded speed, by up to {max(off):.0%}")
+    if any(error > PATH_TOLERANCE_MM for error in astray):
+        count = sum(error > PATH_TOLERANCE_MM for error in astray)
+        found.append(f"{count} of {len(rows)} trials left their path, by up to {max(astray):.1f} mm")
+    return "; ".join(found)

@@ -1,0 +1,188 @@
+"""The designs experiments are made of: which conditions, and the parameters that ``--set experiment.`` reaches."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from colias_sim.field_docs import with_field_docs
+from experiments.bench.robot.experiment import Condition, Direction, Motion
+
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+SpeedCmS = Annotated[float, Field(ge=0.5, le=35.0)]
+SlowSpeedCmS = Annotated[float, Field(ge=0.5, le=15.0)]
+DistanceCm = Annotated[float, Field(ge=3.0, le=20.0)]
+AngleDeg = Annotated[float, Field(ge=-60.0, le=60.0)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+WallContrast = Annotated[float, Field(ge=0.0, le=4.0)]
+DriveCmS = Annotated[float, Field(ge=-5.0, le=5.0)]
+TurnDegS = Annotated[float, Field(ge=-30.0, le=30.0)]
+
+
+def _pose_sd() -> float:
+    return Field(default=1.0, ge=0.0, le=5.0, description="spread of the start position, along both axes")
+
+
+def _heading_sd() -> float:
+    return Field(default=1.0, ge=0.0, le=5.0, description="spread of the path's heading")
+
+
+def _acceleration() -> float:
+    """Starts and stops happen in view here, and an abrupt start 5 cm away is a flash of motion of its own."""
+    said = "with which approach and recession start and stop"
+    return Field(default=17.0, ge=5.0, le=200.0, description=said)
+
+
+def _ways(chosen: str) -> tuple[Direction, ...]:
+    both: tuple[Direction, ...] = ("rightward", "leftward")
+    return tuple(way for way in both if chosen in (way, "both"))
+
+
+@with_field_docs
+@dataclass(frozen=True, config=_STRICT)
+class Translation:
+    """Straight crossings of the field of view, perpendicular to the optical axis, all speeds at all distances."""
+
+    speeds_cm_s: tuple[SpeedCmS, ...] = Field(min_length=1, description="speeds of the stimulus")
+    distances_cm: tuple[DistanceCm, ...] = Field(min_length=1, description="camera to path")
+    direction: Literal["rightward", "leftward", "both"] = Field(default="rightward", description="in the image")
+    pose_sd_mm: float = _pose_sd()
+    heading_sd_deg: float = _heading_sd()
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """Speeds within distances within directions."""
+        return tuple(
+            Condition("translation", way, speed, distance)
+            for way in _ways(self.direction)
+            for distance in self.distances_cm
+            for speed in self.speeds_cm_s
+        )
+
+
+def angular(motion: Motion, angle: float, speed: float, near: float, far: float, acceleration: float) -> Condition:
+    """An approach or recession along a line at ``angle`` degrees; its image moves in from a side, or out to it."""
+    inward = motion == "approach"
+    way: Direction = "straight" if angle == 0 else "rightward" if (angle < 0) == inward else "leftward"
+    return Condition(motion, way, speed, near, far, angle, acceleration_cm_s2=acceleration)
+
+
+@with_field_docs
+@dataclass(frozen=True, config=_STRICT)
+class Angular:
+    """Straight lines at several angles to the optical axis, through one point before the camera."""
+
+    motion: Literal["approach", "recession"] = Field(description="towards that point, or away from it")
+    angles_deg: tuple[AngleDeg, ...] = Field(
+        default=(-30.0, -15.0, 0.0, 15.0, 30.0), min_length=1, description="to the axis, negative on the robot's left"
+    )
+    speed_cm_s: SlowSpeedCmS = Field(default=6.0, description="speed of the stimulus")
+    near_cm: float = Field(default=5.0, ge=4.0, le=10.0, description="camera to the near end, on the axis")
+    far_cm: float = Field(default=20.0, ge=15.0, le=25.0, description="camera to the far end")
+    acceleration_cm_s2: float = _acceleration()
+    pose_sd_mm: float = _pose_sd()
+    heading_sd_deg: float = _heading_sd()
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """One for each angle."""
+        near, far, start = self.near_cm, self.far_cm, self.acceleration_cm_s2
+        return tuple(angular(self.motion, a, self.speed_cm_s, near, far, start) for a in self.angles_deg)
+
+
+@with_field_docs
+@dataclass(frozen=True, config=_STRICT)
+class General:
+    """One of each motion: straight approach and recession, a crossing each way."""
+
+    speed_cm_s: SlowSpeedCmS = Field(default=6.0, description="speed of the stimulus")
+    distance_cm: DistanceCm = Field(default=8.0, description="camera to the path of the crossings")
+    near_cm: float = Field(default=5.0, ge=4.0, le=10.0, description="camera to the near end of approach and recession")
+    far_cm: float = Field(default=20.0, ge=15.0, le=25.0, description="camera to their far end")
+    acceleration_cm_s2: float = _acceleration()
+    pose_sd_mm: float = _pose_sd()
+    heading_sd_deg: float = _heading_sd()
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """Approach, recession, rightward, leftward."""
+        kinds: tuple[Motion, ...] = ("approach", "recession")
+        near, far, start = self.near_cm, self.far_cm, self.acceleration_cm_s2
+        return (
+            *(angular(kind, 0.0, self.speed_cm_s, near, far, start) for kind in kinds),
+            *(Condition("translation", way, self.speed_cm_s, self.distance_cm) for way in _ways("both")),
+        )
+
+
+@with_field_docs
+@dataclass(frozen=True, config=_STRICT)
+class Contrast:
+    """Crossings by shells of several greys, before the same wall."""
+
+    shell_greys: tuple[Share, ...] = Field(
+        default=(0.02, 0.2, 0.4, 0.6, 0.8, 1.0), min_length=1, description="reflectance of the stimulus's shell"
+    )
+    speed_cm_s: SpeedCmS = Field(default=6.0, description="speed of the stimulus")
+    distance_cm: DistanceCm = Field(default=8.0, description="camera to path")
+    direction: Literal["rightward", "leftward", "both"] = Field(default="rightward", description="in the image")
+    pose_sd_mm: float = _pose_sd()
+    heading_sd_deg: float = _heading_sd()
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """Greys within directions."""
+        return tuple(
+            Condition("translation", way, self.speed_cm_s, self.distance_cm, shell_grey=grey)
+            for way in _ways(self.direction)
+            for grey in self.shell_greys
+        )
+
+
+@with_field_docs
+@dataclass(frozen=True, config=_STRICT)
+class Clutter:
+    """Crossings before walls of several contrasts."""
+
+    wall_contrasts: tuple[WallContrast, ...] = Field(
+        default=(0.0, 0.5, 1.0, 2.0, 4.0), min_length=1, description="contrast of the wall's texture; 1: the arena's"
+    )
+    speed_cm_s: SpeedCmS = Field(default=6.0, description="speed of the stimulus")
+    distance_cm: DistanceCm = Field(default=8.0, description="camera to path")
+    direction: Literal["rightward", "leftward", "both"] = Field(default="rightward", description="in the image")
+    pose_sd_mm: float = _pose_sd()
+    heading_sd_deg: float = _heading_sd()
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """Contrasts within directions."""
+        return tuple(
+            Condition("translation", way, self.speed_cm_s, self.distance_cm, wall_contrast=contrast)
+            for way in _ways(self.direction)
+            for contrast in self.wall_contrasts
+        )
+
+
+@with_field_docs
+@dataclass(frozen=True, config=_STRICT)
+class Egomotion:
+    """Crossings while the observer itself turns or drives; in mid-crossing it is where it stands otherwise."""
+
+    turns_deg_s: tuple[TurnDegS, ...] = Field(
+        default=(-5.0, -2.5, 0.0, 2.5, 5.0), min_length=1, description="turning of the observer, left positive"
+    )
+    drives_cm_s: tuple[DriveCmS, ...] = Field(
+        default=(-1.0, 1.0), description="driving of the observer where it does not turn, forward positive"
+    )
+    speed_cm_s: SpeedCmS = Field(default=6.0, description="speed of the stimulus")
+    distance_cm: DistanceCm = Field(default=8.0, description="camera to path, in mid-crossing")
+    direction: Literal["rightward", "leftward", "both"] = Field(default="rightward", description="in the image")
+    pose_sd_mm: float = _pose_sd()
+    heading_sd_deg: float = _heading_sd()
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """Turns, then drives, within directions."""
+        own = [(0.0, turn) for turn in self.turns_deg_s] + [(drive, 0.0) for drive in self.drives_cm_s if drive]
+        return tuple(
+            Condition("translation", way, self.speed_cm_s, self.distance_cm,
+                      observer_speed_cm_s=drive, observer_turn_deg_s=turn)
+            for way in _ways(self.direction)
+            for drive, turn in own
+        )  # fmt: skip

@@ -1,0 +1,273 @@
+"""What an experiment is: a design that lists its conditions, repeats, and the claims it bears on."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, Protocol, get_args
+
+import numpy as np
+
+from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from experiments.bench.core.errors import check_declared, short
+from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.verdict import Claim, check_claims
+
+Motion = Literal["translation", "approach", "recession"]
+Direction = Literal["rightward", "leftward", "straight"]
+WORDS = {"motion": get_args(Motion), "direction": get_args(Direction)}
+LIMITS = {
+    "speed_cm_s": (0.1, 100.0), "distance_cm": (0.5, 100.0), "far_cm": (1.0, 100.0), "angle_deg": (-80.0, 80.0),
+    "shell_grey": (0.0, 1.0), "wall_contrast": (0.0, 4.0), "observer_speed_cm_s": (-35.0, 35.0),
+    "observer_turn_deg_s": (-360.0, 360.0), "acceleration_cm_s2": (1.0, 1000.0),
+}  # fmt: skip
+OPTIONAL = {"far_cm", "angle_deg", "shell_grey", "wall_contrast"}
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """What a trial sets. ``None`` where a motion has no such quantity, or where the settings decide.
+
+    Parameters
+    ----------
+    motion
+        ``translation``: the stimulus crosses the view, perpendicular to the optical axis. ``approach``: it drives
+        straight at a point before the camera. ``recession``: it drives the same line the other way.
+    direction
+        Of the stimulus's image: ``rightward`` or ``leftward``; ``straight`` on the optical axis.
+    speed_cm_s
+        Speed of the stimulus, 0.1 to 100 cm/s.
+    distance_cm
+        From the camera to the path of a crossing, or to the near end of an approach or recession, cm.
+    far_cm
+        From the camera to the far end of an approach or recession, cm.
+    angle_deg
+        Of the line of an approach or recession to the optical axis, -80 to 80 degrees, negative on the robot's left.
+    shell_grey
+        Reflectance of the stimulus's shell, 0 to 1.
+    wall_contrast
+        Contrast of the arena's wall, 0 to 4; 1 is its own.
+    observer_speed_cm_s
+        At which the observer drives, cm/s, forward positive.
+    observer_turn_deg_s
+        At which the observer turns, degrees/s, left positive.
+    acceleration_cm_s2
+        With which the stimulus starts, and stops, cm/s2.
+
+    Raises
+    ------
+    ValueError
+        No trial can have the value. Whether robots and arena allow it is checked when a run is planned.
+
+    Examples
+    --------
+    >>> Condition("translation", "rightward", speed_cm_s=6.0, distance_cm=8.0).label()
+    'translation rightward, 6 cm/s at 8 cm'
+    """
+
+    motion: Motion
+    direction: Direction
+    """Of the image of the stimulus; ``straight`` on the axis."""
+    speed_cm_s: float
+    distance_cm: float
+    far_cm: float | None = None
+    angle_deg: float | None = None
+    shell_grey: float | None = None
+    wall_contrast: float | None = None
+    observer_speed_cm_s: float = 0.0
+    observer_turn_deg_s: float = 0.0
+    """Left positive."""
+    acceleration_cm_s2: float = 100.0
+    """With which the stimulus starts, and stops."""
+
+    def __post_init__(self) -> None:
+        for name, said in WORDS.items():
+            if getattr(self, name) not in said:
+                raise ValueError(f"condition: {name}={getattr(self, name)!r}: legal is {', '.join(said)}")
+        depth = self.motion != "translation"
+        needed = {"angle_deg", "far_cm"} if depth else set()
+        for name, (low, high) in LIMITS.items():
+            value = getattr(self, name)
+            if value is None and name in OPTIONAL - needed:
+                continue
+            if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+                why = f" ({self.motion} needs it)" if value is None else ""
+                raise ValueError(f"condition: {name}={value!r}: legal is a number from {low:g} to {high:g}{why}")
+            object.__setattr__(self, name, float(value))  # whole numbers too: a column has one type
+        if (self.direction == "straight") and not depth:
+            raise ValueError(f"condition: direction={self.direction!r}: a translation goes rightward or leftward")
+        if depth and self.far_cm is not None and self.far_cm <= self.distance_cm:
+            raise ValueError(f"condition: far_cm={self.far_cm:g}: legal is above distance_cm={self.distance_cm:g}")
+
+    def label(self) -> str:
+        """The condition in a person's words."""
+        where = f"at {self.distance_cm:g} cm" if self.angle_deg is None else f"along {self.angle_deg:g} degrees"
+        parts = [f"{self.motion} {self.direction}, {self.speed_cm_s:g} cm/s {where}"]
+        if self.shell_grey is not None:
+            parts.append(f"shell grey {self.shell_grey:g}")
+        if self.wall_contrast is not None:
+            parts.append(f"wall contrast {self.wall_contrast:g}")
+        if self.observer_speed_cm_s:
+            parts.append(f"observer driving {self.observer_speed_cm_s:g} cm/s")
+        if self.observer_turn_deg_s:
+            parts.append(f"observer turning {self.observer_turn_deg_s:g} degrees/s")
+        return ", ".join(parts)
+
+
+CONDITION_COLUMNS = tuple(field.name for field in dataclasses.fields(Condition))
+MOST_CONDITIONS = 100_000
+
+
+class Design(Protocol):
+    """The parameters of an experiment, a frozen dataclass that ``--set experiment.NAME=VALUE`` reaches."""
+
+    @property
+    def pose_sd_mm(self) -> float:
+        """Spread of the stimulus's start position."""
+        ...
+
+    @property
+    def heading_sd_deg(self) -> float:
+        """Spread of the stimulus's start heading."""
+        ...
+
+    def conditions(self) -> Iterable[Condition]:
+        """Every condition, in the order tables and figures show them; the same ones at every call."""
+        ...
+
+
+def conditions_of(design: Design) -> tuple[Condition, ...]:
+    """The conditions of a design. Raises ``ValueError``, in one line, where it answers with anything else."""
+    expected = f"expected experiments.Condition({', '.join(CONDITION_COLUMNS)})"
+    try:
+        answered = design.conditions()
+        if not isinstance(answered, Iterable):
+            raise ValueError(f"its conditions() answers {short(answered)}: {expected}, any number of them")
+        found = tuple(itertools.islice(answered, MOST_CONDITIONS + 1))
+    except ValueError as error:
+        raise ValueError(" ".join(str(error).split())) from None
+    except Exception as error:
+        said = " ".join(str(error).split())
+        raise ValueError(f"its conditions() raises {type(error).__name__}{': ' if said else ''}{said}") from None
+    for index, condition in enumerate(found):
+        if not isinstance(condition, Condition):
+            raise ValueError(f"its conditions()[{index}] is {short(condition)}: {expected}")
+    if not found:
+        raise ValueError("its design has no conditions")
+    if len(found) > MOST_CONDITIONS:
+        raise ValueError(f"its design has over {MOST_CONDITIONS} conditions")
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """A declaration of trials with the robot.
+
+    Parameters
+    ----------
+    name
+        Letters, digits, ``-`` and ``_``.
+    summary
+        A line for ``colias list``.
+    design
+        What lists the conditions: ``Translation``, ``Angular``, ``General``, ``Contrast``, ``Clutter`` or
+        ``Egomotion``, or a dataclass of your own with a method ``conditions()``, which returns `Condition` objects,
+        and the fields ``pose_sd_mm`` and ``heading_sd_deg``. Its fields answer to ``--set experiment.NAME=VALUE``.
+    varies
+        The column of conditions that the figure is drawn against: ``speed_cm_s``, ``distance_cm``, ``angle_deg``,
+        ``motion``, ...
+    repeats
+        Trials of each condition.
+    claims
+        Ids of the paper's claims, and claims of your own (``experiments.Claim``).
+
+    Raises
+    ------
+    ValueError
+        The declaration cannot be run as it stands.
+
+    Examples
+    --------
+    >>> from experiments import Experiment, Translation
+    >>> fast = Experiment("fast", "fast crossings", Translation((15, 25), (6,)), varies="speed_cm_s", repeats=5)
+    """
+
+    name: str
+    summary: str
+    design: Design
+    varies: str
+    repeats: int = 10
+    claims: tuple[str | Claim, ...] = ()
+
+    def __post_init__(self) -> None:
+        check_declared("experiment", self.name, self.summary, self.repeats)
+        check_claims(self.name, self.claims)
+        made = dataclasses.is_dataclass(self.design) and not isinstance(self.design, type)
+        if not made or not callable(getattr(self.design, "conditions", None)):
+            said = f"design={short(self.design)}: legal is a dataclass with conditions()"
+            raise ValueError(f"experiment {self.name}: {said}")
+        for spread in ("pose_sd_mm", "heading_sd_deg"):
+            value = getattr(self.design, spread, None)
+            if not isinstance(value, int | float) or not 0 <= value <= 100:
+                raise ValueError(f"experiment {self.name}: design.{spread}={value!r}: legal is a number from 0 to 100")
+        try:
+            conditions, again = conditions_of(self.design), conditions_of(self.design)
+        except ValueError as error:
+            raise ValueError(f"experiment {self.name}: {error}") from None
+        if conditions != again:
+            raise ValueError(f"experiment {self.name}: its conditions() answers otherwise when it is asked again")
+        self._check_conditions(conditions)
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """Every condition of its design, in order."""
+        return conditions_of(self.design)
+
+    def _check_conditions(self, conditions: tuple[Condition, ...]) -> None:
+        twice = next((c for i, c in enumerate(conditions) if c in conditions[:i]), None)
+        if twice is not None:
+            raise ValueError(f"experiment {self.name}: the condition '{twice.label()}' is there twice")
+        if self.varies not in CONDITION_COLUMNS or any(getattr(c, self.varies) is None for c in conditions):
+            raise ValueError(f"experiment {self.name}: varies={self.varies!r}: no value of it in every condition")
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Everything a trial needs beside its condition and seed. Every model of ``models`` sees the same frames."""
+
+    models: tuple[ConfiguredModel, ...]
+    robot: RobotConfig
+    camera: CameraConfig
+    scene: SceneConfig
+    pose_sd_mm: float
+    heading_sd_deg: float
+
+
+@dataclass(frozen=True, slots=True)
+class TrialSpec:
+    """One trial, wholly determined: `experiments.bench.robot.trial.run_trial` is a pure function of it."""
+
+    experiment: str
+    index: int
+    repeat: int
+    seed: int
+    condition: Condition
+    settings: Settings
+
+
+def trial_seed(seed: int, index: int) -> int:
+    """The seed of trial ``index``: a function of the experiment's seed and the index alone, in 0..2^32-1."""
+    return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1)[0])
+
+
+def trial_specs(experiment: Experiment, settings: Settings, repeats: int, seed: int) -> list[TrialSpec]:
+    """Every trial, a whole round of conditions before the next repeat.
+
+    So a run cut short stays balanced, and more repeats only append: the first trials are the same ones.
+    """
+    conditions = experiment.conditions()
+    return [
+        TrialSpec(experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings)
+        for index, condition in enumerate(conditions * repeats)
+    ]

@@ -1,0 +1,163 @@
+"""What a run is to do, whether it can be done, and how ``experiment.json`` tells of it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import look_up
+from experiments.bench.core.settings import Parameter, applied, changed, check_counts, collect, described
+from experiments.bench.core.store import provenance
+from experiments.bench.core.store.parameters import Parameters, differing
+from experiments.bench.robot.experiment import Condition, Design, Experiment, Settings, TrialSpec, trial_specs
+from experiments.bench.robot.trajectory import clearance_cm, nominal, reach_cm
+from scenes import ARENA_RADIUS_CM
+
+STEERING_SHARE = 0.95
+"""How much of a wheel's top speed a straight drive may use; the rest keeps it on its line."""
+
+SHORTEST_STEADY_CM = 2.0
+"""Of a line, what must be left at constant speed: the speed is measured there."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Plan:
+    """A run to do: everything that decides its numbers."""
+
+    experiment: Experiment
+    settings: Settings
+    repeats: int
+    seed: int
+    declared: Design | None = None
+    """The experiment's design before ``--set`` changed it."""
+
+    def specs(self) -> list[TrialSpec]:
+        """Every trial of the run."""
+        return trial_specs(self.experiment, self.settings, self.repeats, self.seed)
+
+    def changed(self) -> Parameters:
+        """Return the parameters that are not at their defaults, by key and model."""
+        settings, design = self.settings, self.experiment.design
+        others = {
+            "robot": (RobotConfig(), settings.robot),
+            "camera": (CameraConfig(), settings.camera),
+            "scene": (SceneConfig(), settings.scene),
+            "experiment": (self.declared or design, design),
+        }
+        return differing(settings.models, others=others)
+
+    def frames(self) -> int:
+        """About how many frames the trials have, as planned."""
+        conditions = self.experiment.conditions()
+        seconds = sum(nominal(condition, self.settings).seconds for condition in conditions)
+        return round(self.repeats * seconds * self.settings.camera.fps)
+
+
+def check(plan: Plan) -> None:
+    """Raise `UsageError` for a plan that the robot, the arena or the observer's own body make impossible."""
+    for condition in plan.experiment.conditions():
+        _check_condition(condition, plan.settings)
+
+
+def _check_condition(condition: Condition, settings: Settings) -> None:
+    said, robot = condition.label(), settings.robot
+    top = STEERING_SHARE * robot.max_speed_cm_s
+    if condition.speed_cm_s > top:
+        raise UsageError(
+            f"{said}: too fast for robot.max_speed_cm_s={robot.max_speed_cm_s:g}, of which "
+            f"{STEERING_SHARE:.0%} is left beside steering: up to {top:g} cm/s"
+        )
+    try:
+        route = nominal(condition, settings)
+    except ValueError as error:
+        raise UsageError(f"{said}: {error}") from None
+    if route.leave - route.enter < SHORTEST_STEADY_CM / 100:
+        raise UsageError(
+            f"{said}: with {condition.acceleration_cm_s2:g} cm/s2 it takes {100 * route.enter:.1f} cm to reach that "
+            f"speed, and the line has {100 * route.line.length:.1f}"
+        )
+    reach = reach_cm(route)
+    if reach > ARENA_RADIUS_CM:
+        raise UsageError(
+            f"{said}: seen through {settings.camera.hfov_deg:g} degrees the stimulus reaches "
+            f"{reach:.0f} cm from the centre; the arena ends at {ARENA_RADIUS_CM:g} cm"
+        )
+    room = clearance_cm(condition, settings, route)
+    if room <= 0:
+        raise UsageError(
+            f"{said}: counting 3 sd of the start pose's errors the bodies come within {room:.1f} cm: "
+            "the robots would touch"
+        )
+
+
+def describe(plan: Plan) -> dict[str, Any]:
+    """What ``experiment.json`` holds: every parameter, the seed, and what computes it (see `provenance`).
+
+    ``changed``, where it is there, has the parameters that are not at their defaults.
+    """
+    changed_ones = plan.changed()
+    return {
+        "experiment": plan.experiment,
+        "repeats": plan.repeats,
+        "seed": plan.seed,
+        "trials": len(plan.specs()),
+        "settings": plan.settings,
+        **({"changed": changed_ones} if changed_ones else {}),
+        **provenance.of((model.source for model in plan.settings.models), plan.experiment),
+    }
+
+
+def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, Any]:
+    """Section name -> its default value: each model under its family's name, the apparatus, then the design.
+
+    Models of one family with the same parameters (``dsnn``, ``dsnn-reference``) share a section: the first one's
+    defaults.
+    """
+    shown = look_up(models)
+    applied(shown, {})  # what is asked of them has to be legal too
+    table: dict[str, Any] = {}
+    for model in shown:
+        table.setdefault(model.section, model.chosen.network)
+    table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": SceneConfig()}
+    return table if experiment is None else {**table, "experiment": experiment.design}
+
+
+def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:
+    """Apply ``SECTION.NAME=VALUE`` texts; raises `UsageError` naming the value, its range and its origin."""
+    values = sections(experiment, models)
+    collected = collect(assignments, values)
+    chosen = applied(look_up(models), collected)
+    for section in ("robot", "camera", "scene", "experiment"):
+        values[section] = changed(section, values[section], collected.get(section, {}))
+    design = values["experiment"]
+    settings = Settings(
+        models=chosen,
+        robot=values["robot"],
+        camera=values["camera"],
+        scene=values["scene"],
+        pose_sd_mm=design.pose_sd_mm,
+        heading_sd_deg=design.heading_sd_deg,
+    )
+    try:
+        return dataclasses.replace(experiment, design=design), settings
+    except ValueError as error:
+        raise UsageError(f"--set: {error}") from None
+
+
+def plan(
+    experiment: Experiment, models: Sequence[str], assignments: Iterable[str], repeats: int | None, seed: int
+) -> Plan:
+    """A checked plan from what a person typed; `UsageError` for what cannot be run."""
+    count = experiment.repeats if repeats is None else repeats
+    check_counts(seed, count)
+    made = Plan(*configure(experiment, models, assignments), count, seed, experiment.design)
+    check(made)
+    return made
+
+
+def parameters(experiment: Experiment, models: Sequence[str]) -> Iterator[Parameter]:
+    """Every key that ``--set`` takes for an experiment, with its present value."""
+    return described(sections(experiment, models))

@@ -1,0 +1,160 @@
+"""One Rerun recording per trial: what the robot sees, where things are, what models answer.
+
+Everything is sent in columns when the trial is over, and the file is whole before it gets its place in a run:
+cheap per frame, and a crash costs at most the trial under way.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import math
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+import rerun.blueprint as rrb
+
+from colias_sim.config import CameraConfig
+from experiments.bench.core.recording import (
+    LIMIT_COLOUR,
+    ROBOT_RADIUS_CM,
+    Floats,
+    plots,
+    potentials,
+    recorded,
+    timelines,
+    video,
+)
+from experiments.bench.robot.media import Media
+from experiments.bench.robot.trial import TrialResult
+from scenes import ARENA_RADIUS_CM
+
+ROBOT_HEIGHT_CM = 3.0
+MAP_TITLES = {"p": "retina P", "la": "lamina LA", "f_on": "ON after FDSR", "f_off": "OFF after FDSR"}
+
+
+def record(result: TrialResult) -> bytes:
+    """The recording of one finished trial, as the bytes of an .rrd file.
+
+    Raises ``ValueError`` if the trial kept no media.
+    """
+    if result.media is None:
+        raise ValueError(f"trial {result.spec.index} kept no media to record")
+    spec = result.spec
+    name = f"{spec.index:04d} {spec.condition.label()}, repeat {spec.repeat}"
+    return recorded(partial(_write, result, result.media), blueprint(result), name, _identity(result))
+
+
+def _write(result: TrialResult, media: Media, recording: rr.RecordingStream) -> None:
+    _properties(recording, result)
+    times = timelines(result.columns.sim_time_s, np.arange(result.frames))
+    for entity, images in {"camera": media.camera, **{f"maps/{k}": v for k, v in media.maps.items()}}.items():
+        video(recording, entity, images, times)
+    potentials(recording, result.answers, result.columns.sim_time_s)
+    _scene(recording, result, times)
+
+
+def _identity(result: TrialResult) -> str:
+    """Equal for equal trials alone: the viewer merges recordings of one identity."""
+    digest = hashlib.blake2s(repr(result.spec).encode(), digest_size=6).hexdigest()
+    return f"{result.spec.experiment}-{result.spec.index:04d}-{digest}"
+
+
+def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
+    """The trial's conditions and outcome, which the viewer shows as the recording's properties."""
+    spec, condition = result.spec, result.spec.condition
+    values: dict[str, Any] = {
+        "experiment": spec.experiment,
+        "trial": spec.index,
+        "repeat": spec.repeat,
+        "seed": spec.seed,
+        **{name: value for name, value in dataclasses.asdict(condition).items() if value is not None},
+        **{f"{answer.model}_spikes": answer.spikes for answer in result.answers},
+        "achieved_speed_cm_s": result.achieved_speed_cm_s,
+        "path_error_mm": result.path_error_mm,
+    }
+    recording.send_property("trial", rr.AnyValues(**values))
+
+
+def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:
+    """Both robots in centimetres: the observer at the origin with its view, the stimulus moving."""
+    columns, camera = result.columns, result.spec.settings.camera
+    recording.log("scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    recording.log("scene/floor", _floor(), static=True)
+    recording.log("scene/observer", _body((46, 120, 80)), static=True)
+    recording.log(
+        "scene/observer/eye",
+        rr.Transform3D(translation=[camera.forward_cm, 0, camera.up_cm], mat3x3=[[0, 0, 1], [-1, 0, 0], [0, -1, 0]]),
+        rr.Pinhole(
+            resolution=[camera.width, camera.height], focal_length=camera.focal_px, image_plane_distance=_plane(camera)
+        ),
+        static=True,
+    )
+    recording.log("scene/stimulus", _body((25, 25, 25)), static=True)
+    _move(
+        recording, "scene/observer", columns.observer_x_cm, columns.observer_y_cm, columns.observer_heading_deg, times
+    )
+    _move(
+        recording, "scene/stimulus", columns.stimulus_x_cm, columns.stimulus_y_cm, columns.stimulus_heading_deg, times
+    )
+    path = np.column_stack([columns.stimulus_x_cm, columns.stimulus_y_cm, np.zeros(result.frames)])
+    recording.log("scene/path", rr.LineStrips3D([path], colors=[LIMIT_COLOUR], radii=[0.05]), static=True)
+
+
+def _move(
+    recording: rr.RecordingStream, entity: str, x: Floats, y: Floats, heading: Floats, times: list[rr.TimeColumn]
+) -> None:
+    half, zero = np.radians(heading) / 2, np.zeros_like(x)
+    place, turn = np.column_stack([x, y, zero]), np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+    recording.send_columns(entity, times, rr.Transform3D.columns(translation=place, quaternion=turn))
+
+
+def _plane(camera: CameraConfig) -> float:
+    """How far out to draw the view: near enough to leave the stimulus visible."""
+    return 4.0 / max(1.0, camera.width / camera.focal_px)
+
+
+def _body(colour: tuple[int, int, int]) -> rr.Cylinders3D:
+    return rr.Cylinders3D(
+        lengths=[ROBOT_HEIGHT_CM],
+        radii=[ROBOT_RADIUS_CM],
+        centers=[[0, 0, ROBOT_HEIGHT_CM / 2]],
+        colors=[colour],
+        fill_mode="solid",
+    )
+
+
+def _floor() -> rr.LineStrips3D:
+    circles: list[npt.NDArray[np.float64]] = []
+    for radius in (10.0, 20.0, ARENA_RADIUS_CM):
+        turn = np.linspace(0, 2 * math.pi, 65)
+        circles.append(np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros_like(turn)]))
+    return rr.LineStrips3D(circles, colors=[LIMIT_COLOUR], radii=[0.05])
+
+
+def blueprint(result: TrialResult) -> rrb.Blueprint:
+    """A layout that opens ready to read: what the robot sees, where things are, what the network says."""
+    views = [
+        rrb.Horizontal(
+            rrb.Spatial2DView(origin="camera", name="camera (Y, 8 bit)"),
+            rrb.Spatial3DView(
+                origin="scene",
+                name="arena (cm)",
+                background=(214, 214, 210),
+                eye_controls=rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1)),
+            ),
+            column_shares=[2, 3],
+        ),
+        plots(result.answers),
+    ]
+    if result.media is not None and result.media.maps:
+        maps = [rrb.Spatial2DView(origin=f"maps/{name}", name=MAP_TITLES[name]) for name in result.media.maps]
+        views.append(rrb.Horizontal(*maps))
+    return rrb.Blueprint(
+        rrb.Vertical(*views, row_shares=[3, 2, 2][: len(views)]),
+        rrb.TimePanel(state="collapsed", timeline="sim_time"),
+        collapse_panels=True,
+    )

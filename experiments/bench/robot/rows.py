@@ -1,0 +1,175 @@
+"""The tables of trials with the robot."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, TypedDict
+
+import pyarrow as pa
+
+from dsnn import ResponseSeries
+from experiments.bench.core.store.contents import (
+    Contents,
+    planned_trial,
+)
+from experiments.bench.core.store.parameters import Parameters
+from experiments.bench.core.store.rows import (
+    OBSERVER,
+    Failure,
+    FrameRow,
+    JobRow,
+    ModelRow,
+    ResponseRow,
+    TrialRecord,
+    schema_of,
+)
+from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.robot.trial import FrameColumns, TrialResult
+
+
+class RobotRow(JobRow):
+    """A trial's row begins with what every row does, and the robot that saw."""
+
+    robot: str
+
+
+class ConditionRow(TypedDict):
+    """The condition of a trial, as `experiments.bench.robot.experiment.Condition` has it."""
+
+    motion: str
+    direction: str
+    speed_cm_s: float
+    distance_cm: float
+    far_cm: float | None
+    angle_deg: float | None
+    shell_grey: float | None
+    wall_contrast: float | None
+    observer_speed_cm_s: float
+    observer_turn_deg_s: float
+    acceleration_cm_s2: float
+
+
+class TrialRow(RobotRow, ConditionRow, ModelRow):
+    """A row of ``trials.parquet``: one trial of the robot, as one model answered it."""
+
+    firing_rate_hz: float
+    peak_hs: float
+    trough_hs: float
+    peak_vs: float
+    trough_vs: float
+    peak_looming: float
+    achieved_speed_cm_s: float
+    """Mean speed of the stimulus where it was to be constant."""
+    path_error_mm: float
+    """Largest distance of the stimulus from its line."""
+    closest_cm: float
+    """Shortest distance between the robots."""
+    frames: int
+    wall_s: float
+    """Time that the trial took to compute."""
+    code: str
+    """Of what computed the row: see `experiments.bench.core.store.provenance`."""
+
+
+class PoseRow(TypedDict):
+    """Where both robots are at the end of a frame's exposure."""
+
+    stimulus_bearing_deg: float
+    """From the observer's optical axis, left positive."""
+    stimulus_x_cm: float
+    stimulus_y_cm: float
+    stimulus_heading_deg: float
+    observer_x_cm: float
+    observer_y_cm: float
+    observer_heading_deg: float
+
+
+class SeenRow(FrameRow):
+    """A frame's row begins with its number, the robot that saw it, and the time in the trial."""
+
+    robot: str
+    sim_time_s: float
+
+
+class TrialFrameRow(SeenRow, ResponseRow, PoseRow):
+    """A row of ``frames.parquet``: one frame, as one model answered it."""
+
+
+TRIAL_SCHEMA = schema_of(RobotRow, ConditionRow, ModelRow, TrialRow)
+FRAME_SCHEMA = schema_of(SeenRow, ResponseRow, PoseRow)
+
+
+def finished(result: TrialResult, recording: bytes | None, *, frames: bool = True) -> TrialRecord:
+    """A trial's result as table rows, one per model, and frame rows if wanted."""
+    table = _frame_table(result) if frames else FRAME_SCHEMA.empty_table()
+    spec = result.spec
+    broken = tuple(
+        Failure(spec.index, label, spec.condition.label(), spec.seed, 1, reason)
+        for label, reason in result.broken.items()
+    )
+    return TrialRecord(spec.index, tuple(_rows(result)), table, recording, broken)
+
+
+def _rows(result: TrialResult) -> Iterable[dict[str, Any]]:
+    spec = result.spec
+    shared = {
+        "experiment": spec.experiment,
+        "trial": spec.index,
+        "repeat": spec.repeat,
+        "seed": spec.seed,
+        "robot": OBSERVER,
+        **dataclasses.asdict(spec.condition),
+    }
+    for answer in result.answers:
+        values = {name: getattr(answer, name, None) for name in TRIAL_SCHEMA.names}
+        yield {
+            name: shared[name] if name in shared else getattr(result, name) if hasattr(result, name) else values[name]
+            for name in TRIAL_SCHEMA.names
+        }
+
+
+def _frame_table(result: TrialResult) -> pa.Table:
+    columns = {field.name: getattr(result.columns, field.name) for field in dataclasses.fields(FrameColumns)}
+    tables = []
+    for answer in result.answers:
+        own = {field.name: getattr(answer.series, field.name) for field in dataclasses.fields(ResponseSeries)}
+        index = {
+            "trial": [result.spec.index] * result.frames,
+            "model": [answer.model] * result.frames,
+            "frame": range(result.frames),
+            "robot": [OBSERVER] * result.frames,
+        }
+        tables.append(pa.table({**index, **columns, **own}).select(FRAME_SCHEMA.names).cast(FRAME_SCHEMA))
+    return pa.concat_tables(tables)
+
+
+def varying(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:
+    """``varies``, and the other columns that tell the conditions apart, model included."""
+    implied = {"motion": {"angle_deg", "distance_cm", "far_cm", "acceleration_cm_s2"}, "angle_deg": {"direction"}}
+    others = [
+        name
+        for name in ("model", *CONDITION_COLUMNS)
+        if name != varies and name not in implied.get(varies, ()) and len({row[name] for row in rows}) > 1
+    ]
+    return [*(["model"] if "model" in others else []), varies, *(name for name in others if name != "model")]
+
+
+def robot_contents(
+    specs: Iterable[Any], *, recordings: bool, frames: bool = True, parameters: Parameters | None = None
+) -> Contents:
+    """What a run of the robot's trials may hold."""
+    return Contents(
+        {
+            spec.index: planned_trial(
+                spec,
+                (m.label for m in spec.settings.models),
+                recordings,
+                robot=OBSERVER,
+                **dataclasses.asdict(spec.condition),
+            )
+            for spec in specs
+        },
+        frames,
+        parameters=parameters or {},
+    )

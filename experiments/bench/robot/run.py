@@ -1,0 +1,103 @@
+"""Run an experiment's trials with the robot into a folder, and conclude."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cv2
+from threadpoolctl import threadpool_limits
+
+from colias_sim import gl
+from experiments.bench.core.batch import Batch, Resources
+from experiments.bench.core.store.rows import TrialRecord
+from experiments.bench.robot.experiment import TrialSpec
+from experiments.bench.robot.plan import Plan, describe
+from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished, robot_contents
+from experiments.bench.robot.trajectory import nominal
+from experiments.bench.robot.trial import run_trial
+
+if TYPE_CHECKING:
+    from experiments.bench.robot.summary import Report
+
+
+@dataclass(frozen=True, slots=True)
+class Keep:
+    """What is kept of a trial beside its rows."""
+
+    recordings: bool = True
+    frames: bool = True
+
+
+TABLES_ONLY = Keep(recordings=False)
+ROWS_ONLY = Keep(recordings=False, frames=False)
+
+
+def work(spec: TrialSpec, *, keep: Keep) -> TrialRecord:
+    """Run one trial in a worker, with its recording if that is kept."""
+    cv2.setNumThreads(1)  # more threads cost a second core for a sixth of the time
+    with threadpool_limits(1):
+        result = run_trial(spec, keep_media=keep.recordings)
+        recorded = None
+        if keep.recordings:
+            from experiments.bench.robot import recording  # not before: Rerun takes its time to load
+
+            recorded = recording.record(result)
+        return replace(finished(result, recorded, frames=keep.frames), renderer=gl.renderer())
+
+
+def seconds(spec: TrialSpec) -> float:
+    """Return the planned duration of a trial: what it costs goes by that."""
+    return nominal(spec.condition, spec.settings).seconds
+
+
+def amount(plans: Sequence[Plan]) -> str:
+    """Say how many trials and frames the plans have."""
+    trials = sum(len(plan.specs()) for plan in plans)
+    return f"{trials} trials, about {sum(plan.frames() for plan in plans):,} frames"
+
+
+def batch(plan: Plan, keep: Keep) -> Batch[TrialSpec]:
+    """Return the trials of a checked plan as a batch."""
+    specs = plan.specs()
+    return Batch(
+        name=plan.experiment.name,
+        specs=specs,
+        work=partial(work, keep=keep),
+        description={**describe(plan), "recordings": keep.recordings},
+        contents=robot_contents(specs, recordings=keep.recordings, frames=keep.frames, parameters=plan.changed()),
+        schemas=(TRIAL_SCHEMA, FRAME_SCHEMA),
+        amount=partial(amount, [plan]),
+        size=seconds,
+    )
+
+
+def run(plan: Plan, out: Path, resources: Resources, *, resume: bool, recordings: bool) -> Report:
+    """Run a checked plan's trials with a pool of its own.
+
+    Parameters
+    ----------
+    plan
+        From `experiments.bench.robot.plan.plan`.
+    out
+        The run's folder: a new one, or with ``resume`` one that holds a part of this run.
+    resources
+        Workers, or a cluster.
+    resume, recordings
+        Whether to go on with a run, and whether to record each trial for Rerun.
+
+    Returns
+    -------
+    Report
+        What the run amounts to, as its files say.
+    """
+    made = batch(plan, Keep(recordings))
+    with resources.pool() as pool, closing(made.open(out, resources, resume)) as folder:
+        failures = made.fill(folder, pool, resources)
+        from experiments.bench.robot.summary import conclude  # not before: workers do without matplotlib
+
+        return conclude(plan, folder, failures)

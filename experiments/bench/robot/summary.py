@@ -1,0 +1,101 @@
+"""What a run amounts to: summary, claims and figure of its trials."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+from experiments.bench.core import plotting
+from experiments.bench.core.statistics import holm, paired, summarise
+from experiments.bench.core.store.rows import Failure, group, mixture
+from experiments.bench.core.store.run_folder import RunFolder
+from experiments.bench.core.verdict import Verdict
+from experiments.bench.robot import figure as robot_figure
+from experiments.bench.robot.claims import find, flaws, judge
+from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.robot.plan import Plan
+
+QUANTITIES = ("spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Report:
+    """What a run amounts to: a row per condition, the verdicts, any flaws of its trials, and those that failed."""
+
+    folder: Path
+    varies: str
+    rows: list[dict[str, Any]]
+    summary: list[dict[str, Any]]
+    verdicts: list[Verdict]
+    comparisons: list[dict[str, Any]]
+    flaws: str
+    failures: list[Failure]
+
+
+def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:
+    """Write summary, claims and figure of the trials in ``folder``."""
+    rows = folder.rows()
+    mixed = mixture(rows)
+    verdicts = [
+        _admitting(judge(claim, own, model.threshold, model.label), lost, mixed)
+        for model in plan.settings.models
+        for own in [[row for row in rows if row["model"] == model.label]]
+        for lost in [sum(failure.model in ("", model.label) for failure in failures)]
+        for claim in map(find, plan.experiment.claims)
+        if claim.concerns(model.channels)
+    ]
+    summary = summary_rows(rows)
+    compared = compare(rows)
+    if rows:
+        folder.write_rows("summary.csv", summary)
+        plotting.save(robot_figure.draw(rows, folder.frames(), plan), folder.folder)
+    if compared:
+        folder.write_rows("comparisons.csv", compared)
+    folder.write_json("claims.json", verdicts)
+    return Report(folder.folder, plan.experiment.varies, rows, summary, verdicts, compared, flaws(rows), list(failures))
+
+
+def _admitting(verdict: Verdict, lost: int, mixed: str) -> Verdict:
+    """The verdict saying too how many trials of the run it could not be judged on, and what computed the others."""
+    admitted = [*([f"{lost} trials of the run failed"] if lost else []), *([mixed] if mixed else [])]
+    return dataclasses.replace(verdict, measured="; ".join([verdict.measured, *admitted]))
+
+
+def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:
+    """One row per model, condition and quantity: n, mean, sd, median, 95 % interval of the mean."""
+    keys = ("model", *CONDITION_COLUMNS)
+    table = []
+    for condition, chosen in group(rows, *keys).items():
+        for quantity in QUANTITIES:
+            summary = summarise([row[quantity] for row in chosen])
+            numbers = {k: None if math.isnan(v) else v for k, v in dataclasses.asdict(summary).items()}
+            table.append({**dict(zip(keys, condition, strict=True)), "quantity": quantity, **numbers})
+    return table
+
+
+def compare(rows: Sequence[Any]) -> list[dict[str, Any]]:
+    """Every two models on the same trials, per condition: a paired test of their spikes, p by Holm over all rows."""
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    table: list[dict[str, Any]] = []
+    for condition, chosen in group(rows, *CONDITION_COLUMNS).items():
+        spikes = {m: {row["trial"]: row["spikes"] for row in chosen if row["model"] == m} for m in models}
+        for one, other in combinations(models, 2):
+            both = [trial for trial in spikes[one] if trial in spikes[other]]  # one may have failed in some
+            if not both:
+                continue
+            first, second = ([spikes[m][trial] for trial in both] for m in (one, other))
+            test = paired(first, second)
+            table.append(
+                {
+                    **dict(zip(CONDITION_COLUMNS, condition, strict=True)), "model": one, "against": other,
+                    "n": len(both), "mean_difference": (sum(first) - sum(second)) / len(both),
+                    "rank_biserial": test.effect, "test": test.name, "p": test.p,
+                }
+            )  # fmt: skip
+    for row, p in zip(table, holm([row["p"] for row in table]), strict=True):
+        row["p_holm"] = p
+    return table

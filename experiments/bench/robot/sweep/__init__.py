@@ -1,0 +1,1 @@
+"""Grids of parameters, run on the same stimuli."""

@@ -1,0 +1,93 @@
+"""What a run with the robot shows on the terminal: the table of conditions, the verdicts, where everything is."""
+
+from __future__ import annotations
+
+import shlex
+
+from rich.markup import escape
+from rich.table import Table
+
+from experiments.bench.core.store.rows import group
+from experiments.bench.core.terminal import out_console, show_places, show_verdict
+from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.robot.rows import varying
+from experiments.bench.robot.summary import Report
+
+SHORT = {
+    "speed_cm_s": "cm/s", "distance_cm": "cm", "far_cm": "far cm", "angle_deg": "deg", "shell_grey": "shell",
+    "wall_contrast": "wall", "observer_speed_cm_s": "own cm/s", "observer_turn_deg_s": "own deg/s",
+    "acceleration_cm_s2": "cm/s2",
+}  # fmt: skip
+
+
+def show(report: Report, recordings: bool) -> None:
+    """Print the table of conditions, the verdicts, and where everything is."""
+    if report.rows:
+        out_console.print(_conditions_table(report))
+    several = len({row["model"] for row in report.rows}) > 1
+    for verdict in report.verdicts:
+        show_verdict(verdict, model=several)
+    if report.comparisons:
+        out_console.print(_comparisons_table(report))
+    if report.flaws:
+        out_console.print(f"\n[red]beware[/red]: {report.flaws}")
+    places: dict[str, object] = {"figure": report.folder / "figure.png"} if report.rows else {}
+    places["tables"] = report.folder / "trials.parquet"
+    if report.failures:
+        places["failures"] = report.folder / "failures.json"
+    if recordings and report.rows:
+        places["recordings"] = f"colias view {shlex.quote(str(report.folder))}"
+    out_console.print()
+    show_places(places)
+
+
+def _comparisons_table(report: Report) -> Table:
+    tests = "; ".join(sorted({row["test"] for row in report.comparisons}))
+    table = Table(
+        title=f"\nmodels on the same frames ({tests}; p after Holm)", title_justify="left", box=None,
+        header_style="bold", pad_edge=False,
+    )  # fmt: skip
+    names = [name for name in varying(report.rows, report.varies) if name != "model"]
+    for name in (*(SHORT.get(name, name) for name in names), "models", "n", "difference", "rank-biserial", "p"):
+        table.add_column(name, no_wrap=True)
+    for row in report.comparisons:
+        table.add_row(
+            *("-" if row[n] is None else row[n] if isinstance(row[n], str) else f"{row[n]:g}" for n in names),
+            escape(f"{row['model']} - {row['against']}"),
+            f"{row['n']}",
+            f"{row['mean_difference']:+z.1f}",
+            f"{row['rank_biserial']:+z.2f}",
+            f"{row['p_holm']:.4f}",
+        )
+    return table
+
+
+def _conditions_table(report: Report) -> Table:
+    table = Table(
+        title="HS spikes per trial; highest and lowest HS",
+        title_justify="left",
+        box=None,
+        header_style="bold",
+        pad_edge=False,
+    )
+    conditions = group(report.summary, "model", *CONDITION_COLUMNS)
+    names = varying(report.rows, report.varies)
+    for name in names:
+        text = name in ("model", "motion", "direction")
+        table.add_column(SHORT.get(name, name), justify="left" if text else "right", no_wrap=True)
+    several = "model" in names  # then there is no room for the rate
+    for name in ("n", "mean", "95 %", *([] if several else ["rate Hz"]), "peak", "trough"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for chosen in conditions.values():
+        values, rows = chosen[0], {row["quantity"]: row for row in chosen}
+        spikes = rows["spikes"]
+        table.add_row(
+            *("-" if v is None else escape(v) if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names)),
+            f"{spikes['n']}",
+            f"{spikes['mean']:.1f}",
+            "-" if spikes["ci_low"] is None else f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
+            *([] if several else [f"{rows['firing_rate_hz']['mean']:.1f}"]),
+            f"{rows['peak_hs']['mean']:+z.2f}",
+            f"{rows['trough_hs']['mean']:+z.2f}",
+        )
+    return table

@@ -1,0 +1,59 @@
+"""What becomes of a policy: kept in a folder, judged against others, replayed with recordings."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+
+from experiments.bench.closed_loop import policy_file
+from experiments.bench.closed_loop import run as closed_loop_run
+from experiments.bench.closed_loop.episode import Setting
+from experiments.bench.closed_loop.policy import Policy
+from experiments.bench.closed_loop.run import Played
+from experiments.bench.core.batch import Resources
+from experiments.bench.core.settings import check_counts
+from experiments.bench.core.store.rows import known
+
+JUDGED = 20
+"""Episodes that a trained policy and each of its opponents are judged by."""
+
+REFLEX: Mapping[str, str] = MappingProxyType(
+    {"colias_sim/Fixation-v0": "fixation", "colias_sim/Optomotor-v0": "optomotor"}
+)
+"""Env -> the hand-written reflex that a policy is held against, beside chance and rest."""
+
+
+def keep(policy: Policy, curve: Sequence[Mapping[str, float]], folder: Path) -> Path:
+    """Write ``policy.npz`` and ``learning.csv``; return the path of the former."""
+    file = folder / f"policy{policy_file.ENDING}"
+    policy_file.save(policy, file)
+    with (folder / "learning.csv").open("x", newline="", encoding="utf-8") as table:
+        writer = csv.DictWriter(table, ("steps", "episodes", "return"))
+        writer.writeheader()
+        writer.writerows({name: known(value) for name, value in row.items()} for row in curve)
+    return file
+
+
+def judge(file: Path, folder: Path, resources: Resources) -> Played:
+    """Play the policy, as read back from its file, and its opponents in the same worlds, none of them trained in."""
+    env = policy_file.load(file).about.env
+    return _play(file, env, ("random", "still", REFLEX[env]), folder, JUDGED, 0, resources, recordings=0)
+
+
+def replay(file: Path, folder: Path, episodes: int, seed: int, resources: Resources) -> Played:
+    """Play the policy in worlds from ``seed`` up, and leave a recording of each."""
+    check_counts(seed, episodes)
+    env = policy_file.load(file).about.env
+    return _play(file, env, (), folder, episodes, seed, resources, recordings=episodes)
+
+
+def _play(
+    file: Path, env: str, opponents: Sequence[str], folder: Path, episodes: int, seed: int, resources: Resources,
+    *, recordings: int,
+) -> Played:  # fmt: skip
+    settings = tuple(Setting(name, env) for name in (str(file.resolve()), *opponents))
+    made = closed_loop_run.BehaviourPlan(settings, episodes, seed)
+    with resources.pool() as pool:
+        return closed_loop_run.run(made, folder, pool, resources, recordings=recordings)

@@ -1,0 +1,202 @@
+"""Figures of tuning curves: one a family, each model in its colour."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.projections.polar import PolarAxes
+from matplotlib.ticker import FuncFormatter, NullLocator
+
+from experiments.bench.core.plotting import STYLE, colours, plain
+from experiments.bench.tuning.curves import (
+    NOTHING,
+    TuningPoint,
+    best_rows,
+    curve,
+    directional,
+    grid,
+    lobes,
+    selectivity,
+)
+from experiments.bench.tuning.probes import Family
+
+Answers = Sequence[TuningPoint]
+Channels = Mapping[str, Sequence[str]]
+ACROSS = 3
+SHADES = "RdBu_r"
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+
+
+def draw(family: Family, given: Answers, channels: Channels) -> Figure:
+    """The figure of one family; ``channels`` say by what each model answers."""
+    with mpl.rc_context(STYLE):
+        return {"curve": _curves, "map": _maps, "polar": _polars}[family.kind](family, given, channels)
+
+
+def _largest(given: Answers, model: str, family: Family) -> float:
+    return max((abs(a.response) for a in given if (a.model, a.curve) == (model, family.name)), default=0.0)
+
+
+def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
+    """A panel for each line: every model's response as a share of its largest in the family."""
+    lines, tints = family.lines, colours(channels)
+    drawn = Figure(figsize=(max(5.6, 3.0 * len(lines) + 0.4), 3.9), layout="constrained")
+    panels = drawn.subplots(1, len(lines), sharey=True, squeeze=False)[0]
+    for axes, line in zip(panels, lines, strict=True):
+        for place, model in enumerate(channels):
+            x, response = curve(given, model, family.name, line)
+            largest = _largest(given, model, family) or 1.0
+            marker = MARKERS[place % len(MARKERS)]
+            axes.plot(x, [r / largest for r in response], marker=marker, ms=3.5, lw=1.2, color=tints[model])
+        _log(axes, sorted({probe.x for probe in family.probes if probe.line == line}))
+        axes.axhline(0.0, color="black", lw=0.5)
+        axes.set_xlabel(family.x.label)
+        axes.set_title(line, fontsize=9)
+    panels[0].set_ylabel("response / largest")
+    keys = [
+        Line2D([], [], color=tints[model], marker=MARKERS[place % len(MARKERS)], ms=3.5, lw=1.2,
+               label=plain(f"{model} (1 = {_largest(given, model, family):.2g})"))
+        for place, model in enumerate(channels)
+    ]  # fmt: skip
+    drawn.legend(handles=keys, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
+    _title(drawn, family)
+    return drawn
+
+
+def _log(axes: Axes, ticks: Sequence[float]) -> None:
+    """A logarithmic axis, labelled at every second of the points shown."""
+    axes.set_xscale("log")
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xticks(ticks[::2] if len(ticks) > 6 else ticks)
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.tick_params(axis="x", labelsize=8)
+
+
+def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
+    """A heat map for each model: both axes in octaves, the best of each column marked, a scale of its own."""
+    drawn, panels = _panels(len(channels), 2.5)
+    tints = colours(channels)
+    for axes, model in zip(panels, channels, strict=False):
+        x, y, response = grid(given, model, family.name)
+        largest = _largest(given, model, family)
+        said = f"1 = {largest:.2g}" if largest > NOTHING else "no answer"
+        axes.set_title(plain(f"{model} ({said})"), fontsize=9, color=tints[model])
+        if not x:
+            continue
+        shares = response / (largest or 1.0)
+        axes.pcolormesh(_edges(x), _edges(y), shares, cmap=SHADES, vmin=-1, vmax=1, rasterized=True)
+        axes.plot(x, best_rows(y, response), "o", ms=3.5, mfc="white", mec="black", mew=0.8)
+        axes.set(xscale="log", yscale="log")
+        for axis, ticks in ((axes.xaxis, x[::2]), (axes.yaxis, y[::2])):
+            axis.set_minor_locator(NullLocator())
+            axis.set_ticks(ticks)
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"1/{1 / value:.0f}"))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.tick_params(labelsize=8)
+    drawn.supxlabel(family.x.label, fontsize=9)
+    drawn.supylabel(family.y.label if family.y else "", fontsize=9)
+    scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), SHADES)
+    drawn.colorbar(scale, ax=panels, shrink=0.6 if len(channels) > ACROSS else 1.0, aspect=30).set_label(
+        "response / largest"
+    )
+    _title(drawn, family, "; ○ a column's maximum, where it has one")
+    return drawn
+
+
+def _edges(centres: Sequence[float]) -> list[float]:
+    """Cells' edges halfway between their centres on a logarithmic axis."""
+    logs = np.log(centres)
+    if len(logs) == 1:
+        return [centres[0] / 1.2, centres[0] * 1.2]
+    inner = (logs[1:] + logs[:-1]) / 2
+    return list(map(float, np.exp([2 * logs[0] - inner[0], *inner, 2 * logs[-1] - inner[-1]])))
+
+
+def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
+    """A polar plot for each model: its projected response filled, each system's rectified lobe beside it."""
+    drawn, panels = _panels(len(channels), 2.8, projection="polar")
+    gratings, objects = family.lines
+    tints = colours(channels)
+    for axes, model in zip(panels, channels, strict=False):
+        assert isinstance(axes, PolarAxes)
+        tells = directional(channels[model])
+        turns, response = curve(given, model, family.name, gratings)
+        own = lobes(given, model, gratings)
+        systems = ("hs", "vs") if tells else ()
+        _lobes(axes, turns, response, {system: own[system][1] for system in systems}, tints[model])
+        spots, heights = curve(given, model, family.name, objects)
+        axes.plot(np.radians(spots), _share(heights), "s", ms=5, mfc="white", mec=tints[model], mew=1.4, zorder=5)
+        index = selectivity(*own["hs" if tells else "looming"])
+        said = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
+        axes.set_title(plain(f"{model}: {said}"), fontsize=9, color=tints[model])
+        _compass(axes)
+    keys = [
+        Line2D([], [], color="#555555", lw=1.6, label="response (gratings)"),
+        Line2D([], [], color="#555555", marker="s", ls="", mfc="white", label="response (dark object)"),
+        Line2D([], [], color="black", lw=0.9, label="HS (gratings)"),
+        Line2D([], [], color="black", lw=0.9, ls=":", label="VS (gratings)"),
+    ]
+    title = "all rectified; radius: share of the largest of that stimulus"
+    drawn.legend(handles=keys, loc="outside lower center", ncols=4, frameon=False, fontsize=8, title=title,
+                 title_fontsize=8)  # fmt: skip
+    _title(drawn, family)
+    return drawn
+
+
+def _lobes(
+    axes: PolarAxes,
+    turns: Sequence[float],
+    response: Sequence[float],
+    systems: Mapping[str, Sequence[float]],
+    tint: str,
+) -> None:
+    """Closed lines of a response, filled, and of the systems it is made of, on one scale."""
+    scale = _scale([*response, *(value for values in systems.values() for value in values)])
+    round_about = np.radians([*turns, *turns[:1]])
+    filled = _share([*response, *response[:1]], scale)
+    axes.plot(round_about, filled, color=tint, lw=1.6)
+    axes.fill(round_about, filled, color=tint, alpha=0.18, lw=0)
+    for values, style in zip(systems.values(), ("-", ":"), strict=False):
+        axes.plot(round_about, _share([*values, *values[:1]], scale), color="black", lw=0.9, ls=style)
+
+
+def _scale(values: Sequence[float]) -> float:
+    largest = max(values, default=0.0)
+    return largest if largest > NOTHING else 1.0
+
+
+def _share(values: Sequence[float], scale: float | None = None) -> Sequence[float]:
+    """Shares of ``scale``, or of the largest; none below 0, the centre."""
+    whole = scale or _scale(values)
+    return [max(value, 0.0) / whole for value in values]
+
+
+def _compass(axes: PolarAxes) -> None:
+    """Directions as in the image: rightward to the right, downward down."""
+    axes.set_theta_direction(-1)
+    axes.set_xticks([math.pi / 2 * i for i in range(4)], ["right", "down", "left", "up"], fontsize=7)
+    axes.set_ylim(0.0, 1.1)
+    axes.set_yticks([0.5, 1.0], ["0.5", "1"], fontsize=6)
+    axes.set_rlabel_position(-22.5)
+    axes.grid(lw=0.4)
+
+
+def _panels(count: int, side: float, **options: str) -> tuple[Figure, list[Axes]]:
+    """A figure with a square panel for each model, `ACROSS` a row; the rest of the last row is empty."""
+    across = min(ACROSS, count)
+    down = -(-count // across)
+    drawn = Figure(figsize=(max(side * across, 5.6) + 0.9, side * down + 0.9), layout="constrained")
+    panels = list(drawn.subplots(down, across, squeeze=False, subplot_kw=options).flat)
+    for axes in panels[count:]:
+        axes.set_visible(False)
+    return drawn, panels
+
+
+def _title(drawn: Figure, family: Family, more: str = "") -> None:
+    drawn.suptitle(f"{family.name}: {family.summary}{more}", fontsize=10, x=0.01, ha="left")

@@ -1,0 +1,160 @@
+"""Tuning curves: what is shown, along which axes. How answers become curves is in `curves`.
+
+Clips have 144x108 px at 30 frames/s. Gratings drift for a second; their wavelengths divide the frame's width, so that
+a field's mean does not depend on the phase. Objects start and end whole inside the frame, dark on grey 200.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Literal
+
+from experiments.bench.clips.experiment import Clip
+from experiments.bench.core.errors import UsageError
+
+Kind = Literal["curve", "map", "polar"]
+
+FRAME: dict[str, Any] = {"rows": 108, "columns": 144, "rest_s": 0.2}
+OBJECT: dict[str, Any] = {"width": 24.0, "height": 24.0, "speed": 120.0, "enters": False}
+GRATING: dict[str, Any] = {"period_px": 24.0, "temporal_hz": 2.0, "duration_s": 1.0}
+
+SPEEDS_PX_S = (15.0, 21.0, 30.0, 42.0, 60.0, 85.0, 120.0, 170.0, 240.0, 340.0, 480.0, 680.0)
+SIZES_PX = (3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 90.0)
+CONTRASTS = (0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.45, 0.65, 0.8, 1.0)
+WAVELENGTHS_PX = (4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 36.0, 48.0, 72.0)
+TEMPORAL_HZ = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.3)
+"""Up to three quarters of the Nyquist frequency of 30 frames/s: above it a drift turns round."""
+DIRECTIONS = 16
+CARDINAL = {0.0: "rightward", 90.0: "downward", 180.0: "leftward", 270.0: "upward"}
+
+GROUND = 127.0
+"""Grey behind the objects of the contrast curve: as much room above as below."""
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One thing that varies: the column's name, and the words at the axis."""
+
+    name: str
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """A clip at one point of a curve, with the direction its motion has: 0 rightward, 90 downward, degrees."""
+
+    clip: Clip
+    line: str
+    """Which of a family's lines it belongs to: the stimulus in words."""
+    x: float
+    y: float | None = None
+    direction_deg: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """Tuning curves of one kind: the clips, the axes, how it is drawn.
+
+    A ``curve`` is the response along ``x``; a ``map`` that over ``x`` and ``y``; a ``polar`` that against the
+    direction of motion, which is its ``x``. Raises ``ValueError`` where two probes are one point of one line.
+    """
+
+    name: str
+    summary: str
+    kind: Kind
+    x: Axis
+    probes: tuple[Probe, ...]
+    y: Axis | None = None
+
+    def __post_init__(self) -> None:
+        points = [(probe.line, probe.x, probe.y) for probe in self.probes]
+        if len(set(points)) < len(points):
+            raise ValueError(f"{self.name}: two probes at one point")
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Its lines, in order."""
+        return tuple(dict.fromkeys(probe.line for probe in self.probes))
+
+
+def _clip(name: str, stimulus: str, **changes: Any) -> Clip:
+    return Clip(name, stimulus, tuple({**FRAME, **changes}.items()))
+
+
+def _object(name: str, **changes: Any) -> Clip:
+    return _clip(name, "plain", **{**OBJECT, **changes})
+
+
+def _grating(name: str, **changes: Any) -> Clip:
+    return _clip(name, "grating", **{**GRATING, **changes})
+
+
+def _speed() -> Family:
+    probes = (Probe(_object(f"speed {v:g}", speed=v), "dark object", v) for v in SPEEDS_PX_S)
+    summary = "a dark square of 24 px, rightward"
+    return Family("speed", summary, "curve", Axis("speed_px_s", "speed (px/s)"), tuple(probes))
+
+
+def _size() -> Family:
+    probes = (Probe(_object(f"size {s:g}", width=s, height=s), "dark object", s) for s in SIZES_PX)
+    summary = "a dark square, rightward at 120 px/s"
+    return Family("size", summary, "curve", Axis("size_px", "side of the square (px)"), tuple(probes))
+
+
+def _contrast() -> Family:
+    """Of objects, the difference to the ground as a share of it; of gratings, Michelson's."""
+    probes = []
+    for line, sign in (("dark object", -1), ("light object", 1)):
+        for c in CONTRASTS:
+            clip = _object(f"{line}, contrast {c:g}", grey=GROUND * (1 + sign * c), background_grey=GROUND)
+            probes.append(Probe(clip, line, c))
+    for c in CONTRASTS:
+        probes.append(Probe(_grating(f"grating, contrast {c:g}", contrast=c), "grating", c))
+    summary = "a square of 24 px at 120 px/s on grey 127; a grating of 24 px at 2 Hz"
+    return Family("contrast", summary, "curve", Axis("contrast", "contrast"), tuple(probes))
+
+
+def _frequency() -> Family:
+    probes = (
+        Probe(_grating(f"grating {w:g} px, {f:g} Hz", period_px=w, temporal_hz=f), "grating", 1 / w, f)
+        for w in WAVELENGTHS_PX
+        for f in TEMPORAL_HZ
+    )
+    x, y = Axis("cycles_px", "spatial frequency (cycles/px)"), Axis("temporal_hz", "temporal frequency (Hz)")
+    return Family("frequency", "drifting sine gratings, rightward", "map", x, tuple(probes), y)
+
+
+def _direction() -> Family:
+    turns = [360.0 * i / DIRECTIONS for i in range(DIRECTIONS)]
+    probes = [Probe(_grating(f"grating {d:g} deg", direction_deg=d), "grating", d, direction_deg=d) for d in turns]
+    for d, motion in CARDINAL.items():
+        probes.append(Probe(_object(f"object {d:g} deg", motion=motion), "dark object", d, direction_deg=d))
+    axis = Axis("direction_deg", "direction of motion (degrees)")
+    summary = "a grating of 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4"
+    return Family("direction", summary, "polar", axis, tuple(probes))
+
+
+_DECLARED = {"speed": _speed, "size": _size, "contrast": _contrast, "frequency": _frequency, "direction": _direction}
+"""Name -> what builds the family; that builds every clip of it once, to see that it can be."""
+
+CURVES = tuple(_DECLARED)
+"""The names of the curve families, in order."""
+
+
+@cache
+def curve_family(name: str) -> Family:
+    """The family called ``name``, one of `CURVES`; built when it is first asked for."""
+    return _DECLARED[name]()
+
+
+def families(names: Iterable[str]) -> tuple[Family, ...]:
+    """The families called ``names``, all of them for none; `UsageError` on an unknown name."""
+    wanted = list(dict.fromkeys(names))
+    for name in wanted:
+        if name not in CURVES:
+            near = difflib.get_close_matches(name, CURVES, n=1, cutoff=0.0)[0]
+            raise UsageError(f"--curve {name}: known are {', '.join(CURVES)} (nearest: {near})")
+    return tuple(curve_family(name) for name in CURVES if not wanted or name in wanted)

@@ -1,0 +1,171 @@
+"""Measure tuning curves into a folder: the clips on a pool, then tables and figures of what they come to."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from experiments.bench.clips.experiment import Showing
+from experiments.bench.clips.plan import pixels
+from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA, clip_contents
+from experiments.bench.clips.show import show
+from experiments.bench.core import plotting
+from experiments.bench.core.batch import Batch, Resources
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.pool import Pool
+from experiments.bench.core.settings import check_counts, watchers
+from experiments.bench.core.store import provenance
+from experiments.bench.core.store.description import begun, read_description, vacant
+from experiments.bench.core.store.parameters import differing
+from experiments.bench.core.store.rows import Failure
+from experiments.bench.core.store.run_folder import RunFolder
+from experiments.bench.tuning import figure as tuning_figure
+from experiments.bench.tuning.curves import TuningPoint, answers
+from experiments.bench.tuning.preferences import Preferences, preferences
+from experiments.bench.tuning.probes import Family, Probe, curve_family, families
+
+EXPERIMENT = "tuning"
+
+
+@dataclass(frozen=True, slots=True)
+class TuningPlan:
+    """Curves to measure: everything that decides their numbers."""
+
+    families: tuple[Family, ...]
+    models: tuple[ConfiguredModel, ...]
+    seed: int
+
+    def shown(self) -> list[tuple[int, Family, Probe]]:
+        """Every clip in order, with its number and what it is a point of."""
+        points = [(family, probe) for family in self.families for probe in family.probes]
+        return [(index, family, probe) for index, (family, probe) in enumerate(points)]
+
+    def showings(self) -> list[Showing]:
+        """The same as jobs: each clip to all models."""
+        return [Showing(EXPERIMENT, i, 0, self.seed, probe.clip, self.models) for i, _, probe in self.shown()]
+
+    def amount(self) -> str:
+        """Say how many clips and frames there are."""
+        shown = self.shown()
+        frames = sum(len(probe.clip.build(self.seed)) for _, _, probe in shown)
+        return f"{len(shown)} clips, {frames:,} frames"
+
+    def channels(self) -> dict[str, tuple[str, ...]]:
+        """By what each model answers."""
+        return {model.label: model.channels for model in self.models}
+
+    def describe(self) -> dict[str, Any]:
+        """What ``experiment.json`` holds."""
+        changed = differing(self.models, offline=True)
+        return {
+            "experiment": EXPERIMENT,
+            "seed": self.seed,
+            "trials": len(self.shown()),
+            "models": self.models,
+            **({"changed": changed} if changed else {}),
+            "curves": self.families,
+            **provenance.of(model.source for model in self.models),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class TuningReport:
+    """What was measured. ``figures`` are the paths of the pictures, by family."""
+
+    plan: TuningPlan
+    folder: Path
+    answers: list[TuningPoint]
+    preferences: list[Preferences]
+    figures: dict[str, Path]
+    failures: list[Failure]
+
+
+def plan(models: Sequence[str], curves: Sequence[str], assignments: Sequence[str], seed: int) -> TuningPlan:
+    """A checked plan from what a person typed; `UsageError` for what is not legal."""
+    check_counts(seed)
+    chosen, _ = watchers(models, assignments)
+    return TuningPlan(families(curves), chosen, seed)
+
+
+def batch(made: TuningPlan) -> Batch[Showing]:
+    """Return the clips of the curves as a batch."""
+    showings = made.showings()
+    return Batch(
+        name=EXPERIMENT,
+        specs=showings,
+        work=show,
+        description=made.describe(),
+        contents=replace(clip_contents(showings), parameters=differing(made.models, offline=True)),
+        schemas=(CLIP_SCHEMA, SERIES_SCHEMA),
+        things="clips",
+        amount=made.amount,
+        size=pixels,
+    )
+
+
+def run(made: TuningPlan, out: Path, pool: Pool, resources: Resources) -> TuningReport:
+    """Show what has not been shown, and conclude. Goes on where an earlier call stopped.
+
+    Parameters
+    ----------
+    made
+        From `plan`.
+    out
+        The folder: a new or an empty one, or one that holds a part of these curves.
+    pool, resources
+        Where the clips are shown.
+    """
+    work = batch(made)
+    with closing(work.open(out, resources, _begun(out))) as folder:
+        return conclude(made, folder, work.fill(folder, pool, resources))
+
+
+def _begun(out: Path) -> bool:
+    """Whether these are curves begun; `UsageError` where ``out`` holds anything else, which is never touched."""
+    if not out.exists():
+        return False
+    if not out.is_dir():
+        raise UsageError(f"--out {out}: is a file; choose a folder")
+    if not begun(out):
+        if not vacant(out):
+            raise UsageError(f"--out {out}: holds other files; choose a new folder, or an empty one")
+        return False
+    if read_description(out).get("experiment") != EXPERIMENT:
+        raise UsageError(f"--out {out}: holds another run; choose a new folder, or an empty one")
+    return True
+
+
+def conclude(made: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -> TuningReport:
+    """Write the tables and figures of the clips in ``folder``."""
+    channels = made.channels()
+    given = answers(made.shown(), channels, folder.frames(), made.seed)
+    known = {model: channels[model] for model in channels if any(a.model == model for a in given)}
+    found = [preferences(given, model, by) for model, by in known.items()]
+    pictures = {}
+    if given:
+        folder.write_rows("tuning.csv", [_row(a) for a in given])
+        folder.write_rows("preferences.csv", [each.row() for each in found])
+        for family in made.families:
+            own = [a for a in given if a.curve == family.name]
+            if own:
+                pictures[family.name] = plotting.save(
+                    tuning_figure.draw(family, own, known), folder.folder, family.name
+                )
+    return TuningReport(made, folder.folder, given, found, pictures, list(failures))
+
+
+def _row(given: TuningPoint) -> dict[str, Any]:
+    """A row of ``tuning.csv``, its axes by name; empty where the curve has no such axis."""
+    family = curve_family(given.curve)
+    axes = {"speed_px_s": None, "size_px": None, "contrast": None, "cycles_px": None, "temporal_hz": None}
+    values = dataclasses.asdict(given)
+    x, y = values.pop("x"), values.pop("y")
+    axes |= {family.x.name: x} if family.x.name in axes else {}
+    axes |= {family.y.name: y} if family.y else {}
+    head = {name: values.pop(name) for name in ("curve", "line", "model")}
+    return {**head, **axes, **values}

@@ -1,0 +1,65 @@
+"""What ``colias tune`` prints: a row a model, and where everything is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rich.markup import escape
+from rich.table import Table
+
+from experiments.bench.core.terminal import out_console
+from experiments.bench.tuning.preferences import Preferences
+from experiments.bench.tuning.run import TuningReport
+
+COLUMNS: tuple[tuple[str, str, Callable[[Preferences], str]], ...] = (
+    ("speed px/s", "speed", lambda p: _said(p.speed_px_s)),
+    ("size px", "size", lambda p: _said(p.size_px)),
+    ("c50", "contrast", lambda p: _number(p.half_contrast, "{:.2f}")),
+    ("TF Hz", "frequency", lambda p: _said(p.temporal_hz)),
+    ("wave px", "frequency", lambda p: _said(p.wavelength_px)),
+    ("slope", "frequency", lambda p: _number(p.slope, "{:z.2f}")),
+    ("DSI", "direction", lambda p: _number(p.dsi, "{:.2f}")),
+    ("prefers", "direction", lambda p: _number(_told(p), "{:.0f}°")),
+    ("off", "direction", lambda p: _number(p.error_deg, "{:.0f}°")),
+)
+"""Heading, the family it comes from, the cell."""
+SOME = 0.05
+"""The least DSI with which there is a preferred direction to tell of."""
+NOTE = (
+    "Where each model answers most (≥, ≤: up to an end of what was shown; flat: alike everywhere). c50: "
+    "contrast of half its largest answer to a dark object. Slope: of best temporal over spatial frequency; 0 temporal "
+    "frequency decides, 1 speed. DSI: of HS, or looming, for gratings, |sum r exp(ia)| / sum r, r rectified; 1 one "
+    "direction alone, 0.79 a cosine, 0 all alike. Off: how far (hs, vs) points off the motion."
+)
+
+
+def show(report: TuningReport) -> None:
+    """The table of preferences, what its columns mean, the paths."""
+    measured = {family.name for family in report.plan.families}
+    columns = [column for column in COLUMNS if column[1] in measured]
+    table = Table(title="tuning", title_justify="left", box=None, header_style="bold", pad_edge=False)
+    table.add_column("model", no_wrap=True)
+    for name, _, _ in columns:
+        table.add_column(name, justify="right", no_wrap=True)
+    for each in report.preferences:
+        table.add_row(escape(each.model), *(cell(each) for _, _, cell in columns))
+    out_console.print(table)
+    out_console.print(f"[dim]{NOTE}[/dim]\n")
+    for name, path in report.figures.items():
+        out_console.print(f"{name:<12}{path}", soft_wrap=True, markup=False)
+    out_console.print(f"{'tables':<12}{report.folder / 'tuning.csv'}", soft_wrap=True, markup=False)
+
+
+def _said(value: object) -> str:
+    return "-" if value is None else str(value)
+
+
+def _told(each: Preferences) -> float | None:
+    """The preferred direction, if it prefers one."""
+    if each.dsi is None or each.prefers_deg is None or each.dsi < SOME:
+        return None
+    return round(each.prefers_deg) % 360
+
+
+def _number(value: float | None, form: str) -> str:
+    return "-" if value is None else form.format(value)

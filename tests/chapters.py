@@ -1,0 +1,176 @@
+"""Run what README.md and the chapters of docs/ show: every snippet and command, in an empty folder, in order.
+
+A fenced block is a ``python`` snippet or ``sh`` commands; blocks of other languages are not run.
+
+- A snippet runs in its chapter's namespace, so it may use names of earlier ones. One with ``title=NAME`` is a file: it
+  is written, and commands and snippets below it may use it.
+- ``colias ...`` runs in this process, ``python FILE ...`` in one of its own. Of ``make TARGET`` and of the extras of
+  ``pip install '.[EXTRA]'`` it is checked that there are such.
+- A comment before the block changes that. ``<!-- test: add ARGUMENTS -->`` appends the arguments to each of its
+  ``colias`` commands, to make them short. ``<!-- test: skip REASON -->`` runs none of it: only the commands' options
+  are checked, by their parser. `SKIPPED` has all of these.
+
+Jobs run in this process, whatever the number of workers: starting workers takes longer than these jobs.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+import types
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import typer
+
+from experiments.bench.cli import main
+from experiments.bench.core import batch
+from experiments.bench.public import run as public_run
+from experiments.bench.robot.trial import forget_simulations
+from tests.conftest import one_core
+
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+CHAPTERS = tuple(sorted((ROOT / "docs").glob("*.md")))
+FOOTAGE = ROOT / "docs" / "footage.md"
+PAGES = (README, *CHAPTERS)
+
+SKIPPED = {
+    "README.md": ("downloads packages",),
+    "behaviours-and-training.md": ("needs PyTorch and minutes: tests/test_train.py", "needs a screen"),
+    "footage.md": ("needs a screen", "needs a camera"),
+    "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/test_pool.py"),
+    "what-the-numbers-mean.md": ("takes an hour: tests/test_reproduce.py",),
+    "your-own-experiment.md": ("takes minutes: tests/test_reproduce.py",),
+    "your-own-model.md": ("takes minutes: tests/test_leaderboard.py",),
+}
+"""Page -> the reasons for which blocks of it are not run, in their order."""
+
+_FENCE = re.compile(
+    r"(?:^<!-- test: (?P<verb>add|skip) (?P<rest>[^\n]*?) -->\n)?"
+    r"^```(?P<language>\w+)(?: title=(?P<title>[\w.]+))?\n(?P<text>.*?)^```$",
+    re.DOTALL | re.MULTILINE,
+)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block of a page, and the comment before it."""
+
+    page: Path
+    line: int
+    language: str
+    title: str
+    text: str
+    added: tuple[str, ...]
+    skipped: str
+
+    @property
+    def where(self) -> str:
+        return f"{self.page.relative_to(ROOT)}, line {self.line}"
+
+    def commands(self) -> Iterator[list[str]]:
+        """Each command line of it as words; comments are left out."""
+        for line in self.text.replace("\\\n", " ").splitlines():
+            words = shlex.split(line, comments=True)
+            if words:
+                yield words
+
+
+def blocks(page: Path) -> list[Block]:
+    text = page.read_text(encoding="utf-8")
+    found = []
+    for match in _FENCE.finditer(text):
+        rest = match["rest"] or ""
+        added = tuple(shlex.split(rest)) if match["verb"] == "add" else ()
+        line = text.count("\n", 0, match.start("text")) + 1
+        skipped = rest if match["verb"] == "skip" else ""
+        found.append(Block(page, line, match["language"], match["title"] or "", match["text"], added, skipped))
+    return found
+
+
+def titled(name: str) -> str:
+    """The file that a page shows with ``title=NAME``."""
+    (found,) = [block.text for page in PAGES for block in blocks(page) if block.title == name]
+    return found
+
+
+@pytest.fixture
+def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Reader]:
+    """Runs a page in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    for module in (batch, public_run):
+        monkeypatch.setattr(module, "worker_count", lambda given: 0)
+    reader = _Reader()
+    monkeypatch.setitem(sys.modules, reader.module.__name__, reader.module)
+    yield reader
+    forget_simulations()
+
+
+class _Reader:
+    """Somebody who does all that a page shows."""
+
+    def __init__(self) -> None:
+        self.module = types.ModuleType("pasted")
+
+    def __call__(self, name: str) -> None:
+        """Run the page called ``name``."""
+        (page,) = [each for each in PAGES if each.name == name]
+        for block in blocks(page):
+            try:
+                self._do(block)
+            except BaseException as error:
+                error.add_note(f"in {block.where}")
+                raise
+
+    def _do(self, block: Block) -> None:
+        if block.language == "python":
+            code = compile(block.text, block.where, "exec")
+            if block.title:
+                Path(block.title).write_text(block.text, encoding="utf-8")
+            elif not block.skipped:
+                exec(code, self.module.__dict__)
+        elif block.language == "sh":
+            for words in block.commands():
+                _command(words, block)
+
+
+def _command(words: list[str], block: Block) -> None:
+    program, *arguments = words
+    if program == "colias" and block.skipped:
+        check_options(arguments)
+    elif program == "colias":
+        status = main.command([*arguments, *block.added])
+        assert status == 0, f"{shlex.join(words)}: exit status {status}"
+    elif program == "python":
+        if not block.skipped:
+            _python(arguments)
+    elif program == "make":
+        assert re.search(rf"^{arguments[0]}:", (ROOT / "Makefile").read_text(), re.MULTILINE), words
+    elif program == "pip":
+        extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+        assert arguments[0] == "install" and set(re.findall(r"\[(\w+)\]", arguments[1])) <= set(extras), words
+    else:
+        raise AssertionError(f"{shlex.join(words)}: no test knows how to run this")
+
+
+def check_options(arguments: list[str]) -> None:
+    """Raise what the command line's parser raises for ``arguments``, but do nothing."""
+    group = typer.main.get_command(main.app)
+    name, command, rest = group.resolve_command(group.make_context("colias", list(arguments)), list(arguments))
+    command.make_context(name, rest)
+
+
+def _python(arguments: list[str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-W", "error", *arguments], capture_output=True, text=True, timeout=300, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, preexec_fn=one_core,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,66 @@
+"""What the tests of the envs share: making envs, playing episodes, comparing them to the last bit."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import re
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from colias_sim.envs import ENVS
+from colias_sim.envs.base import ColiasEnv
+from colias_sim.envs.options import options_of
+
+NAMES = sorted(ENVS)
+SENSES = ("pixels", "neural", "both", "state")
+AHEAD = np.array([0.3, 0.3], np.float32)
+every_env = pytest.mark.parametrize("name", NAMES)
+
+
+def bare(name: str, **options: Any) -> ColiasEnv[Any]:
+    """The env without Gymnasium's wrappers: no time limit, no checks but its own."""
+    env = gym.make(name, **options).unwrapped
+    assert isinstance(env, ColiasEnv)
+    return env
+
+
+def env_class(name: str) -> type[ColiasEnv[Any]]:
+    module, _, cls = ENVS[name].entry_point.partition(":")
+    return getattr(importlib.import_module(module), cls)
+
+
+def options_type(name: str) -> type[Any]:
+    return env_class(name).options_type
+
+
+def robots_at_ends(name: str) -> tuple[int, int]:
+    low, high = (int(end) for end in re.findall(r"\d+", str(options_of(options_type(name))["robots"].metadata)))
+    return low, high
+
+
+def episode(env: gym.Env[Any, Any], seed: int | None = None, steps: int = 25) -> list[Any]:
+    """Everything an agent is told in an episode of random actions (of the seed), up to its end."""
+    rng, told = np.random.default_rng(seed), [env.reset(seed=seed)]
+    discrete = isinstance(env.action_space, gym.spaces.Discrete)
+    for _ in range(steps):
+        told.append(env.step(int(rng.integers(7)) if discrete else rng.uniform(-1.0, 1.0, 2).astype(np.float32)))
+        if told[-1][2] or told[-1][3]:
+            break
+    return told
+
+
+def fingerprint(told: list[Any]) -> str:
+    """All of it to the last bit."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: plain(value[key]) for key in sorted(value)}
+        if isinstance(value, tuple | list):
+            return [plain(item) for item in value]
+        return value.tobytes().hex() if isinstance(value, np.ndarray) else repr(value)
+
+    return json.dumps(plain(told))

@@ -1,0 +1,116 @@
+"""The packages as a library: public names, documentation of fields, types, and the order of imports."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import importlib
+import inspect
+import re
+import types
+from graphlib import TopologicalSorter
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import colias_sim
+import colias_sim.envs
+import dsnn
+from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from dsnn.stimuli.stimulus import TimedParams
+
+ROOT = Path(colias_sim.__file__).parents[1]
+PARAMETERS = [getattr(dsnn, name) for name in dsnn.__all__ if name.endswith("Params")]
+
+
+@pytest.mark.parametrize("package", [colias_sim, colias_sim.envs, dsnn], ids=lambda package: package.__name__)
+def test_all_is_complete_and_sorted(package: types.ModuleType) -> None:
+    imported = {
+        alias.asname or alias.name
+        for node in ast.parse(Path(str(package.__file__)).read_text()).body
+        if isinstance(node, ast.ImportFrom) and str(node.module).partition(".")[0] == package.__name__.partition(".")[0]
+        for alias in node.names
+    }
+    public = imported - {"choose_backend"} | ({"__version__"} if hasattr(package, "__version__") else set())
+    assert set(package.__all__) == public
+    order = [(not name.isupper(), not name[0].isupper(), name) for name in package.__all__]
+    assert order == sorted(order)
+
+
+def test_the_version_is_that_of_the_distribution() -> None:
+    assert re.fullmatch(r"\d+(\.\d+)*\S*", colias_sim.__version__)
+
+
+@pytest.mark.parametrize("package", ["colias_sim", "dsnn", "scenes", "experiments"])
+def test_packages_are_marked_as_typed(package: str) -> None:
+    assert (ROOT / package / "py.typed").read_bytes() == b""
+
+
+@pytest.mark.parametrize("cls", [*PARAMETERS, TimedParams, RobotConfig, CameraConfig, SceneConfig], ids=str)
+def test_help_describes_every_field(cls: Any) -> None:
+    page = inspect.getdoc(cls) or ""
+    head, _, section = page.partition("\n\nParameters\n----------\n")
+    assert head and section.count("----------") == 0
+    for field in dataclasses.fields(cls):
+        info = cls.__pydantic_fields__[field.name]
+        (said,) = re.findall(rf"^{field.name} : (.+)\n    (.+)\.$", section, re.M)
+        assert said[0].endswith(f"default {info.default!r}")
+        assert said[1].lower() == info.description.lower()
+
+
+def test_the_two_copies_of_field_docs_are_equal() -> None:
+    assert (ROOT / "colias_sim" / "field_docs.py").read_text() == (ROOT / "dsnn" / "field_docs.py").read_text()
+
+
+def test_ranges_are_those_of_the_fields() -> None:
+    page = str(dsnn.DSNNParams.__doc__)
+    assert "n_p : int in [0, 60], default 2" in page
+    assert "sigma_l : float in [0, 1), default 0.1" in page
+    assert "tau_s : tuple[float, float] in [0, 10000], default (10.0, 200.0)" in page
+
+
+def module_of(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(path: Path, modules: set[str]) -> set[str]:
+    """The modules that a file imports, those inside of functions too."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0
+            inside = [f"{node.module}.{alias.name}" for alias in node.names]
+            found |= {name if name in modules else str(node.module) for name in inside}
+    return found & modules
+
+
+@pytest.mark.parametrize("package", ["colias_sim", "dsnn"])
+def test_no_module_imports_itself_by_a_detour(package: str) -> None:
+    files = {module_of(path): path for path in (ROOT / package).rglob("*.py")}
+    graph = {name: imports(path, set(files)) for name, path in files.items()}
+    assert sum(map(len, graph.values())) > len(files)
+    TopologicalSorter(graph).prepare()  # raises CycleError
+
+
+@pytest.mark.parametrize(("package", "others"), [("colias_sim", {"scenes"}), ("dsnn", set()), ("scenes", set())])
+def test_packages_import_those_below_them(package: str, others: set[str]) -> None:
+    rooms = {"colias_sim", "dsnn", "scenes", "experiments"}
+    seen: set[str] = set()
+    for path in (ROOT / package).rglob("*.py"):
+        seen |= {name.partition(".")[0] for name in every_import(path)}
+    assert seen & rooms <= others | {package}
+
+
+def every_import(path: Path) -> set[str]:
+    nodes = list(ast.walk(ast.parse(path.read_text())))
+    named = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    return named | {str(node.module) for node in nodes if isinstance(node, ast.ImportFrom)}
+
+
+def test_every_module_of_the_envs_can_be_imported_first() -> None:
+    for path in sorted((ROOT / "colias_sim" / "envs").rglob("*.py")):
+        importlib.import_module(module_of(path))

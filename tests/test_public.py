@@ -1,0 +1,264 @@
+"""`experiments` from Python: the same rows as the command line, in a script, a notebook and standard input."""
+
+from __future__ import annotations
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+import experiments
+from experiments.bench.core import plotting
+from experiments.bench.core.errors import UsageError
+
+PACKAGE = Path(experiments.__file__).parent
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+QUICK = {"repeats": 2, "recordings": False, "quiet": True, "workers": 0}
+FAST = {"experiment.speeds_cm_s": [20, 30]}
+
+
+# --- what is public --------------------------------------------------------------------------------------------------
+
+
+def test_a_bare_import_loads_nothing_heavy():
+    code = "import sys; before = set(sys.modules); import experiments; print(sorted(set(sys.modules) - before))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout == "['experiments']\n"
+
+
+def test_a_declaration_loads_neither_plotting_nor_a_recorder():
+    code = "import sys, experiments.speed, experiments.clean; print({'rerun', 'matplotlib', 'scipy'} & {*sys.modules})"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout == "set()\n"
+
+
+def test_the_stub_says_what_is_there():
+    stub = ast.parse((PACKAGE / "__init__.pyi").read_text())
+    imported = {alias.asname for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names}
+    assert imported == set(experiments._PLACES)
+    assert imported | {"NAMES", "OFFLINE", "__version__"} == set(experiments.__all__)
+    (listed,) = [node.value for node in stub.body if isinstance(node, ast.Assign)]
+    assert ast.literal_eval(listed) == experiments.__all__
+    for node in (node for node in stub.body if isinstance(node, ast.ImportFrom)):
+        for alias in node.names:
+            there = getattr(experiments, str(alias.asname))
+            assert (there.__module__ == node.module and there.__name__ == alias.name) or alias.name == "Wheels"
+
+
+def test_every_name_is_documented_and_listed():
+    assert set(experiments.__all__) <= set(dir(experiments))
+    for name in set(experiments._PLACES) - {"Wheels"}:
+        assert len(getattr(experiments, name).__doc__.strip()) > 10, name
+    with pytest.raises(AttributeError, match="module 'experiments' has no attribute 'speeds'"):
+        _ = experiments.speeds
+
+
+def test_declarations_import_the_public_names_alone():
+    """They are what a person copies. (`behaviours` is a registry, `wiring` joins packages.)"""
+    for path in PACKAGE.glob("*.py"):
+        if path.stem in ("__init__", "behaviours", "wiring"):
+            continue
+        body = [node for node in ast.parse(path.read_text()).body if isinstance(node, ast.ImportFrom)]
+        assert all(".bench" not in str(node.module) for node in body), path
+
+
+# --- the same as the command line ------------------------------------------------------------------------------------
+
+SCRIPT = """
+with open("began.txt", "a") as file:
+    file.write("once\\n")
+
+from experiments import Experiment, Translation, run
+
+EXPERIMENT = Experiment("mine", "mine", Translation((20.0, 30.0), (8.0,)), "speed_cm_s", repeats=1, claims=("C14",))
+made = run(EXPERIMENT, models=["emd"], settings={"dsnn.n_con": 6}, seed=3, workers=2, out="out", recordings=False)
+print(made)
+"""
+OF_COLIAS = ("--model", "emd", "--set", "dsnn.n_con=6", "--seed", "3", "--workers", "1", "--no-recordings", "--quiet")
+
+
+def rows_of(folder):
+    return [{k: v for k, v in row.items() if k != "wall_s"} for row in experiments.load(folder).trials.to_pylist()]
+
+
+@pytest.fixture(scope="module")
+def by_command(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("command")
+    (folder / "mine.py").write_text(SCRIPT.partition("made =")[0])
+    command = [sys.executable, "-m", "experiments.bench.cli", "run", "mine.py", *OF_COLIAS, "--out", "out"]
+    subprocess.run(command, cwd=folder, env=ENVIRONMENT, check=True, timeout=300)
+    return [{k: v for k, v in row.items() if k != "code"} for row in rows_of(folder / "out")]
+
+
+KERNEL = """
+import sys, types
+sys.modules["__main__"] = types.ModuleType("__main__")  # as a notebook's kernel has: of no file
+exec(compile(open("cell.txt").read(), "<cell 1>", "exec"), sys.modules["__main__"].__dict__)
+"""
+WAYS = {"a plain script": ["mine.py"], "standard input": ["-"], "a notebook": ["-c", KERNEL]}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_from_anywhere_the_same_rows(way, tmp_path, by_command):
+    """Of a script without ``__main__`` guard, on worker processes."""
+    for name in ("mine.py", "cell.txt"):
+        (tmp_path / name).write_text(SCRIPT)
+    done = subprocess.run(
+        [sys.executable, *WAYS[way]], input=SCRIPT, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True,
+        timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "out: mine, seed 3; dsnn.n_con=6; 2 untested; 2 of 2 trials\n"
+    assert done.stderr.startswith("mine: 2 trials, about ") and "on 2 workers, into out" in done.stderr
+    assert (tmp_path / "began.txt").read_text() == "once\n"
+    assert [{k: v for k, v in row.items() if k != "code"} for row in rows_of(tmp_path / "out")] == by_command
+
+
+@pytest.fixture(scope="module")
+def speed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("speed")
+    usual = experiments.run("speed", settings=FAST, out=folder / "usual", **QUICK)
+    changed = experiments.run(
+        "speed", settings={**FAST, "dsnn.n_con": 6}, models="emd", out=folder / "changed", **QUICK
+    )
+    return usual, changed
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory):
+    return experiments.run("clean", out=tmp_path_factory.mktemp("clean") / "out", **{**QUICK, "repeats": 1})
+
+
+# --- what a run is ---------------------------------------------------------------------------------------------------
+
+
+def test_a_runs_tables(speed):
+    usual, changed = speed
+    assert (usual.name, usual.seed, usual.planned, usual.done, usual.models) == ("speed", 0, 4, 4, ["dsnn"])
+    assert changed.models == ["dsnn", "emd"] and changed.changed == "dsnn.n_con=6, experiment.speeds_cm_s=20,30"
+    for table in (usual.trials, usual.frames, usual.summary, usual.claims, usual.failures):
+        assert isinstance(table, pa.Table)
+    assert usual.trials.num_rows == 4 and usual.frames.num_rows == sum(usual.trials["frames"].to_pylist())
+    assert "dsnn.n_con" not in usual.trials.column_names
+    assert changed.trials["dsnn.n_con"].to_pylist() == [6, None] * 4
+    row = next(row for row in usual.summary.to_pylist() if row["quantity"] == "spikes")
+    own = [t["spikes"] for t in usual.trials.to_pylist() if t["speed_cm_s"] == row["speed_cm_s"]]
+    assert row["n"] == 2 and row["mean"] == sum(own) / 2 and row["far_cm"] is None
+    assert usual.claims.to_pylist()[0]["id"] == "C15" and usual.verdicts == "1 untested"
+    assert usual.failures.num_rows == 0 and usual.recordings == []
+    said = "speed, seed 0; experiment.speeds_cm_s=20,30; 1 untested; 4 of 4 trials"
+    assert repr(usual) == f"<Run {usual.folder}: {said}>"
+    assert "<td>C15</td>" in usual._repr_html_()
+    assert experiments.load(usual.folder) == usual
+
+
+def test_a_runs_figure_is_drawn_again(speed, clean, tmp_path):
+    for run in (speed[1], clean):
+        drawn = run.figure()
+        plotting.save(drawn, tmp_path)
+        assert (tmp_path / "figure.svg").read_bytes() == (run.folder / "figure.svg").read_bytes()
+        assert drawn._repr_png_().startswith(b"\x89PNG")
+
+
+def test_clips(clean):
+    assert clean.offline and clean.done == clean.planned == 12
+    row = clean.summary.to_pylist()[0]
+    assert [row[name] for name in ("model", "clip", "quantity", "n")] == ["dsnn", "dark rightward", "spikes", 1]
+    assert row["sd"] is None
+    assert set(clean.claims["id"].to_pylist()) == {"C1", "C2", "C3"}
+
+
+def test_going_on(speed, tmp_path):
+    usual, _ = speed
+    with pytest.raises(FileExistsError, match="already holds a run"):
+        experiments.run("speed", settings=FAST, out=usual.folder, **QUICK)
+    with pytest.raises(ValueError, match="repeats is 2 there and 3 now"):
+        experiments.run("speed", settings=FAST, out=usual.folder, resume=True, **{**QUICK, "repeats": 3})
+    again = experiments.run("speed", settings=FAST, out=usual.folder, resume=True, **QUICK)
+    assert again.trials == usual.trials
+    with pytest.raises(ValueError, match="seed is 0 there and 1 now"):
+        experiments.run("speed", settings=FAST, out=usual.folder, resume=True, seed=1, **QUICK)
+
+
+WRONG = {
+    "an experiment": (lambda: experiments.run("sped"), "unknown experiment 'sped'"),
+    "a number": (lambda: experiments.run(3), "experiment 3: legal is a name, the path of a .py file, or an Experiment"),
+    "a file that is not there": (lambda: experiments.run("no.py"), "no.py: no such file"),
+    "a model": (lambda: experiments.run("speed", models=["dsn"]), "--model dsn: unknown model"),
+    "models of another kind": (lambda: experiments.run("speed", models=[3]), "legal are names and paths of .py files"),
+    "only": (lambda: experiments.run("speed", only=True), "--only: shows just the models of --model"),
+    "a key": (lambda: experiments.run("speed", settings={"dsnn.ncon": 6}), "no parameter 'dsnn.ncon'"),
+    "a value": (lambda: experiments.run("speed", settings={"dsnn.n_con": -1}), "--set dsnn.n_con=-1: legal is"),
+    "no value": (lambda: experiments.run("speed", settings={"dsnn.n_con": None}), "dsnn.n_con=None: legal is a number"),
+    "settings": (lambda: experiments.run("speed", settings=["dsnn.n_con=6"]), "legal is a mapping, for example"),
+    "a seed": (lambda: experiments.run("speed", seed=-1), "--seed -1: legal is a whole number from 0 up"),
+    "half a seed": (lambda: experiments.run("speed", seed=0.5), "seed=0.5: legal is a whole number"),
+    "repeats": (lambda: experiments.run("speed", repeats=0), "--repeats 0: legal is a whole number from 1 up"),
+    "workers": (lambda: experiments.run("speed", workers=1.5), "--workers 1.5: legal is a whole number from 0"),
+    "to go on with nothing": (lambda: experiments.run("speed", resume=True), "say by out= which run to go on with"),
+    "to load nothing": (lambda: experiments.load("no"), "no: no readable experiment.json there"),
+    "to list nothing": (lambda: experiments.runs("no"), "no: no such folder"),
+    "to compare nothing": (lambda: experiments.compare("no", "no"), "no: no readable experiment.json there"),
+    "footage": (lambda: experiments.watch("no.mp4"), "no.mp4"),
+    "a size": (lambda: experiments.watch("no.mp4", size=(3, 3)), "size=(3, 3): legal is (width, height), each from 8"),
+    "a size of text": (lambda: experiments.watch("no.mp4", size="320x180"), "legal is (width, height)"),
+    "a camera without end": (lambda: experiments.watch("0"), "camera 0 has no end: say by seconds="),
+    "a rate": (lambda: experiments.watch("no.mp4", fps="real"), "fps='real': legal is a number"),
+    "a behaviour": (lambda: experiments.score("hybird"), "no behaviour 'hybird'"),
+    "a behaviour of another kind": (lambda: experiments.score(3), "legal is a Behaviour, a name, or the path"),
+    "episodes": (lambda: experiments.score("fixation", episodes=0), "--episodes 0: legal is a whole number"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_wrong_uses_are_one_line(what, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    call, said = WRONG[what]
+    with pytest.raises(ValueError) as refused:
+        call()
+    assert isinstance(refused.value, experiments.UsageError)
+    assert said in str(refused.value) and "\n" not in str(refused.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_damaged_runs_are_one_line(tmp_path):
+    (tmp_path / "experiment.json").write_text('{"experiment": "x", "seed": 0}')
+    with pytest.raises(UsageError, match="it has no trials of a run"):
+        experiments.load(tmp_path)
+    (tmp_path / "experiment.json").write_text('{"experiment": "x", "seed": 0, "trials": 1}')
+    run = experiments.load(tmp_path)
+    assert run.done == 0
+    for read in (lambda: run.trials, run.figure):
+        with pytest.raises(UsageError, match=r"no trial of it is finished|not drawn from its tables"):
+            read()
+    (tmp_path / "trials.parquet").write_text("no table")
+    (tmp_path / "claims.json").write_text("[3")
+    for read in (lambda: run.trials, lambda: run.claims, lambda: run.done):
+        with pytest.raises(UsageError, match="cannot be read"):
+            read()
+
+
+# --- footage, behaviours ---------------------------------------------------------------------------------------------
+
+
+def test_watching_as_the_command_line_does(colias):
+    film = ("stimulus", "plain", "--set", "plain.rows=90", "--set", "plain.columns=120", "--out", "film.avi")
+    assert colias(*film).returncode == 0
+    done = colias("watch", "film.avi", "--no-view", "--model", "emd", "--table", "seen.parquet")
+    assert done.returncode == 0, done.stderr
+    seen = experiments.watch(colias.folder / "film.avi", models=["emd"], quiet=True)
+    assert seen.frames == pq.read_table(colias.folder / "seen.parquet")
+    assert seen.motions.num_rows > 0 and set(seen.motions["model"].to_pylist()) <= {"dsnn", "emd"}
+    assert seen.motions["direction"][0].as_py() in done.stdout
+    short = experiments.watch(str(colias.folder / "film.avi"), only=True, models="dsnn", seconds=0.5, quiet=True)
+    assert 0.4 < short.seconds <= 0.5 and not short.notes and not short.troubles
+    assert "intervals of motion in 0.5 s" in repr(short)

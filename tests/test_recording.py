@@ -1,0 +1,72 @@
+"""The one writer of Rerun recordings, by the functions that Rerun keeps to itself: these tests tell when they move."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rerun as rr
+import rerun.blueprint as rrb
+
+from experiments.bench.core.recording import recorded, save, timelines
+from experiments.bench.core.store.contents import RRD_BEGINS, RRD_ENDS, RRD_TAIL
+
+LAYOUT = rrb.Blueprint(rrb.TimeSeriesView(origin="wave", name="a wave"), rrb.TimePanel(state="collapsed"))
+
+
+def wave(recording: rr.RecordingStream) -> None:
+    frames = np.arange(50)
+    recording.send_columns("wave", timelines(frames / 30, frames), rr.Scalars.columns(scalars=np.sin(frames)))
+
+
+def stores(path: Path) -> dict[str, list[str]]:
+    """The entities of a file's data, and those of its layout."""
+    reader = rr.chunk.RrdReader(path)
+    return {
+        str(kind): [str(chunk.entity_path) for entry in entries for chunk in reader.stream(store=entry).to_chunks()]
+        for kind, entries in (("data", reader.recordings()), ("layout", reader.blueprints()))
+    }
+
+
+def test_a_recording_holds_its_data_and_its_layout(tmp_path):
+    data = recorded(wave, LAYOUT, "a wave", "wave-1")
+    assert data.startswith(RRD_BEGINS) and RRD_ENDS in data[-RRD_TAIL:]
+    (tmp_path / "wave.rrd").write_bytes(data)
+    held = stores(tmp_path / "wave.rrd")
+    assert "/wave" in held["data"]
+    assert any(entity.startswith("/view/") for entity in held["layout"])
+
+
+def test_a_saved_layout_is_the_one_that_rerun_itself_saves(tmp_path):
+    """But for the names, drawn anew each time, of its views."""
+    for name in ("ours", "theirs"):
+        stream = rr.RecordingStream("colias-sim", recording_id="wave-2")
+        if name == "ours":
+            save(stream, tmp_path / name, LAYOUT)
+        else:
+            stream.save(tmp_path / name, default_blueprint=LAYOUT)
+        wave(stream)
+        stream.disconnect()
+    ours, theirs = (
+        sorted("/".join(entity.split("/")[:2]) for entity in stores(tmp_path / name)["layout"])
+        for name in ("ours", "theirs")
+    )
+    assert ours == theirs and len(ours) >= 4
+
+
+def test_recordings_leave_no_thread_behind():
+    def threads() -> int:
+        return len(list(Path("/proc/self/task").iterdir()))
+
+    recorded(wave, LAYOUT, "a wave")
+    before = threads()
+    for _ in range(10):
+        recorded(wave, LAYOUT, "a wave")
+    assert threads() <= before
+
+
+def test_what_fails_in_writing_is_told():
+    def fail(_: rr.RecordingStream) -> None:
+        raise LookupError("no such thing")
+
+    with pytest.raises(LookupError, match="no such thing"):
+        recorded(fail, LAYOUT, "nothing")
