@@ -108,6 +108,8 @@ def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Reader
     monkeypatch.setenv("COLUMNS", "100")
     for module in (batch, public_run):
         monkeypatch.setattr(module, "worker_count", lambda given: 0)
+    for name in {Path(block.title).stem for page in PAGES for block in blocks(page) if block.title}:
+        monkeypatch.delitem(sys.modules, name, raising=False)  # another test's file of this name
     reader = _Reader()
     monkeypatch.setitem(sys.modules, reader.module.__name__, reader.module)
     yield reader

@@ -7,19 +7,24 @@ import signal
 import subprocess
 import sys
 import time
-from functools import partial
 from pathlib import Path
 
 CLI = (sys.executable, "-m", "experiments.bench.cli")
 QUICK = ("--set", "experiment.speeds_cm_s=20", "--repeats", "1", "--no-recordings", "--workers", "1", "--out", "out")
 
 
+def _mind_signals() -> None:
+    """Started by ``nohup`` or in the background, the tests themselves may ignore them, and a child inherits that."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 def start(folder: Path, *command: str, **environment: str) -> subprocess.Popen[str]:
-    """A command in a session of its own, in which Ctrl-C is not ignored."""
+    """A command in a session of its own, in which neither Ctrl-C nor the terminal's end is ignored."""
     kept = {k: v for k, v in os.environ.items() if "DISPLAY" not in k}
     return subprocess.Popen(
         command, cwd=folder, env=kept | environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        start_new_session=True, preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+        start_new_session=True, preexec_fn=_mind_signals,
     )  # fmt: skip
 
 

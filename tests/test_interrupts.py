@@ -44,7 +44,7 @@ def interrupted_at(tmp_path: Path, module: str, *command: str):
     "module",
     [
         "typer", "rich.console", "numpy", "numpy._core.multiarray", "pydantic", "mujoco", "OpenGL.EGL", "cv2",
-        "pyarrow", "pyarrow.parquet", "scipy.stats", "matplotlib", "multiprocessing.popen_spawn_posix",
+        "pyarrow", "pyarrow.parquet", "scipy.special", "matplotlib", "multiprocessing.popen_spawn_posix",
     ],
 )  # fmt: skip
 def test_ctrl_c_while_a_library_is_imported(tmp_path, module):

@@ -14,6 +14,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
+from experiments.bench.cli import entry
 from tests.processes import CLI, QUICK, start
 
 ROOT = Path(__file__).parents[1]
@@ -50,18 +51,26 @@ def test_a_pipe_nobody_reads_is_no_error_to_tell_of(tmp_path):
     assert (done.stdout.strip(), done.stderr) in {("1", ""), ("0", "")}  # 0: it was written before the reader went
 
 
-@pytest.mark.parametrize("mb", [150, 250, 400, 600])
+@pytest.mark.parametrize("mb", [150, 600, 900])
 def test_too_little_memory_is_one_line(tmp_path, mb):
-    """The lines that a library prints itself come before."""
+    """It is told before a library is loaded: with 600 MB one of them ended in a segmentation fault, now and then."""
     limit = partial(resource.setrlimit, resource.RLIMIT_AS, (mb << 20, mb << 20))
     done = subprocess.run(
         [*CLI, "run", "speed", *QUICK, "-q"], cwd=tmp_path, capture_output=True, text=True, preexec_fn=limit,
         timeout=300, env=os.environ | {"PYTHONPATH": str(ROOT)},
     )  # fmt: skip
     assert done.returncode == 2, done.stderr
-    assert "Traceback" not in done.stderr
-    last = done.stderr.splitlines()[-1]
-    assert last.startswith("colias: ") and f"{mb} MB of address space" in last
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("colias: ") and f"{mb} MB of address space" in line and "it needs 1,200 MB" in line
+
+
+def test_the_memory_asked_for_is_enough(tmp_path):
+    limit = partial(resource.setrlimit, resource.RLIMIT_AS, (entry.LEAST_MEMORY_MB << 20, entry.LEAST_MEMORY_MB << 20))
+    done = subprocess.run(
+        [*CLI, "run", "speed", *QUICK, "-q"], cwd=tmp_path, capture_output=True, text=True, preexec_fn=limit,
+        timeout=300, env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_a_quiet_run_says_nothing_where_no_home_can_be_written(tmp_path):

@@ -4,6 +4,8 @@ No test uses a normal approximation: of five pairs, all one way, it says p = 0.0
 than 2 in 32. P is the share of all arrangements of the values that lie as far from what chance gives as those seen,
 so it is never below one arrangement in all there are. Where they are too many to count, `PERMUTATIONS` of them are
 drawn, always the same ones, and those seen count as one more: p is never below 1 in ``PERMUTATIONS + 1``.
+
+`scipy.stats` takes 0.6 s to import, so each function that needs it imports it.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import optimize, stats
+from scipy import special
 
 from experiments.bench.streams import stream
 
@@ -77,9 +79,12 @@ def summarise(values: Sequence[float]) -> Summary:
     low = high = mean if n > 1 else math.nan
     if np.ptp(sample) > 0:
         if n < LEAST_FOR_BOOTSTRAP:
-            low, high = (float(end) for end in stats.t.interval(0.95, n - 1, mean, sd / math.sqrt(n)))
+            half = float(special.stdtrit(n - 1, 0.975)) * sd / math.sqrt(n)
+            low, high = mean - half, mean + half
         else:
-            tail = float(stats.norm.cdf(math.sqrt(n / (n - 1)) * stats.t.ppf(0.025, n - 1)))
+            from scipy import stats
+
+            tail = float(special.ndtr(math.sqrt(n / (n - 1)) * special.stdtrit(n - 1, 0.025)))
             interval = stats.bootstrap(
                 (sample,), np.mean, n_resamples=RESAMPLES, method="percentile", rng=stream("bootstrap.mean", SEED),
                 confidence_level=1 - 2 * tail,
@@ -93,13 +98,15 @@ def proportion_interval(count: float, of: float) -> tuple[float, float]:
 
     Trials that come in clusters may be given as fewer: their effective number, and the same share of it.
     """
-    low = float(stats.beta.ppf(0.025, count, of - count + 1)) if count > 0 else 0.0
-    high = float(stats.beta.ppf(0.975, count + 1, of - count)) if count < of else 1.0
+    low = float(special.betaincinv(count, of - count + 1, 0.025)) if count > 0 else 0.0
+    high = float(special.betaincinv(count + 1, of - count, 0.975)) if count < of else 1.0
     return low, high
 
 
 def median_interval(values: Sequence[float]) -> tuple[float, float]:
     """The 95 % interval of a median by order statistics, which assumes no shape; NaN where the values are too few."""
+    from scipy import stats
+
     interval = stats.quantile_test(np.asarray(values, float), q=0, p=0.5).confidence_interval(0.95)
     return float(interval.low), float(interval.high)
 
@@ -116,9 +123,11 @@ def area_under_roc(positives: Sequence[float], negatives: Sequence[float]) -> tu
     Newcombe 2006, Confidence intervals for an effect size measure based on the Mann-Whitney statistic, part 2,
     Statistics in Medicine 25: method 5.
     """
+    from scipy import optimize
+
     m, n = len(positives), len(negatives)
     above = np.sign(np.subtract.outer(np.asarray(positives, float), np.asarray(negatives, float))) / 2 + 0.5
-    area, size, z = float(above.mean()), (m + n) / 2 - 1, float(stats.norm.ppf(0.975))
+    area, size, z = float(above.mean()), (m + n) / 2 - 1, float(special.ndtri(0.975))
     if math.isnan(area):
         return area, area, area
 
@@ -147,6 +156,8 @@ def trend(groups: Sequence[tuple[float, Sequence[float]]]) -> Test:
         return Test(name, "tau", math.nan, math.nan)
     if len(set(levels)) < 2 or len(set(pooled)) < 2:
         return Test(name, "tau", 0.0, 1.0)
+    from scipy import stats
+
     how, p = _of_arrangements(levels, pooled)
     return Test(f"{name}, {how}", "tau", float(stats.kendalltau(levels, pooled).statistic), p)
 
@@ -172,6 +183,8 @@ def paired(first: Sequence[float], second: Sequence[float]) -> Test:
     difference = difference[difference != 0]
     if difference.size == 0:
         return Test(name, "rank-biserial", 0.0, 1.0)
+    from scipy import stats
+
     doubled = np.rint(2 * stats.rankdata(np.abs(difference))).astype(int)  # shared ranks are halves
     seen, whole = int((doubled * np.sign(difference)).sum()), int(doubled.sum())
     if difference.size <= EXACT_PAIRS:
@@ -195,6 +208,8 @@ def _of_arrangements(levels: Sequence[float], values: Sequence[float]) -> tuple[
 
     What is compared is the number of pairs at different levels in rising order less those in falling order.
     """
+    from scipy import stats
+
     table = np.asarray(stats.contingency.crosstab(levels, values).count)
     sizes, ties = table.sum(axis=1), table.sum(axis=0)
     seen = abs(int(_rising(table)))
@@ -251,6 +266,8 @@ def _splits(count: int, room: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
 def _drawn_rises(sizes: Whole, ties: Whole) -> Whole:
     """`_rising` of `PERMUTATIONS` arrangements; some at a time, for memory's sake."""
+    from scipy import stats
+
     rng, tables = stream("permutations.order", SEED), stats.random_table(sizes, ties)
     some = max(1, 2_000_000 // (sizes.size * ties.size))
     parts = [min(some, PERMUTATIONS - done) for done in range(0, PERMUTATIONS, some)]
