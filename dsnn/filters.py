@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from dsnn.exponential import exp
+
 
 def alpha(tau: float, dt: float) -> float:
     """Gain of a first-order low-pass ``y += alpha (x - y)`` for ``tau`` and frame interval ``dt``, both ms."""
@@ -17,7 +19,7 @@ def alpha(tau: float, dt: float) -> float:
 
 def residue(u: float, i: int) -> float:
     """Share ``a_i`` of the luminance change ``i`` frames ago that is left: ``1 / (1 + exp(u i))`` (`high-pass`)."""
-    decay = math.exp(-u * i)  # written so that it cannot overflow
+    decay = exp(-u * i)  # written so that it cannot overflow
     return decay / (1.0 + decay)
 
 

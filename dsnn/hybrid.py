@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Iterable
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -17,8 +16,6 @@ from dsnn.lgmd1 import LGMD1, LGMD1Params
 from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.network import DSNN
 from dsnn.params import DSNNParams, Milliseconds
-
-LEAST_ENERGY = 1.0
 
 
 @with_field_docs
@@ -54,18 +51,17 @@ class Hybrid:
       left edge, 1 at the right; 0 where nothing moves. Flies fixate by such a dependence on position (Reichardt and
       Poggio 1976).
 
-    Costs about 1.5 steps of the DSNN at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
-    frame it cannot take.
+    Costs about 1.5 steps of the DSNN at 99x72. ``shape`` is (R, C), ``form`` as in
+    `dsnn.network.DSNN`; raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
     """
 
-    def __init__(self, shape: tuple[int, int], params: HybridParams | None = None) -> None:
+    def __init__(self, shape: tuple[int, int], params: HybridParams | None = None, *, form: str | None = None) -> None:
         self.shape = checked_shape(shape)
         self.params = q = params or HybridParams()
         own = {field.name: getattr(q, field.name) for field in dataclasses.fields(DSNNParams)}
-        self._dsnn = DSNN(self.shape, DSNNParams(**own))
-        self._lgmd = LGMD1(self.shape, q.lgmd)
+        self._dsnn = DSNN(self.shape, DSNNParams(**own), form=form)
+        self._lgmd = LGMD1(self.shape, q.lgmd, form=form)
         self._frames_held = round(q.gate / q.dt)
-        self._columns = np.linspace(-1.0, 1.0, self.shape[1], dtype=np.float32)
         self.reset()
 
     def reset(self) -> None:
@@ -85,14 +81,9 @@ class Hybrid:
             vs_spikes=0 if self._held else way.vs_spikes,
             looming=near.looming,
             looming_spikes=near.looming_spikes,
-            azimuth=self._azimuth(),
+            azimuth=self._dsnn.azimuth(),
         )
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
         """Reset, then answer every frame of a (T, R, C) array or iterable."""
         return run_model(self, frames, channels=channels)
-
-    def _azimuth(self) -> float:
-        on, off = self._dsnn.pathways
-        energy = np.einsum("rc,rc->c", on, on) + np.einsum("rc,rc->c", off, off)
-        return float(energy @ self._columns) / (float(energy.sum()) + LEAST_ENERGY)

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from dsnn.exponential import exp
 from dsnn.filters import blur, residue
 
 Map = npt.NDArray[np.float64]
@@ -66,14 +67,14 @@ def correlate(f: Map, delays: Sequence[Map], d: int, w_i: float, axis: int) -> f
 
 def sigmoid(x: float, scale: float) -> float:
     """Odd sigmoid into (-0.5, 0.5); ``scale`` is C R K_sig."""
-    return math.copysign(1.0 / (1.0 + math.exp(-abs(x) / scale)) - 0.5, x)  # sigmoid
+    return math.copysign(1.0 / (1.0 + exp(-abs(x) / scale)) - 0.5, x)  # sigmoid
 
 
 def spikes(potential: float, k_sp: float, t_sp: float) -> int:
     """Spikes of one frame, with the sign of ``potential``; none below the threshold, and none at rest."""
     if potential == 0.0 or abs(potential) < t_sp:
         return 0
-    return int(math.copysign(math.floor(math.exp(k_sp * (abs(potential) - t_sp))), potential))  # spiking
+    return int(math.copysign(math.floor(exp(k_sp * (abs(potential) - t_sp))), potential))  # spiking
 
 
 def _ends(image: Map, spacing: int, axis: int) -> tuple[Map, Map]:

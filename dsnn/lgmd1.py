@@ -11,10 +11,12 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from dsnn import forms
 from dsnn.field_docs import with_field_docs
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.looming import Grouping, convolve, ring
 from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.native import NativeLGMD1
 from dsnn.retina import Floats, Retina
 
 
@@ -48,25 +50,25 @@ class LGMD1:
     feed-forward inhibition stops the spike and leaves k as it is. There is no time constant: all is by frames, and
     P, so every threshold, goes with frame rate and image size.
 
-    Costs about three tenths of a DSNN step at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape
-    or frame it cannot take.
+    Costs about three tenths of a DSNN step at 99x72. ``shape`` is (R, C), ``form`` as in
+    `dsnn.network.DSNN`; raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
     """
 
-    def __init__(self, shape: tuple[int, int], params: LGMD1Params | None = None) -> None:
+    def __init__(self, shape: tuple[int, int], params: LGMD1Params | None = None, *, form: str | None = None) -> None:
         self.shape = checked_shape(shape)
         self.params = q = params or LGMD1Params()
-        self._retina = Retina(self.shape)
-        self._kernel = ring(q.w_side, q.w_corner)
-        self._grouping = Grouping(self.shape, q.c_w, q.delta_c, q.t_g)
-        self._excitation, self._s, self._zeros = np.zeros((3, *self.shape), np.float32)
-        self._inhibition: Floats = np.zeros(self.shape, np.float32)
-        self.reset()
+        self.form = forms.chosen(form)
+        self._layers: _NumpyLayers | NativeLGMD1
+        if self.form == "native":
+            names = ("w_i", "w_side", "w_corner", "t_g", "c_w", "delta_c", "t_ffi", "t_sp")
+            self._layers = NativeLGMD1(self.shape, **{name: getattr(q, name) for name in names})
+        else:
+            self._layers = _NumpyLayers(self.shape, q)
+        self._in_a_row = 0
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
-        self._retina.reset()
-        self._inhibition[:] = 0.0  # of the last frame's P, as is the change
-        self._change = 0.0
+        self._layers.reset()
         self._in_a_row = 0
 
     @property
@@ -76,18 +78,41 @@ class LGMD1:
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
         """Answer the next frame; see `dsnn.frames.luma` for what a frame may be. It has no maps."""
-        q = self.params
-        p = self._retina.step(luma(frame, self.shape, channels))
-        excitation = np.abs(p, out=self._excitation)
-        s = cv2.scaleAdd(self._inhibition, -q.w_i, excitation, self._s)
-        np.maximum(s, self._zeros, out=self._s)
-        k = self._grouping.potential(self._s)
-        spikes = int(k >= q.t_sp and self._change < q.t_ffi)
-        self._in_a_row = self._in_a_row + 1 if spikes else 0
-        np.abs(convolve(p, self._kernel, self._inhibition), out=self._inhibition)
-        self._change = cv2.mean(excitation)[0]
-        return Response(looming=k, looming_spikes=spikes)
+        potential, spike = self._layers.step(luma(frame, self.shape, channels))
+        self._in_a_row = self._in_a_row + 1 if spike else 0
+        return Response(looming=potential, looming_spikes=int(spike))
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
         """Reset, then answer every frame of a (T, R, C) array or iterable."""
         return run_model(self, frames, channels=channels)
+
+
+class _NumpyLayers:
+    """The detector's layers in NumPy and OpenCV."""
+
+    def __init__(self, shape: tuple[int, int], params: LGMD1Params) -> None:
+        self._params = params
+        self._retina = Retina(shape)
+        self._kernel = ring(params.w_side, params.w_corner)
+        self._grouping = Grouping(shape, params.c_w, params.delta_c, params.t_g)
+        self._excitation, self._s, self._zeros = np.zeros((3, *shape), np.float32)
+        self._inhibition: Floats = np.zeros(shape, np.float32)
+        self.reset()
+
+    def reset(self) -> None:
+        self._retina.reset()
+        self._inhibition[:] = 0.0  # of the last frame's P, as is the change
+        self._change = 0.0
+
+    def step(self, luma: npt.NDArray[Any]) -> tuple[float, bool]:
+        """The membrane potential after the next frame, and whether it spikes."""
+        q = self._params
+        p = self._retina.step(luma)
+        excitation = np.abs(p, out=self._excitation)
+        s = cv2.scaleAdd(self._inhibition, -q.w_i, excitation, self._s)
+        np.maximum(s, self._zeros, out=self._s)
+        k = self._grouping.potential(self._s)
+        spike = k >= q.t_sp and self._change < q.t_ffi
+        np.abs(convolve(p, self._kernel, self._inhibition), out=self._inhibition)
+        self._change = cv2.mean(excitation)[0]
+        return k, spike

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from dsnn.exponential import exp
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush
 from dsnn.frames import Channels, checked_shape, luma
@@ -142,7 +143,7 @@ class LGMD2:
         s += on
         s += off
         adapted = self._adapt(self._grouping.potential(s))
-        spikes = math.floor(math.exp(q.k_sp * (adapted - q.t_sp)))
+        spikes = math.floor(exp(q.k_sp * (adapted - q.t_sp)))
         self._count = self._count + spikes if spikes else 0
         self._steps += 1
         if self._steps % FLUSH_EVERY == 0:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import cv2
 import numpy as np
 
+from dsnn.exponential import exp
 from dsnn.retina import Floats
 
 REST = 0.5
@@ -32,7 +31,7 @@ class Grouping:
         scale = self._delta_c + float(self._ce.max()) / self._c_w
         cv2.multiply(s, self._ce, dst=self._g, scale=1.0 / scale)
         cv2.threshold(self._g, self._below, 0.0, cv2.THRESH_TOZERO, dst=self._g)
-        return 1.0 / (1.0 + math.exp(-cv2.sumElems(self._g)[0] / s.size))
+        return 1.0 / (1.0 + exp(-cv2.sumElems(self._g)[0] / s.size))
 
 
 def ring(side: float, corner: float, centre: float = 0.0) -> Floats:

@@ -1,172 +1,77 @@
-"""The DSNN in its fast form: float32, ON and OFF stacked, every buffer made once.
-
-It computes what `dsnn.reference.ReferenceDSNN` computes. The masks of the lamina and of FDSR are
-the sign bits of float32 values, spread over the word by an arithmetic shift and applied with AND:
-several times cheaper than `np.where`. (A sign bit also marks -0.0, but equal numbers differ by +0.0
-and a sum of such differences is +0.0, so a still pixel is never taken for a darkening one.) Scratch
-is reused, because at 99x72 the whole state only just fits a small core's second-level cache.
-"""
+"""The DSNN, in the form that is there: its layers in C (`dsnn.native`) or in NumPy (`dsnn.numpy_form`)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import Any, NoReturn
 
-import cv2
-import numpy as np
 import numpy.typing as npt
 
-from dsnn import layers
-from dsnn.correlator import Correlators
-from dsnn.filters import alpha, blur, gaussian_kernel, residue
+from dsnn import forms
 from dsnn.frames import Channels, checked_shape, luma
-from dsnn.model import LayerMaps, Response, ResponseSeries, run_model
+from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.native import NativeNetwork
+from dsnn.numpy_form import NumpyNetwork
 from dsnn.params import DSNNParams
-from dsnn.retina import Floats, Retina
-
-_SIGN_SHIFT = 31
-
-
-class Lamina:
-    """Signed difference of Gaussians, split into ON and OFF (`two-gauss`, `polar-dogs`, `halfwave`)."""
-
-    def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
-        self._sigma_l = params.sigma_l
-        self._kernel_e = gaussian_kernel(params.d).astype(np.float32)
-        self._kernel_i = gaussian_kernel(2 * params.d).astype(np.float32)
-        self._p_e, self._p_i, self._low = np.zeros((3, *shape), np.float32)
-        self.now, self.before = np.zeros((2, 2, *shape), np.float32)
-
-    def reset(self) -> None:
-        """Forget the residue."""
-        self.now[:] = 0.0
-
-    def step(self, p: Floats) -> None:
-        """Take P; leave the ON and OFF signals, stacked (2, R, C), in ``now`` and the last ones in ``before``."""
-        self.now, self.before = self.before, self.now
-        p_e, p_i = blur(p, self._kernel_e, self._p_e), blur(p, self._kernel_i, self._p_i)
-        low, high = np.minimum(p_e, p_i, out=self._low), np.maximum(p_e, p_i, out=p_e)
-        contrast = np.subtract(high, low, out=p_i).view(np.int32)  # |P_e - P_i|
-        on, off = self.now.view(np.int32)
-        np.right_shift(low.view(np.int32), _SIGN_SHIFT, out=on)  # -1 where either is negative
-        np.invert(on, out=on)
-        np.bitwise_and(on, contrast, out=on)
-        np.right_shift(high.view(np.int32), _SIGN_SHIFT, out=off)  # -1 where both are negative
-        np.bitwise_and(off, contrast, out=off)
-
-    def add_residue(self) -> None:
-        """Add what stays of the last ON and OFF signals; apart from `step` so that LA can be read first."""
-        cv2.scaleAdd(_tall(self.before), self._sigma_l, _tall(self.now), _tall(self.now))  # halfwave
-
-
-class Adaptation:
-    """Fast depolarising, slow repolarising adaptation of both pathways (`fdsr-lowpass`, `fdsr-subtraction`).
-
-    Kept in the form of the high-pass that the subtraction makes of the low-pass: with
-    ``g = LA - A`` unrectified, ``g(t) = (1 - alpha) (g(t-1) + LA(t) - LA(t-1))``.
-    """
-
-    def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
-        self._left_fast = 1.0 - alpha(params.tau_fast, params.dt)
-        self._left_more = np.float32(1.0 - alpha(params.tau_slow, params.dt) - self._left_fast)
-        self._g, self._gap = np.zeros((2, 2, *shape), np.float32)
-        self._zeros = np.zeros(shape[1], np.float32)  # np.maximum is slower against a scalar
-
-    def reset(self) -> None:
-        """Forget the adaptation."""
-        self._g[:] = 0.0
-
-    def step(self, la: Floats, la_before: Floats, out: Floats) -> None:
-        """Take the stacked signals now and before (used up); write F into ``out``. All are (2, R, C)."""
-        g = self._g
-        change = np.subtract(la, la_before, out=la_before)
-        gap = np.add(g, change, out=self._gap)
-        falls = np.right_shift(change.view(np.int32), _SIGN_SHIFT, out=change.view(np.int32))  # -1 where it falls
-        more = np.multiply(gap, self._left_more, out=g).view(np.int32)
-        np.bitwise_and(more, falls, out=more)
-        cv2.scaleAdd(_tall(gap), self._left_fast, _tall(g), _tall(g))
-        np.maximum(g, self._zeros, out=out)
-
-
-def _tall(stack: Floats) -> Floats:
-    """A (2, R, C) stack as one (2 R, C) image, the only rank OpenCV takes."""
-    return stack.reshape(-1, stack.shape[-1])
-
-
-class LobulaPlate:
-    """Low-passed, squashed field sums of one system: HS or VS (`LPTCs`, `sigmoid`, `HS-VS`)."""
-
-    def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
-        self._alpha = alpha(params.tau_mp, params.dt)
-        self._scale = shape[0] * shape[1] * params.k_sig
-        self._intact = [pathway for pathway, intact in enumerate((params.on, params.off)) if intact]
-        self._sums = [0.0, 0.0]
-
-    def reset(self) -> None:
-        """Forget the potentials."""
-        self._sums = [0.0, 0.0]
-
-    def step(self, field: tuple[float, float]) -> float:
-        """Take the field sums of ON and OFF; return the system's potential, of the pathways left intact."""
-        potential = 0.0
-        for pathway in self._intact:
-            self._sums[pathway] += self._alpha * (field[pathway] - self._sums[pathway])
-            potential += layers.sigmoid(self._sums[pathway], self._scale)
-        return potential
 
 
 class DSNN:
     """The directionally selective neural network, fast enough to close the loop.
 
-    ``shape`` is (R, C) of the frames. Not safe to share between threads, and not to be copied or pickled (its
-    buffers are views of one another): make one per thread.
-    Raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
+    Not safe to share between threads, and not to be copied or pickled (its buffers are views of one another): make
+    one per thread.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        (R, C) of the frames.
+    params : DSNNParams, optional
+        The constants of the network; the paper's off-line ones if left out.
+    form : {"native", "numpy"}, optional
+        The C kernel or NumPy, which agree within 1e-5 in HS and VS. By default the native one where it is built, unless
+        the environment variable ``DSNN_FORM`` says another.
+
+    Attributes
+    ----------
+    form : str
+        The form that runs.
+
+    Raises
+    ------
+    dsnn.frames.FrameError
+        Of a shape or frame that it cannot take.
+    dsnn.forms.FormError
+        Of an unknown form, and of ``"native"`` where that is not built.
     """
 
-    def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None) -> None:
+    def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None, *, form: str | None = None) -> None:
         self.shape = checked_shape(shape)
         self.params = params or DSNNParams()
-        gains = [residue(self.params.u, i) for i in range(1, self.params.n_p + 1)]
-        self._retina = Retina(self.shape, gains)
-        self._lamina = Lamina(self.shape, self.params)
-        self._fdsr = Adaptation(self.shape, self.params)
-        self._correlators = Correlators(self.shape, self.params)
-        self._hs, self._vs = LobulaPlate(self.shape, self.params), LobulaPlate(self.shape, self.params)
-        self.reset()
+        self.form = forms.chosen(form)
+        layers = NativeNetwork if self.form == "native" else NumpyNetwork
+        self._layers: NativeNetwork | NumpyNetwork = layers(self.shape, self.params)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError("a DSNN cannot be copied or pickled: make another with DSNN(model.shape, model.params)")
 
-    @property
-    def pathways(self) -> Floats:
-        """The ON and OFF signals after FDSR of the last frame, (2, R, C); the next step overwrites them."""
-        return self._correlators.f
-
     def reset(self) -> None:
         """Return to the state before the first frame."""
-        for part in (self._retina, self._lamina, self._fdsr, self._correlators, self._hs, self._vs):
-            part.reset()
+        self._layers.reset()
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
         """Answer the next frame; see `dsnn.frames.luma` for what a frame may be."""
-        q, lamina = self.params, self._lamina
-        p = self._retina.step(luma(frame, self.shape, channels))
-        lamina.step(p)
-        la = lamina.now[0] - lamina.now[1] if maps else None
-        lamina.add_residue()
-        if q.fdsr:
-            self._fdsr.step(lamina.now, lamina.before, self._correlators.f)
-        else:
-            self._correlators.f[:] = lamina.now
-        field_hs, field_vs = self._correlators.step()
-        hs, vs = self._hs.step(field_hs), self._vs.step(field_vs)
-        return Response(
-            hs,
-            vs,
-            layers.spikes(hs, q.k_sp, q.t_sp),
-            layers.spikes(vs, q.k_sp, q.t_sp),
-            None if la is None else LayerMaps(p.copy(), la, *self._correlators.f.copy()),
-        )
+        return self._layers.step(luma(frame, self.shape, channels), maps)
+
+    def azimuth(self) -> float:
+        """Where in the view the motion of the last frame was.
+
+        Returns
+        -------
+        float
+            The mean column of the squared ON and OFF activity after FDSR, from -1 at the left edge to 1 at the right;
+            0 where nothing moved.
+        """
+        return self._layers.azimuth()
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
         """Reset, then answer every frame of a (T, R, C) array or iterable."""

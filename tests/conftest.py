@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from dsnn import DSNNParams
+from dsnn import DSNNParams, forms, native
 
+ROOT = Path(__file__).parents[1]
 GOLDEN = sorted((Path(__file__).parent / "golden").glob("*.npz"))
 
 
@@ -38,6 +39,16 @@ def one_thread() -> Iterator[None]:
     cv2.setNumThreads(1)
     with threadpool_limits(1):
         yield
+
+
+@pytest.fixture(scope="module", params=forms.FORMS)
+def form(request: pytest.FixtureRequest) -> Iterator[str]:
+    """The form of every model that is not told one, in turn."""
+    if request.param == "native" and native.missing():
+        pytest.skip(f"the native form {native.missing()}")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(forms.VARIABLE, request.param)
+        yield request.param
 
 
 @pytest.fixture(params=GOLDEN, ids=lambda path: path.stem)

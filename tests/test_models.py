@@ -25,6 +25,8 @@ from dsnn import (
 )
 from tests.conftest import crossing
 
+pytestmark = pytest.mark.usefixtures("form")
+
 SHAPE = (72, 99)
 COLUMNS = tuple(field.name for field in dataclasses.fields(ResponseSeries))
 DIRECTION = [name for name, entry in MODELS.items() if entry.channels == ("hs", "vs")]

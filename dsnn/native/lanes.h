@@ -1,13 +1,14 @@
 /* Eight floats that are computed side by side: compiler vectors where there are some, plain arrays elsewhere.
  *
  * Both give the same bits, as every operation is an IEEE operation of one lane. VISION_PLAIN chooses the arrays.
- * VISION_CLONES compiles a function once more for processors with 256-bit registers, and chooses as it is loaded.
  */
 #ifndef LANES_H
 #define LANES_H
 
 #include <stdint.h>
 #include <string.h>
+
+#include "dsnn.h"
 
 #define LANES 8
 #define ROUND_UP(n) (((n) + (LANES - 1)) / LANES * LANES)
@@ -16,12 +17,6 @@
 #define VISION_VECTORS 1
 #else
 #define VISION_VECTORS 0
-#endif
-
-#if VISION_VECTORS && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__) && !defined(__SANITIZE_ADDRESS__)
-#define VISION_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define VISION_CLONES
 #endif
 
 #if defined(__GNUC__)
@@ -47,13 +42,6 @@ VISION_INLINE lanes magnitude(lanes a)
     const int32_t m = INT32_MAX;
     return (lanes)((bits)a & (bits){m, m, m, m, m, m, m, m});
 }
-VISION_INLINE lanes from_u8(const uint8_t *p)
-{
-    typedef uint8_t bytes __attribute__((vector_size(LANES)));
-    bytes b;
-    memcpy(&b, p, LANES);
-    return __builtin_convertvector(b, lanes);
-}
 
 #else
 
@@ -76,7 +64,6 @@ VISION_INLINE lanes mul(lanes a, lanes b) { lanes r; EACH_LANE(a.lane[i] * b.lan
 VISION_INLINE lanes where_ge(lanes a, lanes b, lanes x) { lanes r; EACH_LANE(a.lane[i] >= b.lane[i] ? x.lane[i] : 0.0f); }
 VISION_INLINE lanes where_lt(lanes a, lanes b, lanes x) { lanes r; EACH_LANE(a.lane[i] < b.lane[i] ? x.lane[i] : 0.0f); }
 VISION_INLINE lanes magnitude(lanes a) { lanes r; EACH_LANE(a.lane[i] < 0.0f ? -a.lane[i] : a.lane[i] + 0.0f); }
-VISION_INLINE lanes from_u8(const uint8_t *p) { lanes r; EACH_LANE((float)p[i]); }
 
 #endif
 

@@ -1,4 +1,4 @@
-/* Parts of the memory that the caller gives, one behind the other, and the arithmetic of every model's answer. */
+/* Parts of the memory that the caller gives, one behind the other. */
 #ifndef MEMORY_H
 #define MEMORY_H
 
@@ -26,12 +26,11 @@ static inline size_t part(layout *l, size_t count, size_t each)
 
 static inline size_t product(size_t a, size_t b) { return b != 0 && a > SIZE_MAX / b ? SIZE_MAX : a * b; }
 
-/* The first place in `memory` that suits a model, and how many bytes it skips. */
-static inline unsigned char *aligned(void *memory, size_t *skipped)
+/* The first place in `memory` that suits a model: up to ALIGNMENT - 1 bytes further. */
+static inline unsigned char *aligned(void *memory)
 {
     const size_t over = (size_t)((uintptr_t)memory % ALIGNMENT);
-    *skipped = over == 0 ? 0 : ALIGNMENT - over;
-    return (unsigned char *)memory + *skipped;
+    return (unsigned char *)memory + (over == 0 ? 0 : ALIGNMENT - over);
 }
 
 #endif

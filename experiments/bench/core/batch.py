@@ -18,6 +18,7 @@ import pyarrow as pa
 
 from colias_sim import GLUnavailable
 from colias_sim.gl import require_backend
+from dsnn import forms
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.jobs import Jobs
 from experiments.bench.core.pool import Pool, open_pool
@@ -185,6 +186,8 @@ class Batch(Generic[AnySpec]):
             amount = self.amount() if self.amount else f"{len(self.specs)} {self.things}"
             resumed = f"; {len(done)} of them done already" if done else ""
             self._say(f"{self.name}: {amount}, {resources.where()}{resumed}, into {folder.folder}")
+            if forms.note():
+                self._say(f"note: {forms.note()}")
         left = [spec for spec in self.specs if spec.index not in done]
         sizes = {spec.index: self.size(spec) for spec in left}
         with progress(

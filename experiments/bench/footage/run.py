@@ -18,9 +18,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 from threadpoolctl import threadpool_limits
 
-from dsnn import Response
+from dsnn import Response, forms
 from experiments.bench.core.errors import explained
 from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.store import provenance
 from experiments.bench.core.terminal import error_console, out_console
 from experiments.bench.core.verdict import Outcome, claim_texts
 from experiments.bench.footage.claims import FlowJudge
@@ -48,6 +49,7 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[ConfiguredModel],
 
     However it ends, by Ctrl-C or an error too, the files hold all that was seen until then.
     """
+    provenance.form()  # refuses one that cannot run
     cv2.setNumThreads(1)  # as in trials: more threads cost a second core for a sixth of the time
     watchers = [Watcher(model, size[::-1]) for model in chosen]
     own = [model.thresholds.get("hs") for model in chosen]
@@ -63,7 +65,13 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[ConfiguredModel],
     if judge is not None:
         _show_claim(watchers, judge.outcomes())
     early = film.ended_early()
-    notes = (_other_aspect(film.size, size), *film.notes(), *(observer.note for observer in observers), early)
+    notes = (
+        forms.note(),
+        _other_aspect(film.size, size),
+        *film.notes(),
+        *(observer.note for observer in observers),
+        early,
+    )
     for note in filter(None, notes):
         error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     troubles = [f"{w.chosen.label} failed: {w.trouble}" for w in watchers if w.trouble]

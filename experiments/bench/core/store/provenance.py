@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from dsnn import forms
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.user_code import (
     USER_MODULE,
@@ -33,7 +34,8 @@ LIBRARIES = (
 """Every library that a number, a table or a recording depends on. What OpenGL draws by is noted apart, as no version
 of a package tells it (`description.RENDERERS`)."""
 KEYS = ("files", "versions", "source", "code")
-"""What `of` tells; every other entry of an ``experiment.json`` is a parameter of the run."""
+"""What `of` tells, but for the form; every other entry of an ``experiment.json`` is a parameter of the run, and has to
+be the same wherever it is gone on with."""
 SHOWS = (".pyc", ".j2")
 """Endings of the packages' files that no number depends on."""
 GIT_S = 20.0
@@ -58,14 +60,20 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
     -------
     dict
         ``files``: SHA-256, by path, of the user's files and of the modules that they import (`user_code.closure`).
-        ``versions``: of Python and the libraries. ``source``: see `source`. ``code``: 12 hex digits of a digest of it
-        all, which mark the rows; neither the commit nor Python's own version enters it.
+        ``versions``: of Python and the libraries. ``source``: see `source`. ``form``: of the network, in C or in NumPy
+        (`dsnn.forms`), which a run never mixes. ``code``: 12 hex digits of a digest of it all, which mark the rows;
+        neither the commit nor Python's own version enters it.
+
+    Raises
+    ------
+    UsageError
+        The environment asks for a form that is not known, or not built.
     """
     files: dict[str, str] = {}
     for path in (*filter(is_own, sources), *_declaring(experiment)):
         if not any(Path(path).resolve().is_relative_to(folder) for folder in package_folders().values()):
             files |= _hashes(path)  # a file of the project's, asked for by its path, is part of its source
-    made: dict[str, Any] = {"files": files, "versions": versions(), "source": source()}
+    made: dict[str, Any] = {"files": files, "versions": versions(), "source": source(), "form": form()}
     return {**made, "code": _code(made)}
 
 
@@ -105,8 +113,16 @@ def _code(made: Mapping[str, Any]) -> str:
     """The mark of the rows."""
     files = sorted((Path(path).name, digest) for path, digest in made["files"].items())
     libraries = {name: version for name, version in made["versions"].items() if name != "python"}
-    text = json.dumps([made["source"]["digest"], files, libraries], sort_keys=True)
+    text = json.dumps([made["source"]["digest"], made["form"], files, libraries], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def form() -> str:
+    """Return the form of the network that runs here; `UsageError` where the environment asks for one that cannot."""
+    try:
+        return forms.chosen()
+    except forms.FormError as error:
+        raise UsageError(str(error)) from None
 
 
 def versions() -> dict[str, str]:
@@ -218,6 +234,8 @@ def check(made: Mapping[str, Any]) -> None:
     """
     if made["source"]["digest"] != digest():
         raise OtherCode("colias-sim's own source here is not that which the run was begun with")
+    if made["form"] != form():
+        raise OtherCode(f"the network's form is {form()} here, and {made['form']} where the run was begun")
     for path, expected in made["files"].items():
         if any(loaded.get(path, expected) != expected for loaded in map(as_loaded, made["files"])) or (
             path.endswith(".npz") and sha256(Path(path)) != expected

@@ -143,7 +143,7 @@ class RunFolder(Files):
             self._write_rows()  # before the frames: whenever this is cut short, a trial that has its row has its frames
 
     def _made_by(self, description: Mapping[str, Any]) -> None:
-        self.provenance = {key: description[key] for key in provenance.KEYS if key in description}
+        self.provenance = {key: description[key] for key in (*provenance.KEYS, "form") if key in description}
         self._code = str(description.get("code", ""))
 
     def _read(self, contents: Contents, codes: frozenset[str]) -> None:

@@ -1,0 +1,149 @@
+"""The models in C, where the extension module is built: the same equations, in float32, faster and the same bits
+on every machine.
+
+``dsnn.h`` documents the C side. This side makes the tables, hands over frames, and wraps the answers.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dsnn.filters import alpha, gaussian_kernel, residue
+from dsnn.model import LayerMaps, Response
+from dsnn.native import binding
+from dsnn.params import DSNNParams
+
+_loaded: ModuleType | None
+try:
+    _loaded = importlib.import_module("_dsnn_native")
+except ImportError:
+    _loaded = None
+
+Floats = npt.NDArray[np.float32]
+
+
+@functools.cache
+def missing() -> str:
+    """Why the native form cannot run, in words that follow "the native form"; empty where it can."""
+    if _loaded is None:
+        return "is not built"
+    built_from = _loaded.ffi.string(_loaded.lib.vision_source).decode()
+    try:
+        here = binding.digest()
+    except OSError:  # installed without its sources
+        return ""
+    return "" if built_from == here else "was built from other C sources than those here"
+
+
+def kernel() -> ModuleType:
+    """The extension module, cffi's ``ffi`` and ``lib``; ``ImportError`` where `missing` says why there is none."""
+    reason = missing()
+    if reason or _loaded is None:
+        raise ImportError(f"the native form {reason}")
+    return _loaded
+
+
+class NativeNetwork:
+    """The DSNN's layers in C; see `dsnn.network.DSNN`, which checks what goes in."""
+
+    def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
+        module = kernel()
+        self._ffi, self._lib = module.ffi, module.lib
+        self._shape = shape
+        config, tables = self._config(params)
+        size = self._lib.dsnn_size(config)
+        if not size:
+            raise MemoryError(f"a DSNN of shape {shape} needs more memory than can be addressed")
+        self._memory = np.zeros(size, np.uint8)
+        self._model = self._lib.dsnn_make(self._ffi.from_buffer("char[]", self._memory), size, config)
+        del tables  # copied by now
+        self._answer = self._ffi.new("dsnn_answer *")
+
+    def _config(self, params: DSNNParams) -> tuple[Any, list[Any]]:
+        """The C side's configuration, and the tables that it points to."""
+        q, (rows, columns) = params, self._shape
+        centre = 4 * q.d, 8 * q.d
+        kernels = [gaussian_kernel(sigma)[radius:, 0] for sigma, radius in zip((q.d, 2 * q.d), centre, strict=True)]
+        tables = [
+            self._ffi.new("float[]", [float(value) for value in values] or [0.0])
+            for values in (
+                [residue(q.u, i) for i in range(1, q.n_p + 1)],
+                *kernels,
+                [alpha(tau, q.dt) for tau in q.delays()],
+            )
+        ]
+        config = self._ffi.new(
+            "dsnn_config *",
+            dict(
+                rows=rows, columns=columns, n_p=q.n_p, d=q.d, n_con=q.n_con, on=q.on, off=q.off, fdsr=q.fdsr,
+                w_i=q.w_i, sigma_l=q.sigma_l, left_fast=1.0 - alpha(q.tau_fast, q.dt),
+                left_slow=1.0 - alpha(q.tau_slow, q.dt), alpha_mp=alpha(q.tau_mp, q.dt),
+                scale=rows * columns * q.k_sig, k_sp=q.k_sp, t_sp=q.t_sp,
+            )
+            | dict(zip(("residues", "kernel_e", "kernel_i", "alphas"), tables, strict=True)),
+        )  # fmt: skip
+        return config, tables
+
+    def reset(self) -> None:
+        """Return to the state before the first frame."""
+        self._lib.dsnn_reset(self._model)
+
+    def step(self, luma: npt.NDArray[Any], maps: bool) -> Response:
+        """Answer the next frame, (R, C) uint8 or floating."""
+        answer = self._answer
+        kind, frame = _c_frame(luma)
+        if kind == "uint8_t[]":
+            self._lib.dsnn_step_u8(self._model, self._ffi.from_buffer(kind, frame), answer)
+        else:
+            self._lib.dsnn_step_f32(self._model, self._ffi.from_buffer(kind, frame), answer)
+        return Response(answer.hs, answer.vs, answer.hs_spikes, answer.vs_spikes, self._maps() if maps else None)
+
+    def azimuth(self) -> float:
+        """See `dsnn.network.DSNN.azimuth`."""
+        return float(self._lib.dsnn_azimuth(self._model))
+
+    def _maps(self) -> LayerMaps:
+        layers: Floats = np.empty((4, *self._shape), np.float32)
+        self._lib.dsnn_maps(self._model, *(self._ffi.from_buffer("float[]", layer) for layer in layers))
+        return LayerMaps(*layers)
+
+
+class NativeLGMD1:
+    """The LGMD1's layers in C; see `dsnn.lgmd1.LGMD1`, which checks what goes in."""
+
+    def __init__(self, shape: tuple[int, int], **parameters: float) -> None:
+        module = kernel()
+        self._ffi, self._lib = module.ffi, module.lib
+        config = self._ffi.new("lgmd1_config *", dict(rows=shape[0], columns=shape[1], **parameters))
+        size = self._lib.lgmd1_size(config)
+        if not size:
+            raise MemoryError(f"an LGMD1 of shape {shape} needs more memory than can be addressed")
+        self._memory = np.zeros(size, np.uint8)
+        self._model = self._lib.lgmd1_make(self._ffi.from_buffer("char[]", self._memory), size, config)
+        self._answer = self._ffi.new("lgmd1_answer *")
+
+    def reset(self) -> None:
+        """Return to the state before the first frame."""
+        self._lib.lgmd1_reset(self._model)
+
+    def step(self, luma: npt.NDArray[Any]) -> tuple[float, bool]:
+        """The membrane potential after the next frame, (R, C) uint8 or floating, and whether it spikes."""
+        kind, frame = _c_frame(luma)
+        if kind == "uint8_t[]":
+            self._lib.lgmd1_step_u8(self._model, self._ffi.from_buffer(kind, frame), self._answer)
+        else:
+            self._lib.lgmd1_step_f32(self._model, self._ffi.from_buffer(kind, frame), self._answer)
+        return self._answer.potential, bool(self._answer.spike)
+
+
+def _c_frame(luma: npt.NDArray[Any]) -> tuple[str, npt.NDArray[Any]]:
+    """A frame as C takes it: its rows without gaps, bytes or floats."""
+    if luma.dtype == np.uint8:
+        return "uint8_t[]", luma if luma.flags.c_contiguous else np.ascontiguousarray(luma)
+    return "float[]", np.ascontiguousarray(luma, np.float32)

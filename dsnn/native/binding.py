@@ -1,0 +1,45 @@
+"""Write the C source of the extension module ``_dsnn_native``: run by the build, never by a user.
+
+cffi in API mode: the compiler checks the declarations against ``dsnn.h``, which is where they are read from.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+SOURCES = ("dsnn.c", "lgmd1.c", "passes.c", "exponential.c", "dsnn.h", "models.h", "lanes.h", "memory.h")
+
+
+def digest() -> str:
+    """SHA-256 of the C sources in this folder: what a built module was built from, or would be."""
+    whole = hashlib.sha256()
+    for name in SOURCES:
+        whole.update((HERE / name).read_bytes())
+    return whole.hexdigest()
+
+
+def declarations() -> str:
+    """The declarations of ``dsnn.h``, as cffi reads them: without comments and without the preprocessor's lines."""
+    text = re.sub(r"/\*.*?\*/", "", (HERE / "dsnn.h").read_text(encoding="utf-8"), flags=re.DOTALL)
+    return "\n".join(line for line in text.splitlines() if not line.startswith("#"))
+
+
+def write(path: str) -> None:
+    """Write the module's C source to ``path``."""
+    from cffi import FFI
+
+    builder = FFI()
+    builder.cdef(declarations() + "\nextern const char *const vision_source;\n")
+    builder.set_source(
+        "_dsnn_native",
+        f'#include "dsnn.h"\nstatic const char *const vision_source = "{digest()}";\n',
+    )
+    builder.emit_c_code(path)
+
+
+if __name__ == "__main__":
+    write(sys.argv[1])
