@@ -2,7 +2,7 @@
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run reproduce numbers train test test-train attack lint types bench setup lock clean
+.PHONY: run reproduce numbers train test test-train attack fuzz lint types bench setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -30,6 +30,9 @@ test-train: $(READY) ## The tests of training, those too that need the extra [tr
 attack: $(READY) ## 60 bad models, 100 damaged folders, Ctrl-C at 30 moments; COLIAS_ATTACK_FULL=1: all there are, 30 moments for each command
 	$(BIN)/python -m pytest -m attack -n 2 --dist worksteal tests/attack
 
+fuzz: $(READY) ## The network in C under the sanitizers: 2,000 cases
+	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/test_native.py -k every_build
+
 lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -42,7 +45,7 @@ bench: $(READY) ## Speed, as ratios measured side by side
 
 setup: $(READY)
 
-$(READY): requirements.lock pyproject.toml tools/setup.sh
+$(READY): requirements.lock pyproject.toml tools/setup.sh $(wildcard dsnn/native/*.[ch] dsnn/native/binding.py dsnn/native/CMakeLists.txt)
 	sh tools/setup.sh
 
 lock: $(READY) ## Renew requirements.lock from pyproject.toml (needs uv)

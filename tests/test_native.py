@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -138,7 +139,7 @@ def test_the_golden_answers_have_their_bits():
 def test_every_build_answers_with_the_same_bits(options, tmp_path):
     """Vectors and plain arrays, optimised or not; the sanitizers stop at what C leaves undefined, and at every byte
     read or written beside the memory given."""
-    chosen = list(cases(200))
+    chosen = list(cases(int(os.environ.get("COLIAS_FUZZ_CASES", "200"))))  # make fuzz: 2,000
     assert answered(compiled(tmp_path, *options), chosen) == b"".join(case.answers() for case in chosen)
 
 

@@ -1,6 +1,6 @@
 #!/bin/sh
 # All set-up, from a bare Debian (python3, make, git) to a .venv that runs: virtual environment, locked dependencies,
-# OpenGL libraries. Installs Debian packages where it may (as root, or by sudo without a password); elsewhere it names
+# a C compiler, OpenGL libraries. Installs Debian packages where it may (as root, or by sudo without a password); elsewhere it names
 # the missing package in one line and stops. Safe to run again.
 set -eu
 cd "$(dirname "$0")/.."
@@ -64,7 +64,12 @@ fi
 
 say "installing the locked dependencies (some 300 MB the first time)"
 "$venv/bin/python" -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
+# The network in C needs a compiler and Python's headers; without them its NumPy form runs.
+headers() { "$venv/bin/python" -c 'import pathlib, sysconfig; pathlib.Path(sysconfig.get_path("include"), "Python.h").stat()' 2>/dev/null; }
+command -v cc >/dev/null || command -v gcc >/dev/null || command -v clang >/dev/null || apt_install gcc libc6-dev || true
+headers || apt_install python3-dev || true
 "$venv/bin/python" -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
+"$venv/bin/python" -c 'from dsnn import forms; note = forms.note(); print(f"setup: {note}" * bool(note), end="")' >&2
 
 if ! "$venv/bin/python" colias_sim/gl.py 2>/dev/null; then
     apt_install libegl1 libgl1 || "$venv/bin/python" colias_sim/gl.py

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+from collections.abc import Iterable
 from types import ModuleType
 from typing import Any
 
@@ -68,16 +69,12 @@ class NativeNetwork:
     def _config(self, params: DSNNParams) -> tuple[Any, list[Any]]:
         """The C side's configuration, and the tables that it points to."""
         q, (rows, columns) = params, self._shape
-        centre = 4 * q.d, 8 * q.d
-        kernels = [gaussian_kernel(sigma)[radius:, 0] for sigma, radius in zip((q.d, 2 * q.d), centre, strict=True)]
-        tables = [
-            self._ffi.new("float[]", [float(value) for value in values] or [0.0])
-            for values in (
-                [residue(q.u, i) for i in range(1, q.n_p + 1)],
-                *kernels,
-                [alpha(tau, q.dt) for tau in q.delays()],
-            )
+        values: list[Iterable[float]] = [
+            [residue(q.u, i) for i in range(1, q.n_p + 1)] or [0.0],
+            *(gaussian_kernel(sigma)[4 * sigma :, 0] for sigma in (q.d, 2 * q.d)),
+            [alpha(tau, q.dt) for tau in q.delays()],
         ]
+        tables = [self._ffi.new("float[]", [float(value) for value in each]) for each in values]
         config = self._ffi.new(
             "dsnn_config *",
             dict(
