@@ -50,7 +50,7 @@ class EMD:
     time constants and the spacing; a first-order high-pass, ``H(t) = (1 - alpha) (H(t-1) + L(t) - L(t-1))``; the 1
     added under the logarithm, which keeps rest at 0 and the sign; filters that start settled on the first frame.
 
-    Costs about a fifth of a DSNN step at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
+    Costs about 0.6 of a DSNN step at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
     frame it cannot take.
     """
 

@@ -43,7 +43,7 @@ class Flow:
     have no bound and no spikes. 0 on the first frame. Floating frames are rounded to 8 bits, which DIS works on. Its
     patches lie on a grid from the upper left corner, so a mirrored clip gives the mirrored answer only nearly.
 
-    Costs about half a DSNN step at 99x72 with the preset ``ultrafast``. ``shape`` is (R, C), each at least `MIN_SIZE`;
+    Costs about 1.6 DSNN steps at 99x72 with the preset ``ultrafast``. ``shape`` is (R, C), each at least `MIN_SIZE`;
     raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
     """
 

@@ -51,7 +51,7 @@ class Hybrid:
       left edge, 1 at the right; 0 where nothing moves. Flies fixate by such a dependence on position (Reichardt and
       Poggio 1976).
 
-    Costs about 1.5 steps of the DSNN at 99x72. ``shape`` is (R, C), ``form`` as in
+    Costs about 1.4 steps of the DSNN at 99x72. ``shape`` is (R, C), ``form`` as in
     `dsnn.network.DSNN`; raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
     """
 

@@ -50,7 +50,7 @@ class LGMD1:
     feed-forward inhibition stops the spike and leaves k as it is. There is no time constant: all is by frames, and
     P, so every threshold, goes with frame rate and image size.
 
-    Costs about three tenths of a DSNN step at 99x72. ``shape`` is (R, C), ``form`` as in
+    Costs about 0.2 of a DSNN step at 99x72. ``shape`` is (R, C), ``form`` as in
     `dsnn.network.DSNN`; raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
     """
 

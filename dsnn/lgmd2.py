@@ -101,7 +101,7 @@ class LGMD2:
     frame's P; the decay ``c_g`` is for the threshold alone, k sums G; a silent frame ends the count of a collision.
     P is by frames, so thresholds go with frame rate and image size.
 
-    Costs about six tenths of a DSNN step at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
+    Costs about 1.7 DSNN steps at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
     frame it cannot take.
     """
 
