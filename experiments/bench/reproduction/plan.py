@@ -110,7 +110,7 @@ def design(made: Planned) -> dict[str, Any]:
     )  # fmt: skip
     runs = [*robot, *clips, *loops]
     parts = {
-        "runs": [{name: value for name, value in run.items() if name not in provenance.KEYS} for run in runs],
+        "runs": [{name: value for name, value in run.items() if name not in (*provenance.KEYS, "form")} for run in runs],
         "studies": [(case.name, case.labels, case.specs) for case in (*made.seeds, *made.moves)],
         "claims": claim_texts(),
         "least": [{claim.id: claim.least for claim in CLAIMS.values()}, clips_claims.CONDITIONS,
