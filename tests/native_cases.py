@@ -91,7 +91,8 @@ def _dsnn(rng: np.random.Generator, extreme: bool) -> DSNNParams:
         n_con=round(value(1, 64 if extreme else 9)), w_i=value(0.0, 1.0), sigma_l=value(0.0, 0.999),
         tau_fast=value(0.0, 10_000.0), tau_slow=value(0.0, 10_000.0), tau_s=(value(0.0, 10_000.0), value(0.0, 300.0)),
         tau_mp=value(0.0, 10_000.0), k_sig=value(1e-6, 1e3), k_sp=value(0.0, 20.0), t_sp=value(0.0, 1.0),
-        fps=value(0.01, 10_000.0), on=bool(rng.integers(2)), off=bool(rng.integers(2)), fdsr=bool(rng.integers(2)), dog=bool(rng.random() < 0.8),
+        fps=value(0.01, 10_000.0), on=bool(rng.integers(2)), off=bool(rng.integers(2)), fdsr=bool(rng.integers(2)),
+        dog=bool(rng.random() < 0.8),
     )  # fmt: skip
 
 
