@@ -10,6 +10,7 @@ import pyarrow as pa
 
 from dsnn import ResponseSeries
 from experiments.bench.core.store.contents import (
+    MAY_BE_NULL,
     Contents,
     planned_trial,
 )
@@ -65,6 +66,16 @@ class TrialRow(RobotRow, ConditionRow, ModelRow):
     """Largest distance of the stimulus from its line."""
     closest_cm: float
     """Shortest distance between the robots."""
+    seconds_in_view: float
+    """How long the stimulus's centre is in the camera's field."""
+    spikes_in_view: int
+    rate_in_view_hz: float | None
+    mean_hs_in_view: float | None
+    """Over these frames; null where there are none."""
+    mean_hs_near_axis: float | None
+    """Over the frames in which it is within 3.5 cm of the optical axis; null where it does not cross that."""
+    spikes_in_window: int | None
+    """In a time about the axis that is the same at every speed; null where the stimulus does not cross it."""
     frames: int
     wall_s: float
     """Time that the trial took to compute."""
@@ -95,6 +106,9 @@ class SeenRow(FrameRow):
 class TrialFrameRow(SeenRow, ResponseRow, PoseRow):
     """A row of ``frames.parquet``: one frame, as one model answered it."""
 
+
+PARTS = ("rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis", "spikes_in_window")
+"""Columns that are null where a trial has no such part."""
 
 TRIAL_SCHEMA = schema_of(RobotRow, ConditionRow, ModelRow, TrialRow)
 FRAME_SCHEMA = schema_of(SeenRow, ResponseRow, PoseRow)
@@ -171,5 +185,6 @@ def robot_contents(
             for spec in specs
         },
         frames,
-        parameters=parameters or {},
+        MAY_BE_NULL.union(PARTS),
+        parameters or {},
     )
