@@ -142,7 +142,7 @@ _ENTRIES = (
     RobotClaim(id="C24", judge=compared.ensembles, motions=_ACROSS, reads=("peak_hs",), models=compared.ENSEMBLES),
     RobotClaim(id="C25", judge=compared.delays, motions=_ACROSS, reads=("mean_hs_near_axis",),
                models=compared.DELAYS),
-    RobotClaim(id="C29", judge=judges.peak_speed_in_one_window, motions=_ACROSS, reads=("spikes_in_window",)),
+    RobotClaim(id="C29", judge=judges.peak_speed_in_one_window, motions=_ACROSS, reads=judges.IN_ONE_WINDOW),
     RobotClaim(id="C30", judge=compared.fastest, motions=_ACROSS, reads=("mean_hs_near_axis",),
                models=compared.SPACINGS),
 )  # fmt: skip
@@ -176,7 +176,7 @@ def judge(claim: RobotClaim | str, rows: Rows, threshold: float | None, model: s
     asked = find(claim)
     if not asked.models:
         return asked.verdict(_outcome(asked, rows, threshold), model=model)
-    missing = sorted(asked.models - {row["model"] for row in rows})
+    missing = sorted(asked.models - {row.get("model") for row in rows})
     if missing:
         return asked.verdict(Outcome("untested", f"needs the models {', '.join(missing)}"))
     return asked.verdict(_outcome(asked, [row for row in rows if row["model"] in asked.models], threshold))

@@ -15,13 +15,24 @@ from matplotlib.lines import Line2D
 from experiments.bench.core.plotting import COLOURS, LINES, STYLE, plain
 from experiments.bench.core.statistics import summarise
 from experiments.bench.core.store.rows import group
-from experiments.bench.robot.mechanism import figure as mechanism
-from experiments.bench.robot.mechanism.figure import AXIS_LABELS
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import varying
 
 Rows = Sequence[Mapping[str, Any]]
 
+AXIS_LABELS = {
+    "speed_cm_s": "speed of the stimulus (cm/s)",
+    "distance_cm": "distance camera to path (cm)",
+    "far_cm": "distance camera to the far end (cm)",
+    "angle_deg": "angle to the optical axis (degrees, right positive)",
+    "shell_grey": "reflectance of the stimulus's shell",
+    "wall_contrast": "contrast of the wall against the arena's own",
+    "observer_speed_cm_s": "observer driving (cm/s)",
+    "observer_turn_deg_s": "observer turning (degrees/s, left positive)",
+    "acceleration_cm_s2": "acceleration of the stimulus (cm/s2)",
+    "motion": "motion of the stimulus",
+    "direction": "direction in the image",
+}
 UNITS = {
     "speed_cm_s": "cm/s",
     "distance_cm": "cm",
@@ -42,8 +53,6 @@ def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
     """`figure` of a run: its first model's traces, every model's counts."""
     settings, varies = plan.settings, plan.experiment.varies
     said = title(plan.experiment.name, [model.label for model in settings.models], settings.scene.arena, plan.repeats)
-    if plan.experiment.figure == "mechanism":
-        return mechanism.figure(rows, varies, said, settings.models[0].threshold)
     return figure(rows, frames, varies, said, settings.models[0].threshold)
 
 

@@ -9,6 +9,8 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
+
 from experiments.bench.core import plotting
 from experiments.bench.core.statistics import holm, paired, summarise
 from experiments.bench.core.store.rows import Failure, group, mixture
@@ -17,11 +19,13 @@ from experiments.bench.core.verdict import Verdict
 from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.claims import find, flaws, judge
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
+from experiments.bench.robot.mechanism import figure as mechanism_figure
 from experiments.bench.robot.plan import Plan
 
 QUANTITIES = (
     "spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s",
     "seconds_in_view", "spikes_in_view", "rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis", "spikes_in_window",
+    "spikes_in_inner_window",
 )  # fmt: skip
 
 
@@ -57,7 +61,7 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     compared = compare(rows, reference)
     if rows:
         folder.write_rows("summary.csv", summary)
-        plotting.save(robot_figure.draw(rows, folder.frames(), plan), folder.folder)
+        plotting.save(_drawn(plan, rows, folder), folder.folder)
     if compared:
         folder.write_rows("comparisons.csv", compared)
     folder.write_json("claims.json", verdicts)
@@ -76,6 +80,12 @@ def _of_several(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure], mi
         if claim.models
         for lost in [sum(failure.model in ("", *claim.models) for failure in failures)]
     ]
+
+
+def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> Figure:
+    if plan.experiment.figure == "mechanism":
+        return mechanism_figure.draw(rows, plan)
+    return robot_figure.draw(rows, folder.frames(), plan)
 
 
 def _admitting(verdict: Verdict, lost: int, mixed: str) -> Verdict:

@@ -21,6 +21,7 @@ SHORT = {
     "wall_contrast": "wall", "observer_speed_cm_s": "own cm/s", "observer_turn_deg_s": "own deg/s",
     "acceleration_cm_s2": "cm/s2",
 }  # fmt: skip
+MECHANISM_TITLE = "HS spikes per trial; time in view, and firing rate in it; HS near the axis, and its peak"
 SPIKES_TITLE = "HS spikes per trial; highest and lowest HS"
 
 
@@ -68,15 +69,20 @@ def _comparisons_table(report: Report) -> Table:
 
 def _conditions_table(report: Report) -> Table:
     mechanism = report.drawing == "mechanism"
-    said = "HS spikes, of them in one window for all speeds; potential HS" if mechanism else SPIKES_TITLE
-    table = Table(title=said, title_justify="left", box=None, header_style="bold", pad_edge=False)
+    table = Table(
+        title=MECHANISM_TITLE if mechanism else SPIKES_TITLE,
+        title_justify="left",
+        box=None,
+        header_style="bold",
+        pad_edge=False,
+    )
     conditions = group(report.summary, "model", *CONDITION_COLUMNS)
     names = varying(report.rows, report.varies)
     for name in names:
         text = name in ("model", "motion", "direction")
         table.add_column(SHORT.get(name, name), justify="left" if text else "right", no_wrap=True)
     rate = "model" not in names  # beside models there is no room for it
-    cells = _mechanism if mechanism else partial(_spikes, rate=rate)
+    cells = partial(_mechanism, window=report.varies == "speed_cm_s") if mechanism else partial(_spikes, rate=rate)
     for index, chosen in enumerate(conditions.values()):
         values, measured = chosen[0], cells({row["quantity"]: row for row in chosen})
         if not index:
@@ -102,12 +108,12 @@ def _spikes(rows: Mapping[str, Any], *, rate: bool) -> dict[str, str]:
     }
 
 
-def _mechanism(rows: Mapping[str, Any]) -> dict[str, str]:
+def _mechanism(rows: Mapping[str, Any], *, window: bool) -> dict[str, str]:
     """The same of the figure that is about mechanism: what makes up a count."""
     return {
         "n": f"{rows['spikes']['n']}",
         "spikes": f"{rows['spikes']['mean']:.1f}",
-        "window": f"{rows['spikes_in_window']['mean']:.1f}",
+        **({"in window": f"{rows['spikes_in_window']['mean']:.1f}"} if window else {}),
         "s in view": f"{rows['seconds_in_view']['mean']:.2f}",
         "Hz in view": f"{rows['rate_in_view_hz']['mean']:.1f}",
         "mean HS": f"{rows['mean_hs_near_axis']['mean']:+z.2f}",

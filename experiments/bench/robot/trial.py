@@ -18,7 +18,7 @@ from dsnn import ResponseSeries
 from experiments.bench.core.model_runner import ModelRunner, spike_counts
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
-from experiments.bench.robot.mechanism.windows import Windows, measure, windows
+from experiments.bench.robot.mechanism.windows import InWindows, Windows, measure, windows
 from experiments.bench.robot.media import Media, collect
 from experiments.bench.robot.trajectory import Course, course
 from experiments.bench.streams import stream
@@ -67,12 +67,8 @@ class Answer:
     peak_vs: float
     trough_vs: float
     peak_looming: float
-    spikes_in_view: int
-    rate_in_view_hz: float | None
-    mean_hs_in_view: float | None
-    mean_hs_near_axis: float | None
-    spikes_in_window: int | None
-    """In parts of the trial: see `experiments.bench.robot.mechanism.windows`."""
+    parts: InWindows
+    """The same in parts of the trial."""
     series: ResponseSeries
 
 
@@ -254,7 +250,7 @@ def _answer(model: ConfiguredModel, series: ResponseSeries, parts: Windows, fps:
         peak_vs=float(series.vs.max()),
         trough_vs=float(series.vs.min()),
         peak_looming=float(series.looming.max()),
-        **dataclasses.asdict(measure(series, model.counted, parts, fps)),
+        parts=measure(series, model.counted, parts, fps),
         series=series,
     )
 

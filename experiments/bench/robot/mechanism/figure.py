@@ -11,23 +11,11 @@ from matplotlib.figure import Figure
 
 from experiments.bench.core.plotting import LINES, STYLE, colours, plain
 from experiments.bench.core.statistics import summarise
+from experiments.bench.robot.figure import AXIS_LABELS, title
 from experiments.bench.robot.mechanism.windows import NEAR_AXIS_CM
+from experiments.bench.robot.plan import Plan
 
 Rows = Sequence[Mapping[str, Any]]
-
-AXIS_LABELS = {
-    "speed_cm_s": "speed of the stimulus (cm/s)",
-    "distance_cm": "distance camera to path (cm)",
-    "far_cm": "distance camera to the far end (cm)",
-    "angle_deg": "angle to the optical axis (degrees, right positive)",
-    "shell_grey": "reflectance of the stimulus's shell",
-    "wall_contrast": "contrast of the wall against the arena's own",
-    "observer_speed_cm_s": "observer driving (cm/s)",
-    "observer_turn_deg_s": "observer turning (degrees/s, left positive)",
-    "acceleration_cm_s2": "acceleration of the stimulus (cm/s2)",
-    "motion": "motion of the stimulus",
-    "direction": "direction in the image",
-}
 
 PANELS: tuple[tuple[str, tuple[tuple[str, str], ...]], ...] = (
     ("spikes per trial", (("spikes", "whole crossing"), ("spikes_in_window", "one window for all"))),
@@ -50,7 +38,14 @@ LOGARITHMIC_FROM = 5.0
 """Ratio of the largest to the smallest level from which the axis is logarithmic."""
 
 
-def figure(rows: Rows, varies: str, title: str, threshold: float | None) -> Figure:
+def draw(rows: Rows, plan: Plan) -> Figure:
+    """`figure` of a run."""
+    settings, labels = plan.settings, [model.label for model in plan.settings.models]
+    said = title(plan.experiment.name, labels, settings.scene.arena, plan.repeats)
+    return figure(rows, plan.experiment.varies, said, settings.models[0].threshold)
+
+
+def figure(rows: Rows, varies: str, said: str, threshold: float | None) -> Figure:
     """Draw the mechanism of a run of crossings.
 
     Parameters
@@ -59,8 +54,8 @@ def figure(rows: Rows, varies: str, title: str, threshold: float | None) -> Figu
         Of ``trials.parquet``. Every point is a mean over trials with its 95 % interval.
     varies
         The column along the axes, a number.
-    title
-        Of the figure.
+    said
+        Title of the figure.
     threshold
         Of the first model's potential; ``None``: it does not spike.
 
@@ -77,17 +72,18 @@ def figure(rows: Rows, varies: str, title: str, threshold: float | None) -> Figu
         _first_model([row for row in rows if row["model"] == models[0]], varies, parts[0].subplots(1, 4), threshold)
         if len(models) > 1:
             _every_model(rows, models, varies, parts[1].subplots(1, 4), threshold)
-        drawn.suptitle(plain(title), fontsize=10, x=0.01, ha="left")
+        drawn.suptitle(plain(said), fontsize=10, x=0.01, ha="left")
     return drawn
 
 
 def _first_model(rows: Rows, varies: str, places: Sequence[Axes], threshold: float | None) -> None:
-    for axes, (title, shown) in zip(places, PANELS, strict=True):
+    for axes, (heading, columns) in zip(places, PANELS, strict=True):
+        shown = [each for each in columns if each[0] != "spikes_in_window" or varies == "speed_cm_s"]
         for style, (column, name) in zip(LINES, shown, strict=False):
             _curve(axes, rows, varies, column, "#3b6fb6", style, name)
-        if title.startswith("HS"):
+        if heading.startswith("HS"):
             _threshold(axes, threshold)
-        _frame(axes, rows, varies, title)
+        _frame(axes, rows, varies, heading)
         if len(shown) > 1:
             axes.legend(fontsize=7, frameon=False, handlelength=2.4)
 
@@ -97,14 +93,14 @@ def _every_model(
 ) -> None:
     """A panel for each measure; the last place has the legend."""
     tints = colours(models)
-    for axes, (column, title) in zip(places, COMPARED, strict=False):
+    for axes, (column, heading) in zip(places, COMPARED, strict=False):
         for index, model in enumerate(models):
             own = [row for row in rows if row["model"] == model]
             style = LINES[(index // len(set(tints.values()))) % len(LINES)]
             _curve(axes, own, varies, column, tints[model], style, plain(model), width=2.2 if index == 0 else 1.1)
         if column != "spikes":
             _threshold(axes, threshold)
-        _frame(axes, rows, varies, title)
+        _frame(axes, rows, varies, heading)
     handles, labels = places[0].get_legend_handles_labels()
     places[-1].set_axis_off()
     places[-1].legend(handles, labels, loc="center left", fontsize=8, frameon=False, handlelength=2.6)
@@ -132,12 +128,12 @@ def _threshold(axes: Axes, threshold: float | None) -> None:
                       ha="right", fontsize=7)  # fmt: skip
 
 
-def _frame(axes: Axes, rows: Rows, varies: str, title: str) -> None:
+def _frame(axes: Axes, rows: Rows, varies: str, heading: str) -> None:
     levels = sorted({row[varies] for row in rows})
     if levels[0] > 0 and levels[-1] >= LOGARITHMIC_FROM * levels[0]:
         axes.set_xscale("log")
     axes.set_xticks(levels, [f"{level:g}" for level in levels], fontsize=7)
     axes.set_xticks([], minor=True)
     axes.set_xlabel(AXIS_LABELS[varies], fontsize=8)
-    axes.set_title(title, fontsize=9, loc="left")
+    axes.set_title(heading, fontsize=9, loc="left")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))

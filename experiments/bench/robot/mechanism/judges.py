@@ -110,7 +110,7 @@ def fastest(rows: Rows, threshold: float) -> Outcome:
     checks = [
         Check(f"largest potential at {wide:g} cm/s at d = 2 (needs another than at d = 1: {usual:g})",
               abs(wide - usual)),
-        Check(f"largest potential at {listed} cm/s over N_con = 1, 2, 4, 8 (needs to go one way)",
+        Check(f"largest potential at {listed} cm/s over N_con = 1, 2, 4, 8 (needs to go one way, and to end elsewhere)",
               abs(over[-1] - over[0]) if one_way else -min(max(steps), -min(steps))),
     ]  # fmt: skip
     measured = "; ".join(

@@ -7,7 +7,8 @@ Three parts of the trial tell them apart.
 - *Near the axis*: the stimulus's centre is within `NEAR_AXIS_CM` of the optical axis. It is the same stretch of path
   at every speed and distance: at 5 cm, the nearest distance of the paper's, it is all of the view.
 - *The common window*: one and the same time at every speed, centred on the axis, as the paper's "nearly identical
-  translating time window". It is as long as the paper's fastest crossing takes.
+  translating time window". It is as long as the paper's fastest crossing takes, from the stimulus's first edge in view
+  to its last edge out of it. *The inner window* reads that crossing from its centre in to its centre out.
 """
 
 from __future__ import annotations
@@ -37,12 +38,13 @@ Mask = npt.NDArray[np.bool_]
 class Windows:
     """Which of a trial's T frames are in which part: masks of shape (T,).
 
-    ``near_axis`` and ``common`` are ``None`` for an approach or recession, which does not cross the axis.
+    ``near_axis``, ``common`` and ``inner`` are ``None`` for an approach or recession, which does not cross the axis.
     """
 
     in_view: Mask
     near_axis: Mask | None
     common: Mask | None
+    inner: Mask | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +57,11 @@ class InWindows:
     mean_hs_in_view: float | None
     mean_hs_near_axis: float | None
     spikes_in_window: int | None
+    spikes_in_inner_window: int | None
 
 
-def common_window_s(distance_cm: float, hfov_deg: float) -> float:
-    """Length of the common window at a distance.
+def window_s(distance_cm: float, hfov_deg: float, radius_cm: float = ROBOT_RADIUS_CM) -> float:
+    """Length of the window that is the same at every speed.
 
     Parameters
     ----------
@@ -66,13 +69,15 @@ def common_window_s(distance_cm: float, hfov_deg: float) -> float:
         Camera to the path of the crossing.
     hfov_deg
         The camera's horizontal field of view.
+    radius_cm
+        Of the stimulus; 0 is for its centre alone.
 
     Returns
     -------
     float
         Seconds in which a stimulus at `FASTEST_CM_S` crosses the view, from its first edge in to its last edge out.
     """
-    half = half_crossing(distance_cm, ROBOT_RADIUS_CM, math.radians(hfov_deg))
+    half = half_crossing(distance_cm, radius_cm, math.radians(hfov_deg))
     return 2.0 * half / FASTEST_CM_S
 
 
@@ -100,11 +105,12 @@ def windows(
     """
     in_view = np.abs(bearing_deg) <= camera.hfov_deg / 2
     if condition.motion != "translation":
-        return Windows(in_view, None, None)
+        return Windows(in_view, None, None, None)
     aside_cm = np.abs(away_cm * np.sin(np.radians(bearing_deg)))
-    middle = time_s[int(np.argmin(np.abs(bearing_deg)))]
-    half_s = common_window_s(condition.distance_cm, camera.hfov_deg) / 2
-    return Windows(in_view, aside_cm <= NEAR_AXIS_CM, np.abs(time_s - middle) <= half_s)
+    off_s = np.abs(time_s - time_s[int(np.argmin(np.abs(bearing_deg)))])
+    common, inner = (off_s <= window_s(condition.distance_cm, camera.hfov_deg, radius) / 2
+                     for radius in (ROBOT_RADIUS_CM, 0.0))  # fmt: skip
+    return Windows(in_view, aside_cm <= NEAR_AXIS_CM, common, inner)
 
 
 def measure(series: ResponseSeries, counted: str, parts: Windows, fps: float) -> InWindows:
@@ -130,6 +136,7 @@ def measure(series: ResponseSeries, counted: str, parts: Windows, fps: float) ->
         mean_hs_in_view=_mean(series.hs, parts.in_view),
         mean_hs_near_axis=_mean(series.hs, parts.near_axis),
         spikes_in_window=None if parts.common is None else int(spikes[parts.common].sum()),
+        spikes_in_inner_window=None if parts.inner is None else int(spikes[parts.inner].sum()),
     )
 
 
