@@ -87,7 +87,7 @@ def planned(
     shown = [robustness.MODEL, *(name for name in models if name != robustness.MODEL)]
     plans = [
         plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed)
-        for name in (*robustness.PAPER, *robustness.COMPARING, *extra)
+        for name in (*robustness.PAPER, *robustness.MECHANISM, *extra)
     ]
     _check_names(plans)
     return Planned(
