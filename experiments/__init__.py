@@ -21,6 +21,8 @@ NAMES = (
     "contrast",
     "clutter",
     "egomotion",
+    "ensembles",
+    "distance-mechanism",
 )
 """The experiments with the robot."""
 

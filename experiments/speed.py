@@ -13,5 +13,5 @@ EXPERIMENT = Experiment(
     design=Translation(speeds_cm_s=(2, 4, 6, 10), distances_cm=(8,)),
     varies="speed_cm_s",
     repeats=10,
-    claims=("C15",),
+    claims=("C15", "C29"),
 )

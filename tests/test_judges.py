@@ -5,6 +5,7 @@ import json
 import pytest
 
 from experiments.bench.robot.claims import CLAIMS, flaws, judge
+from experiments.bench.robot.mechanism.judges import DSNN, VARIANTS
 from tests.test_claims import depth, rows
 
 T = 0.2
@@ -15,6 +16,23 @@ ANGLES = dict(zip((-30, -15, 0, 15, 30), (11, 8, 0, 2, 8), strict=True))
 def crossing(way, n, **values):
     usual = {"peak_hs": 0.5, "trough_hs": -0.01} if way == "rightward" else {"peak_hs": 0.01, "trough_hs": -0.5}
     return rows({6: [9] * n}, "speed_cm_s", way, **{**usual, **values})
+
+
+def ensemble(n, **curves):
+    """Crossings of the DSNN and of its variants: a label's values of ``column`` by speed, the DSNN's elsewhere."""
+    column = curves.pop("column")
+    usual = dict(zip((2, 4, 6, 8, 10, 15, 20), (0.1, 0.3, 0.5, 0.6, 0.7, 0.8, 0.7), strict=True))
+    found = []
+    for label in (DSNN, *VARIANTS):
+        values = {**{s: v * (1.0 if label == DSNN else 0.2) for s, v in usual.items()}, **curves.get(label, {})}
+        for speed, value in values.items():
+            own = rows({speed: [0] * n}, "speed_cm_s", model=label, **{column: value})
+            found += [row | {"trial": 100 * speed + index} for index, row in enumerate(own)]
+    return found
+
+
+FASTER = {"dsnn:d=2": {20: 0.9}, "dsnn:n_con=1": {8: 0.9}, "dsnn:n_con=2": {8: 0.9}, "dsnn:n_con=4": {10: 0.9}}
+"""Peaks: 20 cm/s at d = 2; 8, 8, 10, 15 over N_con."""
 
 
 def enough(claim, n):
@@ -28,6 +46,10 @@ def enough(claim, n):
         "C18": depth("approach", {a: [m] * n for a, m in ANGLES.items()}),
         "C19": depth("recession", {a: [m] * n for a, m in ANGLES.items()}),
         "C20": depth("recession", {-a: [m] * n for a, m in ANGLES.items()}),
+        "C24": ensemble(n, column="peak_hs"),
+        "C25": ensemble(n, column="mean_hs_near_axis"),
+        "C29": rows({speed: [m] * n for speed, m in SPEEDS.items()}, "speed_cm_s"),
+        "C30": ensemble(n, column="mean_hs_near_axis", **FASTER),
         "C21": depth("approach", {a: [20 - m] * n for a, m in ANGLES.items()}),
     }[claim]
 
@@ -144,4 +166,77 @@ def test_a_trial_without_a_number_is_not_judged(claim, nothing):
         trials = enough(claim, 5)
         trials[0] = trials[0] | {column: nothing}
         verdict = judge(claim, trials, T)
-        assert verdict.verdict == "untested" and f"1 of {len(trials)} have no number in {column}" in verdict.measured
+        assert verdict.verdict == "untested" and " have no number in " + column in verdict.measured
+
+
+# Claims that compare models.
+
+
+@pytest.mark.parametrize("claim", [claim for claim in CLAIMS if CLAIMS[claim].models])
+def test_a_claim_that_compares_models_needs_all_of_them(claim):
+    trials = enough(claim, 4)
+    whole = judge(claim, trials, T)
+    assert (whole.verdict, whole.model) == ("holds", ""), "it names its models itself"
+    speeds = 4 if claim == "C25" else 7
+    assert whole.n == 4 * speeds, "a trial counts once, however many models saw it"
+    for label in CLAIMS[claim].models:
+        few = judge(claim, [row for row in trials if row["model"] != label], T)
+        assert (few.verdict, few.measured) == ("untested", f"needs the models {label}")
+        once = [row for row in trials if row["model"] != label or row["trial"] % 100 < 3]
+        assert "needs at least 4 trials of each condition (has 3)" in judge(claim, once, T).measured
+    stranger = [row | {"model": "emd", "peak_hs": 9.0, "mean_hs_near_axis": 9.0} for row in trials]
+    assert judge(claim, trials + stranger, T) == whole, "other models' trials do not count"
+
+
+def ensemble_verdict(claim, column, **curves):
+    return judge(claim, ensemble(4, column=column, **curves), T)
+
+
+def test_c24_is_of_every_speed_and_of_the_threshold():
+    weak = ensemble_verdict("C24", "peak_hs", **{"dsnn:n_con=2": {15: 0.8}})
+    assert weak.verdict == "fails"
+    assert weak.decided == "peak HS of N_con = 8 0.800 at 15 cm/s (needs more than of N_con = 2: 0.800)"
+    as_often = {speed: 0.05 for speed in (2, 4, 6, 8, 10, 15, 20)}
+    silent = judge("C24", ensemble(4, column="peak_hs", dsnn=as_often), T)
+    assert silent.verdict == "fails", "higher nowhere"
+    high = ensemble(4, column="peak_hs", **{"dsnn:n_con=1": {s: 0.25 for s in (4, 6, 8, 10, 15, 20)}})
+    found = judge("C24", high, T)
+    assert (
+        found.verdict == "fails" and "passes T = 0.2 at 6 of 7 speeds (needs more than N_con = 1: 6)" in found.decided
+    )
+
+
+@pytest.mark.parametrize("delay", [10, 50, 100, 200])
+def test_c25_is_of_each_fixed_delay_and_speed(delay):
+    for speed, verdict in ((4, "fails"), (10, "fails"), (2, "holds"), (20, "holds")):
+        curves = {f"dsnn:tau_s={delay},{delay}": {speed: 0.95}}
+        assert ensemble_verdict("C25", "mean_hs_near_axis", **curves).verdict == verdict
+    equal = ensemble_verdict("C25", "mean_hs_near_axis", **{f"dsnn:tau_s={delay},{delay}": {6: 0.5}})
+    assert equal.verdict == "fails" and f"(needs more than of {delay} ms: 0.500)" in equal.decided
+    other = ensemble_verdict("C25", "mean_hs_near_axis", **{"dsnn:tau_s=200,10": {6: 0.95}})
+    assert other.verdict == "holds" and "0.95 at 6" in other.measured, "the other reading decides nothing"
+
+
+@pytest.mark.parametrize(
+    ("peaks", "verdict"),
+    [
+        ({}, "holds"),
+        ({"dsnn:d=2": {15: 0.95}}, "fails"),  # d does not move it
+        ({"dsnn:n_con=1": {15: 0.95}, "dsnn:n_con=2": {15: 0.95}, "dsnn:n_con=4": {15: 0.95}}, "fails"),  # N_con not
+        ({"dsnn:n_con=1": {20: 0.95}}, "fails"),  # there and back
+        ({"dsnn:n_con=1": {20: 0.95}, "dsnn:n_con=2": {20: 0.95}, "dsnn:n_con=4": {20: 0.95}}, "holds"),  # down
+    ],
+)
+def test_c30_asks_for_a_move_with_both(peaks, verdict):
+    curves = {label: {**FASTER.get(label, {}), **peaks.get(label, {})} for label in (*FASTER, *peaks)}
+    assert ensemble_verdict("C30", "mean_hs_near_axis", **curves).verdict == verdict
+
+
+@pytest.mark.parametrize("column", ["spikes_in_window", "spikes_in_inner_window"])
+def test_c29_holds_if_it_does_in_both_windows(column):
+    trials = enough("C29", 4)
+    as_many = [row | {column: 60} if row["speed_cm_s"] == 10 else row for row in trials]
+    found = judge("C29", as_many, T)
+    assert found.verdict == "fails" and "60.0 spikes at 6 cm/s (needs more than at 10: 60.0)" in found.decided
+    whole = [row | {"spikes": 0} for row in trials]
+    assert judge("C29", whole, T).verdict == "holds", "not the count of the whole crossing"

@@ -153,9 +153,9 @@ def test_a_runs_tables(speed):
     row = next(row for row in usual.summary.to_pylist() if row["quantity"] == "spikes")
     own = [t["spikes"] for t in usual.trials.to_pylist() if t["speed_cm_s"] == row["speed_cm_s"]]
     assert row["n"] == 2 and row["mean"] == sum(own) / 2 and row["far_cm"] is None
-    assert usual.claims.to_pylist()[0]["id"] == "C15" and usual.verdicts == "1 untested"
+    assert usual.claims.to_pylist()[0]["id"] == "C15" and usual.verdicts == "2 untested"
     assert usual.failures.num_rows == 0 and usual.recordings == []
-    said = "speed, seed 0; experiment.speeds_cm_s=20,30; 1 untested; 4 of 4 trials"
+    said = "speed, seed 0; experiment.speeds_cm_s=20,30; 2 untested; 4 of 4 trials"
     assert repr(usual) == f"<Run {usual.folder}: {said}>"
     assert "<td>C15</td>" in usual._repr_html_()
     assert experiments.load(usual.folder) == usual

@@ -47,12 +47,15 @@ def parameters(
     model: Models = None,
     only: Only = False,
 ) -> None:
-    """List every parameter that --set reaches: key, default, legal range, meaning. The command's own model is dsnn."""
+    """List every parameter that --set reaches: key, default, legal range, meaning. The command's own model is dsnn,
+    or those that the experiment declares.
+    """
     from experiments.bench import registry
     from experiments.bench.core.models import shown_models
     from experiments.bench.core.terminal import out_console
     from experiments.bench.robot.plan import parameters as listed
 
-    for row in listed(registry.load(experiment), shown_models(["dsnn"], model, only)):
+    declared = registry.load(experiment)
+    for row in listed(declared, shown_models(declared.models, model, only)):
         legal = f"  [dim]({escape(row.legal)})[/dim]" if row.legal else ""
         out_console.print(f"{row.key}=[b]{escape(row.value)}[/b]{legal}\n    {escape(row.description)}", soft_wrap=True)

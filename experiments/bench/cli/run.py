@@ -51,8 +51,8 @@ def run_experiment(
 ) -> int:
     """Run an experiment and write its results into a folder.
 
-    Every model sees the same frames. The command's own model is dsnn, or those that an off-line experiment
-    declares. Trials already finished stay readable if the run is interrupted, and
+    Every model sees the same frames. The command's own model is dsnn, or those that the experiment declares.
+    Trials already finished stay readable if the run is interrupted, and
     --resume with the same parameters does the rest. Results do not depend on the number of workers.
     """
     from experiments.bench import registry

@@ -47,7 +47,8 @@ def sweep(
     """Run every combination of the values; tabulate (sweep.csv) and draw (figure.svg, .png) them together.
 
     Equal trials of different points have equal seeds: the same stimuli, start poses and noise. KEY may be a parameter
-    of any model shown; models that a point does not vary ride along. The command's own model is dsnn.
+    of any model shown; models that a point does not vary ride along. The command's own model is dsnn, or those
+    that the experiment declares.
     """
     from experiments.bench import registry
     from experiments.bench.core.models import shown_models
@@ -56,7 +57,7 @@ def sweep(
 
     declared = registry.load(experiment)
     points = grid.grid(over)
-    models = shown_models(["dsnn"], model, only)
+    models = shown_models(declared.models, model, only)
     parts = grid.parts(declared, models, points, assignments or (), repeats, seed)
     folder = new_folder(out, f"sweep-{declared.name}")
     swept = run(parts, points, declared.varies, folder, resources(workers, cluster, quiet, other_code))

@@ -257,10 +257,11 @@ def unreadable(rows: Iterable[Mapping[str, Any]], columns: Sequence[str]) -> str
 
 @cache
 def claim_texts() -> Mapping[str, tuple[str, str]]:
-    """Claim id -> (what the paper says, the label of its figure)."""
+    """Claim id -> (what the paper says, the label of its figure), in order of number."""
     table = tomllib.loads(files("experiments.bench.core").joinpath("claims.toml").read_text(encoding="utf-8"))
     parts = [part for room in table.values() for part in room.values()]
-    return {claim["id"]: (claim["says"], part["source"]) for part in parts for claim in part["claims"]}
+    texts = {claim["id"]: (claim["says"], part["source"]) for part in parts for claim in part["claims"]}
+    return dict(sorted(texts.items(), key=lambda item: int(item[0][1:])))
 
 
 @cache

@@ -17,6 +17,7 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import rebuilt
 from experiments.bench.core.plotting import STYLE
 from experiments.bench.robot import figure as robot_figure
+from experiments.bench.robot.mechanism import figure as mechanism_figure
 
 
 def draw(folder: Path, said: Mapping[str, Any], trials: pa.Table, frames: pa.Table) -> Figure:
@@ -46,7 +47,10 @@ def draw(folder: Path, said: Mapping[str, Any], trials: pa.Table, frames: pa.Tab
             labels = [model["label"] for model in settings["models"]]
             title = robot_figure.title(declared["name"], labels, settings["scene"]["arena"], said["repeats"])
             threshold = _threshold(settings["models"][0])
-            drawn = robot_figure.figure(rows, frames, declared["varies"], title, threshold)
+            if declared["figure"] == "mechanism":
+                drawn = mechanism_figure.figure(rows, declared["varies"], title, threshold)
+            else:
+                drawn = robot_figure.figure(rows, frames, declared["varies"], title, threshold)
     except (KeyError, TypeError, IndexError) as error:
         raise UsageError(f"{folder}: not the files of one run: {type(error).__name__}: {error}") from None
     setattr(drawn, "_repr_png_", lambda: _png(drawn))  # what notebooks look for  # noqa: B010

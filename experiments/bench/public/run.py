@@ -71,7 +71,7 @@ def perform(
         with resources.pool(rendering=False) as pool:
             record = recordings and experiment.recorded
             return clips_run.run(clips, folder, pool, resources, resume=resume, record=record)
-    models = shown_models(["dsnn"], asked.models, asked.only)
+    models = shown_models(experiment.models, asked.models, asked.only)
     trials = robot_plan(experiment, models, asked.assignments, asked.repeats, asked.seed)
     _note_rates(trials)
     from experiments.bench.robot import run as robot_run
@@ -119,7 +119,7 @@ def run(
     repeats
         Trials of each condition; otherwise the experiment's own number.
     models
-        Models to show beside ``dsnn``, or beside those that an off-line experiment declares: names, or paths of .py
+        Models to show beside those that the experiment declares, which is ``dsnn`` for most: names, or paths of .py
         files that declare ``MODEL``; with settings of their own as ``"dsnn:w_i=1,n_con=6"``.
     only
         Whether to show just those of ``models``.

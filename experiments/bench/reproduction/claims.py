@@ -51,6 +51,9 @@ def verdicts(
             verdict = _explained(shown[claim])
         elif claim in clips_claims.CLAIMS or claim == footage_claims.CLAIM or not name:
             verdict = _untested(claim)
+        elif find(claim).models:
+            (verdict,) = [_explained(v) for v in reports[name].verdicts if v.id == claim]
+            verdict = replace(verdict, experiment=name)
         elif find(claim).about == "looming":
             verdict = _of_looming(claim, name, reports[name])
         else:

@@ -87,7 +87,7 @@ def planned(
     shown = [robustness.MODEL, *(name for name in models if name != robustness.MODEL)]
     plans = [
         plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed)
-        for name in (*robustness.PAPER, *extra)
+        for name in (*robustness.PAPER, *robustness.MECHANISM, *extra)
     ]
     _check_names(plans)
     return Planned(
@@ -127,9 +127,10 @@ def design(made: Planned) -> dict[str, Any]:
 
 
 def _models(experiment: str, shown: Sequence[str]) -> list[str]:
-    """The models of one experiment: those of all, and where a claim is about them the looming detectors."""
-    extra = LOOMING_DETECTORS if any(find(c).about == "looming" for c in registry.load(experiment).claims) else ()
-    return [*shown, *(name for name in extra if name not in shown)]
+    """The models of one experiment: its own, those of all, and where a claim is about them the looming detectors."""
+    declared = registry.load(experiment)
+    extra = LOOMING_DETECTORS if any(find(c).about == "looming" for c in declared.claims) else ()
+    return list(dict.fromkeys([*declared.models, *shown, *extra]))
 
 
 def _offline_plan(name: str, scale: Scale, seed: int) -> OfflinePlan:

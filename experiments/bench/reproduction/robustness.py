@@ -24,7 +24,9 @@ from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
 
 PAPER = ("general", "speed", "distance", "angular-approach", "angular-recession")
-ROBOT_CLAIMS = tuple(claim.id for claim in CLAIMS.values() if claim.about == "direction")
+MECHANISM = ("ensembles", "distance-mechanism")
+"""Experiments of mechanism, with the claims that compare models: run at the headline's seed, not moved."""
+ROBOT_CLAIMS = tuple(claim.id for claim in CLAIMS.values() if claim.about == "direction" and not claim.models)
 MODEL = "dsnn"
 
 NETWORK_MOVES: Mapping[str, Mapping[str, str]] = {
@@ -64,8 +66,9 @@ class Case:
 
 @cache
 def judged_in() -> Mapping[str, str]:
-    """Claim -> the experiment whose trials answer for it: of `PAPER` the first that declares it."""
-    return {claim: name for name in reversed(PAPER) for claim in registry.load(name).claims if isinstance(claim, str)}
+    """Claim -> the experiment whose trials answer for it: of `PAPER` and `MECHANISM` the first that declares it."""
+    names = (*PAPER, *MECHANISM)
+    return {claim: name for name in reversed(names) for claim in registry.load(name).claims if isinstance(claim, str)}
 
 
 def seed_cases(seeds: Iterable[int], repeats: int) -> list[Case]:

@@ -18,6 +18,8 @@ from experiments.bench.core.verdict import Claim, Outcome, Verdict, is_number, u
 from experiments.bench.robot import judges
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Motion
 from experiments.bench.robot.judges import Rows
+from experiments.bench.robot.mechanism import judges as compared
+from experiments.bench.robot.mechanism.judges import DSNN
 
 SPEED_TOLERANCE, PATH_TOLERANCE_MM = 0.02, 1.0
 
@@ -36,7 +38,8 @@ _DEPTH, _ACROSS = ("approach", "recession"), ("translation",)
 class RobotClaim(Claim):
     """A claim about trials with the robot: ``experiments.Claim``.
 
-    An experiment declares it in ``claims=``, beside ids of the paper's. It is judged once for each model.
+    An experiment declares it in ``claims=``, beside ids of the paper's. It is judged once for each model, or once for
+    all the ``models`` that it compares.
 
     Parameters
     ----------
@@ -44,7 +47,9 @@ class RobotClaim(Claim):
         Its name in tables: up to 60 letters, digits, ``.``, ``-`` and ``_``. The paper's ids are taken.
     judge
         From a model's rows of ``trials.parquet``, each a mapping by column, and its spiking threshold, to an
-        `Outcome`. Where it raises, the claim is untested.
+        `Outcome`. A claim that compares models gets the rows of all of them, told apart by the column ``model``, and
+        the DSNN's threshold, or without the DSNN that of its first model by name. Where it raises, the claim is
+        untested.
     says, source
         Its words, and where they are from.
     motions
@@ -58,6 +63,9 @@ class RobotClaim(Claim):
         Trials of each condition, below which it is untested; otherwise 5 of a claim of every trial, and 4.
     about
         The kind of model it is about: one that declares a ``direction``, or a ``looming`` detector.
+    models
+        The labels of the models that it compares; without one of them it is untested. None: it is about each model
+        by itself.
 
     Raises
     ------
@@ -80,6 +88,7 @@ class RobotClaim(Claim):
     of_every_trial: bool = False
     least: int = field(default=0)
     about: Literal["direction", "looming"] = "direction"
+    models: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         Claim.__post_init__(self)
@@ -94,12 +103,20 @@ class RobotClaim(Claim):
             raise ValueError(f"claim {self.id}: about={short(self.about)}: legal is direction or looming")
         if not isinstance(self.least, int) or self.least < 0:
             raise ValueError(f"claim {self.id}: least={short(self.least)}: legal is a whole number from 1 up")
+        if isinstance(self.models, str) or not all(isinstance(each, str) for each in self.models):
+            raise ValueError(f"claim {self.id}: models={short(self.models)}: legal is a set of labels")
+        object.__setattr__(self, "models", frozenset(self.models))
         if not self.least:
             object.__setattr__(self, "least", EACH_TRIAL if self.of_every_trial else MEANS)
 
     def concerns(self, channels: Sequence[str]) -> bool:
         """Say whether the claim is about models that answer by ``channels``."""
         return (self.about == "looming") != ("hs" in channels)
+
+    @property
+    def spiking(self) -> str:
+        """Of a claim that compares models, the one whose spiking threshold the judge gets."""
+        return DSNN if DSNN in self.models else min(self.models)
 
 
 def _only_rows(judge: Callable[[Rows], Outcome]) -> Callable[[Rows, float], Outcome]:
@@ -122,6 +139,12 @@ _ENTRIES = (
     RobotClaim(id="C20", judge=_only_rows(partial(_side, motion="recession", more=1.0, name=_RIGHT)),
                motions=_DEPTH[1:]),
     RobotClaim(id="C21", judge=_only_rows(judges.most_ahead), motions=_DEPTH[:1], about="looming"),
+    RobotClaim(id="C24", judge=compared.ensembles, motions=_ACROSS, reads=("peak_hs",), models=compared.ENSEMBLES),
+    RobotClaim(id="C25", judge=compared.delays, motions=_ACROSS, reads=("mean_hs_near_axis",),
+               models=compared.DELAYS),
+    RobotClaim(id="C29", judge=judges.peak_speed_in_one_window, motions=_ACROSS, reads=judges.IN_ONE_WINDOW),
+    RobotClaim(id="C30", judge=compared.fastest, motions=_ACROSS, reads=("mean_hs_near_axis",),
+               models=compared.SPACINGS),
 )  # fmt: skip
 CLAIMS: Mapping[str, RobotClaim] = {claim.id: claim for claim in _ENTRIES}
 """The paper's claims about the robot, by id."""
@@ -137,21 +160,26 @@ def find(claim: Claim | str) -> RobotClaim:
 
 
 def judge(claim: RobotClaim | str, rows: Rows, threshold: float | None, model: str = "dsnn") -> Verdict:
-    """Judge one claim on one model's trials.
+    """Judge one claim on one model's trials, or on those of the models that it compares.
 
     Parameters
     ----------
     claim
         The claim, or its id.
     rows
-        The model's rows of ``trials.parquet``.
+        The model's rows of ``trials.parquet``; for a claim that compares models those of all models.
     threshold
-        The model's spiking threshold; ``None`` leaves the claim untested.
+        The spiking threshold of the model, or of `RobotClaim.spiking`; ``None`` leaves the claim untested.
     model
-        The model's name.
+        The model's name. A claim that compares models names them itself.
     """
     asked = find(claim)
-    return asked.verdict(_outcome(asked, rows, threshold), model=model)
+    if not asked.models:
+        return asked.verdict(_outcome(asked, rows, threshold), model=model)
+    missing = sorted(asked.models - {row.get("model") for row in rows})
+    if missing:
+        return asked.verdict(Outcome("untested", f"needs the models {', '.join(missing)}"))
+    return asked.verdict(_outcome(asked, [row for row in rows if row["model"] in asked.models], threshold))
 
 
 def _outcome(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
@@ -167,19 +195,19 @@ def _outcome(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     found = claim.ask(rows, threshold)
     if found.verdict == "untested":
         return found
-    wrong = flaws(own)
+    wrong = flaws([row for row in own if not claim.models or row["model"] == claim.spiking])
     if wrong:
         return found.untested(wrong)
     refuted = found.verdict == "fails" and claim.of_every_trial
-    each = found.each or (_fewest(own) if claim.own else 0)
+    each = found.each or (_fewest(own, *(("model",) if claim.models else ())) if claim.own else 0)
     if each < claim.least and not refuted:
         return found.untested(f"needs at least {claim.least} trials of each condition (has {each})")
     return found
 
 
-def _fewest(rows: Rows) -> int:
-    """Trials of the condition that has the fewest."""
-    conditions: Mapping[Any, Rows] = group(rows, *CONDITION_COLUMNS)
+def _fewest(rows: Rows, *beside: str) -> int:
+    """Trials of the condition that has the fewest; ``beside`` are columns that tell conditions apart too."""
+    conditions: Mapping[Any, Rows] = group(rows, *beside, *CONDITION_COLUMNS)
     return min(map(len, conditions.values()), default=0)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol, get_args
 
@@ -17,6 +17,7 @@ from experiments.bench.core.verdict import Claim, check_claims
 
 Motion = Literal["translation", "approach", "recession"]
 Direction = Literal["rightward", "leftward", "straight"]
+Drawing = Literal["spikes", "mechanism"]
 WORDS = {"motion": get_args(Motion), "direction": get_args(Direction)}
 LIMITS = {
     "speed_cm_s": (0.1, 100.0), "distance_cm": (0.5, 100.0), "far_cm": (1.0, 100.0), "angle_deg": (-80.0, 80.0),
@@ -182,6 +183,12 @@ class Experiment:
         Trials of each condition.
     claims
         Ids of the paper's claims, and claims of your own (``experiments.Claim``).
+    models
+        The models that it shows, with settings of their own as ``"dsnn:n_con=4"``; ``--model`` shows others beside
+        them.
+    figure
+        ``spikes``: every trial's count, and the potential over the trial. ``mechanism``: counts, time in view, firing
+        rate and potential against ``varies``, a number, of crossings.
 
     Raises
     ------
@@ -200,10 +207,13 @@ class Experiment:
     varies: str
     repeats: int = 10
     claims: tuple[str | Claim, ...] = ()
+    models: tuple[str, ...] = ("dsnn",)
+    figure: Drawing = "spikes"
 
     def __post_init__(self) -> None:
         check_declared("experiment", self.name, self.summary, self.repeats)
         check_claims(self.name, self.claims)
+        self._check_models()
         made = dataclasses.is_dataclass(self.design) and not isinstance(self.design, type)
         if not made or not callable(getattr(self.design, "conditions", None)):
             said = f"design={short(self.design)}: legal is a dataclass with conditions()"
@@ -224,12 +234,27 @@ class Experiment:
         """Every condition of its design, in order."""
         return conditions_of(self.design)
 
+    def _check_models(self) -> None:
+        where = f"experiment {self.name}"
+        if isinstance(self.models, str) or not isinstance(self.models, Sequence) or not self.models:
+            raise ValueError(f"{where}: models={short(self.models)}: legal is a tuple of names, one or more")
+        object.__setattr__(self, "models", tuple(self.models))
+        for index, model in enumerate(self.models):
+            if not isinstance(model, str):
+                raise ValueError(f"{where}: models[{index}] is {short(model)}: expected a name or a path")
+        if self.figure not in get_args(Drawing):
+            raise ValueError(f"{where}: figure={short(self.figure)}: legal is {', '.join(get_args(Drawing))}")
+
     def _check_conditions(self, conditions: tuple[Condition, ...]) -> None:
         twice = next((c for i, c in enumerate(conditions) if c in conditions[:i]), None)
         if twice is not None:
             raise ValueError(f"experiment {self.name}: the condition '{twice.label()}' is there twice")
         if self.varies not in CONDITION_COLUMNS or any(getattr(c, self.varies) is None for c in conditions):
             raise ValueError(f"experiment {self.name}: varies={self.varies!r}: no value of it in every condition")
+        crossings = all(condition.motion == "translation" for condition in conditions)
+        if self.figure == "mechanism" and not (crossings and isinstance(getattr(conditions[0], self.varies), float)):
+            said = "figure='mechanism': legal where all conditions are translations and varies is a number"
+            raise ValueError(f"experiment {self.name}: {said}")
 
 
 @dataclass(frozen=True, slots=True)

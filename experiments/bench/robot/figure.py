@@ -44,6 +44,8 @@ UNITS = {
     "observer_turn_deg_s": "°/s own",
     "acceleration_cm_s2": "cm/s2",
 }
+MOST_NAMED = 4
+"""Models that a title names."""
 LEGEND: dict[str, Any] = {"frameon": False, "loc": "lower center", "bbox_to_anchor": (0.5, 0.99)}
 
 
@@ -56,7 +58,8 @@ def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
 
 def title(name: str, models: Sequence[str], arena: str, repeats: int) -> str:
     """Return the title of a run's figure."""
-    return f"{name}: {', '.join(models)}, {arena} arena, n = {repeats}"
+    shown = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
+    return f"{name}: {shown}, {arena} arena, n = {repeats}"
 
 
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float | None) -> Figure:

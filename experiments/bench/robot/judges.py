@@ -23,12 +23,15 @@ DEFAULTS: Mapping[str, Any] = {
 }  # fmt: skip
 """What the paper's trials leave as it is: those of other experiments do not count."""
 
+IN_ONE_WINDOW = ("spikes_in_window", "spikes_in_inner_window", "mean_hs_near_axis")
+"""Columns: the two windows that C29 is judged by, and the potential, which stands beside."""
+
 ANGLES = (-30.0, -15.0, 0.0, 15.0, 30.0)
 
 
 def no_spikes_in_depth(rows: Rows, threshold: float) -> Outcome:
     """C13. Straight: along the optical axis, at any speed."""
-    kinds = {kind: _chosen(rows, motion=kind, angle_deg=0.0) for kind in ("approach", "recession")}
+    kinds = {kind: paper_trials(rows, motion=kind, angle_deg=0.0) for kind in ("approach", "recession")}
     tested = {kind: chosen for kind, chosen in kinds.items() if chosen}
     if not tested:
         return Outcome("untested", "needs straight approach and recession")
@@ -57,7 +60,7 @@ def direction_by_sign(rows: Rows, threshold: float) -> Outcome:
     A trial passes if HS goes past the threshold of its own direction and not past that of the other: a potential
     that passes both tells no direction.
     """
-    chosen = _chosen(rows, motion="translation")
+    chosen = paper_trials(rows, motion="translation")
     ways = {sign: [row for row in chosen if row["direction"] == way] for sign, way in _WAYS.items()}
     tested = {sign: own for sign, own in ways.items() if own}
     if not tested:
@@ -116,6 +119,30 @@ def peak_speed(rows: Rows, threshold: float) -> Outcome:
     return _outcome(checks, groups, f"rightward at 8 cm: {_listed(groups, 'cm/s')}", effect)
 
 
+def peak_speed_in_one_window(rows: Rows, threshold: float) -> Outcome:
+    """C29. C15 without the time in view, at the paper's speeds alone.
+
+    The fastest crossing is the paper's, at 10 cm/s. Its length is read both ways: from the first edge in view to the
+    last edge out, and from centre in to centre out. The claim holds if it does in both windows, so that what happens
+    at the edge of the view decides nothing. The potential stands beside.
+    """
+    fixed = {"motion": "translation", "distance_cm": 8.0, "direction": "rightward"}
+    groups, inner, potential = (_values(rows, "speed_cm_s", column, **fixed) for column in IN_ONE_WINDOW)
+    if not {2.0, 4.0, 6.0, 10.0} <= groups.keys():
+        return Outcome("untested", "needs rightward translations at 8 cm, 2, 4, 6 and 10 cm/s")
+    checks, parts, effects = [], [], []
+    for name, counts in (("edge to edge", groups), ("centre to centre", inner)):
+        mean = _means(counts)
+        made = [_more(mean, more, less, "cm/s") for more, less in ((4.0, 2.0), (6.0, 4.0), (6.0, 10.0))]
+        checks += [Check(f"window from {name}: {check.said}", check.slack) for check in made]
+        parts.append(f"window from {name}: {_listed(counts, 'cm/s')}")
+        effects.append(f"{name}, 10 against 6 cm/s: {contrast(counts[10.0], counts[6.0])}")
+    why = ", ".join(f"{speed:g} cm/s: {_mean(values, 2)}" for speed, values in potential.items())
+    said = f"rightward at 8 cm, {'; '.join(parts)}; mean HS near the axis at {why}"
+    named = {speed: groups[speed] for speed in (2.0, 4.0, 6.0, 10.0)}
+    return _outcome(checks, named, said, "; ".join(effects))
+
+
 def fewer_from_afar(rows: Rows, threshold: float) -> Outcome:
     """C16. Rightward, as in the paper."""
     groups = _spike_counts(rows, "distance_cm", motion="translation", speed_cm_s=6.0, direction="rightward")
@@ -166,7 +193,7 @@ def _at_every_speed(
     rows: Rows, motion: str, checks: Callable[[ByLevel], list[Check]], effect: Callable[[ByLevel], str]
 ) -> Outcome:
     """The outcome of ``checks`` at each speed at which the motion was shown along all `ANGLES`."""
-    speeds = sorted({row["speed_cm_s"] for row in _chosen(rows, motion=motion)})
+    speeds = sorted({row["speed_cm_s"] for row in paper_trials(rows, motion=motion)})
     by_speed = {speed: _spike_counts(rows, "angle_deg", motion=motion, speed_cm_s=speed) for speed in speeds}
     whole = {speed: {a: own[a] for a in ANGLES} for speed, own in by_speed.items() if set(ANGLES) <= own.keys()}
     if not whole:
@@ -204,16 +231,21 @@ def _more(mean: Mapping[float, float], more: float, less: float, unit: str) -> C
     return Check(said, mean[more] - mean[less])
 
 
-def _chosen(rows: Rows, **fixed: Any) -> list[Mapping[str, Any]]:
+def paper_trials(rows: Rows, **fixed: Any) -> list[Mapping[str, Any]]:
     """The paper's own trials with the ``fixed`` values."""
     return [row for row in rows if all(row[name] == value for name, value in {**DEFAULTS, **fixed}.items())]
 
 
-def _spike_counts(rows: Rows, column: str, **fixed: Any) -> dict[float, list[int]]:
+def _spike_counts(rows: Rows, column: str, **fixed: Any) -> dict[float, list[float]]:
     """Spike counts per level of ``column`` in the rows where the ``fixed`` columns have the given values."""
-    chosen = _chosen(rows, **fixed)
+    return _values(rows, column, "spikes", **fixed)
+
+
+def _values(rows: Rows, column: str, measured: str, **fixed: Any) -> dict[float, list[float]]:
+    """The ``measured`` column per level of another, in the rows where the ``fixed`` columns have the given values."""
+    chosen = paper_trials(rows, **fixed)
     levels = sorted({row[column] for row in chosen})
-    return {level: [row["spikes"] for row in chosen if row[column] == level] for level in levels}
+    return {level: [row[measured] for row in chosen if row[column] == level] for level in levels}
 
 
 def _means(groups: ByLevel) -> dict[float, float]:

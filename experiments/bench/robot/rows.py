@@ -10,6 +10,7 @@ import pyarrow as pa
 
 from dsnn import ResponseSeries
 from experiments.bench.core.store.contents import (
+    MAY_BE_NULL,
     Contents,
     planned_trial,
 )
@@ -65,6 +66,18 @@ class TrialRow(RobotRow, ConditionRow, ModelRow):
     """Largest distance of the stimulus from its line."""
     closest_cm: float
     """Shortest distance between the robots."""
+    seconds_in_view: float
+    """How long the stimulus's centre is in the camera's field."""
+    spikes_in_view: int
+    rate_in_view_hz: float | None
+    mean_hs_in_view: float | None
+    """Over these frames; null where there are none."""
+    mean_hs_near_axis: float | None
+    """Over the frames in which it is within 3.5 cm of the optical axis; null where it does not cross that."""
+    spikes_in_window: int | None
+    """In a time about the axis that is the same at every speed; null where the stimulus does not cross it."""
+    spikes_in_inner_window: int | None
+    """The same in a shorter time: see `experiments.bench.robot.mechanism.windows`."""
     frames: int
     wall_s: float
     """Time that the trial took to compute."""
@@ -96,6 +109,11 @@ class TrialFrameRow(SeenRow, ResponseRow, PoseRow):
     """A row of ``frames.parquet``: one frame, as one model answered it."""
 
 
+PARTS = (
+    "rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis", "spikes_in_window", "spikes_in_inner_window",
+)  # fmt: skip
+"""Columns that are null where a trial has no such part."""
+
 TRIAL_SCHEMA = schema_of(RobotRow, ConditionRow, ModelRow, TrialRow)
 FRAME_SCHEMA = schema_of(SeenRow, ResponseRow, PoseRow)
 
@@ -122,7 +140,7 @@ def _rows(result: TrialResult) -> Iterable[dict[str, Any]]:
         **dataclasses.asdict(spec.condition),
     }
     for answer in result.answers:
-        values = {name: getattr(answer, name, None) for name in TRIAL_SCHEMA.names}
+        values = {name: getattr(answer, name, getattr(answer.parts, name, None)) for name in TRIAL_SCHEMA.names}
         yield {
             name: shared[name] if name in shared else getattr(result, name) if hasattr(result, name) else values[name]
             for name in TRIAL_SCHEMA.names
@@ -171,5 +189,6 @@ def robot_contents(
             for spec in specs
         },
         frames,
-        parameters=parameters or {},
+        MAY_BE_NULL.union(PARTS),
+        parameters or {},
     )

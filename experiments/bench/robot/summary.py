@@ -9,6 +9,8 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
+
 from experiments.bench.core import plotting
 from experiments.bench.core.statistics import holm, paired, summarise
 from experiments.bench.core.store.rows import Failure, group, mixture
@@ -16,10 +18,15 @@ from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.verdict import Verdict
 from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.claims import find, flaws, judge
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
+from experiments.bench.robot.mechanism import figure as mechanism_figure
 from experiments.bench.robot.plan import Plan
 
-QUANTITIES = ("spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s")
+QUANTITIES = (
+    "spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s",
+    "seconds_in_view", "spikes_in_view", "rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis", "spikes_in_window",
+    "spikes_in_inner_window",
+)  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -28,6 +35,7 @@ class Report:
 
     folder: Path
     varies: str
+    drawing: Drawing
     rows: list[dict[str, Any]]
     summary: list[dict[str, Any]]
     verdicts: list[Verdict]
@@ -46,17 +54,38 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
         for own in [[row for row in rows if row["model"] == model.label]]
         for lost in [sum(failure.model in ("", model.label) for failure in failures)]
         for claim in map(find, plan.experiment.claims)
-        if claim.concerns(model.channels)
-    ]
+        if not claim.models and claim.concerns(model.channels)
+    ] + _of_several(plan, rows, failures, mixed)
     summary = summary_rows(rows)
-    compared = compare(rows)
+    reference = plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""
+    compared = compare(rows, reference)
     if rows:
         folder.write_rows("summary.csv", summary)
-        plotting.save(robot_figure.draw(rows, folder.frames(), plan), folder.folder)
+        plotting.save(_drawn(plan, rows, folder), folder.folder)
     if compared:
         folder.write_rows("comparisons.csv", compared)
     folder.write_json("claims.json", verdicts)
-    return Report(folder.folder, plan.experiment.varies, rows, summary, verdicts, compared, flaws(rows), list(failures))
+    declared = plan.experiment
+    return Report(
+        folder.folder, declared.varies, declared.figure, rows, summary, verdicts, compared, flaws(rows), list(failures)
+    )
+
+
+def _of_several(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure], mixed: str) -> list[Verdict]:
+    """The verdicts on claims that compare models."""
+    thresholds = {model.label: model.threshold for model in plan.settings.models}
+    return [
+        _admitting(judge(claim, rows, thresholds.get(claim.spiking), ""), lost, mixed)
+        for claim in map(find, plan.experiment.claims)
+        if claim.models
+        for lost in [sum(failure.model in ("", *claim.models) for failure in failures)]
+    ]
+
+
+def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> Figure:
+    if plan.experiment.figure == "mechanism":
+        return mechanism_figure.draw(rows, plan)
+    return robot_figure.draw(rows, folder.frames(), plan)
 
 
 def _admitting(verdict: Verdict, lost: int, mixed: str) -> Verdict:
@@ -71,19 +100,32 @@ def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:
     table = []
     for condition, chosen in group(rows, *keys).items():
         for quantity in QUANTITIES:
-            summary = summarise([row[quantity] for row in chosen])
+            values = [row[quantity] for row in chosen if row[quantity] is not None]
+            if not values:  # the motion has no such quantity
+                continue
+            summary = summarise(values)
             numbers = {k: None if math.isnan(v) else v for k, v in dataclasses.asdict(summary).items()}
             table.append({**dict(zip(keys, condition, strict=True)), "quantity": quantity, **numbers})
     return table
 
 
-def compare(rows: Sequence[Any]) -> list[dict[str, Any]]:
-    """Every two models on the same trials, per condition: a paired test of their spikes, p by Holm over all rows."""
+def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:
+    """Models on the same trials, per condition: a paired test of their spikes, p by Holm over all rows.
+
+    Parameters
+    ----------
+    rows
+        Of ``trials.parquet``.
+    reference
+        The model that all others are compared with; empty: every two models are.
+    """
     models = list(dict.fromkeys(row["model"] for row in rows))
     table: list[dict[str, Any]] = []
     for condition, chosen in group(rows, *CONDITION_COLUMNS).items():
         spikes = {m: {row["trial"]: row["spikes"] for row in chosen if row["model"] == m} for m in models}
         for one, other in combinations(models, 2):
+            if reference not in ("", one):  # the first of the models
+                continue
             both = [trial for trial in spikes[one] if trial in spikes[other]]  # one may have failed in some
             if not both:
                 continue

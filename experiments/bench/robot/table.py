@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
 
 from rich.markup import escape
 from rich.table import Table
@@ -18,6 +21,8 @@ SHORT = {
     "wall_contrast": "wall", "observer_speed_cm_s": "own cm/s", "observer_turn_deg_s": "own deg/s",
     "acceleration_cm_s2": "cm/s2",
 }  # fmt: skip
+MECHANISM_TITLE = "HS spikes per trial; time in view, and firing rate in it; HS near the axis, and its peak"
+SPIKES_TITLE = "HS spikes per trial; highest and lowest HS"
 
 
 def show(report: Report, recordings: bool) -> None:
@@ -63,8 +68,9 @@ def _comparisons_table(report: Report) -> Table:
 
 
 def _conditions_table(report: Report) -> Table:
+    mechanism = report.drawing == "mechanism"
     table = Table(
-        title="HS spikes per trial; highest and lowest HS",
+        title=MECHANISM_TITLE if mechanism else SPIKES_TITLE,
         title_justify="left",
         box=None,
         header_style="bold",
@@ -75,19 +81,41 @@ def _conditions_table(report: Report) -> Table:
     for name in names:
         text = name in ("model", "motion", "direction")
         table.add_column(SHORT.get(name, name), justify="left" if text else "right", no_wrap=True)
-    several = "model" in names  # then there is no room for the rate
-    for name in ("n", "mean", "95 %", *([] if several else ["rate Hz"]), "peak", "trough"):
-        table.add_column(name, justify="right", no_wrap=True)
-    for chosen in conditions.values():
-        values, rows = chosen[0], {row["quantity"]: row for row in chosen}
-        spikes = rows["spikes"]
+    rate = "model" not in names  # beside models there is no room for it
+    cells = partial(_mechanism, window=report.varies == "speed_cm_s") if mechanism else partial(_spikes, rate=rate)
+    for index, chosen in enumerate(conditions.values()):
+        values, measured = chosen[0], cells({row["quantity"]: row for row in chosen})
+        if not index:
+            for name in measured:
+                table.add_column(name, justify="right", no_wrap=True)
         table.add_row(
             *("-" if v is None else escape(v) if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names)),
-            f"{spikes['n']}",
-            f"{spikes['mean']:.1f}",
-            "-" if spikes["ci_low"] is None else f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
-            *([] if several else [f"{rows['firing_rate_hz']['mean']:.1f}"]),
-            f"{rows['peak_hs']['mean']:+z.2f}",
-            f"{rows['trough_hs']['mean']:+z.2f}",
+            *measured.values(),
         )
     return table
+
+
+def _spikes(rows: Mapping[str, Any], *, rate: bool) -> dict[str, str]:
+    """The cells of one condition, by the heading of their column."""
+    spikes = rows["spikes"]
+    return {
+        "n": f"{spikes['n']}",
+        "mean": f"{spikes['mean']:.1f}",
+        "95 %": "-" if spikes["ci_low"] is None else f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
+        **({"rate Hz": f"{rows['firing_rate_hz']['mean']:.1f}"} if rate else {}),
+        "peak": f"{rows['peak_hs']['mean']:+z.2f}",
+        "trough": f"{rows['trough_hs']['mean']:+z.2f}",
+    }
+
+
+def _mechanism(rows: Mapping[str, Any], *, window: bool) -> dict[str, str]:
+    """The same of the figure that is about mechanism: what makes up a count."""
+    return {
+        "n": f"{rows['spikes']['n']}",
+        "spikes": f"{rows['spikes']['mean']:.1f}",
+        **({"in window": f"{rows['spikes_in_window']['mean']:.1f}"} if window else {}),
+        "s in view": f"{rows['seconds_in_view']['mean']:.2f}",
+        "Hz in view": f"{rows['rate_in_view_hz']['mean']:.1f}",
+        "mean HS": f"{rows['mean_hs_near_axis']['mean']:+z.2f}",
+        "peak": f"{rows['peak_hs']['mean']:+z.2f}",
+    }

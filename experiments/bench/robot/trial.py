@@ -18,6 +18,7 @@ from dsnn import ResponseSeries
 from experiments.bench.core.model_runner import ModelRunner, spike_counts
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
+from experiments.bench.robot.mechanism.windows import InWindows, Windows, measure, windows
 from experiments.bench.robot.media import Media, collect
 from experiments.bench.robot.trajectory import Course, course
 from experiments.bench.streams import stream
@@ -66,6 +67,8 @@ class Answer:
     peak_vs: float
     trough_vs: float
     peak_looming: float
+    parts: InWindows
+    """The same in parts of the trial."""
     series: ResponseSeries
 
 
@@ -80,6 +83,7 @@ class TrialResult:
     achieved_speed_cm_s: float
     path_error_mm: float
     closest_cm: float
+    seconds_in_view: float
     frames: int
     wall_s: float
     columns: FrameColumns
@@ -147,14 +151,14 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
         drive.look()
     wall_s = time.perf_counter() - began
     columns = _columns(frames, poses, settings)
-    seconds = len(frames) / settings.camera.fps
+    parts = _parts(spec, columns)
     series = [(each.chosen, given) for each in watching if (given := each.series()) is not None]
-    answers = tuple(_answer(chosen, given, seconds) for chosen, given in series)
+    answers = tuple(_answer(chosen, given, parts, settings.camera.fps) for chosen, given in series)
     broken = {each.label: each.trouble for each in watching if each.trouble}
     if not answers:
         raise TrialError("; ".join(f"{label}: {trouble}" for label, trouble in broken.items()))
     shown = collect(frames, [] if watching[0].trouble else watching[0].responses) if keep_media else None
-    return _result(spec, route, columns, [p for p, _ in poses], answers, broken, shown, wall_s)
+    return _result(spec, route, columns, [p for p, _ in poses], parts, answers, broken, shown, wall_s)
 
 
 class _Drive:
@@ -193,6 +197,7 @@ def _result(
     route: Course,
     columns: FrameColumns,
     poses: list[Pose],
+    parts: Windows,
     answers: tuple[Answer, ...],
     broken: Mapping[str, str],
     shown: Media | None,
@@ -208,7 +213,8 @@ def _result(
         broken=broken,
         achieved_speed_cm_s=100 * float(np.ptp(along[steady]) / np.ptp(times[steady])),
         path_error_mm=1000 * float(np.abs(offset[steady]).max()),
-        closest_cm=_closest_cm(columns, spec.settings.camera.forward_cm),
+        closest_cm=float(_away_cm(columns, spec.settings.camera.forward_cm).min()),
+        seconds_in_view=float(parts.in_view.sum()) / spec.settings.camera.fps,
         frames=len(poses),
         wall_s=wall_s,
         columns=columns,
@@ -216,15 +222,21 @@ def _result(
     )
 
 
-def _closest_cm(columns: FrameColumns, forward_cm: float) -> float:
-    """How near the stimulus's centre came to the lens, wherever the observer was by then."""
+def _parts(spec: TrialSpec, columns: FrameColumns) -> Windows:
+    camera = spec.settings.camera
+    away = _away_cm(columns, camera.forward_cm)
+    return windows(spec.condition, camera, columns.sim_time_s, columns.stimulus_bearing_deg, away)
+
+
+def _away_cm(columns: FrameColumns, forward_cm: float) -> npt.NDArray[np.float64]:
+    """From the lens to the stimulus's centre in every frame, wherever the observer was by then."""
     heading = np.radians(columns.observer_heading_deg)
     lens_x = columns.observer_x_cm + forward_cm * np.cos(heading)
     lens_y = columns.observer_y_cm + forward_cm * np.sin(heading)
-    return float(np.hypot(columns.stimulus_x_cm - lens_x, columns.stimulus_y_cm - lens_y).min())
+    return np.hypot(columns.stimulus_x_cm - lens_x, columns.stimulus_y_cm - lens_y)
 
 
-def _answer(model: ConfiguredModel, series: ResponseSeries, seconds: float) -> Answer:
+def _answer(model: ConfiguredModel, series: ResponseSeries, parts: Windows, fps: float) -> Answer:
     channels, spikes = model.channels, series.accumulated_spikes(model.counted)
     return Answer(
         model=model.label,
@@ -232,12 +244,13 @@ def _answer(model: ConfiguredModel, series: ResponseSeries, seconds: float) -> A
         thresholds=model.thresholds,
         spikes=spikes,
         **spike_counts(series, channels),
-        firing_rate_hz=spikes / seconds,
+        firing_rate_hz=spikes / (len(series.hs) / fps),
         peak_hs=float(series.hs.max()),
         trough_hs=float(series.hs.min()),
         peak_vs=float(series.vs.max()),
         trough_vs=float(series.vs.min()),
         peak_looming=float(series.looming.max()),
+        parts=measure(series, model.counted, parts, fps),
         series=series,
     )
 

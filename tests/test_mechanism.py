@@ -1,0 +1,230 @@
+"""Parts of a crossing, variants of the network on the same frames, and the figure of both."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pyarrow.csv
+import pyarrow.parquet as pq
+import pytest
+
+import experiments
+from colias_sim.config import CameraConfig
+from dsnn import ResponseSeries
+from experiments import Experiment, General, Translation
+from experiments.bench import registry
+from experiments.bench.reproduction import robustness
+from experiments.bench.reproduction.plan import QUICK, planned
+from experiments.bench.robot.claims import CLAIMS
+from experiments.bench.robot.experiment import Condition
+from experiments.bench.robot.mechanism.judges import CONNECTIONS, FALLING, FIXED, VARIANTS, WIDER
+from experiments.bench.robot.mechanism.windows import measure, windows
+from experiments.bench.robot.plan import plan
+
+CAMERA = CameraConfig()
+HALF_VIEW = math.tan(math.radians(CAMERA.hfov_deg / 2))
+
+
+def crossing(speed, distance=8.0, reach_cm=14.0):
+    """A stimulus on its line, from ``reach_cm`` on the left to as far on the right: condition, time, bearing, range."""
+    condition = Condition("translation", "rightward", speed, distance)
+    time_s = np.arange(1, 2 * reach_cm / speed * CAMERA.fps) / CAMERA.fps
+    aside = reach_cm - speed * time_s
+    return condition, time_s, np.degrees(np.arctan2(aside, distance)), np.hypot(aside, distance)
+
+
+def parts_of(speed, distance=8.0):
+    condition, *where = crossing(speed, distance)
+    return windows(condition, CAMERA, *where)
+
+
+def seconds(mask):
+    return mask.sum() / CAMERA.fps
+
+
+@pytest.mark.parametrize("speed", [2.0, 6.0, 10.0, 30.0])
+@pytest.mark.parametrize("distance", [5.0, 8.0, 15.0])
+def test_time_in_view_and_near_the_axis_are_geometry(speed, distance):
+    parts = parts_of(speed, distance)
+    assert seconds(parts.in_view) == pytest.approx(2 * distance * HALF_VIEW / speed, abs=1.5 / CAMERA.fps)
+    assert seconds(parts.near_axis) == pytest.approx(7.0 / speed, abs=1.5 / CAMERA.fps)
+
+
+def test_one_window_is_as_long_at_every_speed():
+    slow, usual, fast = (parts_of(speed) for speed in (2.0, 6.0, 10.0))
+    edges = 2 * (8.0 * HALF_VIEW + 2.0 / math.cos(math.radians(CAMERA.hfov_deg / 2))) / 10.0
+    centres = 2 * 8.0 * HALF_VIEW / 10.0
+    for parts in (slow, usual, fast):
+        assert seconds(parts.common) == pytest.approx(edges, abs=1.5 / CAMERA.fps)
+        assert seconds(parts.inner) == pytest.approx(centres, abs=1.5 / CAMERA.fps)
+        assert not (parts.inner & ~parts.common).any()
+    assert abs(int(fast.inner.sum()) - int(fast.in_view.sum())) <= 1, "at the fastest it is the crossing itself"
+    assert (slow.inner & ~slow.near_axis).sum() == 0, "centred on the axis: at 2 cm/s it is 1.1 cm to either side"
+
+
+def test_a_part_counts_its_own_frames():
+    condition, *where = crossing(10.0)
+    parts = windows(condition, CAMERA, *where)
+    count = len(parts.in_view)
+    hs, spikes = np.linspace(-0.5, 0.5, count), np.arange(count, dtype=np.int64) - count // 2
+    zero, none = np.zeros(count), np.zeros(count, np.int64)
+    series = ResponseSeries(hs, zero, spikes, none, zero, none, zero)
+    found = measure(series, "hs", parts, CAMERA.fps)
+    assert found.spikes_in_view == np.abs(spikes[parts.in_view]).sum()
+    assert found.rate_in_view_hz == pytest.approx(found.spikes_in_view / seconds(parts.in_view))
+    assert found.mean_hs_near_axis == pytest.approx(hs[parts.near_axis].mean())
+    assert found.spikes_in_window == np.abs(spikes[parts.common]).sum() > found.spikes_in_inner_window
+    assert measure(series, "", parts, CAMERA.fps).spikes_in_view == 0, "a model that does not spike"
+
+
+def test_an_approach_has_no_crossing_s_parts():
+    condition = Condition("approach", "straight", 6.0, 5.0, 20.0, 0.0)
+    count = 30
+    parts = windows(condition, CAMERA, np.arange(count) / 30, np.full(count, 90.0), np.full(count, 9.0))
+    zero, none = np.zeros(count), np.zeros(count, np.int64)
+    found = measure(ResponseSeries(zero, zero, none, none, zero, none, zero), "hs", parts, CAMERA.fps)
+    assert dataclasses.astuple(found) == (0, None, None, None, None, None), "and was never in view"
+
+
+# --- the experiments --------------------------------------------------------------------------------------------------
+
+
+def test_the_variants_differ_in_what_they_say_and_in_nothing_else():
+    made = plan(registry.load("ensembles"), registry.load("ensembles").models, (), 1, 0)
+    models = {model.label: model.network for model in made.settings.models}
+    assert list(models) == ["dsnn", *VARIANTS]
+    usual = models["dsnn"]
+    assert (usual.n_con, usual.d, usual.tau_s) == (8, 1, (10.0, 200.0))
+    said = {
+        **{label: {"n_con": n} for n, label in CONNECTIONS.items()}, WIDER: {"d": 2}, FALLING: {"tau_s": (200.0, 10.0)},
+        **{label: {"tau_s": (float(delay), float(delay))} for delay, label in FIXED.items()},
+    }  # fmt: skip
+    assert {label: dataclasses.replace(usual, **changes) for label, changes in said.items()} == models
+    assert all(len(set(models[label].delays())) == 1 for label in FIXED.values())
+
+
+def test_every_claim_finds_its_models_speeds_and_experiment():
+    speeds = {condition.speed_cm_s for condition in registry.load("ensembles").conditions()}
+    assert {2, 4, 6, 8, 10} < speeds
+    for name in (*robustness.PAPER, *robustness.MECHANISM):
+        declared = registry.load(name)
+        for claim in declared.claims:
+            assert CLAIMS[claim].models <= set(declared.models)
+    assert {claim: robustness.judged_in()[claim] for claim in ("C24", "C25", "C29", "C30")} == {
+        "C24": "ensembles", "C25": "ensembles", "C29": "speed", "C30": "ensembles",
+    }  # fmt: skip
+    (own,) = [each for each in planned(QUICK, 0).plans if each.experiment.name == "ensembles"]
+    assert [model.label for model in own.settings.models] == ["dsnn", *VARIANTS, "dsn2017"]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    return experiments.run(
+        "ensembles", repeats=1, settings={"experiment.speeds_cm_s": [20, 30]}, recordings=False, quiet=True, workers=0,
+        out=tmp_path_factory.mktemp("ensembles") / "out",
+    )  # fmt: skip
+
+
+def test_a_trial_s_parts_are_those_of_its_frames(run):
+    """Reckoned again from the frames' positions."""
+    frames = run.frames.to_pylist()
+    for row in run.trials.to_pylist():
+        own = [frame for frame in frames if (frame["trial"], frame["model"]) == (row["trial"], row["model"])]
+        seen = [frame for frame in own if abs(frame["stimulus_bearing_deg"]) <= CAMERA.hfov_deg / 2]
+        near = [frame["hs"] for frame in own if abs(frame["stimulus_y_cm"]) <= 3.5]
+        assert row["seconds_in_view"] == pytest.approx(len(seen) / CAMERA.fps)
+        assert row["spikes_in_view"] == sum(abs(frame["hs_spikes"]) for frame in seen) <= row["spikes"]
+        assert row["rate_in_view_hz"] == pytest.approx(row["spikes_in_view"] / row["seconds_in_view"])
+        assert row["mean_hs_in_view"] == pytest.approx(sum(frame["hs"] for frame in seen) / len(seen))
+        assert row["mean_hs_near_axis"] == pytest.approx(sum(near) / len(near))
+        assert row["spikes_in_inner_window"] <= row["spikes_in_window"] <= row["spikes"]
+
+
+def test_the_tables_of_a_run_of_variants(run):
+    assert run.models == ["dsnn", *VARIANTS]
+    found = {row["id"]: row for row in run.claims.to_pylist()}
+    assert list(found) == ["C24", "C25", "C30"], "each once, not once for each model"
+    assert all(row["model"] == "" and row["verdict"] == "untested" for row in found.values())
+    assert {row["quantity"] for row in run.summary.to_pylist()} >= {"seconds_in_view", "mean_hs_near_axis", "spikes"}
+    pairs = pyarrow.csv.read_csv(run.folder / "comparisons.csv").to_pylist()
+    assert {row["model"] for row in pairs} == {"dsnn"} and len(pairs) == 2 * len(VARIANTS)
+    by_model = {row["model"]: row["dsnn.n_con"] for row in run.trials.to_pylist()}
+    assert [by_model[CONNECTIONS[n]] for n in (1, 2, 4, 8)] == [1, 2, 4, 8]
+
+
+def test_the_figure_is_drawn_again_from_its_tables(run):
+    drawn = run.figure()
+    panels = [axes for part in drawn.subfigs for axes in part.axes]
+    assert len(panels) == 8
+    potential = panels[4].get_lines()
+    assert [line.get_label() for line in potential if not line.get_label().startswith("_")] == run.models
+    means = {row["speed_cm_s"]: row["mean"] for row in run.summary.to_pylist()
+             if (row["model"], row["quantity"]) == ("dsnn", "mean_hs_near_axis")}  # fmt: skip
+    assert dict(zip(*potential[0].get_data(), strict=True)) == pytest.approx(means)
+
+
+def test_distances_have_no_common_window(colias):
+    """It is as long as the fastest crossing at that distance: another at each."""
+    common = ("--repeats", "1", "--no-recordings", "--workers", "0", "--set", "experiment.distances_cm=5,6")
+    done = colias("run", "distance-mechanism", *common, "--set", "experiment.speeds_cm_s=30", "--out", "out")
+    assert done.returncode == 0, done.stderr
+    heads = next(line for line in done.stdout.splitlines() if line.startswith("cm "))
+    assert "s in view" in heads and "mean HS" in heads and "window" not in heads
+    assert "one window" not in (colias.folder / "out" / "figure.svg").read_text()
+
+
+# --- declarations -----------------------------------------------------------------------------------------------------
+
+WRONG = {
+    "models=()": {"models": ()},
+    "models='dsnn'": {"models": "dsnn"},
+    "models[1] is 3": {"models": ("dsnn", 3)},
+    "figure='bars': legal is spikes, mechanism": {"figure": "bars"},
+    "figure='mechanism': legal where": {"figure": "mechanism", "design": General(), "varies": "motion"},
+}
+
+
+@pytest.mark.parametrize("said", WRONG)
+def test_a_declaration_that_cannot_be_run(said):
+    usual = {"design": Translation((30.0,), (8.0,)), "varies": "speed_cm_s"}
+    with pytest.raises(ValueError, match="experiment mine: ") as error:
+        Experiment("mine", "mine", **{**usual, **WRONG[said]})
+    assert said in str(error.value) and "\n" not in str(error.value)
+
+
+COMPARING = """
+from experiments import Check, Claim, Experiment, Outcome, Translation, decide
+
+
+def weaker(rows, threshold):
+    peak = {row["model"]: row["peak_hs"] for row in rows}
+    few, usual = peak["dsnn:n_con=1"], peak["dsnn"]
+    holds, decided = decide([Check(f"{few:.2f} (needs less than {usual:.2f})", usual - few)])
+    return Outcome("holds" if holds else "fails", f"{few:.2f} against {usual:.2f}", decided=decided)
+
+
+EXPERIMENT = Experiment(
+    name="mine",
+    summary="two of a kind",
+    design=Translation((20,), (8,)),
+    varies="speed_cm_s",
+    repeats=1,
+    models=["dsnn", "dsnn:n_con=1"],
+    claims=(Claim(id="weaker", says="one connection answers less", judge=weaker, least=1,
+                  models={"dsnn", "dsnn:n_con=1"}),),
+)
+"""
+
+
+def test_a_claim_of_one_s_own_compares_models(colias):
+    (colias.folder / "mine.py").write_text(COMPARING)
+    quick = ("--no-recordings", "--workers", "0")
+    done = colias("run", "mine.py", *quick, "--model", "emd", "--out", "out")
+    assert done.returncode == 0, done.stderr
+    (claim,) = json.loads((colias.folder / "out" / "claims.json").read_text())
+    assert (claim["verdict"], claim["model"]) == ("holds", "")
+    models = pq.read_table(colias.folder / "out" / "trials.parquet")["model"].to_pylist()
+    assert models == ["dsnn", "dsnn:n_con=1", "emd"], "those declared, then those beside them"
+    done = colias("run", "mine.py", *quick, "--only", "--model", "dsnn", "--out", "alone")
+    assert "weaker untested" in done.stdout and "needs the models dsnn:n_con=1" in done.stdout
