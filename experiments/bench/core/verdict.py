@@ -1,69 +1,20 @@
-"""How a judge decides: a claim is a list of checks, each with its distance from its bound; the weakest decides."""
+"""What a judge finds, what becomes of a claim, and the claims themselves."""
 
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from importlib.resources import files
 from typing import Any, Literal, get_args
 
+from experiments.bench.core.claims.checks import Check as Check
+from experiments.bench.core.claims.checks import decide as decide
+from experiments.bench.core.claims.texts import claim_texts as claim_texts
+from experiments.bench.core.claims.texts import tried as tried
 from experiments.bench.core.errors import check_name, explained, short
 
-Judged = Literal["holds", "fails", "untested"]
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """One thing that a claim asks for.
-
-    Parameters
-    ----------
-    said
-        The measured number and its bound, in words.
-    slack
-        How far inside its bound the number lies; below 0 where it lies outside. A NaN never passes.
-    strict
-        Whether a number on the bound itself fails.
-
-    Examples
-    --------
-    >>> Check("61.1 spikes at 6 cm/s (needs more than at 10: 45.8)", 61.1 - 45.8).passes
-    True
-    """
-
-    said: str
-    slack: float
-    strict: bool = True
-
-    @property
-    def passes(self) -> bool:
-        """Whether the number is inside its bound."""
-        return self.slack > 0.0 or (self.slack == 0.0 and not self.strict)
-
-
-def decide(checks: Sequence[Check]) -> tuple[bool, str]:
-    """Decide a claim by its checks: it holds if all of them pass.
-
-    Parameters
-    ----------
-    checks
-        At least one.
-
-    Returns
-    -------
-    bool, str
-        Whether all pass, and what the weakest says: the worst that fails, or else the nearest to its bound.
-
-    Examples
-    --------
-    >>> decide([Check("3 spikes (needs more than 2)", 1.0), Check("8 spikes (needs more than 2)", 6.0)])
-    (True, '3 spikes (needs more than 2)')
-    """
-    weakest = min(checks, key=lambda check: (check.passes, -math.inf if math.isnan(check.slack) else check.slack))
-    return all(check.passes for check in checks), weakest.said
+Judged = Literal["holds", "fails", "vacuous", "untested"]
+"""``vacuous``: the claim is kept, but by a model that answers nothing, which a silent network would keep too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +24,7 @@ class Outcome:
     Parameters
     ----------
     verdict
-        ``holds``, ``fails`` or ``untested``.
+        ``holds``, ``fails`` or ``untested``; ``vacuous`` is found by the bench, see `Claim`.
     measured
         The measured numbers, in words.
     effect
@@ -84,11 +35,13 @@ class Outcome:
         The number that decided, and its bound, as `decide` tells it.
     each
         Number of trials of the condition that has the fewest; 0: it is counted in what the judge was given.
+    broken
+        Of a claim about every single trial: how many of the ``n`` trials break it. ``None`` of any other claim.
 
     Raises
     ------
     ValueError
-        ``verdict`` is none of the three.
+        ``verdict`` is none of the four.
     """
 
     verdict: Judged
@@ -97,6 +50,7 @@ class Outcome:
     n: int = 0
     decided: str = ""
     each: int = 0
+    broken: int | None = None
 
     def __post_init__(self) -> None:
         if self.verdict not in get_args(Judged):
@@ -105,6 +59,29 @@ class Outcome:
     def untested(self, why: str) -> Outcome:
         """The same without a verdict, and why."""
         return replace(self, verdict="untested", measured=f"{why}; measured: {self.measured}", decided="")
+
+    def against_silence(self, answering: int, of: int, what: str) -> Outcome:
+        """The outcome of a claim that a silent network would keep, held against the model's answers to translation.
+
+        Parameters
+        ----------
+        answering, of
+            How many of how many translations the model answers past its threshold.
+        what
+            What shows a translation: ``trial`` or ``clip``.
+
+        Returns
+        -------
+        Outcome
+            ``vacuous`` where the claim holds and no translation is answered. Without translations it still holds, and
+            ``measured`` says that it was not checked.
+        """
+        if self.verdict != "holds" or answering:
+            return self
+        if not of:
+            return replace(self, measured=f"{self.measured}; not checked against translation (no {what} shows one)")
+        why = f"silent in all {of} {what}s of translation too"
+        return replace(self, verdict="vacuous", measured=f"{why}; measured: {self.measured}", decided=why)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +93,7 @@ class Verdict:
     id, says, source
         The claim, its words, and where they are from.
     verdict
-        ``holds``, ``fails`` or ``untested``.
+        ``holds``, ``fails``, ``vacuous`` or ``untested``. Of a claim with replicates it is that of replicate 0.
     measured
         The numbers it was judged by.
     effect
@@ -130,13 +107,24 @@ class Verdict:
         The model it is about; empty where the claim itself names its models.
     experiment
         The experiment, or the env, whose trials answer for it.
-    seeds, seeds_holding, seeds_untested
-        At how many seeds it was to be judged, at how many it holds, and at how many it could not be judged. ``None``
-        where it was judged at one seed alone.
+    replicates, replicates_held, replicates_failed, replicates_vacuous, replicates_untested
+        In how many replicates it was to be judged, and in how many of them it came to each verdict. ``None`` where
+        replicates were not counted.
+    standing, held
+        What these numbers come to, in a word and in words: see `experiments.bench.core.claims.replicates`.
+    rate
+        Of a claim about every single trial: the share of the trials of all replicates that break it.
     pooled
-        The same claim on the trials of all seeds together.
+        The same claim on the trials of all replicates together.
     tried
-        What was tried to make it hold, or what limits it. Told where it fails, or holds at few seeds.
+        What was tried to make it hold, or what limits it. Told where it fails, or does not hold in all replicates.
+    used_to_choose
+        The readings of the paper that were chosen because this claim favoured them.
+
+    Raises
+    ------
+    ValueError
+        Verdict and counts contradict each other: replicate 0 is one of the replicates.
     """
 
     id: str
@@ -149,11 +137,27 @@ class Verdict:
     decided: str = ""
     model: str = ""
     experiment: str = ""
-    seeds_holding: int | None = None
-    seeds: int | None = None
-    seeds_untested: int | None = None
+    replicates: int | None = None
+    replicates_held: int | None = None
+    replicates_failed: int | None = None
+    replicates_vacuous: int | None = None
+    replicates_untested: int | None = None
+    standing: str = ""
+    held: str = ""
+    rate: str = ""
     pooled: str = ""
     tried: str = ""
+    used_to_choose: str = ""
+
+    def __post_init__(self) -> None:
+        if self.replicates is None:
+            return
+        counts = {"holds": self.replicates_held, "fails": self.replicates_failed, "vacuous": self.replicates_vacuous,
+                  "untested": self.replicates_untested}  # fmt: skip
+        if None in counts.values() or sum(n or 0 for n in counts.values()) != self.replicates:
+            raise ValueError(f"claim {self.id}: {counts} do not add up to {self.replicates} replicates")
+        if not counts[self.verdict]:
+            raise ValueError(f"claim {self.id}: {self.verdict} in replicate 0, and in 0 of {self.replicates}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,6 +172,9 @@ class Claim:
         Finds an `Outcome` from the rows of a run's table. The wings say with what arguments.
     says, source
         Its words, and where they are from. One of the paper's claims has none here: they are in ``claims.toml``.
+    silent_passes
+        Whether a model that never answers anything would keep it. It is then ``vacuous`` for a model that answers no
+        translation either, as far as the run has any.
 
     Raises
     ------
@@ -179,6 +186,7 @@ class Claim:
     judge: Callable[..., Outcome]
     says: str = ""
     source: str = ""
+    silent_passes: bool = False
 
     def __post_init__(self) -> None:
         check_name("claim", self.id)
@@ -220,7 +228,7 @@ class Claim:
         if not isinstance(found, Outcome):
             return Outcome("untested", f"its judge answered {short(found)}, expected an Outcome", n=len(rows))
         said, effect, decided = str(found.measured), str(found.effect), str(found.decided)
-        return Outcome(found.verdict, said, effect, int(found.n) or len(rows), decided, int(found.each))
+        return Outcome(found.verdict, said, effect, int(found.n) or len(rows), decided, int(found.each), found.broken)
 
     def verdict(self, found: Outcome, **more: Any) -> Verdict:
         """Return the verdict that an outcome is; ``more`` are further fields of it."""
@@ -253,17 +261,3 @@ def unreadable(rows: Iterable[Mapping[str, Any]], columns: Sequence[str]) -> str
     listed = list(rows)
     counts = {name: sum(not is_number(row[name]) for row in listed) for name in columns}
     return "; ".join(f"{count} of {len(listed)} have no number in {name}" for name, count in counts.items() if count)
-
-
-@cache
-def claim_texts() -> Mapping[str, tuple[str, str]]:
-    """Claim id -> (what the paper says, the label of its figure)."""
-    table = tomllib.loads(files("experiments.bench.core").joinpath("claims.toml").read_text(encoding="utf-8"))
-    parts = [part for room in table.values() for part in room.values()]
-    return {claim["id"]: (claim["says"], part["source"]) for part in parts for claim in part["claims"]}
-
-
-@cache
-def tried() -> Mapping[str, str]:
-    """Claim id -> what was tried to make it hold, or limits it, from ``tried.toml``."""
-    return tomllib.loads(files("experiments.bench.core").joinpath("tried.toml").read_text(encoding="utf-8"))
