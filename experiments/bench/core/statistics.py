@@ -4,8 +4,7 @@ No test uses a normal approximation: of five pairs, all one way, it says p = 0.0
 than 2 in 32. P is the share of all arrangements of the values that lie as far from what chance gives as those seen,
 so it is never below one arrangement in all there are. Where they are too many to count, `PERMUTATIONS` of them are
 drawn, always the same ones, and those seen count as one more: p is never below 1 in ``PERMUTATIONS + 1``.
-
-`scipy.stats` takes 0.6 s to import, so each function that needs it imports it.
+Functions import `scipy.stats` themselves, as that takes 0.6 s.
 """
 
 from __future__ import annotations
@@ -20,14 +19,12 @@ from scipy import special
 
 from experiments.bench.streams import stream
 
-RESAMPLES = 10_000
-PERMUTATIONS = 9_999
+RESAMPLES, PERMUTATIONS = 10_000, 9_999
 SEED = 0  # of bootstrap and permutations alone: summaries and tests of equal trials are equal
 LEAST_FOR_BOOTSTRAP = 5
 """Values that a bootstrap takes: no resample's mean lies beyond them, and of four all lie on one side of the middle of
 their distribution once in 8 times."""
-EXACT_PAIRS = 200
-EXACT_VALUES, EXACT_STATES = 60, 128
+EXACT_PAIRS, EXACT_VALUES, EXACT_STATES = 200, 60, 128
 """What is counted through rather than drawn: some 0.1 s at most. 30 values against 30, or three groups of 10."""
 
 Floats = npt.NDArray[np.float64]

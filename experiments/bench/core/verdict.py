@@ -1,20 +1,71 @@
-"""What a judge finds, what becomes of a claim, and the claims themselves."""
+"""How a judge decides: a claim is a list of checks, each with its distance from its bound; the weakest decides."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
-from experiments.bench.core.claims.checks import Check as Check
-from experiments.bench.core.claims.checks import decide as decide
+from experiments.bench.core.claims.numbers import is_number as is_number
+from experiments.bench.core.claims.numbers import unreadable as unreadable
 from experiments.bench.core.claims.texts import claim_texts as claim_texts
 from experiments.bench.core.claims.texts import tried as tried
 from experiments.bench.core.errors import check_name, explained, short
 
 Judged = Literal["holds", "fails", "vacuous", "untested"]
 """``vacuous``: the claim is kept, but by a model that answers nothing, which a silent network would keep too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One thing that a claim asks for.
+
+    Parameters
+    ----------
+    said
+        The measured number and its bound, in words.
+    slack
+        How far inside its bound the number lies; below 0 where it lies outside. A NaN never passes.
+    strict
+        Whether a number on the bound itself fails.
+
+    Examples
+    --------
+    >>> Check("61.1 spikes at 6 cm/s (needs more than at 10: 45.8)", 61.1 - 45.8).passes
+    True
+    """
+
+    said: str
+    slack: float
+    strict: bool = True
+
+    @property
+    def passes(self) -> bool:
+        """Whether the number is inside its bound."""
+        return self.slack > 0.0 or (self.slack == 0.0 and not self.strict)
+
+
+def decide(checks: Sequence[Check]) -> tuple[bool, str]:
+    """Decide a claim by its checks: it holds if all of them pass.
+
+    Parameters
+    ----------
+    checks
+        At least one.
+
+    Returns
+    -------
+    bool, str
+        Whether all pass, and what the weakest says: the worst that fails, or else the nearest to its bound.
+
+    Examples
+    --------
+    >>> decide([Check("3 spikes (needs more than 2)", 1.0), Check("8 spikes (needs more than 2)", 6.0)])
+    (True, '3 spikes (needs more than 2)')
+    """
+    weakest = min(checks, key=lambda check: (check.passes, -math.inf if math.isnan(check.slack) else check.slack))
+    return all(check.passes for check in checks), weakest.said
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,29 +286,3 @@ class Claim:
         return Verdict(
             self.id, self.says, self.source, found.verdict, found.measured, found.effect, found.n, found.decided, **more
         )  # fmt: skip
-
-
-def check_claims(experiment: str, claims: Any) -> None:
-    """Raise ``ValueError`` for claims that no experiment can declare: a tuple of ids, and of claims of one's own."""
-    where = f"experiment {experiment}: claims={short(claims)}"
-    if not isinstance(claims, tuple) or not all(isinstance(claim, str | Claim) for claim in claims):
-        raise ValueError(f"{where}: legal is a tuple of names, and of claims of your own")
-    for claim in claims:
-        if isinstance(claim, Claim) and not claim.own:
-            raise ValueError(f"experiment {experiment}: claim {claim.id} is the paper's: declare it by its id alone")
-    ids = [claim.id for claim in claims if isinstance(claim, Claim)]
-    twice = next((each for each in ids if ids.count(each) > 1), None)
-    if twice is not None:
-        raise ValueError(f"experiment {experiment}: two claims are called '{twice}'")
-
-
-def is_number(value: Any) -> bool:
-    """Whether a table's value is a finite number; ``None``, NaN and infinities are not."""
-    return value is not None and math.isfinite(value)
-
-
-def unreadable(rows: Iterable[Mapping[str, Any]], columns: Sequence[str]) -> str:
-    """How many of the rows lack a number in which of the ``columns``, in words; empty if none does."""
-    listed = list(rows)
-    counts = {name: sum(not is_number(row[name]) for row in listed) for name in columns}
-    return "; ".join(f"{count} of {len(listed)} have no number in {name}" for name, count in counts.items() if count)

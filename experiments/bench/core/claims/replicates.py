@@ -78,7 +78,7 @@ class Replicates:
             return f"could not be judged in any of {self._counted()}"
         parts = [f"held in {self.held} of {self._counted()}"]
         if self.standing == "deterministic":
-            parts.append("; nothing in it is random, so more would say the same")
+            parts.append("; nothing in it is random")
         elif self.standing == "so far":
             parts.append(" so far")
         else:
