@@ -31,7 +31,7 @@ class Lamina:
     """Signed difference of Gaussians, split into ON and OFF (`two-gauss`, `polar-dogs`, `halfwave`)."""
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
-        self._sigma_l = params.sigma_l
+        self._sigma_l, self._dog = params.sigma_l, params.dog
         self._kernel_e = gaussian_kernel(params.d).astype(np.float32)
         self._kernel_i = gaussian_kernel(2 * params.d).astype(np.float32)
         self._p_e, self._p_i, self._low = np.zeros((3, *shape), np.float32)
@@ -44,6 +44,10 @@ class Lamina:
     def step(self, p: Floats) -> None:
         """Take P; leave the ON and OFF signals, stacked (2, R, C), in ``now`` and the last ones in ``before``."""
         self.now, self.before = self.before, self.now
+        if not self._dog:
+            np.maximum(p, np.float32(0.0), out=self.now[0])
+            np.maximum(np.negative(p, out=self._low), np.float32(0.0), out=self.now[1])
+            return
         p_e, p_i = blur(p, self._kernel_e, self._p_e), blur(p, self._kernel_i, self._p_i)
         low, high = np.minimum(p_e, p_i, out=self._low), np.maximum(p_e, p_i, out=p_e)
         contrast = np.subtract(high, low, out=p_i).view(np.int32)  # |P_e - P_i|

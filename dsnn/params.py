@@ -43,6 +43,7 @@ class DSNNParams:
     fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second (paper: 30)")
     on: bool = Field(default=True, description="ON pathway intact; false blocks it")
     off: bool = Field(default=True, description="OFF pathway intact; false blocks it")
+    dog: bool = Field(default=True, description="the lamina's difference of Gaussians; false passes P on as it is")
     fdsr: bool = Field(default=True, description="fast-depolarising-slow-repolarising adaptation; false removes it")
 
     @classmethod

@@ -65,7 +65,7 @@ class ReferenceDSNN:
         self._luminance = luminance
         p = layers.retina(luminance, before, self._residues, q.u)
         self._residues = [p, *self._residues][: q.n_p]
-        la = layers.lamina(p, *self._kernels)
+        la = layers.lamina(p, *self._kernels) if q.dog else p
         la_on, la_off = layers.on_off(la, self._on.la, self._off.la, q.sigma_l)
         self._on.step(la_on)
         self._off.step(la_off)

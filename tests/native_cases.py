@@ -40,7 +40,7 @@ class Case:
         else:
             left = [1.0 - alpha(tau, p.dt) for tau in (p.tau_fast, p.tau_slow)]
             parts = [
-                np.int32(0), film, np.array([p.n_p, p.d, p.n_con, p.on, p.off, p.fdsr], np.int32),
+                np.int32(0), film, np.array([p.n_p, p.d, p.n_con, p.on, p.off, p.dog, p.fdsr], np.int32),
                 np.array([p.w_i, p.sigma_l, *left], np.float32),
                 np.array([alpha(p.tau_mp, p.dt), rows * columns * p.k_sig, p.k_sp, p.t_sp]),
                 np.array([residue(p.u, i) for i in range(1, p.n_p + 1)], np.float32),
@@ -92,6 +92,7 @@ def _dsnn(rng: np.random.Generator, extreme: bool) -> DSNNParams:
         tau_fast=value(0.0, 10_000.0), tau_slow=value(0.0, 10_000.0), tau_s=(value(0.0, 10_000.0), value(0.0, 300.0)),
         tau_mp=value(0.0, 10_000.0), k_sig=value(1e-6, 1e3), k_sp=value(0.0, 20.0), t_sp=value(0.0, 1.0),
         fps=value(0.01, 10_000.0), on=bool(rng.integers(2)), off=bool(rng.integers(2)), fdsr=bool(rng.integers(2)),
+        dog=bool(rng.random() < 0.8),
     )  # fmt: skip
 
 

@@ -257,7 +257,7 @@ def test_a_size_that_cannot_be_is_refused():
     lib, ffi = native.kernel().lib, native.kernel().ffi
     tables = ffi.new("float[]", 200)
     pointers = dict.fromkeys(("residues", "kernel_e", "kernel_i", "alphas"), tables)
-    good = dict(rows=10, columns=10, n_p=2, d=1, n_con=8, on=1, off=1, fdsr=1) | pointers
+    good = dict(rows=10, columns=10, n_p=2, d=1, n_con=8, on=1, off=1, dog=1, fdsr=1) | pointers
     assert lib.dsnn_size(ffi.new("dsnn_config *", good)) > 0
     for wrong in (
         {"rows": 1}, {"columns": 65537}, {"n_p": 61}, {"n_p": -1}, {"d": 0}, {"d": 17}, {"n_con": 0}, {"n_con": 65},

@@ -34,6 +34,7 @@ params = st.builds(
     fps=st.sampled_from([10.0, 25.0, 30.0, 60.0]),
     on=st.booleans(),
     off=st.booleans(),
+    dog=st.booleans(),
     fdsr=st.booleans(),
 )
 

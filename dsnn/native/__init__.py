@@ -78,7 +78,7 @@ class NativeNetwork:
         config = self._ffi.new(
             "dsnn_config *",
             dict(
-                rows=rows, columns=columns, n_p=q.n_p, d=q.d, n_con=q.n_con, on=q.on, off=q.off, fdsr=q.fdsr,
+                rows=rows, columns=columns, n_p=q.n_p, d=q.d, n_con=q.n_con, on=q.on, off=q.off, dog=q.dog, fdsr=q.fdsr,
                 w_i=q.w_i, sigma_l=q.sigma_l, left_fast=1.0 - alpha(q.tau_fast, q.dt),
                 left_slow=1.0 - alpha(q.tau_slow, q.dt), alpha_mp=alpha(q.tau_mp, q.dt),
                 scale=rows * columns * q.k_sig, k_sp=q.k_sp, t_sp=q.t_sp,

@@ -35,6 +35,7 @@ typedef struct {
     int32_t d;               /* 1..16: spacing of the detectors, px */
     int32_t n_con;           /* 1..64: spacings, d to n_con d */
     int32_t on, off;         /* 0 blocks the pathway */
+    int32_t dog;             /* 0 leaves the difference of Gaussians out: LA = P */
     int32_t fdsr;            /* 0 leaves the adaptation out */
     float w_i;               /* weight of inhibition */
     float sigma_l;           /* residue of the lamina */

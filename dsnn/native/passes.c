@@ -111,6 +111,29 @@ VISION_INLINE lanes blur_along(const float *row, const float *kernel, int32_t ra
     return sum;
 }
 
+typedef struct {
+    lanes on, off;
+} pathways;
+
+/* LA of the eight cells from column `x` of row `y` on, split by its sign (polar-dogs); the row is blurred already. */
+VISION_INLINE pathways lamina(const dsnn *m, int32_t y, int32_t x, int32_t radius_e, int32_t radius_i)
+{
+    const lanes zero = lanes_of(0.0f);
+    pathways split;
+    if (!m->config.dog) {
+        const lanes p = load(change_before(m, 0) + (size_t)y * (size_t)m->pitch + x);
+        split.on = positive(p);
+        split.off = where_lt(p, zero, sub(zero, p));
+    } else {
+        const lanes e = blur_along(m->blur_e + radius_i + x, m->config.kernel_e, radius_e);
+        const lanes in = blur_along(m->blur_i + radius_i + x, m->config.kernel_i, radius_i);
+        const lanes contrast = mul(magnitude(sub(e, in)), load(m->inside + x));
+        split.on = where_ge(e, zero, where_ge(in, zero, contrast));
+        split.off = where_lt(e, zero, where_lt(in, zero, contrast));
+    }
+    return split;
+}
+
 /* The adaptation of one pathway's eight cells: fast on a rise, slow on a fall (fdsr-lowpass, fdsr-subtraction).
  * Kept as what is left of LA, g(t) = (1 - alpha) (g(t - 1) + LA(t) - LA(t - 1)), which is the same. */
 VISION_INLINE lanes adapt(float *adapted, lanes la, lanes before, lanes left_fast, lanes left_slow)
@@ -126,11 +149,10 @@ VISION_INLINE lanes adapt(float *adapted, lanes la, lanes before, lanes left_fas
 VISION_INLINE void contrast_row(dsnn *m, int32_t y, int32_t radius_e, int32_t radius_i)
 {
     const dsnn_config *c = &m->config;
-    const lanes zero = lanes_of(0.0f), tiny = lanes_of(VISION_TINY), sigma_l = lanes_of(c->sigma_l);
+    const lanes tiny = lanes_of(VISION_TINY), sigma_l = lanes_of(c->sigma_l);
     const lanes left_fast = lanes_of(c->left_fast), left_slow = lanes_of(c->left_slow), w_i = lanes_of(c->w_i);
     const size_t at = (size_t)y * (size_t)m->pitch;
     const int32_t pitch = m->pitch, fdsr = c->fdsr;
-    const float *row_e = m->blur_e + radius_i, *row_i = m->blur_i + radius_i, *inside = m->inside;
     float *la[2], *adapted[2], *f[2], *wf[2];
     int32_t x, i;
     for (i = 0; i < 2; i++) {
@@ -139,15 +161,13 @@ VISION_INLINE void contrast_row(dsnn *m, int32_t y, int32_t radius_e, int32_t ra
         f[i] = field_row(m, m->f[i], y);
         wf[i] = field_row(m, m->wf[i], y);
     }
-    blur_down(m, y, radius_e, radius_i);
+    if (c->dog)
+        blur_down(m, y, radius_e, radius_i);
     for (x = 0; x < pitch; x += LANES) {
-        const lanes e = blur_along(row_e + x, c->kernel_e, radius_e), in = blur_along(row_i + x, c->kernel_i, radius_i);
-        const lanes contrast = mul(magnitude(sub(e, in)), load(inside + x)); /* polar-dogs */
-        const lanes split[2] = {where_ge(e, zero, where_ge(in, zero, contrast)),
-                                where_lt(e, zero, where_lt(in, zero, contrast))};
+        const pathways split = lamina(m, y, x, radius_e, radius_i);
         for (i = 0; i < 2; i++) {
             const lanes before = load(la[i] + x);
-            const lanes sum = add(split[i], mul(sigma_l, before)), now = where_ge(sum, tiny, sum); /* halfwave */
+            const lanes sum = add(i == 0 ? split.on : split.off, mul(sigma_l, before)), now = where_ge(sum, tiny, sum); /* halfwave */
             const lanes signal = fdsr ? adapt(adapted[i] + x, now, before, left_fast, left_slow) : now;
             const lanes weighted = mul(w_i, signal);
             store(la[i] + x, now);
@@ -220,13 +240,9 @@ static void maps(dsnn *m, float *p, float *la, float *f_on, float *f_off)
         memcpy(f_off + at, field_row(m, m->f[1], y), (size_t)c->columns * sizeof(float));
         blur_down(m, y, radius / 2, radius);
         for (x = 0; x < c->columns; x += LANES) {
-            const lanes e = blur_along(m->blur_e + radius + x, c->kernel_e, radius / 2);
-            const lanes in = blur_along(m->blur_i + radius + x, c->kernel_i, radius), zero = lanes_of(0.0f);
-            const lanes contrast = magnitude(sub(e, in));
-            const lanes signed_contrast = sub(where_ge(e, zero, where_ge(in, zero, contrast)),
-                                              where_lt(e, zero, where_lt(in, zero, contrast)));
+            const pathways split = lamina(m, y, x, radius / 2, radius);
             float lane[LANES];
-            store(lane, signed_contrast);
+            store(lane, sub(split.on, split.off));
             memcpy(la + at + (size_t)x, lane, (size_t)smaller(LANES, c->columns - x) * sizeof(float));
         }
     }

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 import pyarrow.csv
-import pyarrow.parquet as pq
 
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.store import parameters
 from experiments.bench.core.store.description import read_description, short
+from experiments.bench.core.store.files import read_parquet
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.verdict import Verdict
 
@@ -161,8 +161,7 @@ class Run:
         if not path.exists():
             raise UsageError(f"{self.folder}: no {name} there: no trial of it is finished")
         try:
-            with path.open("rb") as file:  # by its path alone, a folder called a=1 above it would become a column
-                return pq.ParquetFile(file).read(columns)
+            return read_parquet(path, columns)
         except Exception as error:  # bytes that are no table can make the library raise anything
             raise UsageError(f"{self.folder}: {name} cannot be read ({short(error)})") from None
 

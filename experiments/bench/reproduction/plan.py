@@ -141,9 +141,9 @@ def design(made: Planned) -> dict[str, Any]:
     robot, clips, loops = (
         map(describe, made.plans), (each.describe() for each in made.offline), (each.describe() for each in made.loops)
     )  # fmt: skip
-    runs = [*robot, *clips, *loops]
+    runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form")
     parts = {
-        "runs": [{name: value for name, value in run.items() if name not in provenance.KEYS} for run in runs],
+        "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
         "studies": [(case.name, case.moved, case.specs) for case in (*made.others, *made.moves)],
         "claims": claim_texts(),
         "least": [{claim.id: claim.least for claim in CLAIMS.values()}, clips_claims.CONDITIONS,

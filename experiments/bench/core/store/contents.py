@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from experiments.bench.core.store.description import short
+from experiments.bench.core.store.files import read_parquet
 from experiments.bench.core.store.parameters import Parameters, of_model
 
 Row = dict[str, Any]
@@ -74,8 +74,7 @@ class Contents:
 def read_table(path: Path, schema: pa.Schema) -> pa.Table:
     """A table as it was written; `Misfit` in one line on a file that is none, or has other columns."""
     try:
-        with path.open("rb") as file:  # by its path alone, a folder called a=1 above it would become a column
-            table = pq.ParquetFile(file).read()
+        table = read_parquet(path)
     except OSError as error:
         raise Misfit(f"{path.name} cannot be read ({error.strerror or short(error)})") from None
     except Exception as error:  # bytes that are no table can make the library raise anything

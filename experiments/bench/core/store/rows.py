@@ -10,7 +10,8 @@ from typing import Any, TypedDict, get_args, get_type_hints
 
 import pyarrow as pa
 import pyarrow.csv
-import pyarrow.parquet as pq
+
+from experiments.bench.core.store.files import read_parquet
 
 MOST_LISTED = 10
 """Numbers of trials in a message."""
@@ -118,7 +119,7 @@ def recording_name(index: int) -> str:
 
 def read_trials(folder: Path) -> list[dict[str, Any]]:
     """The rows of a run's ``trials.parquet``; ``FileNotFoundError`` where there is none."""
-    rows: list[dict[str, Any]] = pq.read_table(folder / "trials.parquet").to_pylist()
+    rows: list[dict[str, Any]] = read_parquet(folder / "trials.parquet").to_pylist()
     return rows
 
 
