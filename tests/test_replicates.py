@@ -106,6 +106,13 @@ def test_no_page_or_table_puts_a_count_of_what_held_behind_the_word_fails(capsys
             assert not re.search(rf"{other}\W+(at|in) \d+ of", said)
 
 
+def test_the_terminal_s_columns_stand_under_their_names(capsys):
+    show_claims([verdict("fails", ["holds"] * 4)])
+    names, row, *_ = capsys.readouterr().out.splitlines()
+    for name, cell in (("claim", "C13"), ("all replicates", "held in 4 of 5"), ("replicate 0", "fails")):
+        assert names.index(name) == row.index(cell)
+
+
 def test_the_colour_and_the_totals_go_by_all_replicates():
     every, some, none = (
         verdict("holds", ["holds"] * 4),

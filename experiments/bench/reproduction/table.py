@@ -15,17 +15,17 @@ from experiments.bench.core.verdict import Verdict
 def show_claims(claims: Sequence[Verdict]) -> None:
     """Print the claims tested, each with its replicates and the number that decided; then those not tested."""
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in ("claim", "replicate 0", "all replicates", "the paper says"):
-        table.add_column(
-            name, no_wrap=name in ("claim", "replicate 0"), max_width=26 if name.startswith("all") else None
-        )
+    table.add_column("claim", no_wrap=True)
+    table.add_column("all replicates", min_width=24, max_width=24)
+    table.add_column("replicate 0", no_wrap=True)
+    table.add_column("the paper says")
     common = readings_of_all()
     for claim in claims:
         if claim.experiment:
             decided = claim.decided or claim.measured.partition("; measured:")[0]
             own = [reading for reading in chosen().get(claim.id, ()) if reading not in common]
             used = f"used to choose: {', '.join(own)}" if own else ""
-            lines = [line for line in (f"replicate 0: {decided}", claim.rate, used) if line]
+            lines = filter(None, (f"replicate 0: {decided}", claim.rate.partition(";")[0], used))
             said = f"{claim.says}\n[dim]{escape(chr(10).join(lines))}[/dim]"
             table.add_row(claim.id, claim.held, coloured(claim.verdict), said)
     out_console.print(table)
