@@ -46,7 +46,7 @@ SKIPPED = {
     "behaviours-and-training.md": ("needs PyTorch and minutes: tests/test_train.py", "needs a screen"),
     "footage.md": ("needs a screen", "needs a camera"),
     "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/test_pool.py"),
-    "what-the-numbers-mean.md": ("takes an hour: tests/test_reproduce.py",),
+    "what-the-numbers-mean.md": ("takes minutes: tests/test_reproduce.py",),
     "your-own-experiment.md": ("takes minutes: tests/test_reproduce.py",),
     "your-own-model.md": ("takes minutes: tests/test_leaderboard.py",),
 }

@@ -1,6 +1,5 @@
 """The reproduction as a user runs it, with a model and an experiment of their own, and its page in a browser."""
 
-import dataclasses
 import json
 import re
 import shutil
@@ -9,12 +8,16 @@ import subprocess
 import pyarrow.parquet as pq
 import pytest
 
+from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.core.verdict import claim_texts
 from experiments.bench.reproduction import claims as paper_claims
-from experiments.bench.reproduction import robustness
+from experiments.bench.reproduction import replicates, robustness
+from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, WHOLE, planned
+from experiments.bench.reproduction.report import sensitivity_figure
 from tests.chapters import titled
 from tests.conftest import Colias
+from tests.test_replicates import rows_of
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
@@ -40,10 +43,18 @@ def test_every_claim_is_answered(reproduced):
     assert all(claim["verdict"] == "untested" for claim in claims if claim["id"] in left_out)
     assert "--quick" in claims[6]["measured"]
     assert all(claim["verdict"] in ("holds", "fails") and claim["n"] > 0 for claim in judged)
-    at_seeds = [claim for claim in judged if claim["id"] in robustness.ROBOT_CLAIMS]
-    assert all(0 <= claim["seeds_holding"] <= claim["seeds"] == 2 for claim in at_seeds)
-    assert all(claim["pooled"].startswith(("holds: ", "fails: ")) for claim in at_seeds)
-    assert all(claim["tried"] for claim in at_seeds if claim["seeds_holding"] < 2 or claim["verdict"] == "fails")
+    robot = [claim for claim in judged if claim["id"] in robustness.judged_in()]
+    assert all(claim["replicates"] == 2 and claim["standing"] == "so far" for claim in robot)
+    for claim in robot:
+        assert claim["held"] == f"held in {claim['replicates_held']} of 2 short replicates so far"
+    assert all(claim["replicates"] == 1 for claim in judged if claim not in robot)
+    assert {claim["standing"] for claim in claims[:4]} == {"deterministic"}, "nothing in their clips is random"
+    assert all(claim["pooled"].startswith(("holds: ", "fails: ")) for claim in robot)
+    assert all(claim["tried"] for claim in robot if claim["replicates_held"] < 2)
+    assert [claim["id"] for claim in claims if claim["rate"]] == ["C13", "C14"], "those about every single trial"
+    assert "of 20 trials break it" in claims[12]["rate"]
+    assert all(claim["used_to_choose"] for claim in claims)
+    assert "not checked against translation" not in str(claims), "the clips of other experiments have translations"
     assert all(claim["decided"] for claim in judged), "the number that decided stands beside every verdict"
     assert not any(claim["decided"] for claim in claims if claim["verdict"] == "untested")
     assert "colias watch" in claims[11]["measured"] and claims[11]["verdict"] == "untested"
@@ -55,6 +66,8 @@ def test_every_claim_is_answered(reproduced):
     page = (colias.folder / "out" / "report.html").read_text()
     assert "C7, C8, C9, C10, C11, C12, B1, B2, B3, B4. Each says below" in page
     assert "Nothing was moved in this run" in page
+    assert "replicates with the robot here are short: 5 trials of each condition instead of 10" in page
+    assert "start acceleration" in page and not re.search(r"(holds|fails|untested)\W+(at|in) \d+ of", page)
 
 
 def test_the_looming_detectors_see_the_approaches(reproduced):
@@ -88,12 +101,12 @@ def test_the_page_needs_nothing_from_outside(reproduced):
 
 def test_again_in_the_same_folder_runs_nothing(reproduced):
     colias, _ = reproduced
-    before = (colias.folder / "out" / "seeds" / "trials.parquet").read_bytes()
+    before = (colias.folder / "out" / "replicates" / "trials.parquet").read_bytes()
     own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
     done = colias("reproduce", "--quick", "--out", "out", *own)
     assert done.returncode == 0
-    assert "other seeds: 210 trials, on 1 worker; 210 of them done already" in done.stderr
-    assert (colias.folder / "out" / "seeds" / "trials.parquet").read_bytes() == before
+    assert "other replicates: 105 trials, on 1 worker; 105 of them done already" in done.stderr
+    assert (colias.folder / "out" / "replicates" / "trials.parquet").read_bytes() == before
     other = colias("reproduce", "--quick", "--out", "out", *own, "--seed", "3")
     assert (other.returncode, other.stderr.splitlines()[-1].count("seed is 0 there and 3 now")) == (2, 1)
 
@@ -134,7 +147,7 @@ def test_the_page_in_a_browser(reproduced, width, tmp_path):
     assert seen["drawn"] == seen["pictures"] == 10 + 3
 
 
-@pytest.mark.parametrize("name", ["seeds", "sensitivity", "speed"])
+@pytest.mark.parametrize("name", ["replicates", "sensitivity", "speed"])
 def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
     text = titled("my_experiment.py").replace('"my_experiment"', f'"{name}"')
     (colias.folder / "mine.py").write_text(text)
@@ -147,59 +160,79 @@ def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
 def test_moves_change_what_they_name_and_nothing_else():
     """Each case of the sensitivity study differs from the defaults in its own parameter, and in no seed."""
     network, *apparatus = robustness.sensitivity_cases(1, 0)
-    assert network.labels == ("dsnn", *robustness.NETWORK_MOVES)
-    defaults = network.specs[0].settings
+    assert network.moved == tuple(robustness.NETWORK_MOVES)
+    (first,) = robustness.replicate_cases([0], 1)
+    defaults = first.specs[0].settings
+    assert [s.seed for s in first.specs] == [s.seed for s in network.specs]
     for case, (name, changes) in zip(apparatus, robustness.APPARATUS_MOVES.items(), strict=True):
         assert case.name == name
         assert [s.seed for s in case.specs] == [s.seed for s in network.specs]
         assert len(case.specs[0].settings.models) == 1
         if not changes[0].startswith("experiment."):
             assert (case.specs[0].settings.camera, case.specs[0].settings.scene) != (defaults.camera, defaults.scene)
-    base, *moved = defaults.models
-    assert all(model.network != base.network for model in moved)
+    (base,) = defaults.models
+    assert all(model.network != base.network for model in network.specs[0].settings.models)
 
 
 def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
-    """Headline, other seeds and moves: the experiment that declares it, and no other one's trials."""
+    """Replicate 0, other replicates and moves: the experiment that declares it, and no other one's trials."""
     where = robustness.judged_in()
     assert where["C13"] == where["C14"] == "general"
     for claim, name in where.items():
         assert claim in registry.load(name).claims
     assert set(robustness.ROBOT_CLAIMS) <= set(where)
-    (case,) = robustness.seed_cases([0], 5)
-    assert {spec.experiment for spec in case.specs} == set(robustness.PAPER)
-    silent = {"spikes": 0, "peak_hs": 0.1, "trough_hs": -0.1, "path_error_mm": 0.1, "model": "dsnn"}
-    rows = [
-        {"trial": index, "experiment": spec.experiment, **dataclasses.asdict(spec.condition), **silent,
-         "achieved_speed_cm_s": spec.condition.speed_cm_s}
-        for index, spec in enumerate(case.specs)
-    ]  # fmt: skip
-    assert robustness.verdicts([case], rows)["0"]["C13"] == "holds"
-    spiking = [row | {"spikes": 3 * (row["experiment"] == "angular-recession")} for row in rows]
-    assert (
-        robustness.verdicts([case], spiking)["0"]["C13"] == robustness.pooled([case], spiking)["C13"].verdict == "holds"
-    )
-    spiking = [row | {"spikes": 3 * (row["experiment"] == "general")} for row in rows]
-    assert (
-        robustness.verdicts([case], spiking)["0"]["C13"] == robustness.pooled([case], spiking)["C13"].verdict == "fails"
-    )
-    lost = [
-        row
-        for row in rows
-        if row["trial"] != case.specs.index(next(s for s in case.specs if s.experiment == "general"))
-    ]
-    found = robustness.verdicts([case], lost)["0"]
-    assert found["C13"] == found["C14"] == "untested" != found["C16"]
+    cases = robustness.replicate_cases([0], 5)
+    assert {spec.experiment for spec in cases[0].specs} == set(robustness.paper())
+
+    def found(rows):
+        (own,) = replicates.studied(cases, rows)
+        return replicates.judged("C13", own).verdict, replicates.pooled("C13", [own, own]).verdict
+
+    silent = rows_of(robustness.numbered(cases))
+    assert found(silent) == ("holds", "holds")
+    for place, verdict in (("angular-recession", "holds"), ("general", "fails")):
+        spiking = [row | ({"spikes": 3} if row["experiment"] == place else {}) for row in silent]
+        assert found(spiking) == (verdict, verdict)
+
+
+def test_every_experiment_that_declares_a_claim_of_the_paper_is_run():
+    declared = {name: registry.load(name).claims for name in NAMES}
+    assert robustness.paper() == tuple(name for name in NAMES if declared[name])
+    first = planned(QUICK, 0).plans
+    assert [plan.experiment.name for plan in first] == list(robustness.paper())
+
+
+def test_each_scale_is_of_whole_replicates_but_the_quick_one():
+    assert [scale.replicates for scale in (USUAL, FULL)] == [5, 20]
+    assert all(scale.whole and scale.repeats == WHOLE and scale.moves for scale in (USUAL, FULL))
+    assert not QUICK.whole and QUICK.name == "short replicate"
+    made = planned(USUAL, 7)
+    assert [case.name for case in made.others] == ["8", "9", "10", "11"], "replicate 0 is not run twice"
+    whole = sum(len(plan.specs()) for plan in made.paper())
+    assert {len(case.specs) for case in (*made.others, *made.moves)} == {whole}
+    assert made.amount().startswith(f"{whole * (5 + len(made.moves))} trials with the robot ({whole} in replicate 0, ")
+    assert {plan.repeats for plan in made.offline} == {1, 5}
+
+
+def test_the_page_of_sensitivity_has_replicate_0_in_its_first_row():
+    cases = robustness.replicate_cases([0], 1)
+    (first,) = replicates.studied(cases, rows_of(robustness.numbered(cases)))
+    moves = robustness.sensitivity_cases(1, 0)
+    found = replicates.survival(moves, rows_of(robustness.numbered(moves)), first)
+    assert list(found) == ["dsnn", *robustness.NETWORK_MOVES, *robustness.APPARATUS_MOVES]
+    assert found["dsnn"] == {claim: replicates.judged(claim, first) for claim in robustness.ROBOT_CLAIMS}
+    assert "<svg" in sensitivity_figure(found)
 
 
 def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
     """And not that it needs footage."""
     monkeypatch.setattr(robustness, "judged_in", dict)
-    said = {claim.id: claim.measured for claim in paper_claims.verdicts([], [], {}, {}, "")}
+    said = {claim.id: claim.measured for claim in paper_claims.verdicts([], [])}
     assert "footage" in said["C12"] and "footage" not in said["C15"]
     assert said["C15"] == "none of the experiments here declares this claim"
 
 
-def test_a_case_with_a_trial_missing_is_untested():
-    cases = robustness.seed_cases([0], 1)
-    assert set(robustness.verdicts(cases, [])["0"].values()) == {"untested"}
+def test_a_case_with_no_trial_is_untested():
+    cases = robustness.replicate_cases([0], 1)
+    (own,) = replicates.studied(cases, [])
+    assert {replicates.judged(claim, own).verdict for claim in robustness.judged_in()} == {"untested"}

@@ -149,7 +149,7 @@ def test_a_reproduction_says_by_its_status_whether_trials_failed(failed, monkeyp
         {},
         [],
         [],
-        {"seeds": []},
+        {"replicates": []},
         {},
     )
     monkeypatch.setattr(reproduce, "reproduce", lambda *_: made)

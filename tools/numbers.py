@@ -29,7 +29,10 @@ PAGES: Mapping[str, tuple[str, ...]] = {
     "docs/behaviours-and-training.md": ("behaviours",),
 }
 """Page -> its measured parts, by the names in their markers."""
-CLAIM_FIELDS = ("id", "verdict", "seeds_holding", "seeds", "seeds_untested", "decided", "measured")
+CLAIM_FIELDS = (
+    "id", "verdict", "replicates", "replicates_held", "standing", "held", "rate", "used_to_choose", "decided",
+    "measured",
+)  # fmt: skip
 OWN_FIELDS = ("id", "says", "verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
 BEGIN, END = "<!-- measured: {} -->\n", "<!-- end of measured -->"
@@ -92,47 +95,46 @@ def blocks(results: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _verdicts(results: Mapping[str, Any]) -> str:
-    """How many claims hold, and a row a claim: its words, its verdict, at how many seeds it holds."""
-    lines = [_counted(results), "", "| claim | the paper says | verdict | seeds |", "|---|---|---|---|"]
+    """How many claims held in all replicates, and a row a claim: its words, in how many replicates it held."""
+    lines = [_counted(results), "", "| claim | the paper says | in all replicates | replicate 0 |", "|---|---|---|---|"]
     for claim in results["claims"]:
         says, _ = claim_texts()[claim["id"]]
-        lines.append(f"| {claim['id']} | {_cell(says)} | {claim['verdict']} | {_seeds(claim)} |")
+        lines.append(f"| {claim['id']} | {_cell(says)} | {_cell(claim['held'])} | {claim['verdict']} |")
     return "\n".join(lines) + "\n"
 
 
 def _counted(results: Mapping[str, Any]) -> str:
     claims, scale, seed = results["claims"], results["design"]["scale"], results["design"]["seed"]
-    by_verdict = {
-        verdict: [claim["id"] for claim in claims if claim["verdict"] == verdict]
-        for verdict in ("holds", "fails", "untested")
-    }
-    said = f"Of the {len(claims)} claims {len(by_verdict['holds'])} hold at seed {seed}"
-    for verdict, words in (("fails", "fail"), ("untested", "are untested")):
-        if by_verdict[verdict]:
-            said += f"; {', '.join(by_verdict[verdict])} {words if len(by_verdict[verdict]) > 1 else _one(words)}"
+    judged = [claim for claim in claims if claim["standing"] not in ("", "unjudged")]
+    every = [claim["id"] for claim in judged if claim["replicates_held"] == claim["replicates"]]
+    some = [claim["id"] for claim in judged if 0 < claim["replicates_held"] < claim["replicates"]]
+    never = [claim["id"] for claim in judged if not claim["replicates_held"]]
+    others = [claim["id"] for claim in claims if claim not in judged]
+    said = f"Of the {len(claims)} claims {len(every)} held in every replicate"
+    for ids, words in ((some, "held in some"), (never, "held in none"), (others, "not judged")):
+        if ids:
+            said += f"; {words}: {', '.join(ids)}"
     return (
-        f"{said} ({scale['repeats']} repeats of each of the robot's conditions; at the other seeds "
-        f"{scale['seed_repeats']})."
+        f"{said}. A replicate has {scale['repeats']} repeats of each of the robot's conditions, or every clip, at one "
+        f"seed; replicate 0 has seed {seed}."
     )
 
 
 def _claims(results: Mapping[str, Any]) -> str:
-    lines = ["| claim | verdict | seeds | decided by |", "|---|---|---|---|"]
+    lines = ["| claim | in all replicates | replicate 0 | decided there by |", "|---|---|---|---|"]
     for claim in results["claims"]:
         decided = claim["decided"] or claim["measured"].partition("; measured:")[0]
-        lines.append(f"| {claim['id']} | {claim['verdict']} | {_seeds(claim)} | {_cell(decided)} |")
+        rate = f"; all replicates: {claim['rate'].partition(';')[0]}" if claim["rate"] else ""
+        lines.append(f"| {claim['id']} | {_cell(claim['held'])} | {claim['verdict']} | {_cell(decided + rate)} |")
+    lines += ["", "Used to choose a reading of the paper:", ""]
+    readings: dict[str, list[str]] = {}
+    for claim in results["claims"]:
+        for reading in filter(None, claim["used_to_choose"].split("; ")):
+            readings.setdefault(reading, []).append(claim["id"])
+    every = len(results["claims"])
+    for reading, ids in readings.items():
+        lines.append(f"- {reading}: {'all claims' if len(ids) == every else ', '.join(ids)}")
     return "\n".join(lines) + "\n"
-
-
-def _one(words: str) -> str:
-    return {"fail": "fails", "are untested": "is untested"}[words]
-
-
-def _seeds(claim: Mapping[str, Any]) -> str:
-    if not claim["seeds"]:
-        return ""
-    unjudged = f", {claim['seeds_untested']} untested" if claim["seeds_untested"] else ""
-    return f"{claim['seeds_holding']} of {claim['seeds']}{unjudged}"
 
 
 def _behaviours(results: Mapping[str, Any]) -> str:

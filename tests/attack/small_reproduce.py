@@ -1,4 +1,4 @@
-"""A script: the command line, whose ``reproduce --quick`` has one repeat at one seed."""
+"""A script: the command line, whose ``reproduce --quick`` has one repeat in one replicate."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ if __name__ == "__main__":
     entry.begin()
     from experiments.bench.reproduction import plan
 
-    plan.QUICK = dataclasses.replace(plan.QUICK, repeats=1, seeds=1, seed_repeats=1)
+    plan.QUICK = dataclasses.replace(plan.QUICK, repeats=1, replicates=1)
     entry.run()

@@ -30,11 +30,13 @@ def reproduce(
     quick: Annotated[
         bool,
         typer.Option(
-            "--quick", help="A taste: two seeds, no moves, no grids of clips; the report names what it does not judge."
+            "--quick",
+            help="A taste: two short replicates, no moves, no grids of clips; the report names what it leaves out.",
         ),
     ] = False,
     full: Annotated[
-        bool, typer.Option("--full", help="Ten repeats at every seed and move: takes several times as long.")
+        bool,
+        typer.Option("--full", help="20 replicates instead of 5, so that claims are robust or fragile; more episodes."),
     ] = False,
     robot_only: Annotated[
         bool, typer.Option("--robot-only", help="Just the paper's trials with the robot: neither clips nor behaviours.")
@@ -53,13 +55,15 @@ def reproduce(
     cluster: Cluster = None,
     quiet: Quiet = False,
 ) -> int:
-    """Run the paper's experiments, the robot's at other seeds and with everything moved too; write one page about it.
+    """Run replicates of the paper's experiments, and one with each thing moved; write one page about it.
+
+    A replicate is the paper's own design at one seed: ten repeats of each condition. Each claim is judged in each.
 
     The command's own models, in the trials with the robot, are dsnn and dsn2017, beside the looming detectors where a
     claim is about them. Most claims are about dsnn: --only needs it among the models.
     The reflexes of [b]colias behave[/b] are played too, and claims of our own about them judged. report.html needs no
-    network; claims.json and behaviours.json have the verdicts. The exit status is 0 whatever they are, and 1 if
-    trials failed.
+    network; claims.json, sensitivity.json and behaviours.json have the verdicts. The exit status is 0 whatever they
+    are, and 1 if trials failed.
     """
     from experiments.bench.core.errors import UsageError
     from experiments.bench.core.settings import check_counts

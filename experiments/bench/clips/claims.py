@@ -109,22 +109,26 @@ class ClipClaim(Claim):
         return DSNN if DSNN in self.models else min(self.models)
 
 
-def _entry(claim: str, judge: Callable[[Rows, float], Outcome], *beside: str, every: bool = False) -> ClipClaim:
-    models = frozenset({DSNN, *beside})
-    return ClipClaim(id=claim, judge=judge, models=models, conditions=CONDITIONS[claim], of_every_clip=every)
+def _entry(
+    claim: str, judge: Callable[[Rows, float], Outcome], *beside: str, every: bool = False, silent: bool = False
+) -> ClipClaim:
+    models, conditions = frozenset({DSNN, *beside}), CONDITIONS[claim]
+    return ClipClaim(
+        id=claim, judge=judge, models=models, conditions=conditions, of_every_clip=every, silent_passes=silent
+    )  # fmt: skip
 
 
 CLAIMS: Mapping[str, ClipClaim] = {
     claim.id: claim
     for claim in (
         _entry("C1", judges.c1, every=True),
-        _entry("C2", judges.c2, every=True),
-        _entry("C3", judges.c3, every=True),
+        _entry("C2", judges.c2, every=True, silent=True),
+        _entry("C3", judges.c3, every=True, silent=True),
         _entry("C4", judges.c4, *BLOCKED, every=True),
-        _entry("C5", judges.c5, EARLIER, every=True),
+        _entry("C5", judges.c5, EARLIER, every=True, silent=True),
         _entry("C6", judges.c6, EARLIER, every=True),
         _entry("C7", judges.c7, EARLIER),
-        _entry("C8", judges.c8, every=True),
+        _entry("C8", judges.c8, every=True, silent=True),
         _entry("C9", judges.c9),
         _entry("C10", judges.c10),
         _entry("C11", judges.c11, EMD),
@@ -142,7 +146,9 @@ def find(claim: Claim | str) -> ClipClaim:
     return CLAIMS[claim]
 
 
-def judge(claim: ClipClaim | str, rows: Rows, thresholds: Mapping[str, float | None]) -> Outcome:
+def judge(
+    claim: ClipClaim | str, rows: Rows, thresholds: Mapping[str, float | None], shown: Rows | None = None
+) -> Outcome:
     """Judge one claim on the rows of one seed.
 
     Parameters
@@ -153,8 +159,23 @@ def judge(claim: ClipClaim | str, rows: Rows, thresholds: Mapping[str, float | N
         Rows of ``trials.parquet``, of all models.
     thresholds
         Each model's spiking threshold.
+    shown
+        Rows of other clips and seeds too, where there are more than ``rows``. A claim that a silent network would
+        keep is held against the translations among them.
     """
     asked = find(claim)
+    found = _judged(asked, rows, thresholds)
+    threshold = thresholds.get(asked.spiking)
+    if not asked.silent_passes or found.verdict != "holds" or threshold is None:
+        return found
+    across = [row for row in (rows if shown is None else shown)
+              if row["model"] == asked.spiking and row["motion"] in SIGNED and row["object"] != "absent"]  # fmt: skip
+    reached = [[abs(row[name]) for name in POTENTIALS if is_number(row[name])] for row in across]
+    answering = sum(max(potentials, default=0.0) > threshold for potentials in reached)
+    return found.against_silence(answering, len(across), "clip")
+
+
+def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]) -> Outcome:
     missing = sorted(asked.models - {row["model"] for row in rows})
     if missing:
         return Outcome("untested", f"needs {' and '.join(missing)}")

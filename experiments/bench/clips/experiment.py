@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from dsnn.stimuli import ClipParams, Jittered, Stimulus, stimulus, stimulus_entry
+from experiments.bench.core.claims.declared import check_claims
 from experiments.bench.core.errors import check_declared
 from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.verdict import Claim, check_claims
+from experiments.bench.core.verdict import Claim
 
 DRAWN = ("speed", "grey", "background_speed")
 """Those that a figure of peaks may be drawn against."""

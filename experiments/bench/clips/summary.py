@@ -11,6 +11,7 @@ from experiments.bench.clips import figure as clips_figure
 from experiments.bench.clips.claims import ClipClaim, find, judge
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.core import plotting
+from experiments.bench.core.claims.replicates import counted
 from experiments.bench.core.store.rows import Failure, mixture
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.verdict import Outcome, Verdict
@@ -30,27 +31,46 @@ class OfflineReport:
 def conclude(made: OfflinePlan, folder: RunFolder, failures: Sequence[Failure]) -> OfflineReport:
     """Write verdicts and figure of the clips in ``folder``."""
     rows = folder.rows()
-    verdicts = [_verdict(find(claim), made, rows) for claim in made.experiment.claims]
-    folder.write_json("claims.json", verdicts)
+    judged = verdicts(made, rows)
+    folder.write_json("claims.json", judged)
     if rows:
         shown = [row for row in rows if row["repeat"] == 0]
         drawn = clips_figure.draw(made.experiment.figure, shown, folder.frames(), made.thresholds)
         plotting.save(drawn, folder.folder)
-    return OfflineReport(made, folder.folder, rows, verdicts, list(failures))
+    return OfflineReport(made, folder.folder, rows, judged, list(failures))
 
 
-def _verdict(claim: ClipClaim, made: OfflinePlan, rows: Sequence[Mapping[str, Any]]) -> Verdict:
-    """The claim's answer at the seed asked for, and at how many of the seeds run it holds."""
+def verdicts(
+    made: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]] | None = None,
+    *, random: bool = True,
+) -> list[Verdict]:  # fmt: skip
+    """Judge the claims of an off-line run, each at every seed. A seed is a replicate, the first one replicate 0.
+
+    Parameters
+    ----------
+    made
+        The run's plan.
+    rows
+        The run's rows.
+    shown
+        The same models' rows in other runs too: see `experiments.bench.clips.claims.judge`.
+    random
+        Whether anything in the clips is random, so that seeds differ.
+    """
+    return [_verdict(find(claim), made, rows, shown or rows, random) for claim in made.experiment.claims]
+
+
+def _verdict(
+    claim: ClipClaim, made: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]],
+    random: bool,
+) -> Verdict:  # fmt: skip
     by_seed: list[Outcome] = []
     for repeat in range(made.repeats):
         own = [row for row in rows if row["repeat"] == repeat]
         whole = len({row["trial"] for row in own}) == len(made.experiment.clips)
         lost = Outcome("untested", "some of its clips failed")
-        by_seed.append(judge(claim, own, made.thresholds) if whole else lost)
+        by_seed.append(judge(claim, own, made.thresholds, shown) if whole else lost)
     first, mixed = by_seed[0], mixture(rows)
     admitted = replace(first, measured="; ".join([first.measured, *([mixed] if mixed else [])]))
-    found = [outcome.verdict for outcome in by_seed]
-    return claim.verdict(
-        admitted, experiment=made.experiment.name, seeds=len(found), seeds_holding=found.count("holds"),
-        seeds_untested=found.count("untested"),
-    )  # fmt: skip
+    count = counted([outcome.verdict for outcome in by_seed], random=random)
+    return claim.verdict(admitted, experiment=made.experiment.name, **count.fields())

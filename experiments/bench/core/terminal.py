@@ -28,7 +28,7 @@ MINUTES_FROM_S = 150.0
 out_console = Console(highlight=False, emoji=False, width=None if sys.stdout.isatty() else 100)
 error_console = Console(stderr=True, highlight=False, emoji=False)
 
-VERDICT_COLOURS: Mapping[str, str] = {"holds": "green", "fails": "red", "untested": "yellow"}
+VERDICT_COLOURS: Mapping[str, str] = {"holds": "green", "fails": "red", "vacuous": "yellow", "untested": "yellow"}
 
 
 def count(number: int, thing: str) -> str:
@@ -47,8 +47,10 @@ def show_verdict(verdict: Verdict, *, model: bool) -> None:
     ``model`` says whether to name the model that it is about.
     """
     who = f" ({escape(verdict.model)})" if model and verdict.model else ""
-    seeds = f" (at {verdict.seeds_holding} of {verdict.seeds} seeds)" if (verdict.seeds or 0) > 1 else ""
-    out_console.print(f"\n[b]{verdict.id}[/b]{who} {coloured(verdict.verdict)}{seeds}: {verdict.says}")
+    found = coloured(verdict.verdict)
+    if (verdict.replicates or 0) > 1:
+        found = f"{verdict.held} (replicate 0: {found})"
+    out_console.print(f"\n[b]{verdict.id}[/b]{who} {found}: {verdict.says}")
     decided = f"decided by: {verdict.decided}" if verdict.decided else ""
     for line in filter(None, (decided, verdict.measured, verdict.effect)):
         out_console.print(f"    {line}", markup=False)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from importlib.resources import files
 from typing import Any, Literal, get_args
 
+from experiments.bench.core.claims.numbers import is_number as is_number
+from experiments.bench.core.claims.numbers import unreadable as unreadable
+from experiments.bench.core.claims.texts import claim_texts as claim_texts
+from experiments.bench.core.claims.texts import tried as tried
 from experiments.bench.core.errors import check_name, explained, short
 
-Judged = Literal["holds", "fails", "untested"]
+Judged = Literal["holds", "fails", "vacuous", "untested"]
+"""``vacuous``: the claim is kept, but by a model that answers nothing, which a silent network would keep too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +75,7 @@ class Outcome:
     Parameters
     ----------
     verdict
-        ``holds``, ``fails`` or ``untested``.
+        ``holds``, ``fails`` or ``untested``; ``vacuous`` is found by the bench, see `Claim`.
     measured
         The measured numbers, in words.
     effect
@@ -84,11 +86,13 @@ class Outcome:
         The number that decided, and its bound, as `decide` tells it.
     each
         Number of trials of the condition that has the fewest; 0: it is counted in what the judge was given.
+    broken
+        Of a claim about every single trial: how many of the ``n`` trials break it. ``None`` of any other claim.
 
     Raises
     ------
     ValueError
-        ``verdict`` is none of the three.
+        ``verdict`` is none of the four.
     """
 
     verdict: Judged
@@ -97,6 +101,7 @@ class Outcome:
     n: int = 0
     decided: str = ""
     each: int = 0
+    broken: int | None = None
 
     def __post_init__(self) -> None:
         if self.verdict not in get_args(Judged):
@@ -105,6 +110,29 @@ class Outcome:
     def untested(self, why: str) -> Outcome:
         """The same without a verdict, and why."""
         return replace(self, verdict="untested", measured=f"{why}; measured: {self.measured}", decided="")
+
+    def against_silence(self, answering: int, of: int, what: str) -> Outcome:
+        """The outcome of a claim that a silent network would keep, held against the model's answers to translation.
+
+        Parameters
+        ----------
+        answering, of
+            How many of how many translations the model answers past its threshold.
+        what
+            What shows a translation: ``trial`` or ``clip``.
+
+        Returns
+        -------
+        Outcome
+            ``vacuous`` where the claim holds and no translation is answered. Without translations it still holds, and
+            ``measured`` says that it was not checked.
+        """
+        if self.verdict != "holds" or answering:
+            return self
+        if not of:
+            return replace(self, measured=f"{self.measured}; not checked against translation (no {what} shows one)")
+        why = f"silent in all {of} {what}s of translation too"
+        return replace(self, verdict="vacuous", measured=f"{why}; measured: {self.measured}", decided=why)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +144,7 @@ class Verdict:
     id, says, source
         The claim, its words, and where they are from.
     verdict
-        ``holds``, ``fails`` or ``untested``.
+        ``holds``, ``fails``, ``vacuous`` or ``untested``. Of a claim with replicates it is that of replicate 0.
     measured
         The numbers it was judged by.
     effect
@@ -130,13 +158,24 @@ class Verdict:
         The model it is about; empty where the claim itself names its models.
     experiment
         The experiment, or the env, whose trials answer for it.
-    seeds, seeds_holding, seeds_untested
-        At how many seeds it was to be judged, at how many it holds, and at how many it could not be judged. ``None``
-        where it was judged at one seed alone.
+    replicates, replicates_held, replicates_failed, replicates_vacuous, replicates_untested
+        In how many replicates it was to be judged, and in how many of them it came to each verdict. ``None`` where
+        replicates were not counted.
+    standing, held
+        What these numbers come to, in a word and in words: see `experiments.bench.core.claims.replicates`.
+    rate
+        Of a claim about every single trial: the share of the trials of all replicates that break it.
     pooled
-        The same claim on the trials of all seeds together.
+        The same claim on the trials of all replicates together.
     tried
-        What was tried to make it hold, or what limits it. Told where it fails, or holds at few seeds.
+        What was tried to make it hold, or what limits it. Told where it fails, or does not hold in all replicates.
+    used_to_choose
+        The readings of the paper that were chosen because this claim favoured them.
+
+    Raises
+    ------
+    ValueError
+        Verdict and counts contradict each other: replicate 0 is one of the replicates.
     """
 
     id: str
@@ -149,11 +188,27 @@ class Verdict:
     decided: str = ""
     model: str = ""
     experiment: str = ""
-    seeds_holding: int | None = None
-    seeds: int | None = None
-    seeds_untested: int | None = None
+    replicates: int | None = None
+    replicates_held: int | None = None
+    replicates_failed: int | None = None
+    replicates_vacuous: int | None = None
+    replicates_untested: int | None = None
+    standing: str = ""
+    held: str = ""
+    rate: str = ""
     pooled: str = ""
     tried: str = ""
+    used_to_choose: str = ""
+
+    def __post_init__(self) -> None:
+        if self.replicates is None:
+            return
+        counts = {"holds": self.replicates_held, "fails": self.replicates_failed, "vacuous": self.replicates_vacuous,
+                  "untested": self.replicates_untested}  # fmt: skip
+        if None in counts.values() or sum(n or 0 for n in counts.values()) != self.replicates:
+            raise ValueError(f"claim {self.id}: {counts} do not add up to {self.replicates} replicates")
+        if not counts[self.verdict]:
+            raise ValueError(f"claim {self.id}: {self.verdict} in replicate 0, and in 0 of {self.replicates}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,6 +223,9 @@ class Claim:
         Finds an `Outcome` from the rows of a run's table. The wings say with what arguments.
     says, source
         Its words, and where they are from. One of the paper's claims has none here: they are in ``claims.toml``.
+    silent_passes
+        Whether a model that never answers anything would keep it. It is then ``vacuous`` for a model that answers no
+        translation either, as far as the run has any.
 
     Raises
     ------
@@ -179,6 +237,7 @@ class Claim:
     judge: Callable[..., Outcome]
     says: str = ""
     source: str = ""
+    silent_passes: bool = False
 
     def __post_init__(self) -> None:
         check_name("claim", self.id)
@@ -220,51 +279,10 @@ class Claim:
         if not isinstance(found, Outcome):
             return Outcome("untested", f"its judge answered {short(found)}, expected an Outcome", n=len(rows))
         said, effect, decided = str(found.measured), str(found.effect), str(found.decided)
-        return Outcome(found.verdict, said, effect, int(found.n) or len(rows), decided, int(found.each))
+        return Outcome(found.verdict, said, effect, int(found.n) or len(rows), decided, int(found.each), found.broken)
 
     def verdict(self, found: Outcome, **more: Any) -> Verdict:
         """Return the verdict that an outcome is; ``more`` are further fields of it."""
         return Verdict(
             self.id, self.says, self.source, found.verdict, found.measured, found.effect, found.n, found.decided, **more
         )  # fmt: skip
-
-
-def check_claims(experiment: str, claims: Any) -> None:
-    """Raise ``ValueError`` for claims that no experiment can declare: a tuple of ids, and of claims of one's own."""
-    where = f"experiment {experiment}: claims={short(claims)}"
-    if not isinstance(claims, tuple) or not all(isinstance(claim, str | Claim) for claim in claims):
-        raise ValueError(f"{where}: legal is a tuple of names, and of claims of your own")
-    for claim in claims:
-        if isinstance(claim, Claim) and not claim.own:
-            raise ValueError(f"experiment {experiment}: claim {claim.id} is the paper's: declare it by its id alone")
-    ids = [claim.id for claim in claims if isinstance(claim, Claim)]
-    twice = next((each for each in ids if ids.count(each) > 1), None)
-    if twice is not None:
-        raise ValueError(f"experiment {experiment}: two claims are called '{twice}'")
-
-
-def is_number(value: Any) -> bool:
-    """Whether a table's value is a finite number; ``None``, NaN and infinities are not."""
-    return value is not None and math.isfinite(value)
-
-
-def unreadable(rows: Iterable[Mapping[str, Any]], columns: Sequence[str]) -> str:
-    """How many of the rows lack a number in which of the ``columns``, in words; empty if none does."""
-    listed = list(rows)
-    counts = {name: sum(not is_number(row[name]) for row in listed) for name in columns}
-    return "; ".join(f"{count} of {len(listed)} have no number in {name}" for name, count in counts.items() if count)
-
-
-@cache
-def claim_texts() -> Mapping[str, tuple[str, str]]:
-    """Claim id -> (what the paper says, the label of its figure), in order of number."""
-    table = tomllib.loads(files("experiments.bench.core").joinpath("claims.toml").read_text(encoding="utf-8"))
-    parts = [part for room in table.values() for part in room.values()]
-    texts = {claim["id"]: (claim["says"], part["source"]) for part in parts for claim in part["claims"]}
-    return dict(sorted(texts.items(), key=lambda item: int(item[0][1:])))
-
-
-@cache
-def tried() -> Mapping[str, str]:
-    """Claim id -> what was tried to make it hold, or limits it, from ``tried.toml``."""
-    return tomllib.loads(files("experiments.bench.core").joinpath("tried.toml").read_text(encoding="utf-8"))

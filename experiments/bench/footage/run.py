@@ -22,7 +22,7 @@ from dsnn import Response, forms
 from experiments.bench.core.errors import explained
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.store import provenance
-from experiments.bench.core.terminal import error_console, out_console
+from experiments.bench.core.terminal import coloured, error_console, out_console
 from experiments.bench.core.verdict import Outcome, claim_texts
 from experiments.bench.footage.claims import FlowJudge
 from experiments.bench.footage.rows import FrameTable
@@ -207,9 +207,8 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
 def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[Outcome]) -> None:
     """C12 for each model."""
     for watcher, outcome in zip(watchers, outcomes, strict=True):
-        colour = {"holds": "green", "fails": "red", "untested": "yellow"}[outcome.verdict]
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
-        out_console.print(f"\n[b]C12[/b]{who} [{colour}]{outcome.verdict}[/{colour}]: {claim_texts()['C12'][0]}")
+        out_console.print(f"\n[b]C12[/b]{who} {coloured(outcome.verdict)}: {claim_texts()['C12'][0]}")
         decided = f"decided by: {outcome.decided}" if outcome.decided else ""
         for line in filter(None, (decided, outcome.measured, outcome.effect)):
             out_console.print(f"    {line}", markup=False)

@@ -22,47 +22,65 @@ from experiments.bench.core.store.description import to_json
 from experiments.bench.core.verdict import claim_texts
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.reproduction import robustness
-from experiments.bench.robot.claims import CLAIMS, PATH_TOLERANCE_MM, SPEED_TOLERANCE, find
+from experiments.bench.robot.claims import CLAIMS, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
+
+WHOLE = 10
+"""Trials of each condition in a whole replicate, as in the paper."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """How much to run: repeats of the experiments, number of seeds with repeats at each, repeats for sensitivity.
+    """How much to run.
 
-    Fewer repeats than a claim's ``least`` leave a claim untested; with 0 for sensitivity nothing is moved.
+    Parameters
+    ----------
+    replicates
+        Of the experiments with the robot, the headline among them; 1 or more. Replicate r has the seed of the run
+        plus r.
+    repeats
+        Trials of each condition in a replicate. Fewer than a claim's ``least`` leave it untested.
+    moves
+        Whether to run one replicate with each thing moved that the page of sensitivity shows.
+    offline_replicates
+        Of the off-line experiments in which anything is random. Of the others one says all.
+    episodes
+        Of each behaviour.
+    steps
+        Frames of an episode at most; otherwise the env's own number.
+    offline
+        The off-line experiments to run.
     """
 
+    replicates: int
     repeats: int
-    seeds: int
-    seed_repeats: int
-    sensitivity_repeats: int
-    offline_repeats: int | None
-    """Seeds of the off-line experiments; otherwise each one's own number."""
+    moves: bool
+    offline_replicates: int
     episodes: int
-    """Of each behaviour."""
     steps: int | None = None
-    """Frames of an episode at most; otherwise the env's own number."""
     offline: tuple[str, ...] = OFFLINE
-    """The off-line experiments to run."""
+
+    @property
+    def name(self) -> str:
+        """What a replicate with the robot is called: one with fewer repeats than the paper's is a short one."""
+        return "replicate" if self.whole else "short replicate"
+
+    @property
+    def whole(self) -> bool:
+        """Whether its replicates with the robot have as many repeats as the paper's."""
+        return self.repeats >= WHOLE
 
 
 SHORT = ("clean", "blocked", "clutter-depth", "clutter-translation")
 """The off-line experiments without grids of long clips."""
-SEEDS, SENSITIVITY = "seeds", "sensitivity"
+REPLICATES, SENSITIVITY = "replicates", "sensitivity"
 BESIDE = ("dsn2017",)
 """The models shown beside the DSNN unless others are named."""
-LOOMING_DETECTORS = ("lgmd1", "lgmd2")
 ENOUGH = max(claim.least for claim in CLAIMS.values())
 """Repeats at which every claim of the robot is judged."""
-QUICK = Scale(
-    ENOUGH, seeds=2, seed_repeats=ENOUGH, sensitivity_repeats=0, offline_repeats=1, episodes=1, steps=150,
-    offline=SHORT,
-)  # fmt: skip
-USUAL = Scale(
-    10, seeds=10, seed_repeats=ENOUGH, sensitivity_repeats=ENOUGH, offline_repeats=None, episodes=20, steps=900
-)
-FULL = Scale(10, seeds=20, seed_repeats=10, sensitivity_repeats=10, offline_repeats=5, episodes=60)
+QUICK = Scale(2, ENOUGH, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
+USUAL = Scale(5, WHOLE, moves=True, offline_replicates=5, episodes=20, steps=900)
+FULL = Scale(20, WHOLE, moves=True, offline_replicates=20, episodes=60)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +93,21 @@ class Planned:
     """The paper's experiments with the robot, then those of the user."""
     offline: list[OfflinePlan]
     loops: list[BehaviourPlan]
-    seeds: list[robustness.Case]
+    others: list[robustness.Case]
+    """Replicates 1, 2, ... of the paper's experiments; replicate 0 is ``plans``."""
     moves: list[robustness.Case]
+
+    def paper(self) -> list[Plan]:
+        """Return the plans of the paper's experiments: replicate 0."""
+        return self.plans[: len(robustness.paper())]
+
+    def amount(self) -> str:
+        """Say how many trials with the robot there are, by what they are for."""
+        paper, every = (sum(len(each.specs()) for each in plans) for plans in (self.paper(), self.plans))
+        again, moved = (sum(len(case.specs) for case in cases) for cases in (self.others, self.moves))
+        own = f", {every - paper} of other experiments" if every > paper else ""
+        said = f"{paper} in replicate 0, {again} in {len(self.others)} more, {moved} with something moved{own}"
+        return f"{every + again + moved} trials with the robot ({said})"
 
 
 def planned(
@@ -87,15 +118,17 @@ def planned(
     shown = [robustness.MODEL, *(name for name in models if name != robustness.MODEL)]
     plans = [
         plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed)
-        for name in (*robustness.PAPER, *robustness.MECHANISM, *extra)
+        for name in (*robustness.paper(), *robustness.SHOWN, *extra)
     ]
     _check_names(plans)
     return Planned(
         scale, seed, plans,
         offline=[_offline_plan(name, scale, seed) for name in scale.offline if not robot_only],
         loops=[] if robot_only else closed_loop_claims.plans(scale.episodes, seed, scale.steps),
-        seeds=robustness.seed_cases(range(seed, seed + scale.seeds), scale.seed_repeats),
-        moves=robustness.sensitivity_cases(scale.sensitivity_repeats, seed) if scale.sensitivity_repeats else [],
+        others=robustness.replicate_cases(
+            range(seed + 1, seed + scale.replicates), scale.repeats, shown if only else None
+        ),
+        moves=robustness.sensitivity_cases(scale.repeats, seed) if scale.moves else [],
     )  # fmt: skip
 
 
@@ -111,7 +144,7 @@ def design(made: Planned) -> dict[str, Any]:
     runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form")
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
-        "studies": [(case.name, case.labels, case.specs) for case in (*made.seeds, *made.moves)],
+        "studies": [(case.name, case.moved, case.specs) for case in (*made.others, *made.moves)],
         "claims": claim_texts(),
         "least": [{claim.id: claim.least for claim in CLAIMS.values()}, clips_claims.CONDITIONS,
                   clips_claims.LEAST_GREYS, footage_claims.LEAST_SECONDS, closed_loop_claims.LEAST_SEEDS],
@@ -128,16 +161,14 @@ def design(made: Planned) -> dict[str, Any]:
 
 def _models(experiment: str, shown: Sequence[str]) -> list[str]:
     """The models of one experiment: its own, those of all, and where a claim is about them the looming detectors."""
-    declared = registry.load(experiment)
-    extra = LOOMING_DETECTORS if any(find(c).about == "looming" for c in declared.claims) else ()
-    return list(dict.fromkeys([*declared.models, *shown, *extra]))
+    return list(dict.fromkeys([*registry.load(experiment).models, *shown, *robustness.asked_models(experiment)]))
 
 
 def _offline_plan(name: str, scale: Scale, seed: int) -> OfflinePlan:
     experiment = registry.find(name)
     assert isinstance(experiment, OfflineExperiment)
     # Where one repeat says it all, nothing in the clips is random.
-    repeats = scale.offline_repeats if experiment.repeats > 1 else None
+    repeats = scale.offline_replicates if experiment.repeats > 1 else None
     return clips_plan.plan(experiment, (), (), repeats, seed)
 
 
@@ -145,5 +176,5 @@ def _check_names(plans: Sequence[Plan]) -> None:
     """Every experiment has a folder of its own."""
     names = [each.experiment.name for each in plans]
     for name in names:
-        if names.count(name) > 1 or name in (SEEDS, SENSITIVITY, *OFFLINE):
+        if names.count(name) > 1 or name in (REPLICATES, SENSITIVITY, *OFFLINE):
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -19,15 +19,24 @@ from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.plotting import STYLE
 from experiments.bench.core.store.description import plain
 from experiments.bench.core.store.files import Files
+from experiments.bench.core.verdict import Outcome, Verdict
 from experiments.bench.reproduction import robustness
-from experiments.bench.reproduction.plan import ENOUGH
+from experiments.bench.reproduction.claims import is_random
+from experiments.bench.reproduction.plan import WHOLE
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
 
-SHADES = {"holds": "#2a9d8f", "fails": "#b5485d", "untested": "#cfcfcf"}
-SIGNS = {"holds": "holds", "fails": "fails", "untested": "-"}
+SHADES = {"holds": "#2a9d8f", "fails": "#b5485d", "vacuous": "#e9dcb5", "untested": "#cfcfcf"}
+SIGNS = {"holds": "holds", "fails": "fails", "vacuous": "vacuous", "untested": "-"}
+
+
+TOTALS = (
+    "held in every replicate", "held in some, not in every replicate", "held in no replicate",
+    "vacuous in every replicate", "not judged",
+)  # fmt: skip
+TONES = ("holds", "mixed", "fails", "vacuous", "untested")
 
 
 def write(result: Reproduction) -> Path:
@@ -42,9 +51,9 @@ def write(result: Reproduction) -> Path:
     source = files("experiments.bench.reproduction").joinpath("report.html.j2").read_text(encoding="utf-8")
     page = environment.from_string(source).render(
         result=result,
-        holding=sum(claim.verdict == "holds" for claim in result.claims),
+        counted=totals(result.claims),
+        tones={claim.id: tone(claim) for claim in result.claims},
         listed=sum(bool(claim.experiment) for claim in result.claims),
-        tested=sum(claim.verdict != "untested" for claim in result.claims),
         unjudged=[
             *(claim.id for claim in result.claims if claim.verdict == "untested"),
             *(claim.id for claim in result.own_claims if claim.verdict == "untested"),
@@ -52,7 +61,7 @@ def write(result: Reproduction) -> Path:
         runs=[_run(plan, report) for plan, report in result.runs],
         shows=[_show(report) for report in result.offline],
         loops=[_loop(played) for played in result.behaviours],
-        enough=ENOUGH,
+        whole=WHOLE,
         matrix=_inline(matrix.encode()) if matrix else "",
         parameters=json.dumps(result.description, indent=2, default=plain),
         versions=result.description["versions"],
@@ -61,20 +70,44 @@ def write(result: Reproduction) -> Path:
     return result.folder / "report.html"
 
 
-def sensitivity_figure(verdicts: Mapping[str, Mapping[str, str]]) -> str:
-    """One matrix as SVG: what was moved, down; claims, across; holds or fails in words and colour."""
+def totals(claims: Sequence[Verdict]) -> dict[str, list[str]]:
+    """Return what claims came to over all replicates, in words -> the ids of those claims; without the empty ones."""
+    found: dict[str, list[str]] = {name: [] for name in TOTALS}
+    for claim in claims:
+        found[_total(claim)].append(claim.id)
+    return {said: own for said, own in found.items() if own}
+
+
+def _total(claim: Verdict) -> str:
+    if not claim.replicates or claim.standing == "unjudged":
+        return "not judged"
+    if claim.replicates_vacuous == claim.replicates:
+        return "vacuous in every replicate"
+    held = claim.replicates_held or 0
+    return f"held in {'every' if held == claim.replicates else 'some, not in every' if held else 'no'} replicate"
+
+
+def tone(claim: Verdict) -> str:
+    """Return the colour of a claim on the page, which goes by all replicates: the name of its class."""
+    return "holds" if claim.standing == "robust" else dict(zip(TOTALS, TONES, strict=True))[_total(claim)]
+
+
+def sensitivity_figure(verdicts: Mapping[str, Mapping[str, Outcome]]) -> str:
+    """One matrix as SVG: what was moved, down; claims, across; the verdict in words and colour."""
     claims, names = robustness.ROBOT_CLAIMS, list(verdicts)
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(7.2, 0.6 + 0.3 * len(names)), layout="constrained")
         axes = drawn.subplots()
         for row, name in enumerate(names):
             for column, claim in enumerate(claims):
-                verdict = verdicts[name][claim]
+                verdict = verdicts[name][claim].verdict
                 axes.barh(row, 0.94, left=column - 0.47, height=0.88, color=SHADES[verdict])
                 axes.text(column, row, SIGNS[verdict], ha="center", va="center", fontsize=8,
-                          color="black" if verdict == "untested" else "white")  # fmt: skip
+                          color="white" if verdict in ("holds", "fails") else "black")  # fmt: skip
         axes.set_xticks(range(len(claims)), claims)
-        axes.set_yticks(range(len(names)), ["defaults" if name == robustness.MODEL else name for name in names])
+        axes.set_yticks(
+            range(len(names)), ["defaults (replicate 0)" if name == robustness.MODEL else name for name in names]
+        )
         axes.xaxis.tick_top()
         axes.tick_params(length=0)
         axes.spines[:].set_visible(False)
@@ -115,6 +148,7 @@ def _show(report: OfflineReport) -> dict[str, Any]:
         "models": ", ".join(model.label for model in report.plan.showings[0].models),
         "clips": len(experiment.clips),
         "seeds": report.plan.repeats,
+        "random": is_random(report),
         "figure": _inline(figure.read_bytes()) if report.rows else "",
         "failures": report.failures,
     }

@@ -1,4 +1,4 @@
-"""Which of the paper's claims hold: its experiments, the studies of seed and sensitivity, the verdicts."""
+"""Which of the paper's claims hold: its experiments, the studies of replicates and sensitivity, the verdicts."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import shown_models
 from experiments.bench.core.pool import Pool
 from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.rows import Failure, mixture
+from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console
-from experiments.bench.core.verdict import Verdict
-from experiments.bench.reproduction import claims, robustness
-from experiments.bench.reproduction.plan import BESIDE, SEEDS, SENSITIVITY, Planned, Scale, design, planned
+from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.reproduction import claims, replicates, robustness
+from experiments.bench.reproduction.plan import BESIDE, REPLICATES, SENSITIVITY, Planned, Scale, design, planned
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
@@ -41,7 +41,8 @@ class Reproduction:
     """Of the paper."""
     runs: list[tuple[Plan, Report]]
     offline: list[OfflineReport]
-    sensitivity: dict[str, dict[str, str]]
+    sensitivity: Mapping[str, Mapping[str, Outcome]]
+    """What was moved -> claim -> its outcome; the defaults first. Empty where nothing was moved."""
     behaviours: list[Played]
     """Episodes in each env."""
     own_claims: list[Verdict]
@@ -108,28 +109,36 @@ def reproduce(
                 for each in made.offline
             ]
             played = [_play(each, folder, pool, resources) for each in made.loops]
-            seed_rows, seed_failures = _study(SEEDS, "other seeds", made.seeds, made, folder, pool, resources)
-            move_rows, move_failures = _study(SENSITIVITY, SENSITIVITY, made.moves, made, folder, pool, resources)
+            rows, lost = _study(REPLICATES, "other replicates", made.others, made, folder, pool, resources)
+            moved, move_failures = _study(SENSITIVITY, SENSITIVITY, made.moves, made, folder, pool, resources)
         runs = [(each, conclude(each, run, run.failures())) for each, run in zip(made.plans, done, strict=True)]
-    by_seed, pooled = robustness.verdicts(made.seeds, seed_rows), robustness.pooled(made.seeds, seed_rows)
+    first = replicates.replicate(
+        [spec for each in made.paper() for spec in each.specs()], [row for _, report in runs for row in report.rows]
+    )
+    every = [first, *replicates.studied(made.others, rows)]
     own = closed_loop_claims.judge(closed_loop_claims.episodes(played)) if played else []
     result = Reproduction(
-        folder, scale, seed, claims.verdicts(runs, shows, by_seed, pooled, mixture(seed_rows)), runs, shows,
-        robustness.verdicts(made.moves, move_rows), played, own,
-        {SEEDS: seed_failures, SENSITIVITY: move_failures}, describe(made.plans[0]),
+        folder, scale, seed, claims.verdicts(every, shows, scale.name), runs, shows,
+        replicates.survival(made.moves, moved, first) if made.moves else {}, played, own,
+        {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]),
     )  # fmt: skip
     files = Files(folder)
     files.write_json("design.json", design(made))
     files.write_json("claims.json", result.claims)
+    if result.sensitivity:
+        files.write_json("sensitivity.json", result.sensitivity)
     if own:
         files.write_json("behaviours.json", own)
     return result
 
 
 def _announce(made: Planned, folder: Path, resources: Resources) -> None:
-    studied = sum(len(case.specs) for case in (*made.seeds, *made.moves))
-    said = f"{len(made.plans)} experiments: {robot_run.amount(made.plans)}, {resources.where()}"
-    error_console.print(f"{said}; then {studied} trials of the studies, into {folder}", soft_wrap=True, markup=False)
+    clips, episodes = (
+        sum(len(each.showings) for each in made.offline), sum(len(each.specs()) for each in made.loops)
+    )  # fmt: skip
+    beside = f"; {clips} clips, {episodes} episodes" if clips or episodes else ""
+    said = f"{made.amount()}{beside}, {resources.where()}, into {folder}"
+    error_console.print(said, soft_wrap=True, markup=False)
 
 
 def _run(plan: Plan, folder: Path, pool: Pool, resources: Resources, locks: ExitStack) -> RunFolder:

@@ -1,33 +1,28 @@
-"""Do the claims survive? The paper's trials again at other seeds, and with parameters and apparatus moved.
-
-A claim is judged on the trials of the same experiment as its headline (`judged_in`), here and there.
-"""
+"""The trials of a reproduction's two studies: the design again at other seeds, and with one thing moved at a time."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any
 
+from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.core.batch import Batch
 from experiments.bench.core.models import choose
 from experiments.bench.core.settings import changed
-from experiments.bench.core.store.rows import group
-from experiments.bench.core.verdict import Verdict
 from experiments.bench.robot import run as robot_run
-from experiments.bench.robot.claims import CLAIMS, judge
+from experiments.bench.robot.claims import CLAIMS, find
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
 
-PAPER = ("general", "speed", "distance", "angular-approach", "angular-recession")
-MECHANISM = ("ensembles", "distance-mechanism")
-"""Experiments of mechanism, with the claims that compare models: run at the headline's seed, not moved."""
+SHOWN = ("distance-mechanism",)
+"""Experiments without claims that the report shows, at the headline's seed alone."""
 ROBOT_CLAIMS = tuple(claim.id for claim in CLAIMS.values() if claim.about == "direction" and not claim.models)
 MODEL = "dsnn"
+LOOMING_DETECTORS = ("lgmd1", "lgmd2")
 
 NETWORK_MOVES: Mapping[str, Mapping[str, str]] = {
     "N_p = 0": {"n_p": "0"},
@@ -57,46 +52,76 @@ APPARATUS_MOVES: Mapping[str, Sequence[str]] = {
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """The trials of one case of a study, a seed or a move; ``labels`` are its models' if there are several."""
+    """The trials of one case of a study: the whole design at a seed, or with something moved.
+
+    ``moved`` are the labels of models that are moves of the network, all on the same frames.
+    """
 
     name: str
     specs: tuple[TrialSpec, ...]
-    labels: tuple[str, ...] = (MODEL,)
+    moved: tuple[str, ...] = ()
+
+
+@cache
+def paper() -> tuple[str, ...]:
+    """Return the experiments with the robot that declare claims of the paper, in the order of the registry."""
+    return tuple(name for name in NAMES if any(isinstance(claim, str) for claim in registry.load(name).claims))
+
+
+def moved() -> tuple[str, ...]:
+    """Return those of `paper` that the study of sensitivity moves: not those that compare moves of the network."""
+    return tuple(name for name in paper() if len(registry.load(name).models) == 1)
 
 
 @cache
 def judged_in() -> Mapping[str, str]:
-    """Claim -> the experiment whose trials answer for it: of `PAPER` and `MECHANISM` the first that declares it."""
-    names = (*PAPER, *MECHANISM)
-    return {claim: name for name in reversed(names) for claim in registry.load(name).claims if isinstance(claim, str)}
+    """Claim -> the experiment whose trials answer for it: of `paper` the first that declares it."""
+    return {claim: name for name in reversed(paper()) for claim in registry.load(name).claims if isinstance(claim, str)}
 
 
-def seed_cases(seeds: Iterable[int], repeats: int) -> list[Case]:
-    """One case per seed, with the defaults."""
-    return [Case(str(seed), _specs((), repeats, seed)) for seed in seeds]
+def asked_models(experiment: str) -> tuple[str, ...]:
+    """Return the models that an experiment's claims are about: its own, with looming detectors where a claim is."""
+    declared = registry.load(experiment)
+    looming = any(find(claim).about == "looming" for claim in declared.claims)
+    return (*declared.models, *LOOMING_DETECTORS) if looming else declared.models
+
+
+def replicate_cases(seeds: Iterable[int], repeats: int, among: Collection[str] | None = None) -> list[Case]:
+    """One case per seed, with the defaults; ``among`` are the models to be shown, otherwise all that claims need."""
+    return [Case(str(seed), _specs((), repeats, seed, among)) for seed in seeds]
 
 
 def sensitivity_cases(repeats: int, seed: int) -> list[Case]:
-    """All moves of the network on one rendering, the defaults among them; then one case per move of the apparatus."""
+    """All moves of the network on one rendering, then one case per move of the apparatus.
+
+    The defaults are not among them: at the same seed they are replicate 0.
+    """
     base = choose(MODEL)
-    models = [base] + [
+    models = [
         dataclasses.replace(base, label=name, network=changed(MODEL, base.network, changes))
         for name, changes in NETWORK_MOVES.items()
     ]
     network = tuple(
         dataclasses.replace(spec, settings=dataclasses.replace(spec.settings, models=tuple(models)))
-        for spec in _specs((), repeats, seed)
+        for spec in _specs((), repeats, seed, (MODEL,), moved())
     )
     cases = [Case("network", network, tuple(model.label for model in models))]
-    return cases + [Case(name, _specs(moves, repeats, seed)) for name, moves in APPARATUS_MOVES.items()]
+    return cases + [
+        Case(name, _specs(moves, repeats, seed, (MODEL,), moved())) for name, moves in APPARATUS_MOVES.items()
+    ]
 
 
-def _specs(assignments: Sequence[str], repeats: int, seed: int) -> tuple[TrialSpec, ...]:
+def _specs(
+    assignments: Sequence[str], repeats: int, seed: int, among: Collection[str] | None, names: Sequence[str] = ()
+) -> tuple[TrialSpec, ...]:
+    """The trials of the experiments called ``names``, or of all of `paper`."""
     specs: list[TrialSpec] = []
-    for experiment in map(registry.load, PAPER):
+    for name in names or paper():
+        experiment = registry.load(name)
         known = {field.name for field in dataclasses.fields(experiment.design)}  # type: ignore[arg-type]
         own = [text for text in assignments if _applies(text, known)]
-        specs += plan(experiment, [MODEL], own, repeats, seed).specs()
+        models = [model for model in asked_models(name) if among is None or model in among]
+        specs += plan(experiment, models, own, repeats, seed).specs()
     return tuple(specs)
 
 
@@ -127,39 +152,3 @@ def batch(name: str, cases: Sequence[Case], example: Plan) -> Batch[TrialSpec]:
         schemas=(TRIAL_SCHEMA, FRAME_SCHEMA),
         size=robot_run.seconds,
     )
-
-
-def pooled(cases: Sequence[Case], rows: Sequence[Mapping[str, Any]]) -> dict[str, Verdict]:
-    """Claim -> its verdict on the trials of all cases together: what the claim comes to when sampling is no excuse."""
-    threshold = cases[0].specs[0].settings.models[0].threshold
-    return {claim: judge(claim, _answering(claim, rows), threshold) for claim in ROBOT_CLAIMS}
-
-
-def _answering(claim: str, rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """The rows of the experiment that a claim is judged in."""
-    return [row for row in rows if row["experiment"] == judged_in().get(claim)]
-
-
-def verdicts(cases: Sequence[Case], rows: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, str]]:
-    """Case (or label of its models) -> claim -> holds, fails, untested; ``rows`` are those of `numbered` trials.
-
-    A claim some of whose trials failed is not judged on the rest of them.
-    """
-    found: dict[str, dict[str, str]] = {}
-    by_trial = group(rows, "trial", "model")
-    start = 0
-    for case in cases:
-        numbers = range(start, start + len(case.specs))
-        start += len(case.specs)
-        thresholds = {model.label: model.threshold for model in case.specs[0].settings.models}
-        for label in case.labels:
-            own = [row for trial in numbers for row in by_trial.get((trial, label), ())]
-            there = {row["trial"] for row in own}
-            lost = {s.experiment for n, s in zip(numbers, case.specs, strict=True) if n not in there}
-            found[label if len(case.labels) > 1 else case.name] = {
-                claim: "untested"
-                if judged_in().get(claim) in lost
-                else judge(claim, _answering(claim, own), thresholds[label]).verdict
-                for claim in ROBOT_CLAIMS
-            }
-    return found

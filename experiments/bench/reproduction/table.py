@@ -7,23 +7,30 @@ from collections.abc import Sequence
 from rich.markup import escape
 from rich.table import Table
 
+from experiments.bench.core.claims.texts import chosen, readings_of_all
 from experiments.bench.core.terminal import coloured, out_console
 from experiments.bench.core.verdict import Verdict
 
 
 def show_claims(claims: Sequence[Verdict]) -> None:
-    """Print the claims tested, each with its seeds and the number that decided; then those that were not tested."""
+    """Print the claims tested, each with its replicates and the number that decided; then those not tested."""
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in ("claim", "verdict", "seeds", "the paper says"):
-        table.add_column(name, no_wrap=name != "the paper says")
+    table.add_column("claim", no_wrap=True)
+    table.add_column("all replicates", min_width=24, max_width=24)
+    table.add_column("replicate 0", no_wrap=True)
+    table.add_column("the paper says")
+    common = readings_of_all()
     for claim in claims:
         if claim.experiment:
-            unjudged = f" ({claim.seeds_untested} untested)" if claim.seeds_untested else ""
-            seeds = "-" if claim.seeds is None else f"{claim.seeds_holding} of {claim.seeds}{unjudged}"
             decided = claim.decided or claim.measured.partition("; measured:")[0]
-            said = f"{claim.says}\n[dim]{escape(decided)}[/dim]"
-            table.add_row(claim.id, coloured(claim.verdict), seeds, said)
+            own = [reading for reading in chosen().get(claim.id, ()) if reading not in common]
+            used = f"used to choose: {', '.join(own)}" if own else ""
+            lines = filter(None, (f"replicate 0: {decided}", claim.rate.partition(";")[0], used))
+            said = f"{claim.says}\n[dim]{escape(chr(10).join(lines))}[/dim]"
+            table.add_row(claim.id, claim.held, coloured(claim.verdict), said)
     out_console.print(table)
+    if common:
+        out_console.print(f"\nall claims were used to choose: {', '.join(common)}")
     others = [claim.id for claim in claims if not claim.experiment]
     if others:
         out_console.print(f"\nnot judged: {', '.join(others)}; the report says what each would take")

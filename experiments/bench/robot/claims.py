@@ -127,7 +127,7 @@ _ahead, _side = judges.fewest_ahead, judges.more_on_one_side
 _LEFT, _RIGHT = "from the left against from the right", "to the right against to the left"
 _ENTRIES = (
     RobotClaim(id="C13", judge=judges.no_spikes_in_depth, motions=_DEPTH, reads=("spikes", "peak_hs", "trough_hs"),
-               of_every_trial=True),
+               of_every_trial=True, silent_passes=True),
     RobotClaim(id="C14", judge=judges.direction_by_sign, motions=_ACROSS, reads=("peak_hs", "trough_hs"),
                of_every_trial=True),
     RobotClaim(id="C15", judge=judges.peak_speed, motions=_ACROSS),
@@ -159,7 +159,15 @@ def find(claim: Claim | str) -> RobotClaim:
     return CLAIMS.get(claim) or RobotClaim(id=claim, judge=lambda *_: Outcome("untested", "no judge for this claim"))
 
 
-def judge(claim: RobotClaim | str, rows: Rows, threshold: float | None, model: str = "dsnn") -> Verdict:
+def judge(
+    claim: RobotClaim | str, rows: Rows, threshold: float | None, model: str = "dsnn", shown: Rows | None = None
+) -> Verdict:
+    """Judge one claim: `outcome` as a verdict about ``model``. A claim that compares models names them itself."""
+    asked = find(claim)
+    return asked.verdict(outcome(asked, rows, threshold, shown), model="" if asked.models else model)
+
+
+def outcome(claim: RobotClaim | str, rows: Rows, threshold: float | None, shown: Rows | None = None) -> Outcome:
     """Judge one claim on one model's trials, or on those of the models that it compares.
 
     Parameters
@@ -170,19 +178,23 @@ def judge(claim: RobotClaim | str, rows: Rows, threshold: float | None, model: s
         The model's rows of ``trials.parquet``; for a claim that compares models those of all models.
     threshold
         The spiking threshold of the model, or of `RobotClaim.spiking`; ``None`` leaves the claim untested.
-    model
-        The model's name. A claim that compares models names them itself.
+    shown
+        All the model's rows, of other experiments too, where there are more than ``rows``. A claim that a silent
+        network would keep is held against the translations among them.
     """
     asked = find(claim)
-    if not asked.models:
-        return asked.verdict(_outcome(asked, rows, threshold), model=model)
     missing = sorted(asked.models - {row.get("model") for row in rows})
     if missing:
-        return asked.verdict(Outcome("untested", f"needs the models {', '.join(missing)}"))
-    return asked.verdict(_outcome(asked, [row for row in rows if row["model"] in asked.models], threshold))
+        return Outcome("untested", f"needs the models {', '.join(missing)}")
+    found = _judged(asked, [row for row in rows if not asked.models or row["model"] in asked.models], threshold)
+    if not asked.silent_passes:
+        return found
+    across = [row for row in (rows if shown is None else shown) if row["motion"] == "translation"]
+    answering = sum(is_number(row["spikes"]) and row["spikes"] > 0 for row in across)
+    return found.against_silence(answering, len(across), "trial")
 
 
-def _outcome(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
+def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     if threshold is None:
         return Outcome("untested", "this model does not spike")
     own = [row for row in rows if row["motion"] in claim.motions]

@@ -11,9 +11,10 @@ from typing import Literal, Protocol, get_args
 import numpy as np
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from experiments.bench.core.claims.declared import check_claims
 from experiments.bench.core.errors import check_declared, short
 from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.verdict import Claim, check_claims
+from experiments.bench.core.verdict import Claim
 
 Motion = Literal["translation", "approach", "recession"]
 Direction = Literal["rightward", "leftward", "straight"]

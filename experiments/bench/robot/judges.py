@@ -7,6 +7,7 @@ room, its docstring says how they are read.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,7 @@ def no_spikes_in_depth(rows: Rows, threshold: float) -> Outcome:
     spikes = {kind: [row["spikes"] for row in chosen] for kind, chosen in tested.items()}
     effect = f"{_mean([count for counts in spikes.values() for count in counts])} spikes a trial"
     found = _outcome(checks, spikes, f"{'; '.join(parts)} (T = {threshold:g})", effect)
+    found = replace(found, broken=sum(count > 0 for counts in spikes.values() for count in counts))
     if found.verdict == "holds" and len(tested) < len(kinds):
         return found.untested("the other motion was not run")
     return found
@@ -85,6 +87,7 @@ def direction_by_sign(rows: Rows, threshold: float) -> Outcome:
     )
     effect = f"{good} of {sum(map(len, tested.values()))} trials pass"
     found = _outcome(checks, conditions, f"{'; '.join(parts)} (T = {threshold:g})", effect)
+    found = replace(found, broken=found.n - good)
     if found.verdict == "holds" and len(tested) < len(ways):
         return found.untested("the other direction was not run")
     return found

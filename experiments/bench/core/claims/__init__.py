@@ -1,0 +1,1 @@
+"""The words of the paper's claims, and what their verdicts in several replicates come to."""
