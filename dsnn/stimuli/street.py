@@ -1,7 +1,7 @@
 """A street: people or cars that cross before a house front, among leaves in the wind.
 
 Made for what the paper shows of real footage: "a campus avenue and a street view", 320 x 180 px at 30 Hz, a pedestrian
-each way, a car, translations in both directions, groups, and "windblown vegetation". It gives no numbers for what moves.
+each way, a car, translations in both directions, groups, and "windblown vegetation". It gives no sizes and no speeds.
 So a walker is 90 px high and goes at 70 px/s: 1.4 m/s of a person of 1.75 m. Leaves sway as those of `foliage` do.
 """
 
