@@ -177,4 +177,4 @@ def _around(boxes: list[Box]) -> Box:
 
 def _grey(luma: npt.NDArray[np.floating]) -> Luma:
     """Whole grey levels, in an array of their own."""
-    return np.clip(np.rint(luma), 0.0, 255.0).astype(np.uint8)
+    return np.asarray(np.clip(np.rint(luma), 0.0, 255.0), np.uint8)
