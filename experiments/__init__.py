@@ -34,6 +34,7 @@ OFFLINE = (
     "clutter-speed",
     "clutter-frames",
     "clutter-contrast",
+    "street",
 )
 """The experiments with clips of stimuli."""
 

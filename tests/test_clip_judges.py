@@ -5,6 +5,7 @@ import pytest
 
 from experiments.bench.clips.claims import CLAIMS, POTENTIALS, judge
 from experiments.bench.footage import claims as footage_claims
+from experiments.bench.footage.watch import LEAST_FRAMES
 from tests.test_offline import SIGNED, T, blocked, both_shades, depth, greys, grid, row, translations
 
 T_SP = T["dsnn"]
@@ -32,7 +33,21 @@ def enough(claim):
         "C8": grid("dsnn", lambda s, b: s / 400),
         "C9": valley, "C10": valley,
         "C11": [*ground, *valley, *({**each, "model": "emd"} for each in valley)],
+        "C28": street(),
     }[claim]  # fmt: skip
+
+
+def street(alone=None, **changed):
+    """Rows of a street in which everyone is answered; ``changed`` ones replace a clip's numbers."""
+    rows = [row("alone", object="absent", movers="one", foliage="windblown", **{"peak_hs": 0.05, **(alone or {})})]
+    for movers in ("one", "opposite", "group"):
+        for motion in ("rightward", "leftward"):
+            name = f"{movers}_{motion}"
+            ways = ("rightward", "leftward") if movers == "opposite" else (motion,)
+            hs = {f"hs_{way}": 0.3 * SIGNED[way][1] for way in ways}
+            more = {"movers": movers, "motion": motion, "foliage": "windblown", "hs_against": 0.1, "peak_vs": 0.1}
+            rows.append(row(name, **{**more, **hs, **changed.get(name, {})}))
+    return rows
 
 
 def without(rows, **values):
@@ -79,6 +94,7 @@ LACKING = {
     "C9": ({"speed": 100.0, "grey": 64.0}, "needs clips of rightward before -8 px/s at 100 px/s of grey 64"),
     "C10": ({"grey": 64.0}, "needs at least 5 grey levels (has 4)"),
     "C11": ({"object": "absent"}, "needs clips of the background alone"),
+    "C28": ({"object": "absent"}, "needs clips of the foliage alone"),
 }  # fmt: skip
 
 
@@ -129,6 +145,57 @@ def test_what_failed_is_what_decided():
     flat = grid("dsn2017", lambda s, b: 1.0)
     varied = judge("C7", grid("dsnn", lambda s, b: s / 400 - b / 1000) + flat, T)
     assert varied.decided == "over background speeds peak HS varies by 0.0080 (needs less than dsn2017's 0.0000)"
+
+
+# The street.
+
+
+@pytest.mark.parametrize(
+    ("clip", "numbers", "decided"),
+    [
+        ("one_rightward", {"hs_rightward": 0.15}, "HS +0.150 while one moves rightward (needs to pass +0.16)"),
+        ("one_leftward", {"hs_leftward": -0.16}, "HS -0.160 while one moves leftward (needs to pass -0.16)"),
+        ("one_leftward", {"hs_leftward": 0.3}, "HS +0.300 while one moves leftward (needs to pass -0.16)"),
+        ("opposite_rightward", {"hs_leftward": -0.1}, "HS -0.100 while one moves leftward (needs to pass -0.16)"),
+        ("opposite_leftward", {"hs_rightward": 0.0}, "HS +0.000 while one moves rightward (needs to pass +0.16)"),
+        ("group_rightward", {"hs_against": 0.2}, "HS up to 0.200 against who moves (needs to stay inside T = 0.16)"),
+        ("group_leftward", {"trough_vs": -0.17}, "|VS| up to 0.170 (needs to stay inside T = 0.16)"),
+        ("alone", {"trough_hs": -0.17}, "|HS| up to 0.170 (needs to stay inside T = 0.16)"),
+        ("alone", {"peak_vs": 0.2}, "|VS| up to 0.200 (needs to stay inside T = 0.16)"),
+    ],
+)
+def test_c28_fails_by_any_part_of_its_words(clip, numbers, decided):
+    found = judge("C28", street(**{clip: numbers}), T)
+    assert (found.verdict, found.decided) == ("fails", f"{clip}: {decided}")
+    assert found.effect == "6 of 7 clips" and found.n == 7
+
+
+def test_c28_holds_on_the_bounds_of_what_is_to_stay_inside():
+    on = {"hs_against": T_SP, "peak_vs": T_SP, "trough_vs": -T_SP}
+    assert judge("C28", street(alone={"peak_hs": T_SP}, group_rightward=on), T).verdict == "holds"
+
+
+@pytest.mark.parametrize("movers", ["one", "opposite", "group"])
+@pytest.mark.parametrize("motion", ["rightward", "leftward"])
+def test_c28_needs_every_kind_of_clip_each_way(movers, motion):
+    found = judge("C28", without(street(), movers=movers, motion=motion), T)
+    assert found.verdict == "untested"
+    refuted = street(group_rightward={"peak_vs": 0.3}, one_leftward={"peak_vs": 0.3})
+    assert judge("C28", without(refuted, movers=movers, motion=motion), T).verdict == "fails", "by those that are there"
+
+
+def test_c28_is_about_windblown_foliage():
+    still = [{**each, "clip": f"still {each['clip']}", "foliage": "none", "peak_vs": 0.9} for each in street()]
+    assert judge("C28", [*street(), *still], T).verdict == "holds"
+    assert judge("C28", still, T).verdict == "untested"
+
+
+def test_c28_of_a_clip_without_a_number_is_untested():
+    for nothing in (None, float("nan")):
+        found = judge("C28", street(opposite_leftward={"hs_rightward": nothing}), T)
+        assert (
+            found.verdict == "untested" and "opposite_leftward: 1 of 1 have no number in hs_rightward" in found.measured
+        )
 
 
 # Footage.
@@ -183,3 +250,57 @@ def test_long_silence_has_an_interval():
     flow, hs, vs, *rest = film(frames=3000, moving=[(i, i + 2) for i in range(0, 300, 40)])
     hs[300:] = vs[300:] = 0.0
     assert footage_claims.judge(flow, hs, vs, *rest).verdict in ("holds", "fails")
+
+
+# The paper's stronger words about footage.
+
+
+def busy(seconds, frames=LEAST_FRAMES, vs=0.0, flow=0.0, whole=12, rate=30):
+    """HS over T in the first ``frames`` frames of so many seconds, a VS in them, and an even flow throughout."""
+    hs, across = np.zeros(whole * rate), np.zeros(whole * rate)
+    for second in range(seconds):
+        hs[second * rate : second * rate + frames] = 0.3
+        across[second * rate : (second + 1) * rate] = vs
+    return np.full(whole * rate, float(flow)), hs, across, T_SP, float(rate)
+
+
+@pytest.mark.parametrize(
+    ("footage", "verdict"),
+    [
+        (busy(5), "holds"),
+        (busy(5, vs=-0.3), "fails"),  # VS over T throughout
+        (busy(4), "untested"),  # too little over T, and too little to see
+        (busy(4, flow=0.2), "fails"),  # too little over T, though the flow has translation in every second
+        (busy(4, flow=-0.2), "fails"),
+        (busy(4, flow=0.04), "untested"),
+        (busy(12, frames=LEAST_FRAMES - 1, flow=0.2), "fails"),  # flashes of two frames are no motion
+        (busy(0, whole=0), "untested"),
+    ],
+)
+def test_the_paper_s_stronger_words(footage, verdict):
+    found = footage_claims.stronger(*footage)
+    assert found.verdict == verdict
+    assert bool(found.decided) == (verdict != "untested")
+
+
+@pytest.mark.parametrize(("over", "verdict"), [(7, "holds"), (8, "fails")])
+def test_vs_may_pass_in_one_frame_of_twenty(over, verdict):
+    """Of the 150 frames of the seconds with HS over T; quiet footage beside them does not count."""
+    for whole in (6, 60):
+        flow, hs, vs, *rest = busy(5, whole=whole)
+        vs[:over] = 0.2
+        found = footage_claims.stronger(flow, hs, vs, *rest)
+        assert found.verdict == verdict and "of the 150 frames" in found.measured
+
+
+def test_a_sway_is_no_translation():
+    flow = np.sin(2 * np.pi * np.arange(360) / 30)
+    _, hs, vs, *rest = busy(0)
+    assert footage_claims.stronger(flow, hs, vs, *rest).verdict == "untested"
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_the_stronger_words_need_numbers_too(which):
+    columns = list(busy(5))
+    columns[which][5] = np.nan
+    assert footage_claims.stronger(*columns).verdict == "untested"

@@ -150,6 +150,7 @@ SETTINGS = {
     "C6": set(),
     "C7": {"2017", "10"},
     "B2": {"10", "22"},
+    "C28": {"50", "160", "22", "110", "70", "120", "0.9", "200", "150", "140", "1.4", "80"},
 }
 """What `tried.toml` may say in figures: what was set, never what was measured."""
 

@@ -107,7 +107,7 @@ def test_equal_seeds_give_equal_bytes_in_another_process(name):
     assert there.stdout.strip() == digest(stimulus(name, seed=5, fps=10, **SMALL))
 
 
-@pytest.mark.parametrize("name", ["cluttered", "grating", "dots", "reverse-phi", "foliage"])
+@pytest.mark.parametrize("name", ["cluttered", "grating", "dots", "reverse-phi", "foliage", "street"])
 def test_other_seeds_give_other_frames(name):
     assert digest(stimulus(name, seed=1, fps=10, **SMALL)) != digest(stimulus(name, seed=2, fps=10, **SMALL))
 
@@ -406,6 +406,8 @@ def test_jitter_of_nothing_changes_nothing():
         ("edge", {"dark_grey": 220}, ["dark_grey=220", "below light_grey, 200"]),
         ("reverse-phi", {"amplitude": 127}, ["amplitude=127", "up to 120"]),
         ("foliage", {"low_hz": 9}, ["low_hz=9", "up to high_hz, 3"]),
+        ("street", {"low_hz": 9}, ["low_hz=9", "up to high_hz, 3"]),
+        ("street", {"movers": "crowd"}, ["street.movers='crowd'", "'opposite'"]),
         ("plane", {}, ["unknown stimulus 'plane'", "nearest: plain"]),
     ],
 )

@@ -90,6 +90,7 @@ def test_the_summary_tells_rates_and_sizes(watched):
 def test_claim_12_is_judged_against_the_flow(watched):
     assert "C12 holds" in watched[1]
     assert "correlation of HS with the flow" in watched[1]
+    assert "in the paper's stronger words " in watched[1] and "of these seconds" in watched[1]
 
 
 def test_the_table_is_what_the_network_says_of_the_frames(watched):

@@ -23,6 +23,61 @@ TONES = 4
 """Frequencies of which the sway is made."""
 
 
+class Sway:
+    """Displacements about a place of rest: alike over a patch, independent at a distance, zero on the average.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frame.
+    amplitude_px
+        Root mean square of the displacement along x and y, px.
+    band_hz
+        Lowest and highest frequency, of which `TONES` are drawn.
+    patch_px
+        How far neighbouring pixels move together, px.
+    rng
+        Draws the frequencies, then the displacements.
+    """
+
+    def __init__(
+        self, shape: tuple[int, int], amplitude_px: tuple[float, float], band_hz: tuple[float, float], patch_px: float,
+        rng: np.random.Generator,
+    ) -> None:  # fmt: skip
+        self._tones = rng.uniform(*band_hz, TONES)
+        # For the cosine and the sine of each tone: displacement along x and y of every pixel.
+        fields = [_smooth(shape, amplitude_px, patch_px, rng) for _ in range(2 * TONES)]
+        self._fields = np.stack(fields).reshape(2 * TONES, -1)
+        self._home = np.mgrid[: shape[0], : shape[1]][::-1].astype(np.float32)
+
+    def places(self, index: int, fps: float, wind: float = 1.0) -> Floats:
+        """Return what every pixel of frame ``index`` shows: column and row of the texture at rest, (2, R, C).
+
+        ``wind`` multiplies the displacement.
+        """
+        turns = 2 * np.pi * self._tones * index / fps
+        gains = wind * np.concatenate([np.cos(turns), np.sin(turns)]).astype(np.float32)
+        return np.asarray((gains @ self._fields).reshape(self._home.shape) + self._home, np.float32)
+
+
+def _smooth(
+    shape: tuple[int, int], amplitude_px: tuple[float, float], patch_px: float, rng: np.random.Generator
+) -> Floats:
+    """A field of displacements, (2, R, C), alike over a patch, of the amplitude asked for once all are added."""
+    fields = []
+    for amplitude in amplitude_px:
+        noise = rng.standard_normal(shape).astype(np.float32)
+        field = cv2.GaussianBlur(noise, (0, 0), patch_px / 2, borderType=cv2.BORDER_REFLECT)
+        fields.append(field * (amplitude / max(float(field.std()), 1e-6) / math.sqrt(TONES)))
+    return np.stack(fields)
+
+
+def check_band(low_hz: float, high_hz: float) -> None:
+    """Raise ``ValueError`` for a band whose lowest frequency is above its highest."""
+    if low_hz > high_hz:
+        raise ValueError(f"low_hz={low_hz:g}: legal is a number up to high_hz, {high_hz:g}")
+
+
 @with_field_docs
 @validated(frozen=True, config=CONFIG)
 class FoliageParams(TimedParams):
@@ -42,33 +97,18 @@ class Foliage(Stimulus[FoliageParams]):
     def __init__(self, params: FoliageParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         p = params
-        if p.low_hz > p.high_hz:
-            raise ValueError(f"low_hz={p.low_hz:g}: legal is a number up to high_hz, {p.high_hz:g}")
+        check_band(p.low_hz, p.high_hz)
         rng = stream("stimulus", seed)
         self._texture = pink(self.shape, rng)
-        self._tones = rng.uniform(p.low_hz, p.high_hz, TONES)
-        # For the cosine and the sine of each tone: displacement along x and y of every pixel.
-        self._sway = np.stack([self._smooth(rng) for _ in range(2 * TONES)]).reshape(2 * TONES, -1)
-        self._home = np.mgrid[: p.rows, : p.columns][::-1].astype(np.float32)
-
-    def _smooth(self, rng: np.random.Generator) -> Floats:
-        """A field of displacements, (2, R, C), alike over a patch, of the amplitude asked for once all are added."""
-        fields = []
-        for amplitude in self.params.amplitude_px:
-            noise = rng.standard_normal(self.shape).astype(np.float32)
-            field = cv2.GaussianBlur(noise, (0, 0), self.params.patch_px / 2, borderType=cv2.BORDER_REFLECT)
-            fields.append(field * (amplitude / max(float(field.std()), 1e-6) / math.sqrt(TONES)))
-        return np.stack(fields)
+        self._sway = Sway(self.shape, p.amplitude_px, (p.low_hz, p.high_hz), p.patch_px, rng)
 
     def __len__(self) -> int:
         return self.params.rest_frames() + self.params.moving_frames() + 1
 
     def frame(self, index: int) -> StimulusFrame:
         """Paint frame ``index``."""
-        turns = 2 * np.pi * self._tones * index / self.fps
         wind = min(index / max(self.params.rest_frames(), 1), 1.0)
-        gains = wind * np.concatenate([np.cos(turns), np.sin(turns)]).astype(np.float32)
-        x, y = (gains @ self._sway).reshape(self._home.shape) + self._home
+        x, y = self._sway.places(index, self.fps, wind)
         luma = cv2.remap(self._texture, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_WRAP)
         motion = "swaying" if index else "still"
         return StimulusFrame(np.clip(np.rint(luma), 0, 255).astype(np.uint8), Truth(motion))

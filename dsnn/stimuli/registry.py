@@ -18,6 +18,7 @@ from dsnn.stimuli.grating import Grating, GratingParams
 from dsnn.stimuli.plain import Plain, PlainParams
 from dsnn.stimuli.reverse_phi import ReversePhi, ReversePhiParams
 from dsnn.stimuli.stimulus import ClipParams, Stimulus
+from dsnn.stimuli.street import Street, StreetParams
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,7 @@ _ENTRIES = (
     StimulusEntry("bar", "a light or dark bar across the field", Bar, BarParams()),
     StimulusEntry("reverse-phi", "a pattern that reverses its contrast at each step", ReversePhi, ReversePhiParams()),
     StimulusEntry("foliage", "a natural texture swaying in the wind, going nowhere", Foliage, FoliageParams()),
+    StimulusEntry("street", "people or cars that cross a street among windblown foliage", Street, StreetParams()),
 )
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
-from experiments.bench.clips import judges
+from experiments.bench.clips import judges, street_judge
 from experiments.bench.clips.judges import BLOCKED, DSNN, EARLIER, EMD, Rows
 from experiments.bench.clips.judges import SIGNED as SIGNED
 from experiments.bench.core.errors import short
@@ -24,6 +24,9 @@ from experiments.bench.core.verdict import Claim, Outcome, is_number, unreadable
 POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")
 SHADES = ("dark", "light")
 LEAST_GREYS = 5
+
+ALONE = {"C11": "background_speed", "C28": "foliage"}
+"""Claim that is also about clips without an object -> which of its conditions these have to meet."""
 
 EVERY = ()
 """Of a column of `CONDITIONS`: each level that is there."""
@@ -42,6 +45,7 @@ CONDITIONS: Mapping[str, Mapping[str, tuple[Any, ...]]] = {
     "C9": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
     "C10": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
     "C11": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
+    "C28": {"foliage": ("windblown",), "movers": ("one", "opposite", "group"), "motion": ("rightward", "leftward")},
 }
 """Claim -> the values of clips that its words name, or the paper's text on its figure; other clips do not count.
 
@@ -132,6 +136,7 @@ CLAIMS: Mapping[str, ClipClaim] = {
         _entry("C9", judges.c9),
         _entry("C10", judges.c10),
         _entry("C11", judges.c11, EMD),
+        _entry("C28", street_judge.c28, every=True),
     )
 }
 """The paper's claims about clips, by id."""
@@ -199,7 +204,8 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
 def _is_about(claim: ClipClaim, row: Mapping[str, Any]) -> bool:
     """Whether a claim's words are about what a row was shown."""
     if row["object"] == "absent" and not claim.own:
-        return claim.id == "C11" and row["background_speed"] in claim.conditions["background_speed"]
+        ground = ALONE.get(claim.id)
+        return ground is not None and row[ground] in claim.conditions[ground]
     return all(_value(row, name) in values for name, values in claim.conditions.items() if values != EVERY)
 
 
@@ -235,8 +241,8 @@ def _lacking(claim: ClipClaim, rows: Rows) -> str:
         return f"needs clips of {names[0] if names and names[0] else 'an object'}{more}"
     if claim.id in ("C9", "C10") and len(wanted["grey"]) < LEAST_GREYS:
         return f"needs at least {LEAST_GREYS} grey levels (has {len(wanted['grey'])})"
-    if claim.id == "C11" and len(present) == len(rows):
-        return "needs clips of the background alone"
+    if claim.id in ALONE and len(present) == len(rows):
+        return f"needs clips of the {'background' if claim.id == 'C11' else 'foliage'} alone"
     return ""
 
 

@@ -18,7 +18,7 @@ from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.store.contents import Contents, planned_trial
 from experiments.bench.core.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, schema_of
 
-SHOWN = ("motion", "grey", "speed", "speed_unit", "background_speed", "object")
+SHOWN = ("motion", "grey", "speed", "speed_unit", "background_speed", "object", "movers", "foliage")
 """Parameters of clips that their rows show; null where a stimulus has no such parameter."""
 
 
@@ -33,6 +33,8 @@ class ClipRow(JobRow):
     speed_unit: str | None
     background_speed: float | None
     object: str | None
+    movers: str | None
+    foliage: str | None
     background_mean: float | None
     """Mean grey of what the object passes."""
 
@@ -45,6 +47,12 @@ class ShownRow(ClipRow, ModelRow):
     peak_vs: float
     trough_vs: float
     peak_looming: float
+    hs_rightward: float | None
+    """The highest HS of the frames in which the truth says rightward; null without such frames."""
+    hs_leftward: float | None
+    """The lowest HS of those in which it says leftward."""
+    hs_against: float | None
+    """How far HS goes against the truth's direction in either, 0 if it never does; null without such frames."""
     frames: int
     wall_s: float
     """Time that the clip took to show."""
@@ -74,8 +82,10 @@ def clip_contents(shown: Sequence[Showing], recorded: Iterable[int] = (), *, fra
 
 
 def _row(
-    showing: Showing, clip: Stimulus[ClipParams], model: ConfiguredModel, series: ResponseSeries, wall_s: float
-) -> dict[str, Any]:
+    showing: Showing, clip: Stimulus[ClipParams], motions: Sequence[str], model: ConfiguredModel,
+    series: ResponseSeries, wall_s: float,
+) -> dict[str, Any]:  # fmt: skip
+    """The row of one model; ``motions`` is the truth's word for each frame."""
     shown: Mapping[str, Any] = {name: getattr(clip.params, name, None) for name in SHOWN}
     return {
         "experiment": showing.experiment,
@@ -95,8 +105,21 @@ def _row(
             for end in ("peak", "trough")
         },
         "peak_looming": float(series.looming.max()),
+        **_by_direction(motions, series.hs),
         "frames": len(clip),
         "wall_s": wall_s,
+    }
+
+
+def _by_direction(motions: Sequence[str], hs: npt.NDArray[np.floating]) -> dict[str, float | None]:
+    """The extremes of HS while something moves rightward, while something moves leftward, and against it."""
+    words = np.asarray(motions)
+    right, left = hs[words == "rightward"], hs[words == "leftward"]
+    against = np.concatenate([-right, left])
+    return {
+        "hs_rightward": float(right.max()) if right.size else None,
+        "hs_leftward": float(left.min()) if left.size else None,
+        "hs_against": max(float(against.max()), 0.0) if against.size else None,
     }
 
 

@@ -36,10 +36,12 @@ def show(showing: Showing, *, record: bool = False) -> TrialRecord:
     with threadpool_limits(1):
         watching = [ModelRunner(chosen, clip.shape) for chosen in showing.models]
         frames: list[StimulusFrame] = []
+        motions: list[str] = []
         for frame in clip:
             luma = frozen(frame.luma)
             for each in watching:
                 each.see(luma)
+            motions.append(frame.truth.motion)
             if record:
                 frames.append(frame)
     answers = [(each.chosen, series) for each in watching if (series := each.series()) is not None]
@@ -47,7 +49,7 @@ def show(showing: Showing, *, record: bool = False) -> TrialRecord:
     if not answers:
         raise RuntimeError("; ".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
     wall_s = time.perf_counter() - began
-    rows = tuple(_row(showing, clip, model, series, wall_s) for model, series in answers)
+    rows = tuple(_row(showing, clip, motions, model, series, wall_s) for model, series in answers)
     tables = pa.concat_tables([_series(showing.index, model.label, series) for model, series in answers])
     failures = tuple(
         Failure(showing.index, label, showing.condition.label(), showing.seed, 1, trouble)

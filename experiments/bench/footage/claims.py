@@ -12,12 +12,23 @@ they fall. Neighbouring frames are alike, so what counts is seconds, not frames.
 of the ratio are percentiles of a moving-block bootstrap of blocks of a second; that of the share is Clopper and
 Pearson's, with one trial for each separate second that has frames over the threshold (Korn and Graubard 1998). With
 fewer than `LEAST_SECONDS` of these C12 is untested: by chance four signs agree once in 16 times, five once in 32.
+
+The paper's own words are stronger: "the HS system is highly activated", and VS "mainly remains at much lower level,
+below the spiking threshold". They are judged beside the claim, by `stronger`:
+
+- HS passes the threshold in at least `LEAST_SECONDS` separate seconds, in `LEAST_FRAMES` frames or more of each;
+- of all frames of these seconds, at least 95 % have abs(VS) below the threshold. Silent footage thus adds nothing.
+
+Where HS passes in fewer seconds, the words fail if the flow shows translation in `LEAST_SECONDS` seconds or more, and
+are untested otherwise. A second shows translation if its mean flow is over `LEAST_FLOW`: over a second, what sways back
+and forth cancels.
 """
 
 from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -27,12 +38,17 @@ from dsnn import Response
 from experiments.bench.core.statistics import SEED, proportion_interval
 from experiments.bench.core.verdict import Check, Outcome, decide
 from experiments.bench.footage.video import Image, Picture
+from experiments.bench.footage.watch import LEAST_FRAMES
 from experiments.bench.streams import stream
 
 CLAIM = "C12"
 LEAST_CORRELATION, LEAST_AGREEMENT, BLOCK_S = 0.5, 0.9, 1.0
 LEAST_SECONDS = 5
 """Separate seconds of footage in which HS passes the threshold."""
+LEAST_BELOW = 0.95
+"""Of the frames of these seconds, the share with abs(VS) below the threshold: "mainly"."""
+LEAST_FLOW = 0.05
+"""Mean horizontal flow over a second and the frame, px a frame: a fortieth of the picture going at 2 px a frame."""
 RESAMPLES = 2000
 Floats = npt.NDArray[np.float64]
 
@@ -70,28 +86,46 @@ class FlowJudge:
                     vs.append(answer.vs)
         self._before, self._until_s = picture.luma, picture.time_s
 
-    def outcomes(self) -> list[Outcome]:
+    def outcomes(self) -> list[Readings]:
         """C12 for each model, in their order."""
         rate = len(self._flow) / self._until_s if self._until_s else 1.0
         flow = np.asarray(self._flow)
         return [
-            Outcome("untested", "this model has no HS spikes")
+            Readings.without("this model has no HS spikes")
             if threshold is None
-            else Outcome("untested", "this model went wrong before the end", n=len(hs))
+            else Readings.without("this model went wrong before the end", len(hs))
             if lost
-            else judge(flow, np.asarray(hs), np.asarray(vs), threshold, rate)
+            else Readings.of(flow, np.asarray(hs), np.asarray(vs), threshold, rate)
             for hs, vs, threshold, lost in zip(self._hs, self._vs, self._thresholds, self._lost, strict=True)
         ]
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """C12 as it is worded in ``claims.toml``, and in the paper's stronger words."""
+
+    claim: Outcome
+    stronger: Outcome
+
+    @classmethod
+    def of(cls, flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Readings:
+        """Both, from columns of T frames; see `judge`."""
+        return cls(judge(flow, hs, vs, threshold, rate), stronger(flow, hs, vs, threshold, rate))
+
+    @classmethod
+    def without(cls, why: str, n: int = 0) -> Readings:
+        """Neither, and why."""
+        return cls(Outcome("untested", why, n=n), Outcome("untested", why, n=n))
 
 
 def judge(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
     """C12 from columns of T frames: mean horizontal flow, both potentials; ``rate`` in frames per second."""
     block, count = max(round(rate * BLOCK_S), 1), len(hs)
-    without = int((~np.isfinite([flow, hs, vs]).all(axis=0)).sum())
-    if without:
-        return Outcome("untested", f"{without} of {count} frames have no number in flow, HS or VS", n=count)
+    lacking = _lacking(flow, hs, vs)
+    if lacking:
+        return Outcome("untested", lacking, n=count)
     over = np.abs(hs) > threshold
-    seconds = _separate(np.flatnonzero(over), block)
+    seconds = len(_separate(np.flatnonzero(over), block))
     spread = f"{over.sum()} of {count} frames, in {seconds} separate seconds, over T = {threshold:g}"
     if seconds < LEAST_SECONDS:
         peak = f"; |HS| peaks at {np.abs(hs).max():.2f}" if count else ""
@@ -128,12 +162,48 @@ def judge(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -
     return Outcome("holds" if holds else "fails", f"{'; '.join(bounds)} ({spread})", effect, count, decided, seconds)
 
 
-def _separate(frames: npt.NDArray[np.intp], block: int) -> int:
-    """The number of ``block`` frames long stretches, none overlapping, that hold all of the ``frames`` in order."""
-    found, end = 0, -1
+def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
+    """The paper's stronger words about real footage, from the same columns as `judge`."""
+    block, count = max(round(rate * BLOCK_S), 1), len(hs)
+    lacking = _lacking(flow, hs, vs)
+    if lacking:
+        return Outcome("untested", lacking, n=count)
+    over = np.abs(hs) > threshold
+    seconds = [slice(start, start + block) for start in _separate(np.flatnonzero(over), block)]
+    passed = [second for second in seconds if over[second].sum() >= LEAST_FRAMES]
+    whole = len(flow) // block
+    moving = int((np.abs(flow[: whole * block].reshape(whole, block).mean(axis=1)) > LEAST_FLOW).sum())
+    said = f"HS over T = {threshold:g} in {LEAST_FRAMES} frames or more of {len(passed)} separate seconds"
+    needs = f"{said} (needs {LEAST_SECONDS} or more)"
+    shown = f"the flow has translation in {moving} of {whole} seconds"
+    if len(passed) < LEAST_SECONDS:
+        if moving < LEAST_SECONDS:
+            return Outcome("untested", f"{needs}; {shown}", n=count)
+        return Outcome("fails", f"{said}; {shown}", n=count, decided=needs)
+    frames = np.concatenate([np.abs(vs[second]) for second in passed])
+    share = float((frames < threshold).mean())
+    below = f"|VS| below T in {share:.1%} of the {len(frames)} frames of these seconds"
+    holds, decided = decide(
+        [
+            Check(needs, len(passed) / LEAST_SECONDS - 1.0, strict=False),
+            Check(f"{below} (needs {LEAST_BELOW:.0%} or more)", (share - LEAST_BELOW) / LEAST_BELOW, strict=False),
+        ]
+    )
+    return Outcome("holds" if holds else "fails", f"{said}; {below}; {shown}", "", count, decided, len(passed))
+
+
+def _lacking(flow: Floats, hs: Floats, vs: Floats) -> str:
+    """How many frames lack a number, in words; empty if none does."""
+    without = int((~np.isfinite([flow, hs, vs]).all(axis=0)).sum())
+    return f"{without} of {len(hs)} frames have no number in flow, HS or VS" if without else ""
+
+
+def _separate(frames: npt.NDArray[np.intp], block: int) -> list[int]:
+    """Where ``block`` frames long stretches begin, none overlapping, that hold all of the ``frames`` in order."""
+    found: list[int] = []
     for frame in frames.tolist():
-        if frame > end:
-            found, end = found + 1, frame + block - 1
+        if not found or frame >= found[-1] + block:
+            found.append(frame)
     return found
 
 

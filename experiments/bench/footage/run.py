@@ -19,12 +19,12 @@ from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 from dsnn import Response, forms
+from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import explained
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.store import provenance
 from experiments.bench.core.terminal import coloured, error_console, out_console
-from experiments.bench.core.verdict import Outcome, claim_texts
-from experiments.bench.footage.claims import FlowJudge
+from experiments.bench.footage.claims import FlowJudge, Readings
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
@@ -32,6 +32,7 @@ from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen,
 WAYS = ("rightward", "leftward", "downward", "upward", "looming")
 SAME_ASPECT = 1.05
 EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
+STRONGER = "HS passes T, VS stays below T"
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,13 +205,18 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
     out_console.print(f"{said}; decoding {decoding:.2f} ms besides", soft_wrap=True)
 
 
-def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[Outcome]) -> None:
-    """C12 for each model."""
-    for watcher, outcome in zip(watchers, outcomes, strict=True):
+def _show_claim(watchers: Sequence[Watcher], readings: Sequence[Readings]) -> None:
+    """C12 for each model, and in the paper's stronger words."""
+    for watcher, reading in zip(watchers, readings, strict=True):
+        outcome, words = reading.claim, reading.stronger
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
         out_console.print(f"\n[b]C12[/b]{who} {coloured(outcome.verdict)}: {claim_texts()['C12'][0]}")
         decided = f"decided by: {outcome.decided}" if outcome.decided else ""
         for line in filter(None, (decided, outcome.measured, outcome.effect)):
+            out_console.print(f"    {line}", markup=False)
+        out_console.print(f"  in the paper's stronger words {coloured(words.verdict)}: {STRONGER}")
+        decided = f"decided by: {words.decided}" if words.decided else ""
+        for line in filter(None, (decided, words.measured)):
             out_console.print(f"    {line}", markup=False)
 
 

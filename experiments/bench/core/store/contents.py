@@ -18,7 +18,7 @@ from experiments.bench.core.store.parameters import Parameters, of_model
 
 Row = dict[str, Any]
 SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")
-MAY_BE_NULL = frozenset({"background_mean", *SPIKES})
+MAY_BE_NULL = frozenset({"background_mean", "hs_rightward", "hs_leftward", "hs_against", *SPIKES})
 """Measures that some trials and clips do not have. What a trial sets may be null wherever the plan says so."""
 STEPS_MAY_LACK = frozenset({"hs", "vs", "looming", "azimuth", *SPIKES})
 """Of a robot's frames in an env, where it sees nothing."""

@@ -1,0 +1,180 @@
+"""A street: people or cars that cross before a house front, among leaves in the wind.
+
+Made for what the paper shows of real footage: "a campus avenue and a street view", 320 x 180 px at 30 Hz, a pedestrian
+each way, a car, translations in both directions, groups, and "windblown vegetation". It gives no sizes and no speeds.
+So a walker is 90 px high and goes at 70 px/s: 1.4 m/s of a person of 1.75 m. Leaves sway as those of `foliage` do.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+from pydantic.dataclasses import dataclass as validated
+
+from dsnn.field_docs import with_field_docs
+from dsnn.stimuli.background import PINK_MEAN, PINK_SD, pink
+from dsnn.stimuli.foliage import Amplitude, Sway, check_band
+from dsnn.stimuli.movers import WHEEL_GREY, Kind, Mover, group
+from dsnn.stimuli.moving import paint
+from dsnn.stimuli.stimulus import CONFIG, Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
+from dsnn.stimuli.streams import stream
+
+Floats = npt.NDArray[np.float32]
+
+GROUND_ROW = 0.93
+"""Where the nearest stand, in shares of the frame's rows."""
+LEAVES_MEAN, LEAVES_SD = 80.0, 35.0
+CROWNS = ((0.16, 0.28, 0.20, 0.32), (0.84, 0.30, 0.18, 0.30))
+"""Foliage behind those who move: column and row of the middle, half width and half height, in shares of the frame."""
+BUSHES = ((0.30, 0.98, 0.13, 0.13), (0.72, 1.00, 0.17, 0.13))
+"""Foliage before them, over their feet."""
+RAGGED, EDGE = 0.15, 8.0
+"""How far leaves stick out of a crown, in shares of its radius, and how sharp its rim is."""
+
+
+@with_field_docs
+@validated(frozen=True, config=CONFIG)
+class StreetParams(ClipParams):
+    """Who crosses the street, and the wind. The wind blows from the first frame to the last."""
+
+    movers: Literal["one", "opposite", "group"] = Field(
+        default="one", description="one; two, the second the opposite way after the first has left; several, one way"
+    )
+    motion: Literal["rightward", "leftward"] = Field(
+        default="rightward", description="of the one, of the first of two, of the group"
+    )
+    object: Literal["present", "absent"] = Field(
+        default="present", description="absent: the street alone, for as long as they would take"
+    )
+    kind: Kind = Field(default="person", description="who moves: person or car")
+    height: float = Field(default=90.0, ge=4.0, le=4096.0, description="of who moves, px; in a group of the nearest")
+    speed: float = Field(
+        default=70.0, gt=0.0, le=10_000.0, description="of who moves, px/s; in a group of the nearest, on the average"
+    )
+    grey: float = Field(
+        default=40.0, ge=0.0, le=255.0, description="grey level of trunk or body; those of a group are drawn"
+    )
+    count: int = Field(default=5, ge=1, le=100, description="how many are a group")
+    gap_s: float = Field(default=1.0, ge=0.0, le=60.0, description="between two, nobody in view, s")
+    rest_s: float = Field(default=0.5, ge=0.0, le=60.0, description="before the first and after the last, s")
+    foliage: Literal["windblown", "none"] = Field(default="windblown", description="leaves in the wind, or none")
+    amplitude_px: tuple[Amplitude, Amplitude] = Field(
+        default=(2.0, 0.5), description="rms displacement of leaves along x and y, px"
+    )
+    low_hz: float = Field(default=0.5, gt=0.0, le=500.0, description="lowest frequency of the sway, Hz")
+    high_hz: float = Field(default=3.0, gt=0.0, le=500.0, description="highest frequency of the sway, Hz")
+    patch_px: float = Field(default=30.0, ge=1.0, le=1000.0, description="how far leaves sway together, px")
+    ground: Literal["textured", "even"] = Field(
+        default="textured", description="a house front and a pavement, or one grey"
+    )
+    ground_grey: float = Field(default=150.0, ge=0.0, le=255.0, description="mean grey level of the house front")
+    ground_sd: float = Field(default=22.0, ge=0.0, le=127.0, description="standard deviation of its texture")
+
+
+class Street(Stimulus[StreetParams]):
+    """The seed makes house front, leaves, sway and the members of a group.
+
+    The truth's box holds all who are in view, whole, and its velocity is their mean. Where nobody is in view, the
+    motion is ``swaying``, or ``still`` without foliage.
+    """
+
+    def __init__(self, params: StreetParams, seed: int = 0) -> None:
+        super().__init__(params, seed)
+        p = params
+        check_band(p.low_hz, p.high_hz)
+        crossing = _movers(p, stream("street.movers", seed))
+        self._movers = crossing if p.object == "present" else ()
+        self._frames = int(np.ceil((max(mover.leaves_s for mover in crossing) + p.rest_s) * p.fps)) + 1
+        self._ground = _ground(p, stream("street.ground", seed))
+        leaves = stream("street.leaves", seed)
+        self._leaves = _leaves(self.shape, leaves) if p.foliage == "windblown" else None
+        self._sway = Sway(self.shape, p.amplitude_px, (p.low_hz, p.high_hz), p.patch_px, leaves)
+
+    def __len__(self) -> int:
+        return self._frames
+
+    def frame(self, index: int) -> StimulusFrame:
+        """Paint frame ``index``."""
+        seconds = index / self.fps
+        if self._leaves is None:
+            luma = _grey(self._ground)
+            self._paint_movers(luma, seconds)
+            return StimulusFrame(luma, self._truth(seconds))
+        x, y = self._sway.places(index, self.fps)
+        blown = cv2.remap(self._leaves, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT)
+        leaves, behind, before = blown[..., 0], *np.clip(np.moveaxis(blown[..., 1:], -1, 0), 0.0, 1.0)
+        luma = _grey(self._ground + behind * (leaves - self._ground))
+        self._paint_movers(luma, seconds)
+        return StimulusFrame(_grey(luma + before * (leaves - luma)), self._truth(seconds))
+
+    def _paint_movers(self, luma: Luma, seconds: float) -> None:
+        for mover in self._movers:
+            if mover.box(seconds).touches(self.shape):
+                for box, grey in mover.parts(seconds):
+                    paint(luma, box, grey)
+
+    def _truth(self, seconds: float) -> Truth:
+        seen = [mover for mover in self._movers if mover.box(seconds).touches(self.shape)]
+        if not seen:
+            return Truth("still" if self._leaves is None else "swaying")
+        velocity = sum(mover.velocity for mover in seen) / len(seen)
+        box = _around([mover.box(seconds) for mover in seen])
+        return Truth("rightward" if velocity > 0 else "leftward", box, Velocity(velocity, 0.0))
+
+
+def _movers(p: StreetParams, rng: np.random.Generator) -> tuple[Mover, ...]:
+    """All who cross, in the order in which they are painted."""
+    way = 1.0 if p.motion == "rightward" else -1.0
+    greys = (p.grey, WHEEL_GREY, 190.0) if p.kind == "car" else (p.grey, 60.0, 120.0)
+    first = Mover(p.kind, p.height, way * p.speed, p.rest_s, GROUND_ROW * p.rows, p.columns, greys)
+    if p.movers == "group":
+        return group(first, p.count, rng)
+    if p.movers == "one":
+        return (first,)
+    enters_s = first.leaves_s + p.gap_s
+    return first, Mover(p.kind, p.height, -way * p.speed, enters_s, first.ground, p.columns, greys)
+
+
+def _ground(p: StreetParams, rng: np.random.Generator) -> Floats:
+    """What stands still, (R, C): a house front with windows above a darker pavement."""
+    shape = rows, columns = p.rows, p.columns
+    grey = np.full(shape, p.ground_grey, np.float32)
+    if p.ground == "even":
+        return grey
+    grey += p.ground_sd * (pink(shape, rng) - PINK_MEAN) / PINK_SD
+    for left in np.arange(0.06, 1.0, 0.19):
+        grey[round(0.10 * rows) : round(0.33 * rows), round(left * columns) : round((left + 0.09) * columns)] -= 55.0
+    grey[round(0.82 * rows) :] -= 30.0
+    return np.asarray(np.clip(grey, 0.0, 255.0), np.float32)
+
+
+def _leaves(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
+    """Leaves at rest, (R, C, 3): their grey, and how far they cover what is behind them, of crowns and of bushes."""
+    rows, columns = shape
+    grey = LEAVES_MEAN + LEAVES_SD * (pink(shape, rng) - PINK_MEAN) / PINK_SD
+    ragged = RAGGED * (pink(shape, rng) - PINK_MEAN) / PINK_SD
+    down, across = np.mgrid[:rows, :columns] + 0.5
+    covers = []
+    for patches in (CROWNS, BUSHES):
+        inward = [
+            1.0 - np.hypot((across / columns - x) / width, (down / rows - y) / height)
+            for x, y, width, height in patches
+        ]
+        covers.append(np.clip(EDGE * (np.max(inward, axis=0) + ragged), 0.0, 1.0))
+    return np.stack([np.clip(grey, 0.0, 255.0), *covers], axis=-1).astype(np.float32)
+
+
+def _around(boxes: list[Box]) -> Box:
+    """The smallest box that holds them all."""
+    left, top = min(box.left for box in boxes), min(box.top for box in boxes)
+    right, bottom = max(box.left + box.width for box in boxes), max(box.top + box.height for box in boxes)
+    return Box(left, top, right - left, bottom - top)
+
+
+def _grey(luma: npt.NDArray[np.floating]) -> Luma:
+    """Whole grey levels, in an array of their own."""
+    return np.asarray(np.clip(np.rint(luma), 0.0, 255.0), np.uint8)
