@@ -61,11 +61,12 @@ class Axis:
             return self.levels
         return numbers if all(map(math.isfinite, numbers)) else self.levels
 
-    def label(self) -> str:
-        """The axis in words: its keys, their unit, the default."""
-        unit = f" ({self.unit})" if self.unit else ""
-        default = "" if self.default is None else f", default {self.default:g}"
-        return f"{self.name.replace('+', ' + ')}{unit}{default}"
+    def words(self) -> list[str]:
+        """The axis in words: its keys, one each, then their unit and the default, if there are any."""
+        keys = [*(f"{key} +" for key in self.keys[:-1]), self.keys[-1]]
+        default = "" if self.default is None else f"default {self.default:g}"
+        more = ", ".join(filter(None, (self.unit, default)))
+        return [*keys, *([f"({more})"] if more else [])]
 
 
 def apart(key: str) -> tuple[str, str]:

@@ -46,7 +46,7 @@ def draw(made: MapPlan, found: Sequence[Cell]) -> Figure:
     columns = min(len(panels), MOST_COLUMNS)
     lines = math.ceil(len(panels) / columns)
     across, up = len(made.axes[0].levels), len(made.axes[1].levels) if len(made.axes) > 1 else 1
-    size = (columns * (max(across * WIDTH, 2.2) + 0.5) + 0.9, lines * (max(up * HEIGHT, 0.5) + 0.7) + 0.9)
+    size = (columns * (max(across * WIDTH, 2.2) + 0.5) + 1.2, lines * (max(up * HEIGHT, 0.5) + 0.7) + 1.0)
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=size, layout="constrained")
         places = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
@@ -56,14 +56,12 @@ def draw(made: MapPlan, found: Sequence[Cell]) -> Figure:
             place.set_title(plain(title), fontsize=9, loc="left")
         for place in places.flat[len(panels) :]:
             place.set_axis_off()
-        drawn.supxlabel(plain(made.axes[0].label()), fontsize=9)
+        drawn.supxlabel(plain(" ".join(made.axes[0].words())), fontsize=8)
         if len(made.axes) > 1:
-            drawn.supylabel(plain(made.axes[1].label()), fontsize=9, wrap=True)
+            drawn.supylabel(plain("\n".join(made.axes[1].words())), fontsize=8)
         repeats = "/".join(str(each) for each in dict.fromkeys(base.repeats for base in made.plans))
-        drawn.suptitle(
-            plain(f"{made.model.label}: held in n/{made.replicates} replicates of {repeats} repeats, seed {made.seed}"),
-            fontsize=10, x=0.01, ha="left",
-        )  # fmt: skip
+        said = f"held in n/{made.replicates} replicates\n{repeats} repeats each, from seed {made.seed}"
+        drawn.suptitle(plain(f"{made.model.label}: {said}"), fontsize=9, x=0.01, ha="left")
     return drawn
 
 

@@ -21,7 +21,9 @@ def show(made: Map) -> None:
         out_console.print(_table(made.plan, chosen))
         out_console.print()
     directions = zip(("across", "down"), made.plan.axes, strict=False)
-    out_console.print("; ".join(f"{way}: {axis.label()}" for way, axis in directions), markup=False, soft_wrap=True)
+    out_console.print(
+        "; ".join(f"{way}: {' '.join(axis.words())}" for way, axis in directions), markup=False, soft_wrap=True
+    )
     for line in regions(made.cells):
         out_console.print(line, markup=False)
     if any(cell.untested for cell in made.cells):
