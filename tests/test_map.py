@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+import typer
 
 from experiments.bench import registry
 from experiments.bench.cli import main
@@ -16,6 +17,7 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.robot.map import figure, plan
 from experiments.bench.robot.map.axes import Axis
 from experiments.bench.robot.map.judging import TOGETHER, cells, regions
+from tests.chapters import CHAPTERS, blocks
 
 BOTH = ("general", "angular-recession")
 FEW = ("--repeats", "5", "--workers", "0", "-q")
@@ -219,6 +221,23 @@ def test_a_claim_is_judged_on_the_first_experiment_that_declares_it():
     judged = {claim.id: name for claim, name in planned(BOTH, "dsnn.d=1,2").claims}
     assert judged == {"C13": "general", "C14": "general", "C19": "angular-recession", "C20": "angular-recession"}
     assert dict((c.id, n) for c, n in planned(BOTH[::-1], "dsnn.d=1,2").claims)["C13"] == "angular-recession"
+
+
+def documented():
+    """The maps of docs/maps.md that its test does not run."""
+    (page,) = [page for page in CHAPTERS if page.name == "maps.md"]
+    return [words[1:] for block in blocks(page) if block.skipped for words in block.commands()]
+
+
+@pytest.mark.parametrize("words", documented(), ids=" ".join)
+def test_the_documented_maps_can_be_made(words):
+    group = typer.main.get_command(main.app)
+    name, command, rest = group.resolve_command(group.make_context("colias", list(words)), list(words))
+    given = command.make_context(name, rest).params
+    asked = {"claims": given["claims"].split(","), "replicates": given["replicates"]}
+    made = planned(given["experiment"].split(","), *given["over"], **asked)
+    assert len(made.axes) == 2 and [claim.id for claim, _ in made.claims] == asked["claims"]
+    assert all(figure.place(axis) is not None for axis in made.axes)  # the default is on the map
 
 
 @pytest.mark.parametrize(
