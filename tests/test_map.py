@@ -242,7 +242,15 @@ def test_the_documented_maps_can_be_made(words):
 
 @pytest.mark.parametrize(
     ("default", "levels", "where"),
-    [(17.0, "10,17,50", 1.0), (17.0, "10,20", 0.7), (17.0, "20,50", None), (None, "1,2", None)],
+    [
+        (17.0, "10,17,50", 1.0),
+        (17.0, "10,20", 0.7),
+        (17.0, "20,50", None),
+        (None, "1,2", None),
+        ("bright", "dim,bright", 1.0),
+        ("bright", "dim,plain", None),
+        ("true", "false,true", 1.0),
+    ],
 )
 def test_the_place_of_the_default_is_between_its_neighbours(default, levels, where):
     found = figure.place(Axis("x", tuple(levels.split(",")), default))

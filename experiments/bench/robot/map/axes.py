@@ -38,14 +38,14 @@ class Axis:
     levels
         Its values, as typed: ascending if all are numbers.
     default
-        The value without ``--over``; ``None`` where there is no single one, or the axis is not of numbers.
+        The value without ``--over``; ``None`` where there is no single one.
     unit
         Unit of the values; empty where none is known.
     """
 
     name: str
     levels: tuple[str, ...]
-    default: float | None = None
+    default: float | str | None = None
     unit: str = ""
 
     @property
@@ -53,7 +53,7 @@ class Axis:
         """The keys that it moves."""
         return tuple(self.name.split("+"))
 
-    def values(self) -> tuple[Any, ...]:
+    def values(self) -> tuple[float | str, ...]:
         """The levels as numbers if all of them are finite ones, otherwise as typed."""
         try:
             numbers = tuple(float(level) for level in self.levels)
@@ -64,7 +64,7 @@ class Axis:
     def words(self) -> list[str]:
         """The axis in words: its keys, one each, then their unit and the default, if there are any."""
         keys = [*(f"{key} +" for key in self.keys[:-1]), self.keys[-1]]
-        default = "" if self.default is None else f"default {self.default:g}"
+        default = "" if self.default is None else f"default {said(self.default)}"
         more = ", ".join(filter(None, (self.unit, default)))
         return [*keys, *([f"({more})"] if more else [])]
 
@@ -114,7 +114,7 @@ def _axis(place: int, name: str, points: Sequence[Point], plans: Sequence[Plan],
     defaults = {_default(key, plans) for key in bare.keys}
     units = dict.fromkeys(filter(None, (_unit(key, plans, models) for key in bare.keys)))
     default = defaults.pop() if len(defaults) == 1 else None
-    return Axis(name, tuple(levels), default if isinstance(bare.values()[0], float) else None, ", ".join(units))
+    return Axis(name, tuple(levels), default, ", ".join(units))
 
 
 def _check(key: str, level: str, plans: Sequence[Plan], models: Sequence[str]) -> None:
@@ -176,8 +176,13 @@ def moves(axis: Axis, plan: Plan) -> bool:
     return any(knows(plan.experiment, apart(key)[0]) for key in axis.keys)
 
 
-def _default(key: str, plans: Sequence[Plan]) -> float | None:
-    """The number that a key stands for in the plans; ``None`` where they differ or it is no single number."""
+def said(value: float | str) -> str:
+    """A value of an axis in words."""
+    return f"{value:g}" if isinstance(value, float) else value
+
+
+def _default(key: str, plans: Sequence[Plan]) -> float | str | None:
+    """What a key stands for in the plans, as an axis has it; ``None`` where they differ or it is no single value."""
     name, end = apart(key)
     values = {present(plan, name) for plan in plans if knows(plan.experiment, name)}
     if len(values) != 1:
@@ -187,7 +192,9 @@ def _default(key: str, plans: Sequence[Plan]) -> float | None:
         value = value[ENDS[end]]
     elif isinstance(value, tuple) and len(value) == 1:
         value = value[0]
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+    if isinstance(value, tuple):
+        return None
+    return str(value).lower() if isinstance(value, bool) else float(value) if isinstance(value, int | float) else value
 
 
 def _unit(key: str, plans: Sequence[Plan], models: Sequence[str]) -> str:

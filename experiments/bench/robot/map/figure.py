@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from experiments.bench.core.plotting import STYLE, plain
-from experiments.bench.robot.map.axes import Axis
+from experiments.bench.robot.map.axes import Axis, said
 from experiments.bench.robot.map.judging import TOGETHER, Cell, by_claim
 from experiments.bench.robot.map.plan import MapPlan
 
@@ -60,8 +60,8 @@ def draw(made: MapPlan, found: Sequence[Cell]) -> Figure:
         if len(made.axes) > 1:
             drawn.supylabel(plain("\n".join(made.axes[1].words())), fontsize=8)
         repeats = "/".join(str(each) for each in dict.fromkeys(base.repeats for base in made.plans))
-        said = f"held in n/{made.replicates} replicates\n{repeats} repeats each, from seed {made.seed}"
-        drawn.suptitle(plain(f"{made.model.label}: {said}"), fontsize=9, x=0.01, ha="left")
+        counted = f"held in n/{made.replicates} replicates\n{repeats} repeats each, from seed {made.seed}"
+        drawn.suptitle(plain(f"{made.model.label}: {counted}"), fontsize=9, x=0.01, ha="left")
     return drawn
 
 
@@ -78,18 +78,14 @@ def _panel(axes: Axes, made: MapPlan, chosen: Sequence[Cell]) -> None:
         axes.text(column, row, f"{cell.held}/{cell.of}", ha="center", va="center", fontsize=8,
                   color="white" if dark else "black", zorder=3)  # fmt: skip
     axes.imshow(held, cmap=SHADES, vmin=0.0, vmax=1.15, origin="lower", aspect="auto", zorder=0)
-    axes.set_xticks(range(len(across.levels)), [plain(_said(value)) for value in across.values()])
-    axes.set_yticks(range(len(up.levels)) if up else [], [plain(_said(value)) for value in up.values()] if up else [])
+    axes.set_xticks(range(len(across.levels)), [plain(said(value)) for value in across.values()])
+    axes.set_yticks(range(len(up.levels)) if up else [], [plain(said(value)) for value in up.values()] if up else [])
     axes.tick_params(length=0, labelbottom=True)
     axes.set_xticks(np.arange(len(across.levels) - 1) + 0.5, minor=True)
     axes.set_yticks(np.arange(held.shape[0] - 1) + 0.5, minor=True)
     axes.grid(which="minor", color="white", lw=1.2)
     axes.tick_params(which="minor", length=0)
     _mark_default(axes, across, up)
-
-
-def _said(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _mark_default(axes: Axes, across: Axis, up: Axis | None) -> None:
@@ -107,9 +103,11 @@ def _mark_default(axes: Axes, across: Axis, up: Axis | None) -> None:
 def place(axis: Axis) -> float | None:
     """Where the default lies among an axis's levels: 0 at the first, between two levels a fraction.
 
-    ``None`` where there is no default, or it is outside of the levels.
+    ``None`` where there is no default, or it is outside of the levels, or they are texts and it is none of them.
     """
-    values = axis.values()
-    if axis.default is None or not values[0] <= axis.default <= values[-1]:
+    if axis.default in axis.values():
+        return float(axis.values().index(axis.default))
+    numbers = [value for value in (axis.default, *axis.values()) if isinstance(value, float)]
+    if len(numbers) <= len(axis.levels) or not numbers[1] <= numbers[0] <= numbers[-1]:
         return None
-    return float(np.interp(axis.default, values, range(len(values))))
+    return float(np.interp(numbers[0], numbers[1:], range(len(axis.levels))))
