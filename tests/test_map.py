@@ -136,10 +136,11 @@ def test_points_of_the_network_have_the_rows_of_separate_runs(tmp_path, monkeypa
 
 def rows_of(made, spikes):
     """Rows as trials would leave them, where ``spikes`` says of a spec and a label how many there are."""
-    flat = {"hs_spikes": 0, "achieved_speed_cm_s": 6.0, "path_error_mm": 0.0}
+    flat = {"hs_spikes": 0, "path_error_mm": 0.0}
     return [
         {
-            **dataclasses.asdict(spec.condition), **flat, "experiment": spec.experiment, "trial": spec.index,
+            **dataclasses.asdict(spec.condition), **flat, "achieved_speed_cm_s": spec.condition.speed_cm_s,
+            "experiment": spec.experiment, "trial": spec.index,
             "model": model.label, "spikes": count, "peak_hs": 0.1 + (count > 0) * 0.4 * _sign(spec),
             "trough_hs": -0.1 + (count > 0) * 0.4 * min(_sign(spec), 0),
         }
@@ -255,6 +256,34 @@ def test_the_documented_maps_can_be_made(words):
 def test_the_place_of_the_default_is_between_its_neighbours(default, levels, where):
     found = figure.place(Axis("x", tuple(levels.split(",")), default))
     assert found == (where if where is None else pytest.approx(where))
+
+
+OWN = """
+from experiments import Check, Claim, Experiment, Outcome, Translation, decide
+
+
+def judge(rows, threshold):
+    most = max(row["spikes"] for row in rows)
+    holds, decided = decide([Check(f"{most} spikes (needs more than 0)", most)])
+    return Outcome("holds" if holds else "fails", decided, decided=decided)
+
+
+CLAIM = Claim(id="fires-NAME", says="it fires", judge=judge)
+EXPERIMENT = Experiment("NAME", "crossings", Translation((20,), (6,)), "speed_cm_s", repeats=5, claims=(CLAIM,))
+"""
+
+
+def test_experiments_and_claims_of_a_users_own(tmp_path):
+    files = [tmp_path / f"{name}.py" for name in ("alpha", "beta")]
+    for file in files:
+        file.write_text(OWN.replace("NAME", file.stem))
+    made = planned(map(str, files), "dsnn.t_sp=0.1,0.2")
+    assert [(claim.id, name) for claim, name in made.claims] == [("fires-alpha", "alpha"), ("fires-beta", "beta")]
+    assert {str(file) for file in files} <= made.describe()["files"].keys()  # --resume notices a change of either
+    found = cells(made, rows_of(made, lambda spec, label: int(spec.experiment == "alpha" or label.endswith("0.1"))))
+    held = {(cell.point.values[0][1], cell.claim): cell.held for cell in found}
+    assert held["0.1", "fires-beta"] == held["0.2", "fires-alpha"] == held["0.1", TOGETHER] == 1
+    assert held["0.2", "fires-beta"] == held["0.2", TOGETHER] == 0
 
 
 # --- wrong uses -------------------------------------------------------------------------------------------------------
