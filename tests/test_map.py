@@ -55,7 +55,7 @@ def test_counts_are_those_of_judging_by_hand(whole):
     folder, _ = whole
     rows, found = trials(folder), table(folder)
     assert [(row["dsnn.t_sp"], row["claim"]) for row in found] == list(
-        product(["0.2", "0.01"], ["C13", "C19", TOGETHER])
+        product(["0.01", "0.2"], ["C13", "C19", TOGETHER])
     )
     for level in (0.2, 0.01):
         held = {row["claim"]: row["held"] for row in found if float(row["dsnn.t_sp"]) == level}
@@ -204,6 +204,11 @@ def test_an_experiment_that_an_axis_cannot_move_is_run_once():
     assert counts == {"general": 3 * 2 * 5, "distance": len(registry.load("distance").conditions()) * 5}
     assert len({made.share(point, "distance", 0) for point in made.points}) == 1
     assert len({made.share(point, "general", 0) for point in made.points}) == 3
+
+
+def test_the_order_of_values_changes_nothing():
+    one, other = (planned(["general"], f"camera.read_noise={values}", "dsnn.d=2,1") for values in ("0.64,0", "0,0.64"))
+    assert one == other
 
 
 def test_keys_that_move_together_and_ends_of_pairs():

@@ -185,6 +185,8 @@ def planned(experiments: Sequence[Experiment], asked: Asked) -> MapPlan:
     _check_repeats(claims, plans)
     points = grid.grid(asked.over)
     found = axes(points, plans, [asked.model])
+    # The order in which values were typed changes neither the numbers of trials nor the tables.
+    points.sort(key=lambda point: [axis.levels.index(v) for axis, (_, v) in zip(found, point.values, strict=True)])
     specs: list[TrialSpec] = []
     shares: dict[tuple[str, str, int], Share] = {}
     renderings = [
