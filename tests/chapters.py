@@ -45,6 +45,7 @@ SKIPPED = {
     "README.md": ("downloads packages",),
     "behaviours-and-training.md": ("needs PyTorch and minutes: tests/test_train.py", "needs a screen"),
     "footage.md": ("needs a screen", "needs a camera"),
+    "maps.md": ("takes minutes: tests/test_map.py",),
     "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/test_pool.py"),
     "what-the-numbers-mean.md": ("takes minutes: tests/test_reproduce.py",),
     "your-own-experiment.md": ("takes minutes: tests/test_reproduce.py",),

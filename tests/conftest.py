@@ -23,7 +23,7 @@ GOLDEN = sorted((Path(__file__).parent / "golden").glob("*.npz"))
 LONGEST = (
     "test_run_folder_checks", "test_reproduce", "test_answers", "test_envs", "test_resume", "test_cli",
     "test_interrupts", "test_model_option", "test_streams", "test_envs_arguments", "test_sweep", "test_provenance",
-    "test_failures", "test_behaviours", "test_sample", "test_leaderboard",
+    "test_failures", "test_behaviours", "test_map", "test_sample", "test_leaderboard",
 )  # fmt: skip
 """The files of tests that take longest, the longest first."""
 

@@ -14,6 +14,7 @@ from experiments.bench.cli import (
     compare,
     leaderboard,
     listing,
+    maps,
     reproduce,
     run,
     runs,
@@ -24,7 +25,7 @@ from experiments.bench.cli import (
     watch,
 )
 
-COMMANDS = (run, sweep, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, clips)
+COMMANDS = (run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, clips)
 """The modules of the commands, in the order in which help shows them."""
 
 
@@ -65,6 +66,8 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias run my_experiment.py        your own declaration
   colias run speed --resume runs/speed-...     just what is missing
   colias sweep speed --over dsnn.n_con=4,6,8 --over dsnn.d=1,2
+  colias map general --over experiment.acceleration_cm_s2=10,17,25
+                                     where which claims hold
   colias run clean                   the paper's off-line clips, to the DSNN
   colias watch street.mp4            any footage, or a camera
   colias reproduce                   which of the paper's claims hold

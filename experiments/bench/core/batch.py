@@ -1,7 +1,7 @@
 """The engine of every kind of run: jobs on a pool of workers, their rows into one folder, with progress and resume.
 
-Trials with the robot, clips, tuning curves, episodes, the leaderboard, sweeps and the studies of a reproduction are
-all a `Batch`. Footage is not: it is a stream without a plan.
+Trials with the robot, clips, tuning curves, episodes, the leaderboard, sweeps, maps and the studies of a reproduction
+are all a `Batch`. Footage is not: it is a stream without a plan.
 """
 
 from __future__ import annotations

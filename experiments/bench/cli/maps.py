@@ -1,0 +1,91 @@
+"""The command ``colias map``. Heavy imports happen when it runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from experiments.bench.cli.options import (
+    EXIT_FAILED,
+    Assignments,
+    Cluster,
+    OtherCode,
+    Quiet,
+    Seed,
+    Workers,
+    new_folder,
+    resources,
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command("map", short_help="Judge claims over a grid of parameters, in whole replicates.")(map_claims)
+
+
+def map_claims(
+    experiment: Annotated[
+        str,
+        typer.Argument(help="Names that [b]colias list[/b] shows, or paths of .py files; several joined by commas."),
+    ],
+    over: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KEY=V1,V2",
+            help="An axis: values of a parameter. KEY+KEY moves several together; KEY.first and KEY.last are the"
+            " ends of a parameter of several values. Once or twice.",
+        ),
+    ],
+    claims: Annotated[
+        str | None,
+        typer.Option(
+            metavar="C13,C19", help="Claims to judge; otherwise all that the experiments declare about the model."
+        ),
+    ] = None,
+    repeats: Annotated[
+        int | None,
+        typer.Option(help="Trials of each condition in a replicate; otherwise the experiment's own number."),
+    ] = None,
+    replicates: Annotated[int, typer.Option(help="Replicates, each with a seed of its own.")] = 1,
+    seed: Seed = 0,
+    out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/map-NAME-TIME.")] = None,
+    resume: Annotated[
+        Path | None, typer.Option(help="Go on with the map in this folder: do just what is missing.")
+    ] = None,
+    assignments: Assignments = None,
+    model: Annotated[
+        str, typer.Option("--model", metavar="MODEL", help="The model judged: a name or a .py file, or dsnn:w_i=1.")
+    ] = "dsnn",
+    other_code: OtherCode = False,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    quiet: Quiet = False,
+) -> int:
+    """Run whole replicates of the experiments at every point of a grid, and count in how many each claim holds.
+
+    A replicate has all conditions at one seed; replicate k has the seed --seed + k. A claim is judged on the first of
+    the experiments that declares it. Points that differ in the network alone share their frames. Writes map.csv,
+    map.svg, map.png and the trials.
+    """
+    from experiments.bench import registry
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.robot.map import plan, table
+    from experiments.bench.robot.map.run import run
+
+    if resume is not None and out is not None:
+        raise UsageError("--out and --resume name one folder each: give one of them")
+    declared = [registry.load(name) for name in experiment.split(",") if name]
+    if not declared:
+        raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
+    named = [name for name in (claims or "").split(",") if name]
+    if claims is not None and not named:
+        raise UsageError("--claims: expected ids joined by commas, for example C13,C19")
+    asked = plan.Asked(over, named, model, assignments or (), repeats, replicates, seed)
+    made = plan.planned(declared, asked)
+    folder = resume or new_folder(out, f"map-{'-'.join(each.name for each in declared)}")
+    result = run(made, folder, resources(workers, cluster, quiet, other_code), resume=resume is not None)
+    if not quiet:
+        table.show(result)
+    return EXIT_FAILED if result.failures else 0

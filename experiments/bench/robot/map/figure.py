@@ -1,0 +1,113 @@
+"""A map as a figure: a heat map for each claim, and one of all claims together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from experiments.bench.core.plotting import STYLE, plain
+from experiments.bench.robot.map.axes import Axis, said
+from experiments.bench.robot.map.judging import TOGETHER, Cell, by_claim
+from experiments.bench.robot.map.plan import MapPlan
+
+SHADES = "Blues"
+UNTESTED = "#e3dccb"
+DEFAULT = "#c0392b"
+"""Of what marks the default's place."""
+MOST_COLUMNS = 3
+WIDTH, HEIGHT = 0.55, 0.42
+"""Of a cell, inches."""
+
+
+def draw(made: MapPlan, found: Sequence[Cell]) -> Figure:
+    """Draw the counts.
+
+    Parameters
+    ----------
+    made
+        The map's plan: its axes, the model, the numbers of repeats and replicates.
+    found
+        The counts of every claim at every point.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Cells say "held/all replicates", and are hatched where a replicate could not be judged. Triangles at the axes
+        mark the defaults; a frame marks the cell where both are.
+    """
+    panels = by_claim(found)
+    columns = min(len(panels), MOST_COLUMNS)
+    lines = math.ceil(len(panels) / columns)
+    across, up = len(made.axes[0].levels), len(made.axes[1].levels) if len(made.axes) > 1 else 1
+    size = (columns * (max(across * WIDTH, 2.2) + 0.5) + 1.2, lines * (max(up * HEIGHT, 0.5) + 0.7) + 1.0)
+    with mpl.rc_context(STYLE):
+        drawn = Figure(figsize=size, layout="constrained")
+        places = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
+        for place, (claim, chosen) in zip(places.flat, panels.items(), strict=False):
+            _panel(place, made, chosen)
+            title = "all together" if claim == TOGETHER else f"{claim}  ({chosen[0].experiment})"
+            place.set_title(plain(title), fontsize=9, loc="left")
+        for place in places.flat[len(panels) :]:
+            place.set_axis_off()
+        drawn.supxlabel(plain(" ".join(made.axes[0].words())), fontsize=8)
+        if len(made.axes) > 1:
+            drawn.supylabel(plain("\n".join(made.axes[1].words())), fontsize=8)
+        repeats = "/".join(str(each) for each in dict.fromkeys(base.repeats for base in made.plans))
+        counted = f"held in n/{made.replicates} replicates\n{repeats} repeats each, from seed {made.seed}"
+        drawn.suptitle(plain(f"{made.model.label}: {counted}"), fontsize=9, x=0.01, ha="left")
+    return drawn
+
+
+def _panel(axes: Axes, made: MapPlan, chosen: Sequence[Cell]) -> None:
+    across, up = made.axes[0], made.axes[1] if len(made.axes) > 1 else None
+    held = np.zeros((len(up.levels) if up else 1, len(across.levels)))
+    for cell in chosen:
+        values = dict(cell.point.values)
+        column, row = across.levels.index(values[across.name]), up.levels.index(values[up.name]) if up else 0
+        held[row, column] = cell.held / cell.of
+        if cell.untested:
+            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNTESTED, ec="#9a9078", hatch="///", lw=0))
+        dark = held[row, column] > 0.6 and not cell.untested
+        axes.text(column, row, f"{cell.held}/{cell.of}", ha="center", va="center", fontsize=8,
+                  color="white" if dark else "black", zorder=3)  # fmt: skip
+    axes.imshow(held, cmap=SHADES, vmin=0.0, vmax=1.15, origin="lower", aspect="auto", zorder=0)
+    axes.set_xticks(range(len(across.levels)), [plain(said(value)) for value in across.values()])
+    axes.set_yticks(range(len(up.levels)) if up else [], [plain(said(value)) for value in up.values()] if up else [])
+    axes.tick_params(length=0, labelbottom=True)
+    axes.set_xticks(np.arange(len(across.levels) - 1) + 0.5, minor=True)
+    axes.set_yticks(np.arange(held.shape[0] - 1) + 0.5, minor=True)
+    axes.grid(which="minor", color="white", lw=1.2)
+    axes.tick_params(which="minor", length=0)
+    _mark_default(axes, across, up)
+
+
+def _mark_default(axes: Axes, across: Axis, up: Axis | None) -> None:
+    """Triangles where the defaults lie along the axes, and a frame around a cell that is the default in all."""
+    x, y = place(across), place(up) if up else 0.0
+    style: dict[str, Any] = {"color": DEFAULT, "ms": 5, "clip_on": False, "zorder": 4, "ls": ""}
+    if x is not None:
+        axes.plot(x, 1.0, marker="v", transform=axes.get_xaxis_transform(), **style)
+    if y is not None and up:
+        axes.plot(1.0, y, marker="<", transform=axes.get_yaxis_transform(), **style)
+    if x is not None and y is not None and x == round(x) and y == round(y):
+        axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, ec=DEFAULT, lw=1.6, zorder=4, clip_on=False))
+
+
+def place(axis: Axis) -> float | None:
+    """Where the default lies among an axis's levels: 0 at the first, between two levels a fraction.
+
+    ``None`` where there is no default, or it is outside of the levels, or they are texts and it is none of them.
+    """
+    if axis.default in axis.values():
+        return float(axis.values().index(axis.default))
+    numbers = [value for value in (axis.default, *axis.values()) if isinstance(value, float)]
+    if len(numbers) <= len(axis.levels) or not numbers[1] <= numbers[0] <= numbers[-1]:
+        return None
+    return float(np.interp(numbers[0], numbers[1:], range(len(axis.levels))))

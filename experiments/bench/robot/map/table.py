@@ -1,0 +1,50 @@
+"""A map on the terminal: a table for each claim, and how much of the grid it holds on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.markup import escape
+from rich.table import Table
+
+from experiments.bench.core.terminal import out_console, show_places
+from experiments.bench.robot.map.judging import TOGETHER, Cell, by_claim, regions
+from experiments.bench.robot.map.plan import MapPlan
+from experiments.bench.robot.map.run import Map
+
+
+def show(made: Map) -> None:
+    """Print a table for each claim, the share of the grid that each holds on, and where everything is."""
+    for claim, chosen in by_claim(made.cells).items():
+        what = "all claims together" if claim == TOGETHER else f"{claim}, judged on {chosen[0].experiment}"
+        out_console.print(f"{what}: held in n of {chosen[0].of}", markup=False, style="bold")
+        out_console.print(_table(made.plan, chosen))
+        out_console.print()
+    directions = zip(("across", "down"), made.plan.axes, strict=False)
+    out_console.print(
+        "; ".join(f"{way}: {' '.join(axis.words())}" for way, axis in directions), markup=False, soft_wrap=True
+    )
+    for line in regions(made.cells):
+        out_console.print(line, markup=False)
+    if any(cell.untested for cell in made.cells):
+        out_console.print("?: not judged in some replicate; map.csv says why", markup=False)
+    out_console.print()
+    places: dict[str, object] = {
+        name: made.folder / f"map.{kind}" for name, kind in (("figure", "png"), ("table", "csv"))
+    }
+    if made.failures:
+        places["failures"] = made.folder / "failures.json"
+    show_places(places)
+
+
+def _table(plan: MapPlan, chosen: Sequence[Cell]) -> Table:
+    """Held in n of N: the first axis across, the second down from its highest level, as in the figure."""
+    across, up = plan.axes[0], plan.axes[1] if len(plan.axes) > 1 else None
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    for name in ("", *across.levels):
+        table.add_column(escape(name), justify="right")
+    found = {cell.point.values: cell for cell in chosen}
+    for level in reversed(up.levels) if up else ("",):
+        own = [found[((across.name, each), *(((up.name, level),) if up else ()))] for each in across.levels]
+        table.add_row(escape(level), *(f"{cell.held}/{cell.of}{'?' if cell.untested else ''}" for cell in own))
+    return table
