@@ -162,7 +162,7 @@ def test_all_together_is_counted_by_replicate():
         replicate, depth = spec.repeat // 5, spec.condition.motion != "translation"
         if label == "dsnn.t_sp=0.3":
             return int(not depth)  # as the paper has it
-        return int(replicate == 0 or not depth) if replicate == 0 else 0  # spikes in depth; then none at all
+        return 1 if replicate == 0 else int(spec.condition.direction == "rightward")  # in depth too; then none leftward
 
     found = cells(made, rows_of(made, spikes))
     counts = {(cell.point.values[0][1], cell.claim): cell.held for cell in found}
@@ -173,6 +173,16 @@ def test_all_together_is_counted_by_replicate():
     lines = regions(found)
     assert "C13 holds in 2 of 2 replicates at 1 of 2 points (50%)" in lines
     assert "all claims together hold in 2 of 2 replicates at 1 of 2 points (50%)" in lines
+
+
+def test_silence_everywhere_does_not_count_as_holding():
+    made = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), repeats=5)
+    found = {(cell.point.values[0][1], cell.claim): cell for cell in cells(made, rows_of(made, lambda *_: 0))}
+    c13 = found["0.2", "C13"]
+    assert (c13.held, c13.vacuous, c13.untested, c13.of) == (0, 1, 0, 1)
+    assert found["0.2", TOGETHER].vacuous == 0, "C14 fails"
+    assert any(line.startswith("C13 holds") and line.endswith("; vacuous in a replicate at 2") for line in
+               regions(list(found.values())))  # fmt: skip
 
 
 def test_lost_trials_leave_a_claim_untested():

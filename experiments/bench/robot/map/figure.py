@@ -75,7 +75,7 @@ def _panel(axes: Axes, made: MapPlan, chosen: Sequence[Cell]) -> None:
         if cell.untested:
             axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNTESTED, ec="#9a9078", hatch="///", lw=0))
         dark = held[row, column] > 0.6 and not cell.untested
-        axes.text(column, row, f"{cell.held}/{cell.of}", ha="center", va="center", fontsize=8,
+        axes.text(column, row, cell.shown(), ha="center", va="center", fontsize=8,
                   color="white" if dark else "black", zorder=3)  # fmt: skip
     axes.imshow(held, cmap=SHADES, vmin=0.0, vmax=1.15, origin="lower", aspect="auto", zorder=0)
     axes.set_xticks(range(len(across.levels)), [plain(said(value)) for value in across.values()])

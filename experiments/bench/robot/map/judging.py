@@ -28,9 +28,10 @@ class Cell:
         Id of the claim, or `TOGETHER`.
     experiment
         The experiment whose trials answer for it; empty of all claims together.
-    held, untested, of
-        Replicates in which it holds, in which it could not be judged, and all of them. All claims together hold in a
-        replicate if each of them does, and are untested if none fails and some is untested.
+    held, vacuous, untested, of
+        Replicates in which it holds, in which it holds of a network that answers nothing, in which it could not be
+        judged, and all of them. All claims together hold in a replicate if each of them does; if none fails, they are
+        untested where one is, and else vacuous.
     decided, measured
         The deciding number of replicate 0 with its bound, and all that was measured.
     """
@@ -39,6 +40,7 @@ class Cell:
     claim: str
     experiment: str
     held: int
+    vacuous: int
     untested: int
     of: int
     decided: str = ""
@@ -48,6 +50,10 @@ class Cell:
     def holds(self) -> bool:
         """Whether it holds in every replicate."""
         return self.held == self.of
+
+    def shown(self) -> str:
+        """Return the count as figure and table show it; ``v`` marks a cell where it is vacuous in a replicate."""
+        return f"{self.held}/{self.of}{'v' if self.vacuous else ''}"
 
 
 def cells(made: MapPlan, rows: Sequence[Mapping[str, Any]]) -> list[Cell]:
@@ -98,13 +104,13 @@ def _all(verdicts: Sequence[str]) -> str:
     """What several verdicts come to together."""
     if all(verdict == "holds" for verdict in verdicts):
         return "holds"
-    return "untested" if all(verdict in ("holds", "untested") for verdict in verdicts) else "fails"
+    return next((word for word in ("fails", "untested") if word in verdicts), "vacuous")
 
 
 def _cell(point: Point, claim: str, experiment: str, verdicts: Sequence[str], first: Verdict | None = None) -> Cell:
-    held, untested = (sum(verdict == word for verdict in verdicts) for word in ("holds", "untested"))
+    counts = (sum(verdict == word for verdict in verdicts) for word in ("holds", "vacuous", "untested"))
     said = (first.decided, first.measured) if first else ()
-    return Cell(point, claim, experiment, held, untested, len(verdicts), *said)
+    return Cell(point, claim, experiment, *counts, len(verdicts), *said)
 
 
 def table(made: MapPlan, found: Sequence[Cell]) -> list[dict[str, Any]]:
@@ -118,7 +124,7 @@ def table(made: MapPlan, found: Sequence[Cell]) -> list[dict[str, Any]]:
         rows.append(
             {
                 **values, "claim": cell.claim, "experiment": cell.experiment, "held": cell.held, "of": cell.of,
-                "untested": cell.untested, "decided": cell.decided, "measured": cell.measured,
+                "vacuous": cell.vacuous, "untested": cell.untested, "decided": cell.decided, "measured": cell.measured,
             }
         )  # fmt: skip
     return rows
@@ -131,7 +137,9 @@ def regions(found: Sequence[Cell]) -> list[str]:
         whole = sum(cell.holds for cell in chosen)
         share = f"at {whole} of {len(chosen)} points ({whole / len(chosen):.0%})"
         untested = sum(cell.untested > 0 for cell in chosen)
+        vacuous = sum(cell.vacuous > 0 for cell in chosen)
         also = f"; not judged in every replicate at {untested}" if untested else ""
+        also += f"; vacuous in a replicate at {vacuous}" if vacuous else ""
         every = f"in {chosen[0].of} of {chosen[0].of} replicates" if chosen[0].of > 1 else "in the one replicate"
         who = "all claims together hold" if claim == TOGETHER else f"{claim} holds"
         lines.append(f"{who} {every} {share}{also}")

@@ -28,6 +28,8 @@ def show(made: Map) -> None:
         out_console.print(line, markup=False)
     if any(cell.untested for cell in made.cells):
         out_console.print("?: not judged in some replicate; map.csv says why", markup=False)
+    if any(cell.vacuous for cell in made.cells):
+        out_console.print("v: vacuous in some replicate, as the network answers nothing there", markup=False)
     out_console.print()
     places: dict[str, object] = {
         name: made.folder / f"map.{kind}" for name, kind in (("figure", "png"), ("table", "csv"))
@@ -46,5 +48,5 @@ def _table(plan: MapPlan, chosen: Sequence[Cell]) -> Table:
     found = {cell.point.values: cell for cell in chosen}
     for level in reversed(up.levels) if up else ("",):
         own = [found[((across.name, each), *(((up.name, level),) if up else ()))] for each in across.levels]
-        table.add_row(escape(level), *(f"{cell.held}/{cell.of}{'?' if cell.untested else ''}" for cell in own))
+        table.add_row(escape(level), *(f"{cell.shown()}{'?' if cell.untested else ''}" for cell in own))
     return table
