@@ -108,9 +108,9 @@ def _all(verdicts: Sequence[str]) -> str:
 
 
 def _cell(point: Point, claim: str, experiment: str, verdicts: Sequence[str], first: Verdict | None = None) -> Cell:
-    counts = (sum(verdict == word for verdict in verdicts) for word in ("holds", "vacuous", "untested"))
+    held, vacuous, untested = (list(verdicts).count(word) for word in ("holds", "vacuous", "untested"))
     said = (first.decided, first.measured) if first else ()
-    return Cell(point, claim, experiment, *counts, len(verdicts), *said)
+    return Cell(point, claim, experiment, held, vacuous, untested, len(verdicts), *said)
 
 
 def table(made: MapPlan, found: Sequence[Cell]) -> list[dict[str, Any]]:
