@@ -127,8 +127,13 @@ def design(made: Planned) -> dict[str, Any]:
 
 
 def _models(experiment: str, shown: Sequence[str]) -> list[str]:
-    """The models of one experiment: its own, those of all, and where a claim is about them the looming detectors."""
+    """The models of one experiment: those of all, and where a claim is about them the looming detectors.
+
+    An experiment of mechanism shows its own alone, which are variants of the DSNN.
+    """
     declared = registry.load(experiment)
+    if experiment in robustness.MECHANISM:
+        return list(declared.models)
     extra = LOOMING_DETECTORS if any(find(c).about == "looming" for c in declared.claims) else ()
     return list(dict.fromkeys([*declared.models, *shown, *extra]))
 
