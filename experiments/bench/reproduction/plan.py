@@ -127,7 +127,7 @@ def design(made: Planned) -> dict[str, Any]:
 
 
 def _models(experiment: str, shown: Sequence[str]) -> list[str]:
-    """The models of one experiment: those of all, and where a claim is about them the looming detectors.
+    """The models of one experiment: its own, those of all, and where a claim is about them the looming detectors.
 
     An experiment of mechanism shows its own alone, which are variants of the DSNN.
     """
