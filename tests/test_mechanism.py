@@ -115,7 +115,7 @@ def test_every_claim_finds_its_models_speeds_and_experiment():
         "C24": "ensembles", "C25": "ensembles", "C29": "speed", "C30": "ensembles",
     }  # fmt: skip
     (own,) = [each for each in planned(QUICK, 0).plans if each.experiment.name == "ensembles"]
-    assert [model.label for model in own.settings.models] == ["dsnn", *VARIANTS, "dsn2017"]
+    assert [model.label for model in own.settings.models] == ["dsnn", *VARIANTS]
 
 
 @pytest.fixture(scope="module")
@@ -159,6 +159,8 @@ def test_the_figure_is_drawn_again_from_its_tables(run):
     assert len(panels) == 8
     potential = panels[4].get_lines()
     assert [line.get_label() for line in potential if not line.get_label().startswith("_")] == run.models
+    looks = {(line.get_color(), str(line.get_linestyle())) for line in potential if line.get_label() in run.models}
+    assert len(looks) == len(run.models), "no two look alike"
     means = {row["speed_cm_s"]: row["mean"] for row in run.summary.to_pylist()
              if (row["model"], row["quantity"]) == ("dsnn", "mean_hs_near_axis")}  # fmt: skip
     assert dict(zip(*potential[0].get_data(), strict=True)) == pytest.approx(means)

@@ -160,8 +160,14 @@ def design(made: Planned) -> dict[str, Any]:
 
 
 def _models(experiment: str, shown: Sequence[str]) -> list[str]:
-    """The models of one experiment: its own, those of all, and where a claim is about them the looming detectors."""
-    return list(dict.fromkeys([*registry.load(experiment).models, *shown, *robustness.asked_models(experiment)]))
+    """The models of one experiment: its own, those of all, and where a claim is about them the looming detectors.
+
+    An experiment that shows variants of the DSNN, or that is shown for its mechanism, shows its own alone.
+    """
+    own = registry.load(experiment).models
+    if len(own) > 1 or experiment in robustness.SHOWN:
+        return list(own)
+    return list(dict.fromkeys([*own, *shown, *robustness.asked_models(experiment)]))
 
 
 def _offline_plan(name: str, scale: Scale, seed: int) -> OfflinePlan:

@@ -96,7 +96,8 @@ def _every_model(
     for axes, (column, heading) in zip(places, COMPARED, strict=False):
         for index, model in enumerate(models):
             own = [row for row in rows if row["model"] == model]
-            style = LINES[(index // len(set(tints.values()))) % len(LINES)]
+            alike = [tints[other] for other in models[:index]].count(tints[model])  # with the same colour before it
+            style = LINES[alike % len(LINES)]
             _curve(axes, own, varies, column, tints[model], style, plain(model), width=2.2 if index == 0 else 1.1)
         if column != "spikes":
             _threshold(axes, threshold)
