@@ -156,7 +156,10 @@ def test_no_claim_about_clips_holds_of_a_network_that_never_answers(claim):
     """The other models of a claim answer as they do; only the DSNN is silent."""
 
     def silent(row):
-        return {**row, **dict.fromkeys(clips_claims.POTENTIALS, 0.0)} if row["model"] == "dsnn" else row
+        if row["model"] != "dsnn":
+            return row
+        answers = {name for name in row if name.startswith("hs_") and row[name] is not None}
+        return {**row, **dict.fromkeys({*clips_claims.POTENTIALS, *answers}, 0.0)}
 
     rows = [silent(row) for row in enough(claim)]
     moving = silent({**enough("C1")[0], "motion": "rightward"})
