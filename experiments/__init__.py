@@ -32,6 +32,10 @@ OFFLINE = (
     "clutter-speed",
     "clutter-frames",
     "clutter-contrast",
+    "edges",
+    "apparent",
+    "background-alone",
+    "background",
 )
 """The experiments with clips of stimuli."""
 

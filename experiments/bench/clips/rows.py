@@ -18,7 +18,7 @@ from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.store.contents import Contents, planned_trial
 from experiments.bench.core.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, schema_of
 
-SHOWN = ("motion", "grey", "speed", "speed_unit", "background_speed", "object")
+SHOWN = ("motion", "grey", "speed", "speed_unit", "background_speed", "object", "polarity", "fps")
 """Parameters of clips that their rows show; null where a stimulus has no such parameter."""
 
 
@@ -33,6 +33,10 @@ class ClipRow(JobRow):
     speed_unit: str | None
     background_speed: float | None
     object: str | None
+    polarity: str | None
+    """Of an edge ``on`` or ``off``, of two steps ``on-off`` and so on."""
+    fps: float | None
+    """Frames per second of the clip."""
     background_mean: float | None
     """Mean grey of what the object passes."""
 

@@ -47,7 +47,7 @@ class Scale:
     """The off-line experiments to run."""
 
 
-SHORT = ("clean", "blocked", "clutter-depth", "clutter-translation")
+SHORT = ("clean", "blocked", "clutter-depth", "clutter-translation", "edges", "apparent", "background-alone")
 """The off-line experiments without grids of long clips."""
 SEEDS, SENSITIVITY = "seeds", "sensitivity"
 BESIDE = ("dsn2017",)
