@@ -8,13 +8,12 @@ import pytest
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import stimulus
 from experiments.bench import registry
-from experiments.bench.clips.axis import SPEEDS, along_background
+from experiments.bench.clips.axis import SPEEDS, along_background, c7_rises
 from experiments.bench.clips.claims import CLAIMS, judge
 from tests.test_offline import BLOCKED, FEWER, WITHOUT, T, greys, row
 
 DIRECTIONS = ("rightward", "leftward")
 PAIRS = ("on-on", "off-off", "on-off", "off-on")
-SPEEDS_PX_S = (40.0, 60.0, 80.0, 100.0, 120.0)
 
 
 def signed(motion, hs):
@@ -208,9 +207,8 @@ def test_the_axis_is_declared():
     assert shown == set(SPEEDS)
     assert (min(SPEEDS) / 30, max(SPEEDS) / 30) == (pytest.approx(0.07, abs=0.005), 10.0)
     for claim in experiment.claims:
-        assert claim.own and claim.judge.args[0] is (
-            claim.judge.args[0] if claim.id.startswith("C7-") else CLAIMS[claim.id.split("-")[0]].judge
-        )
+        paper = claim.id.removesuffix("-background")
+        assert claim.own and claim.judge.args[0] is (c7_rises if paper == "C7" else CLAIMS[paper].judge)
 
 
 # --- the mechanisms themselves ----------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from experiments.bench.core.verdict import Check, Outcome
 SPEEDS = (2.0, 8.0, 15.0, 30.0, 60.0, 150.0, 300.0)
 """Of the background, px/s: 0.07 to 10 px a frame at 30 frames per second."""
 GREYS = (0.0, 255.0)
-"""Of the objects of C7: a dark and a light one."""
+"""Of the objects of C6 and C7: a dark and a light one."""
 SIGN: Mapping[str, float] = {"C5": 1.0}
 """Which way the background shifts in a claim's words, where it is rightward; otherwise it is leftward."""
 NOTES: Mapping[str, str] = {"C7": ", without its comparison with the 2017 model"}
@@ -33,7 +33,7 @@ def along_background(claim: str) -> ClipClaim:
     conditions = {**CONDITIONS[claim], "background_speed": tuple(sign * speed for speed in SPEEDS)}
     if claim == "C6":
         conditions["speed"] = (120.0,)
-    if claim == "C7":
+    if claim in ("C6", "C7"):
         conditions["grey"] = GREYS
     if claim != "C11":
         conditions["object"] = ("present",)

@@ -107,7 +107,7 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     models = list(dict.fromkeys(row["model"] for row in rows))
     speeds = sorted({row["speed"] for row in _moving(rows)})
     shades = dict(zip(speeds, mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(speeds), 2))), strict=False))
-    parts = _background_parts(rows, shades)
+    parts, ticks = _background_parts(rows, shades), sorted({_px_a_frame(row) for row in rows})
     drawn = Figure(figsize=(max(2.7 * len(models) + 0.8, 4.8), 2.2 * len(parts) + 0.8), layout="constrained")
     panels = drawn.subplots(len(parts), len(models), squeeze=False, sharex=True)
     for down, (title, lines) in enumerate(parts):
@@ -117,6 +117,8 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
                 _against_background(axes, [row for row in series if row["model"] == model], colour)
             axes.axvline(PAPER_PX_FRAME, color="black", lw=0.6, ls="-.")
             axes.set_xscale("log")
+            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=6)
+            axes.set_xticks([], minor=True)
             axes.set_title(plain(f"{model}, {title}"), fontsize=8)
             if title == ALONE:
                 axes.set_yscale("log")
@@ -152,7 +154,9 @@ def _background_parts(rows: Rows, shades: Mapping[float, Any]) -> list[tuple[str
         parts.append(("in depth", [("black", depth)]))
     for grey in dict.fromkeys(greys[i] for i in (0, -1) if greys):
         own = [row for row in moving if row["grey"] == grey]
-        lines = [(shade, [row for row in own if row["speed"] == speed]) for speed, shade in shades.items()]
+        lines: list[tuple[Any, Rows]] = [
+            (shade, [row for row in own if row["speed"] == speed]) for speed, shade in shades.items()
+        ]
         parts.append((f"object of grey {grey:g}", lines))
     return parts
 
@@ -161,12 +165,16 @@ def _against_background(axes: Axes, rows: Rows, colour: Any) -> None:
     """HS solid and VS dotted: at each speed of the background the largest of the clips there."""
     by_speed: dict[float, list[Mapping[str, Any]]] = {}
     for row in rows:
-        speed = abs(row["background_speed"]) / (row["fps"] if row["speed_unit"] == "px/s" else 1.0)
-        by_speed.setdefault(speed, []).append(row)
+        by_speed.setdefault(_px_a_frame(row), []).append(row)
     speeds = sorted(by_speed)
     for system, (_, style) in SYSTEMS.items():
         peaks = [max(max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in by_speed[s]) for s in speeds]
         axes.plot(speeds, peaks, "o", ls=style, ms=2.5, lw=1, color=colour)
+
+
+def _px_a_frame(row: Mapping[str, Any]) -> float:
+    """How fast the background shifts, either way."""
+    return float(abs(row["background_speed"]) / (row["fps"] if row["speed_unit"] == "px/s" else 1.0))
 
 
 def _limits(axes: Axes, thresholds: Mapping[str, float | None], models: Sequence[str]) -> None:

@@ -135,7 +135,7 @@ def c26(rows: Rows, threshold: float) -> Outcome:
     The DSNN's peaks are of HS, as in C9; the EMD's of |HS|, as in C11: the background drives its HS the other way.
     """
     greys = levels(shown(rows), "grey")
-    peaks = {
+    peaks: dict[str, Rows] = {
         DSNN: shown(rows),
         EMD: [{**row, "peak_hs": strongest(row, "hs")} for row in shown(rows, EMD)],
     }
@@ -167,7 +167,8 @@ def _span(rows: Rows) -> str:
 
 def c27(rows: Rows, threshold: float) -> Outcome:
     """Each of |HS| and |VS|, without the one and without the other, in every clip of the background alone."""
-    checks, factors = [], {(model, system): [] for model in WITHOUT for system in ("hs", "vs")}  # type: ignore[var-annotated]
+    checks: list[Check] = []
+    factors: dict[tuple[str, str], list[float]] = {(model, system): [] for model in WITHOUT for system in ("hs", "vs")}
     for whole in rows_of(rows):
         clip = whole["clip"]
         for (model, system), found in factors.items():

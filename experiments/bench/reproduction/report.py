@@ -19,6 +19,7 @@ from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.plotting import STYLE
 from experiments.bench.core.store.description import plain
 from experiments.bench.core.store.files import Files
+from experiments.bench.core.verdict import claim_texts
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.plan import ENOUGH
 from experiments.bench.reproduction.reproduce import Reproduction
@@ -116,6 +117,7 @@ def _show(report: OfflineReport) -> dict[str, Any]:
         "clips": len(experiment.clips),
         "seeds": report.plan.repeats,
         "figure": _inline(figure.read_bytes()) if report.rows else "",
+        "own": [verdict for verdict in report.verdicts if verdict.id not in claim_texts()],
         "failures": report.failures,
     }
 
