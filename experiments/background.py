@@ -8,11 +8,13 @@ if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and n
 
     run_file(__file__)
 
-from experiments import Clip, Figure, OfflineExperiment
-from experiments.bench.clips.axis import SPEEDS, along_background
+from experiments import Clip, Figure, OfflineExperiment, along_background
 from experiments.clutter_contrast import GREYS
 from experiments.clutter_contrast import SPEEDS as OBJECT_SPEEDS
 from experiments.clutter_depth import GREYS as EXTREME
+
+SPEEDS = (2.0, 8.0, 15.0, 30.0, 60.0, 150.0, 300.0)
+"""Of the background, px/s: 0.07 to 10 px a frame at 30 frames per second."""
 
 DEPTH = tuple(
     Clip(
@@ -44,7 +46,7 @@ EXPERIMENT = OfflineExperiment(
     summary="objects before a natural image shifting at 0.07 .. 10 px a frame: where C5 to C11 break",
     clips=(*DEPTH, *TRANSLATION, *ALONE),
     models=("dsnn", "dsn2017", "emd"),
-    claims=tuple(along_background(f"C{number}") for number in range(5, 12)),
+    claims=tuple(along_background(f"C{number}", SPEEDS) for number in range(5, 12)),
     recorded=False,
     figure=Figure("background"),
 )

@@ -7,8 +7,9 @@ import pytest
 
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import stimulus
+from experiments.background import SPEEDS
 from experiments.bench import registry
-from experiments.bench.clips.axis import SPEEDS, along_background, c7_rises
+from experiments.bench.clips.axis import along_background, c7_rises
 from experiments.bench.clips.claims import CLAIMS, judge
 from tests.test_offline import BLOCKED, FEWER, WITHOUT, T, greys, row
 
@@ -182,7 +183,7 @@ def crossings(vs_at, hs=0.2):
 
 def test_a_claim_says_at_which_speed_it_breaks():
     for claim in ("C6", "C8"):
-        own = along_background(claim)
+        own = along_background(claim, SPEEDS)
         assert judge(own, crossings(lambda behind: 0.0), T).verdict == "holds"
         found = judge(own, crossings(lambda behind: behind / 300.0), T)
         assert found.verdict == "fails" and found.effect == "4 of 7 speeds"
@@ -194,9 +195,9 @@ def test_a_claim_says_at_which_speed_it_breaks():
 
 def test_c7_along_the_axis_is_of_the_object_s_speed_alone():
     rows = [{**each, "peak_hs": each["speed"] / 1e3} for each in crossings(lambda behind: 0.0)]
-    assert judge(along_background("C7"), rows, T).verdict == "holds"
+    assert judge(along_background("C7", SPEEDS), rows, T).verdict == "holds"
     flat = [{**each, "peak_hs": 0.1} if each["background_speed"] == -300.0 else each for each in rows]
-    found = judge(along_background("C7"), flat, T)
+    found = judge(along_background("C7", SPEEDS), flat, T)
     assert found.verdict == "fails" and "fails at 10;" in found.measured
 
 
@@ -209,6 +210,15 @@ def test_the_axis_is_declared():
     for claim in experiment.claims:
         paper = claim.id.removesuffix("-background")
         assert claim.own and claim.judge.args[0] is (c7_rises if paper == "C7" else CLAIMS[paper].judge)
+
+
+@pytest.mark.parametrize(
+    ("claim", "speeds", "says"),
+    [("C4", (8.0,), "claim='C4'"), ("C6", (), r"speeds=\(\)"), ("C6", (8.0, -2.0), "above 0, one or more")],
+)
+def test_an_axis_that_cannot_be_judged_is_refused(claim, speeds, says):
+    with pytest.raises(ValueError, match=says):
+        along_background(claim, speeds)
 
 
 # --- the mechanisms themselves ----------------------------------------------------------------------------------------

@@ -137,6 +137,8 @@ SETTINGS = {
     "C21": {"99", "72"},
     "C6": set(),
     "C7": {"2017", "10"},
+    "C23": {"0.9", "1", "4"},
+    "C26": {"4", "8"},
     "B2": {"10", "22"},
 }
 """What `tried.toml` may say in figures: what was set, never what was measured."""

@@ -1,45 +1,69 @@
 """Claims C5 to C11 along the speed of the background: up to which speed each holds, and what breaks it.
 
 The paper's -8 px/s is 0.27 px a frame at 30 frames per second: a background that hardly moves. Each claim is judged
-here by its own judge at every speed of `SPEEDS`, one at a time, in the direction that its words name.
+here by its own judge at every speed, one at a time, in the direction that its words name.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from experiments.bench.clips.claims import CLAIMS, CONDITIONS, ClipClaim
 from experiments.bench.clips.judges import Rows, levels, outcome, rises, rows_of
 from experiments.bench.core.verdict import Check, Outcome
 
-SPEEDS = (2.0, 8.0, 15.0, 30.0, 60.0, 150.0, 300.0)
-"""Of the background, px/s: 0.07 to 10 px a frame at 30 frames per second."""
 GREYS = (0.0, 255.0)
 """Of the objects of C6 and C7: a dark and a light one."""
 SIGN: Mapping[str, float] = {"C5": 1.0}
 """Which way the background shifts in a claim's words, where it is rightward; otherwise it is leftward."""
 NOTES: Mapping[str, str] = {"C7": ", without its comparison with the 2017 model"}
+ASKED = ("C5", "C6", "C7", "C8", "C9", "C10", "C11")
 
 
-def along_background(claim: str) -> ClipClaim:
-    """Return the claim C5 to C11 of that id, asked at every speed of `SPEEDS`; a claim of our own, not the paper's.
+def along_background(claim: str, speeds: Sequence[float]) -> ClipClaim:
+    """Return one of the paper's claims before clutter, asked at other speeds of the background.
 
-    It holds if it does at every speed. What was measured says at which it holds, and what decided at the lowest at
-    which it fails. ``KeyError`` for another claim.
+    Parameters
+    ----------
+    claim
+        Its id, ``C5`` to ``C11``.
+    speeds
+        Of the background, px/s, without sign: C5 is about backgrounds that shift rightward, the others leftward.
+
+    Returns
+    -------
+    ClipClaim
+        A claim of our own, not the paper's: ``C5-background``. It holds if the paper's does at every speed. What was
+        measured says at which it holds, and what decided at the lowest at which it fails.
+
+    Raises
+    ------
+    ValueError
+        The claim names no speed of the background, or there are no speeds, or one that is not above 0.
+
+    Examples
+    --------
+    >>> along_background("C6", (8.0, 300.0)).id
+    'C6-background'
     """
+    if claim not in ASKED:
+        raise ValueError(f"along_background: claim={claim!r}: legal is {', '.join(ASKED)}")
+    if not speeds or not all(speed > 0.0 for speed in speeds):
+        raise ValueError(f"along_background: speeds={tuple(speeds)}: legal are numbers above 0, one or more")
     paper = CLAIMS[claim]
     sign = SIGN.get(claim, -1.0)
-    conditions = {**CONDITIONS[claim], "background_speed": tuple(sign * speed for speed in SPEEDS)}
+    conditions = {**CONDITIONS[claim], "background_speed": tuple(sign * speed for speed in speeds)}
     if claim == "C6":
         conditions["speed"] = (120.0,)
     if claim in ("C6", "C7"):
         conditions["grey"] = GREYS
     if claim != "C11":
         conditions["object"] = ("present",)
+    told = ", ".join(f"{speed:g}" for speed in speeds)
     return ClipClaim(
         id=f"{claim}-background",
-        says=f"{claim} at every speed of the background from 0.07 to 10 px a frame{NOTES.get(claim, '')}",
+        says=f"{claim} before a background that shifts at each of {told} px/s{NOTES.get(claim, '')}",
         source=paper.source,
         judge=partial(_at_every_speed, c7_rises if claim == "C7" else paper.judge),
         models=paper.models,
@@ -59,7 +83,7 @@ def c7_rises(rows: Rows, threshold: float) -> Outcome:
 def _at_every_speed(judge: Callable[[Rows, float], Outcome], rows: Rows, threshold: float) -> Outcome:
     found = {
         speed / rows[0]["fps"]: judge([row for row in rows if abs(row["background_speed"]) == speed], threshold)
-        for speed in SPEEDS
+        for speed in sorted({abs(row["background_speed"]) for row in rows})
     }
     at = {
         verdict: [f"{speed:.2g}" for speed, each in found.items() if each.verdict == verdict]
