@@ -141,7 +141,10 @@ def c26(rows: Rows, threshold: float) -> Outcome:
     }
     checks, rising, said = [], {}, []
     for model, own in peaks.items():
-        series = {grey: rises(rows_of(own, model, grey=grey), threshold, f"{model}, grey {grey:g}") for grey in greys}
+        of = ", of |HS|" if model == EMD else ""
+        series = {
+            grey: rises(rows_of(own, model, grey=grey), threshold, f"{model}, grey {grey:g}{of}") for grey in greys
+        }
         rising[model] = [grey for grey, steps in series.items() if all(step.passes for step in steps)]
         for grey, steps in series.items():
             if model == DSNN or grey in (greys[0], greys[-1]):
