@@ -35,6 +35,10 @@ OFFLINE = (
     "clutter-frames",
     "clutter-contrast",
     "street",
+    "edges",
+    "apparent",
+    "background-alone",
+    "background",
 )
 """The experiments with clips of stimuli."""
 
@@ -67,6 +71,7 @@ _PLACES = {
     "Figure": "clips.experiment",
     "Claim": "robot.claims.RobotClaim",
     "ClipClaim": "clips.claims",
+    "along_background": "clips.axis",
     "Outcome": "core.verdict",
     "Check": "core.verdict",
     "Verdict": "core.verdict",
@@ -102,6 +107,7 @@ __all__ = [
     "Watched",
     "Wheels",
     "__version__",
+    "along_background",
     "compare",
     "decide",
     "load",

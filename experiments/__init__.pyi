@@ -1,5 +1,6 @@
 """The public names with their types, for type checkers and editors; at run time ``__init__.py`` looks them up."""
 
+from experiments.bench.clips.axis import along_background as along_background
 from experiments.bench.clips.claims import ClipClaim as ClipClaim
 from experiments.bench.clips.experiment import Clip as Clip
 from experiments.bench.clips.experiment import Figure as Figure
@@ -62,6 +63,7 @@ __all__ = [
     "Watched",
     "Wheels",
     "__version__",
+    "along_background",
     "compare",
     "decide",
     "load",

@@ -6,6 +6,7 @@ import pytest
 from experiments.bench.clips.claims import CLAIMS, POTENTIALS, judge
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.footage.watch import LEAST_FRAMES
+from tests.test_clip_mechanisms import alone, edges, ensembles, speed_responses, strokes
 from tests.test_offline import SIGNED, T, blocked, both_shades, depth, greys, grid, row, translations
 
 T_SP = T["dsnn"]
@@ -34,6 +35,7 @@ def enough(claim):
         "C9": valley, "C10": valley,
         "C11": [*ground, *valley, *({**each, "model": "emd"} for each in valley)],
         "C28": street(),
+        "C22": edges(), "C23": strokes(), "C24": ensembles(), "C26": speed_responses(), "C27": alone(),
     }[claim]  # fmt: skip
 
 
@@ -95,6 +97,11 @@ LACKING = {
     "C10": ({"grey": 64.0}, "needs at least 5 grey levels (has 4)"),
     "C11": ({"object": "absent"}, "needs clips of the background alone"),
     "C28": ({"object": "absent"}, "needs clips of the foliage alone"),
+    "C22": ({"polarity": "on", "motion": "leftward"}, "needs clips of edge leftward on"),
+    "C23": ({"polarity": "off-on"}, "needs clips of apparent rightward off-on and 1 more"),
+    "C24": ({"grey": 64.0}, "needs at least 5 grey levels (has 4)"),
+    "C26": ({"speed": 100.0, "grey": 64.0}, "needs clips of rightward before -8 px/s at 100 px/s of grey 64"),
+    "C27": ({"background_speed": -6.0}, "needs clips of absent before -6 px/s"),
 }  # fmt: skip
 
 
@@ -105,7 +112,7 @@ def test_a_claim_needs_every_clip_that_its_words_name(claim):
     assert found.verdict == "untested" and found.measured.startswith(says)
 
 
-@pytest.mark.parametrize("claim", ["C5", "C6", "C7", "C8", "C9", "C10", "C11"])
+@pytest.mark.parametrize("claim", ["C5", "C6", "C7", "C8", "C9", "C10", "C11", "C24", "C26", "C27"])
 def test_clips_that_the_words_are_not_about_do_not_count(claim):
     """Before a background that shifts otherwise, whatever is answered there."""
     rows = enough(claim)
@@ -114,6 +121,25 @@ def test_clips_that_the_words_are_not_about_do_not_count(claim):
     found = judge(claim, rows + elsewhere, T)
     assert (found.verdict, found.n) == ("holds", judge(claim, rows, T).n)
     assert judge(claim, elsewhere, T).verdict == "untested"
+
+
+@pytest.mark.parametrize("claim", ["C5", "C6", "C7", "C8", "C9", "C10", "C11", "C24", "C26", "C27"])
+def test_a_background_s_speed_is_told_in_px_a_frame(claim):
+    """-8 px/s reads as fast, and is a background that hardly moves."""
+    said = {"C7": "0.067 to 0.33", "C8": "0.067 to 0.33", "C27": "0.067 to 0.33"}.get(claim, "0.27")
+    rows = enough(claim)
+
+    def measured(rows):
+        return judge(claim, rows, T).measured.partition("; not checked against translation")[0]
+
+    assert measured(rows).endswith(f"the background shifts {said} px a frame, hardly moving")
+    frames = [{**each, "speed_unit": "px/frame"} for each in rows]
+    fast = {"C7": "2 to 10", "C8": "2 to 10", "C27": "2 to 10"}.get(claim, "8")
+    assert measured(frames).endswith(f"the background shifts {fast} px a frame")
+
+
+def test_nothing_is_said_of_a_background_that_no_claim_names():
+    assert "background" not in judge("C1", enough("C1"), T).measured
 
 
 @pytest.mark.parametrize("end", ["peak_vs", "trough_vs"])

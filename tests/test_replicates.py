@@ -8,7 +8,7 @@ import pytest
 
 from experiments import Claim, Outcome
 from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips.judges import SIGNED
+from experiments.bench.clips.judging.paper import SIGNED
 from experiments.bench.core.claims.replicates import Replicates, counted
 from experiments.bench.core.claims.texts import chosen, claim_texts
 from experiments.bench.core.statistics import proportion_interval

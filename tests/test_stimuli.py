@@ -359,6 +359,53 @@ def test_reverse_phi_reverses_contrast_at_each_displacement(motion, kind, sign):
     assert clip[0].truth.background_velocity == (45 * x, 45 * y)
 
 
+PAIRS = ("on-on", "off-off", "on-off", "off-on")
+
+
+@pytest.mark.parametrize("motion", DIRECTIONS)
+@pytest.mark.parametrize("polarity", PAIRS)
+def test_apparent_motion_is_two_steps_of_the_signs_asked_for(motion, polarity):
+    """Each step changes its own bars alone, by the amplitude, and they stay; the second is a spacing further on."""
+    clip = stimulus("apparent", motion=motion, polarity=polarity, delay_frames=3, rest_s=0.2, rows=90, columns=130)
+    frames = lumas(clip).astype(int)
+    change = np.diff(frames, axis=0)
+    assert np.flatnonzero(np.abs(change).sum(axis=(1, 2))).tolist() == [5, 8]  # steps at frames 6 and 9
+    first, second = (change[i] for i in (5, 8))
+    signs = {"on": 80, "off": -80}
+    assert [sorted({*np.unique(step)}) for step in (first, second)] == [
+        sorted({0, signs[sign]}) for sign in polarity.split("-")
+    ]
+    x, y = DIRECTIONS[motion]
+    np.testing.assert_array_equal(np.roll(first != 0, (4 * y, 4 * x), axis=(0, 1)), second != 0)
+    pairs = 3 if x else 2  # those of 40 px that are whole inside the frame
+    assert (first != 0).sum() == pairs * 2 * (90 if x else 130)
+    assert (frames[0] == 120).all()
+
+
+@pytest.mark.parametrize(("motion", "back", "axis"), [("rightward", "leftward", 2), ("downward", "upward", 1)])
+@pytest.mark.parametrize("field", [96, 131])
+def test_apparent_motion_the_other_way_is_the_mirror_image(motion, back, axis, field):
+    one, other = (
+        lumas(stimulus("apparent", motion=way, polarity="on-off", width_px=3, rows=field, columns=field))
+        for way in (motion, back)
+    )
+    np.testing.assert_array_equal(np.flip(one, axis=axis), other)
+
+
+def test_apparent_motion_s_truth_is_from_step_to_step():
+    clip = stimulus("apparent", motion="upward", delay_frames=2, spacing_px=6, rest_s=0.5)
+    motions = [frame.truth.motion for frame in clip]
+    assert [i for i, motion in enumerate(motions) if motion != "still"] == [15, 16] and motions[15] == "upward"
+    assert clip[15].truth.background_velocity == (0.0, -90.0)  # 6 px in 2 frames
+    assert clip[17].truth.background_velocity == clip[14].truth.background_velocity == (0.0, 0.0)
+    np.testing.assert_array_equal(clip[14].luma, clip[0].luma)
+    np.testing.assert_array_equal(clip[17].luma, clip[-1].luma)
+
+
+def test_nothing_in_apparent_motion_is_random():
+    assert digest(stimulus("apparent", seed=1, **SMALL)) == digest(stimulus("apparent", seed=2, **SMALL))
+
+
 def test_foliage_sways_in_its_band_and_goes_nowhere():
     clip = stimulus("foliage", low_hz=1.0, high_hz=2.0, duration_s=8, rest_s=0, seed=1, rows=96, columns=96)
     trace = lumas(clip)[:240].astype(float)
@@ -405,6 +452,11 @@ def test_jitter_of_nothing_changes_nothing():
         ("dots", {"coherence": 1.2}, ["dots.coherence=1.2", "less than or equal to 1"]),
         ("edge", {"dark_grey": 220}, ["dark_grey=220", "below light_grey, 200"]),
         ("reverse-phi", {"amplitude": 127}, ["amplitude=127", "up to 120"]),
+        ("apparent", {"width_px": 5}, ["width_px=5", "up to spacing_px, 4"]),
+        ("apparent", {"period_px": 5}, ["period_px=5", "from 6 to the frame's 320"]),
+        ("apparent", {"period_px": 200, "motion": "upward"}, ["period_px=200", "from 6 to the frame's 180"]),
+        ("apparent", {"amplitude": 121}, ["amplitude=121", "up to 120"]),
+        ("apparent", {"polarity": "on"}, ["apparent.polarity='on'", "'on-off'"]),
         ("foliage", {"low_hz": 9}, ["low_hz=9", "up to high_hz, 3"]),
         ("street", {"low_hz": 9}, ["low_hz=9", "up to high_hz, 3"]),
         ("street", {"movers": "crowd"}, ["street.movers='crowd'", "'opposite'"]),

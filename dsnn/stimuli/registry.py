@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from dsnn.stimuli.apparent import Apparent, ApparentParams
 from dsnn.stimuli.cluttered import Cluttered, ClutteredParams
 from dsnn.stimuli.dots import Dots, DotsParams
 from dsnn.stimuli.edge import Bar, BarParams, Edge, EdgeParams
@@ -39,6 +40,7 @@ _ENTRIES = (
     StimulusEntry("edge", "one edge that only brightens (ON) or only darkens (OFF)", Edge, EdgeParams()),
     StimulusEntry("bar", "a light or dark bar across the field", Bar, BarParams()),
     StimulusEntry("reverse-phi", "a pattern that reverses its contrast at each step", ReversePhi, ReversePhiParams()),
+    StimulusEntry("apparent", "a bar steps on or off, then its neighbour: two strokes", Apparent, ApparentParams()),
     StimulusEntry("foliage", "a natural texture swaying in the wind, going nowhere", Foliage, FoliageParams()),
     StimulusEntry("street", "people or cars that cross a street among windblown foliage", Street, StreetParams()),
 )

@@ -11,19 +11,24 @@ many seeds agree is reported beside the verdict.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
-from experiments.bench.clips import judges, street_judge
-from experiments.bench.clips.judges import BLOCKED, DSNN, EARLIER, EMD, Rows
-from experiments.bench.clips.judges import SIGNED as SIGNED
+from experiments.bench.clips.judging import mechanism, street
+from experiments.bench.clips.judging import paper as judges
+from experiments.bench.clips.judging.paper import BLOCKED, DSNN, EARLIER, EMD, Rows
+from experiments.bench.clips.judging.paper import SIGNED as SIGNED
 from experiments.bench.core.errors import short
 from experiments.bench.core.verdict import Claim, Outcome, is_number, unreadable
 
 POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")
 SHADES = ("dark", "light")
 LEAST_GREYS = 5
+OF_GREYS = ("C9", "C10", "C24", "C26")
+"""Claims that need so many grey levels."""
+HARDLY = 0.5
+"""Px a frame below which a background hardly moves: it takes two frames and more to pass a pixel."""
 
 ALONE = {"C11": "background_speed", "C28": "foliage"}
 """Claim that is also about clips without an object -> which of its conditions these have to meet."""
@@ -32,6 +37,7 @@ EVERY = ()
 """Of a column of `CONDITIONS`: each level that is there."""
 
 _BACKGROUNDS, _CONTRAST_SPEEDS = (-2.0, -4.0, -6.0, -8.0, -10.0), (40.0, 60.0, 80.0, 100.0, 120.0)
+_PAIRS = (*mechanism.SAME, *mechanism.OPPOSITE)
 _CROSSING: Mapping[str, tuple[Any, ...]] = {"motion": ("rightward",)}
 CONDITIONS: Mapping[str, Mapping[str, tuple[Any, ...]]] = {
     "C1": {"motion": tuple(SIGNED), "shade": SHADES},
@@ -46,6 +52,11 @@ CONDITIONS: Mapping[str, Mapping[str, tuple[Any, ...]]] = {
     "C10": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
     "C11": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
     "C28": {"foliage": ("windblown",), "movers": ("one", "opposite", "group"), "motion": ("rightward", "leftward")},
+    "C22": {"stimulus": ("edge",), "motion": ("rightward", "leftward"), "polarity": ("on", "off")},
+    "C23": {"stimulus": ("apparent",), "motion": ("rightward", "leftward"), "polarity": _PAIRS},
+    "C24": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
+    "C26": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
+    "C27": {"object": ("absent",), "background_speed": _BACKGROUNDS},
 }
 """Claim -> the values of clips that its words name, or the paper's text on its figure; other clips do not count.
 
@@ -136,7 +147,12 @@ CLAIMS: Mapping[str, ClipClaim] = {
         _entry("C9", judges.c9),
         _entry("C10", judges.c10),
         _entry("C11", judges.c11, EMD),
-        _entry("C28", street_judge.c28, every=True),
+        _entry("C28", street.c28, every=True),
+        _entry("C22", mechanism.c22, *BLOCKED, every=True),
+        _entry("C23", mechanism.c23),
+        _entry("C24", mechanism.c24_clips, *mechanism.FEWER),
+        _entry("C26", mechanism.c26, EMD),
+        _entry("C27", mechanism.c27, *mechanism.WITHOUT, every=True),
     )
 }
 """The paper's claims about clips, by id."""
@@ -198,15 +214,37 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
     if lacking and not (own and asked.of_every_clip):
         return Outcome("untested", lacking)
     found = asked.ask(own, threshold)
-    return found.untested(lacking) if lacking and found.verdict == "holds" else found
+    told = replace(found, measured="; ".join(filter(None, (found.measured, "" if asked.own else _shift(asked, own)))))
+    return told.untested(lacking) if lacking and told.verdict == "holds" else told
+
+
+def _shift(claim: ClipClaim, rows: Rows) -> str:
+    """How fast the background shifts in px a frame, in words; empty for a claim that names no speed of it."""
+    if "background_speed" not in claim.conditions:
+        return ""
+    per_frame = {
+        abs(row["background_speed"]) / (row["fps"] if row["speed_unit"] == "px/s" else 1.0)
+        for row in rows
+        if is_number(row["background_speed"]) and is_number(row["fps"])
+    }
+    if not per_frame:
+        return ""
+    least, most = f"{min(per_frame):.2g}", f"{max(per_frame):.2g}"
+    reach = least if least == most else f"{least} to {most}"
+    return f"the background shifts {reach} px a frame{', hardly moving' if max(per_frame) < HARDLY else ''}"
 
 
 def _is_about(claim: ClipClaim, row: Mapping[str, Any]) -> bool:
     """Whether a claim's words are about what a row was shown."""
-    if row["object"] == "absent" and not claim.own:
+    if row["object"] == "absent" and not _may_be_alone(claim):
         ground = ALONE.get(claim.id)
         return ground is not None and row[ground] in claim.conditions[ground]
     return all(_value(row, name) in values for name, values in claim.conditions.items() if values != EVERY)
+
+
+def _may_be_alone(claim: ClipClaim) -> bool:
+    """Whether clips of the background alone are like any others to a claim: its conditions choose among them."""
+    return claim.own or "object" in claim.conditions
 
 
 def _value(row: Mapping[str, Any], name: str) -> Any:
@@ -228,7 +266,7 @@ def _unanswered(rows: Rows, models: frozenset[str]) -> str:
 
 def _lacking(claim: ClipClaim, rows: Rows) -> str:
     """What the claim's words name and no clip shows, in words; empty if all is there."""
-    present = [row for row in rows if row["object"] != "absent" or claim.own]
+    present = [row for row in rows if row["object"] != "absent" or _may_be_alone(claim)]
     wanted = {
         name: values or tuple(sorted({row[name] for row in present if row[name] is not None}))
         for name, values in claim.conditions.items()
@@ -239,7 +277,7 @@ def _lacking(claim: ClipClaim, rows: Rows) -> str:
     if names or not present:
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
         return f"needs clips of {names[0] if names and names[0] else 'an object'}{more}"
-    if claim.id in ("C9", "C10") and len(wanted["grey"]) < LEAST_GREYS:
+    if claim.id in OF_GREYS and len(wanted["grey"]) < LEAST_GREYS:
         return f"needs at least {LEAST_GREYS} grey levels (has {len(wanted['grey'])})"
     if claim.id in ALONE and len(present) == len(rows):
         return f"needs clips of the {'background' if claim.id == 'C11' else 'foliage'} alone"

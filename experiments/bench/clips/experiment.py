@@ -81,6 +81,7 @@ class Figure:
     ----------
     kind
         ``traces``: the models' potentials over each clip. ``peaks``: their peaks against a parameter of the clips.
+        ``background``: their peaks in depth and translation against the background's speed, px a frame.
     along
         The parameter on the axis of peaks: ``speed``, ``grey`` or ``background_speed``.
     lines, panels
@@ -92,14 +93,14 @@ class Figure:
         A value is none of these.
     """
 
-    kind: Literal["traces", "peaks"] = "traces"
+    kind: Literal["traces", "peaks", "background"] = "traces"
     along: str = "speed"
     lines: str = "background_speed"
     panels: str = "grey"
 
     def __post_init__(self) -> None:
-        if self.kind not in ("traces", "peaks"):
-            raise ValueError(f"figure: kind={self.kind!r}: legal is traces, peaks")
+        if self.kind not in ("traces", "peaks", "background"):
+            raise ValueError(f"figure: kind={self.kind!r}: legal is traces, peaks, background")
         for name in ("along", "lines", "panels"):
             if getattr(self, name) not in DRAWN:
                 raise ValueError(f"figure: {name}={getattr(self, name)!r}: legal is {', '.join(DRAWN)}")
@@ -178,7 +179,8 @@ class OfflineExperiment:
 
     def _check_figure(self) -> None:
         """Peaks are drawn against parameters: every clip has to have them."""
-        drawn = (self.figure.along, self.figure.lines, self.figure.panels) if self.figure.kind == "peaks" else ()
+        of_peaks = (self.figure.along, self.figure.lines, self.figure.panels)
+        drawn = {"peaks": of_peaks, "background": ("speed", "grey", "background_speed")}.get(self.figure.kind, ())
         for clip in self.clips:
             known = stimulus_entry(clip.stimulus).params
             for name in drawn:

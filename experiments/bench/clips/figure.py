@@ -26,6 +26,8 @@ def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str
     with mpl.rc_context(STYLE):
         if drawing.kind == "traces":
             return _traces(rows, frames, thresholds)
+        if drawing.kind == "background":
+            return _background(rows, thresholds)
         return _peaks(drawing, rows, thresholds)
 
 
@@ -88,6 +90,91 @@ def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -
     keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in SYSTEMS.values()]
     drawn.legend(handles=keys, loc="outside upper center", ncols=3 if len(models) > 1 else 2, frameon=False, fontsize=7)
     return drawn
+
+
+DEPTH = ("looming", "receding")
+ALONE = "background alone"
+PAPER_PX_FRAME = 8.0 / 30.0
+"""The paper's background speed, as it is read here."""
+
+
+def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
+    """Largest |HS| and |VS| against the background's speed in px a frame: a column a model.
+
+    The first row has the background alone, on a logarithmic axis; below are objects in depth, and translations of the
+    darkest and of the lightest object with a line a speed, where there are such clips.
+    """
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    speeds = sorted({row["speed"] for row in _moving(rows)})
+    shades = dict(zip(speeds, mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(speeds), 2))), strict=False))
+    parts, ticks = _background_parts(rows, shades), sorted({_px_a_frame(row) for row in rows})
+    drawn = Figure(figsize=(max(2.7 * len(models) + 0.8, 4.8), 2.2 * len(parts) + 0.8), layout="constrained")
+    panels = drawn.subplots(len(parts), len(models), squeeze=False, sharex=True)
+    for down, (title, lines) in enumerate(parts):
+        for across, model in enumerate(models):
+            axes = panels[down, across]
+            for colour, series in lines:
+                _against_background(axes, [row for row in series if row["model"] == model], colour)
+            axes.axvline(PAPER_PX_FRAME, color="black", lw=0.6, ls="-.")
+            axes.set_xscale("log")
+            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=6)
+            axes.set_xticks([], minor=True)
+            axes.set_title(plain(f"{model}, {title}"), fontsize=8)
+            if title == ALONE:
+                axes.set_yscale("log")
+                axes.set_ylim(1e-5, 1.5)
+            else:
+                axes.set_ylim(bottom=0.0)
+            for level in (t for t in (thresholds.get(model),) if t is not None):
+                axes.axhline(level, color="black", ls="--", lw=0.7)
+    for axes in panels[-1]:
+        axes.set_xlabel("background (px a frame)", fontsize=8)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("largest |SMP|", fontsize=8)
+    keys = [Line2D([], [], color=shade, label=f"object {speed:g} px/s") for speed, shade in shades.items()]
+    keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in SYSTEMS.values()]
+    keys += [Line2D([], [], color="black", ls="-.", lw=0.6, label="the paper's 8 px/s")]
+    drawn.legend(handles=keys, loc="outside upper center", ncols=4, frameon=False, fontsize=7)
+    return drawn
+
+
+def _moving(rows: Rows) -> list[Mapping[str, Any]]:
+    """Translations of an object."""
+    return [row for row in rows if row["object"] != "absent" and row["motion"] not in DEPTH]
+
+
+def _background_parts(rows: Rows, shades: Mapping[float, Any]) -> list[tuple[str, list[tuple[Any, Rows]]]]:
+    """The rows of panels that there are clips for: a title, and a colour for each line's clips."""
+    alone = [row for row in rows if row["object"] == "absent"]
+    depth = [row for row in rows if row["object"] != "absent" and row["motion"] in DEPTH]
+    moving = _moving(rows)
+    greys = sorted({row["grey"] for row in moving})
+    parts: list[tuple[str, list[tuple[Any, Rows]]]] = [(ALONE, [("black", alone)])] if alone else []
+    if depth:
+        parts.append(("in depth", [("black", depth)]))
+    for grey in dict.fromkeys(greys[i] for i in (0, -1) if greys):
+        own = [row for row in moving if row["grey"] == grey]
+        lines: list[tuple[Any, Rows]] = [
+            (shade, [row for row in own if row["speed"] == speed]) for speed, shade in shades.items()
+        ]
+        parts.append((f"object of grey {grey:g}", lines))
+    return parts
+
+
+def _against_background(axes: Axes, rows: Rows, colour: Any) -> None:
+    """HS solid and VS dotted: at each speed of the background the largest of the clips there."""
+    by_speed: dict[float, list[Mapping[str, Any]]] = {}
+    for row in rows:
+        by_speed.setdefault(_px_a_frame(row), []).append(row)
+    speeds = sorted(by_speed)
+    for system, (_, style) in SYSTEMS.items():
+        peaks = [max(max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in by_speed[s]) for s in speeds]
+        axes.plot(speeds, peaks, "o", ls=style, ms=2.5, lw=1, color=colour)
+
+
+def _px_a_frame(row: Mapping[str, Any]) -> float:
+    """How fast the background shifts, either way."""
+    return float(abs(row["background_speed"]) / (row["fps"] if row["speed_unit"] == "px/s" else 1.0))
 
 
 def _limits(axes: Axes, thresholds: Mapping[str, float | None], models: Sequence[str]) -> None:

@@ -18,7 +18,9 @@ from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.store.contents import Contents, planned_trial
 from experiments.bench.core.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, schema_of
 
-SHOWN = ("motion", "grey", "speed", "speed_unit", "background_speed", "object", "movers", "foliage")
+SHOWN = (
+    "motion", "grey", "speed", "speed_unit", "background_speed", "object", "movers", "foliage", "polarity", "fps",
+)  # fmt: skip
 """Parameters of clips that their rows show; null where a stimulus has no such parameter."""
 
 
@@ -35,6 +37,10 @@ class ClipRow(JobRow):
     object: str | None
     movers: str | None
     foliage: str | None
+    polarity: str | None
+    """Of an edge ``on`` or ``off``, of two steps ``on-off`` and so on."""
+    fps: float | None
+    """Frames per second of the clip."""
     background_mean: float | None
     """Mean grey of what the object passes."""
 

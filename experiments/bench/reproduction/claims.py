@@ -12,7 +12,7 @@ from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.core.claims.replicates import ROBUST_SHARE, counted
 from experiments.bench.core.claims.texts import chosen, claim_texts, tried
 from experiments.bench.core.store.rows import mixture
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.core.verdict import Judged, Outcome, Verdict
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.replicates import Replicate, judged, pooled, rate, with_note
@@ -40,10 +40,12 @@ def verdicts(replicates: Sequence[Replicate], shows: Sequence[OfflineReport], na
     found = []
     for claim in claim_texts():
         place = robustness.judged_in().get(claim, "")
-        if claim in shown:
+        if claim in shown and place:
+            verdict = _of_both(shown[claim], claim, place, replicates, name)
+        elif claim in shown:
             verdict = shown[claim]
         elif claim in clips_claims.CLAIMS or claim == footage_claims.CLAIM or not place:
-            verdict = _untested(claim)
+            verdict = _untested(claim)  # of both kinds too: its clips were not shown
         else:
             verdict = _of_robot(claim, place, replicates, name)
         found.append(_explained(replace(verdict, used_to_choose="; ".join(chosen()[claim]))))
@@ -82,6 +84,29 @@ def _explained(verdict: Verdict) -> Verdict:
     if verdict.verdict != "fails" and not rare:
         return verdict
     return replace(verdict, tried=tried().get(verdict.id, NOTHING_TRIED))
+
+
+def _of_both(clips: Verdict, claim: str, place: str, replicates: Sequence[Replicate], name: str) -> Verdict:
+    """A claim about clips and the robot: it holds in a replicate with the robot if it does there and on the clips."""
+    robot = [judged(claim, each) for each in replicates]
+    verdicts = [_worse(each.verdict, clips.verdict) for each in robot]
+    said: list[tuple[str, Verdict | Outcome]] = [("clips", clips), ("the robot", robot[0])]
+    deciding = [f"{what}: {each.decided}" for what, each in said if each.verdict == verdicts[0] and each.decided]
+    whole = Outcome(
+        verdicts[0],
+        "; ".join(f"{what} {each.verdict}: {each.measured}" for what, each in said),
+        "; ".join(f"{what}: {each.effect}" for what, each in said if each.effect),
+        clips.n + robot[0].n,
+        "; ".join(deciding),
+    )
+    fields = counted(verdicts, name=name).fields()
+    return find(claim).verdict(whole, experiment=f"{clips.experiment}, {place}", **fields)
+
+
+def _worse(one: Judged, other: Judged) -> Judged:
+    """What two parts of a claim come to together."""
+    order: tuple[Judged, ...] = ("fails", "untested", "vacuous")
+    return next((word for word in order if word in (one, other)), "holds")
 
 
 def _of_robot(claim: str, place: str, replicates: Sequence[Replicate], name: str) -> Verdict:

@@ -71,7 +71,7 @@ class Scale:
         return self.repeats >= WHOLE
 
 
-SHORT = ("clean", "blocked", "clutter-depth", "clutter-translation")
+SHORT = ("clean", "blocked", "clutter-depth", "clutter-translation", "edges", "apparent", "background-alone")
 """The off-line experiments without grids of long clips."""
 REPLICATES, SENSITIVITY = "replicates", "sensitivity"
 BESIDE = ("dsn2017",)

@@ -19,7 +19,7 @@ from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.plotting import STYLE
 from experiments.bench.core.store.description import plain
 from experiments.bench.core.store.files import Files
-from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.core.verdict import Outcome, Verdict, claim_texts
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.claims import is_random
 from experiments.bench.reproduction.plan import WHOLE
@@ -150,6 +150,7 @@ def _show(report: OfflineReport) -> dict[str, Any]:
         "seeds": report.plan.repeats,
         "random": is_random(report),
         "figure": _inline(figure.read_bytes()) if report.rows else "",
+        "own": [verdict for verdict in report.verdicts if verdict.id not in claim_texts()],
         "failures": report.failures,
     }
 

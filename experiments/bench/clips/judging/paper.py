@@ -31,36 +31,36 @@ SUM_TOLERANCE = 1e-3
 def c1(rows: Rows, threshold: float) -> Outcome:
     """Every translation passes the threshold of its own direction."""
     said, checks = [], []
-    for row in _of(rows):
+    for row in rows_of(rows):
         name, sign = SIGNED[row["motion"]]
         said.append(f"{row['clip']} {row[name]:+.3f}")
         checks.append(
             Check(f"{said[-1]} (needs to pass {sign * threshold:+g})", (sign * row[name] - threshold) / threshold)
         )
     passing = sum(check.passes for check in checks)
-    return _outcome(
+    return outcome(
         checks, f"{', '.join(said)} (T = {threshold:g})", f"{passing} of {len(checks)} clips", len(checks)
     )  # fmt: skip
 
 
 def c2(rows: Rows, threshold: float) -> Outcome:
     """HS of vertical translations, VS of horizontal ones."""
-    worst = {row["clip"]: strongest(row, "vs" if "hs" in SIGNED[row["motion"]][0] else "hs") for row in _of(rows)}
+    worst = {row["clip"]: strongest(row, "vs" if "hs" in SIGNED[row["motion"]][0] else "hs") for row in rows_of(rows)}
     return _all_inside(worst, threshold, "the orthogonal system")
 
 
 def c3(rows: Rows, threshold: float) -> Outcome:
     """Both systems, over the whole of each clip."""
-    return _all_inside(_both(_of(rows)), threshold, "HS and VS")
+    return _all_inside(_both(rows_of(rows)), threshold, "HS and VS")
 
 
 def c4(rows: Rows, threshold: float) -> Outcome:
     """Each pathway alone leaves its share of the intact peak, and both shares add up to the whole."""
     said, checks = [], []
-    for whole in _of(rows):
+    for whole in rows_of(rows):
         clip, name = whole["clip"], SIGNED[whole["motion"]][0]
         intact = float(whole[name])
-        peaks = [float(_of(rows, model, clip=clip)[0][name]) for model in BLOCKED]
+        peaks = [float(rows_of(rows, model, clip=clip)[0][name]) for model in BLOCKED]
         shares = [peak / intact if intact else float("nan") for peak in peaks]
         rest = abs(sum(peaks) - intact)
         for which, share in zip(("ON", "OFF"), shares, strict=True):
@@ -71,23 +71,23 @@ def c4(rows: Rows, threshold: float) -> Outcome:
         checks.append(Check(adds, (SUM_TOLERANCE - rest) / SUM_TOLERANCE))
         said.append(f"{clip}: ON blocked {shares[0]:.0%}, OFF blocked {shares[1]:.0%}, sum off by {rest:.1e}")
     good = sum(all(check.passes for check in checks[i : i + 3]) for i in range(0, len(checks), 3))
-    return _outcome(checks, "; ".join(said), f"{good} of {len(said)} clips", len(said))
+    return outcome(checks, "; ".join(said), f"{good} of {len(said)} clips", len(said))
 
 
 def c5(rows: Rows, threshold: float) -> Outcome:
     """Of the 2017 model one of both systems passes T in every clip."""
-    worst, earlier = _both(_of(rows)), _both(_of(rows, EARLIER))
+    worst, earlier = _both(rows_of(rows)), _both(rows_of(rows, EARLIER))
     checks = [*_inside(worst, threshold, "HS and VS"), *_passing(earlier, threshold, f"{EARLIER} HS or VS")]
     measured = f"{_up_to(worst, threshold, 'HS and VS')}; {EARLIER} {min(earlier.values()):.2f} or more"
-    return _outcome(checks, measured, _largest(worst, threshold), len(worst))
+    return outcome(checks, measured, _largest(worst, threshold), len(worst))
 
 
 def c6(rows: Rows, threshold: float) -> Outcome:
     """Of the 2017 model VS passes T in every clip."""
-    own = _of(rows)
+    own = rows_of(rows)
     hs = {row["clip"]: float(row["peak_hs"]) for row in own}
     vs = {row["clip"]: strongest(row, "vs") for row in own}
-    earlier = {row["clip"]: strongest(row, "vs") for row in _of(rows, EARLIER)}
+    earlier = {row["clip"]: strongest(row, "vs") for row in rows_of(rows, EARLIER)}
     checks = [
         *_passing(hs, threshold, "HS"),
         *_inside(vs, threshold, "VS"),
@@ -96,21 +96,23 @@ def c6(rows: Rows, threshold: float) -> Outcome:
     good = sum(hs[clip] > threshold >= vs[clip] for clip in hs)
     said = ", ".join(f"{clip}: HS {hs[clip]:.3f}, VS up to {vs[clip]:.3f}" for clip in hs)
     measured = f"{said}; {EARLIER} VS {min(earlier.values()):.2f} or more (T = {threshold:g})"
-    return _outcome(checks, measured, f"{good} of {len(hs)} clips", len(hs))
+    return outcome(checks, measured, f"{good} of {len(hs)} clips", len(hs))
 
 
 def c7(rows: Rows, threshold: float) -> Outcome:
     """The spread over background speeds is the largest peak less the smallest, meaned over objects and speeds."""
-    own = _of(rows)
+    own = rows_of(rows)
     checks, series = [], 0
-    speeds = _levels(own, "speed")
-    for grey in _levels(own, "grey"):
-        for behind in _levels(own, "background_speed"):
-            made = _rises(_of(own, grey=grey, background_speed=behind), threshold, f"grey {grey:g} before {behind:g}")
+    speeds = levels(own, "speed")
+    for grey in levels(own, "grey"):
+        for behind in levels(own, "background_speed"):
+            made = rises(
+                rows_of(own, grey=grey, background_speed=behind), threshold, f"grey {grey:g} before {behind:g}"
+            )
             series += all(check.passes for check in made)
             checks += made
     least = threshold * min(check.slack for check in checks)
-    spreads = {model: _spread(_of(rows, model)) for model in (DSNN, EARLIER)}
+    spreads = {model: _spread(rows_of(rows, model)) for model in (DSNN, EARLIER)}
     measured = (
         f"peak HS rises with speed in {series} of {len(checks) // (len(speeds) - 1)} series, by {least:+.3f} or more a "
         f"step; over background speeds it varies by {spreads[DSNN]:.4f}, {EARLIER}'s by {spreads[EARLIER]:.4f}"
@@ -118,50 +120,50 @@ def c7(rows: Rows, threshold: float) -> Outcome:
     said = f"over background speeds peak HS varies by {spreads[DSNN]:.4f}"
     needs = f"{said} (needs less than {EARLIER}'s {spreads[EARLIER]:.4f})"
     checks.append(Check(needs, (spreads[EARLIER] - spreads[DSNN]) / threshold))
-    means = [np.mean([row["peak_hs"] for row in _of(own, speed=speed)]) for speed in speeds]
-    return _outcome(checks, measured, f"mean peaks {', '.join(f'{mean:.3f}' for mean in means)}", len(own))
+    means = [np.mean([row["peak_hs"] for row in rows_of(own, speed=speed)]) for speed in speeds]
+    return outcome(checks, measured, f"mean peaks {', '.join(f'{mean:.3f}' for mean in means)}", len(own))
 
 
 def _spread(rows: Rows) -> float:
     """Of peak HS over what else differs than object and speed, meaned over these."""
     groups = [
-        _of(rows, rows[0]["model"], grey=g, speed=s) for g in _levels(rows, "grey") for s in _levels(rows, "speed")
+        rows_of(rows, rows[0]["model"], grey=g, speed=s) for g in levels(rows, "grey") for s in levels(rows, "speed")
     ]
     return float(np.mean([np.ptp([row["peak_hs"] for row in own]) for own in groups]))
 
 
 def c8(rows: Rows, threshold: float) -> Outcome:
     """VS to either side: its trough as well as its peak."""
-    worst = {row["clip"]: strongest(row, "vs") for row in _of(rows)}
+    worst = {row["clip"]: strongest(row, "vs") for row in rows_of(rows)}
     checks = [
         Check(f"{clip}: |VS| up to {value:.3f} (needs below T = {threshold:g})", (threshold - value) / threshold)
         for clip, value in worst.items()
     ]
     clip = max(worst, key=lambda name: worst[name])
     measured = f"|VS| up to {worst[clip]:.3f} ({clip}) in {len(worst)} clips (T = {threshold:g})"
-    return _outcome(checks, measured, _largest(worst, threshold), len(worst))
+    return outcome(checks, measured, _largest(worst, threshold), len(worst))
 
 
 def c9(rows: Rows, threshold: float) -> Outcome:
     """At every step of speed."""
     own = shown(rows)
     said, checks, good = [], [], 0
-    greys = _levels(own, "grey")
+    greys = levels(own, "grey")
     for grey in greys:
-        series = _of(own, grey=grey)
-        made = _rises(series, threshold, f"grey {grey:g}")
+        series = rows_of(own, grey=grey)
+        made = rises(series, threshold, f"grey {grey:g}")
         good += all(check.passes for check in made)
         checks += made
         said.append(f"{grey:g}: {', '.join(f'{peak:.3f}' for peak in _by_speed(series).values())}")
     measured = f"peak HS by speed, of grey {'; '.join(said)}"
-    return _outcome(checks, measured, f"{good} of {len(greys)} greys rise throughout", len(own))
+    return outcome(checks, measured, f"{good} of {len(greys)} greys rise throughout", len(own))
 
 
 def c10(rows: Rows, threshold: float) -> Outcome:
     """Peaks are means over speeds; the background's mean is that of the rows that the object passes."""
     own = shown(rows)
-    greys = _levels(own, "grey")
-    mean = {grey: float(np.mean([row["peak_hs"] for row in _of(own, grey=grey)])) for grey in greys}
+    greys = levels(own, "grey")
+    mean = {grey: float(np.mean([row["peak_hs"] for row in rows_of(own, grey=grey)])) for grey in greys}
     ground = float(np.mean([row["background_mean"] for row in own]))
     nearest = min(greys, key=lambda grey: abs(grey - ground))
     if nearest in (greys[0], greys[-1]):
@@ -175,7 +177,7 @@ def c10(rows: Rows, threshold: float) -> Outcome:
         f"mean peak HS {', '.join(f'{mean[grey]:.3f} at grey {grey:g}' for grey in greys)}; "
         f"the background's mean is {ground:.0f}, nearest {nearest:g}"
     )
-    return _outcome(checks, measured, f"lowest at grey {min(mean, key=lambda grey: mean[grey]):g}", len(own))
+    return outcome(checks, measured, f"lowest at grey {min(mean, key=lambda grey: mean[grey]):g}", len(own))
 
 
 def c11(rows: Rows, threshold: float) -> Outcome:
@@ -186,7 +188,7 @@ def c11(rows: Rows, threshold: float) -> Outcome:
     """
     said, checks = [], []
     for model, speeds, should in ((EMD, (40.0, 60.0), False), (DSNN, None, True)):
-        behind = max(strongest(row, "hs") for row in _of(rows, model, object="absent"))
+        behind = max(strongest(row, "hs") for row in rows_of(rows, model, object="absent"))
         moved = [strongest(row, "hs") for row in shown(rows, model) if speeds is None or row["speed"] in speeds]
         apart = (min(moved) - behind) / max(behind, threshold)
         above = float(np.mean([value > behind for value in moved]))
@@ -201,7 +203,7 @@ def c11(rows: Rows, threshold: float) -> Outcome:
             )
         )
     measured = f"|HS| of {said[0]} at 40 and 60 px/s; of {said[1]} at all speeds"
-    return _outcome(checks, measured, "", len(shown(rows)))
+    return outcome(checks, measured, "", len(shown(rows)))
 
 
 def strongest(row: Mapping[str, Any], system: str) -> float:
@@ -211,14 +213,16 @@ def strongest(row: Mapping[str, Any], system: str) -> float:
 
 def shown(rows: Rows, model: str = DSNN) -> list[Mapping[str, Any]]:
     """Those of a model with an object."""
-    return _of(rows, model, object="present")
+    return rows_of(rows, model, object="present")
 
 
-def _of(rows: Rows, model: str = DSNN, **fixed: Any) -> list[Mapping[str, Any]]:
+def rows_of(rows: Rows, model: str = DSNN, **fixed: Any) -> list[Mapping[str, Any]]:
+    """Those of a model whose columns have the ``fixed`` values."""
     return [row for row in rows if row["model"] == model and all(row[k] == v for k, v in fixed.items())]
 
 
-def _outcome(checks: Sequence[Check], measured: str, effect: str, n: int) -> Outcome:
+def outcome(checks: Sequence[Check], measured: str, effect: str, n: int) -> Outcome:
+    """Return what the checks decide, with what was measured, an effect, and of how many clips."""
     holds, decided = decide(checks)
     return Outcome("holds" if holds else "fails", measured, effect, n, decided, n)
 
@@ -246,7 +250,7 @@ def _passing(reached: Mapping[str, float], threshold: float, what: str) -> list[
 
 def _all_inside(worst: Mapping[str, float], threshold: float, what: str) -> Outcome:
     checks = _inside(worst, threshold, what)
-    return _outcome(checks, _up_to(worst, threshold, what), _largest(worst, threshold), len(worst))
+    return outcome(checks, _up_to(worst, threshold, what), _largest(worst, threshold), len(worst))
 
 
 def _up_to(worst: Mapping[str, float], threshold: float, what: str) -> str:
@@ -257,7 +261,8 @@ def _largest(worst: Mapping[str, float], threshold: float) -> str:
     return f"largest {max(worst.values()) / threshold:.0%} of T"
 
 
-def _levels(rows: Rows, name: str) -> list[float]:
+def levels(rows: Rows, name: str) -> list[float]:
+    """Return the values of a column, each once, from the lowest up."""
     return sorted({row[name] for row in rows if row[name] is not None})
 
 
@@ -265,7 +270,7 @@ def _by_speed(rows: Rows) -> dict[float, float]:
     return {row["speed"]: float(row["peak_hs"]) for row in sorted(rows, key=lambda row: row["speed"])}
 
 
-def _rises(rows: Rows, threshold: float, what: str) -> list[Check]:
+def rises(rows: Rows, threshold: float, what: str) -> list[Check]:
     """More peak HS at each speed than at the next lower one; slacks in shares of T."""
     peaks = _by_speed(rows)
     return [

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from experiments.bench.clips.judges import DSNN, SIGNED, Rows, strongest
+from experiments.bench.clips.judging.paper import DSNN, SIGNED, Rows, strongest
 from experiments.bench.core.verdict import Check, Outcome, decide, unreadable
 
 OPPOSITE = "opposite"

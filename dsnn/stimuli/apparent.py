@@ -1,0 +1,98 @@
+"""Apparent motion in two strokes: a bar brightens or darkens, then its neighbour does.
+
+The four pairs of steps (ON-ON, OFF-OFF, ON-OFF, OFF-ON) are those by which Eichner, Joesch, Schnell, Reiff and Borst
+2011 (Neuron 70:1155) told detectors that correlate steps of one sign alone from those that correlate all of them.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+from pydantic.dataclasses import dataclass as validated
+
+from dsnn.field_docs import with_field_docs
+from dsnn.stimuli.moving import DIRECTIONS, Direction
+from dsnn.stimuli.stimulus import CONFIG, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
+
+Pair = Literal["on-on", "off-off", "on-off", "off-on"]
+
+
+@with_field_docs
+@validated(frozen=True, config=CONFIG)
+class ApparentParams(ClipParams):
+    """Pairs of bars on an even ground, side by side along the motion, as long as the field across it.
+
+    The first bar of every pair steps at once, the second ``delay_frames`` later; both stay as they are then. The pairs
+    stand ``period_px`` apart, so that the field is filled and one pair does not reach another.
+    """
+
+    motion: Direction = Field(default="rightward", description="from the first bar to the second")
+    polarity: Pair = Field(default="on-on", description="of the first step and of the second; on: brightening")
+    width_px: int = Field(default=2, ge=1, le=4096, description="of a bar along the motion, px")
+    spacing_px: int = Field(default=4, ge=1, le=4096, description="from bar to bar, centre to centre, px")
+    delay_frames: int = Field(default=1, ge=1, le=1000, description="from the first step to the second, frames")
+    period_px: int = Field(default=40, ge=2, le=4096, description="from pair to pair, px")
+    ground_grey: float = Field(default=120.0, ge=0.0, le=255.0, description="grey level before the steps")
+    amplitude: float = Field(default=80.0, ge=0.0, le=127.5, description="of a step, grey levels")
+    rest_s: float = Field(default=0.3, ge=0.0, le=60.0, description="stillness before the first step, s")
+    after_s: float = Field(default=0.7, gt=0.0, le=60.0, description="stillness from the second step on, s")
+
+
+class Apparent(Stimulus[ApparentParams]):
+    """Nothing in it is random: every seed gives the same frames.
+
+    The truth names the motion from the first step to the frame before the second, and as ``background_velocity`` the
+    spacing over the delay; after the second step all is still.
+    """
+
+    def __init__(self, params: ApparentParams, seed: int = 0) -> None:
+        super().__init__(params, seed)
+        p = params
+        if p.width_px > p.spacing_px:
+            raise ValueError(f"width_px={p.width_px}: legal is a whole number up to spacing_px, {p.spacing_px}")
+        if not p.amplitude <= p.ground_grey <= 255.0 - p.amplitude:
+            most = min(p.ground_grey, 255.0 - p.ground_grey)
+            raise ValueError(f"amplitude={p.amplitude:g}: with ground_grey={p.ground_grey:g} legal is up to {most:g}")
+        x, y = DIRECTIONS[p.motion]
+        field = p.columns if x else p.rows
+        if not p.spacing_px + p.width_px <= p.period_px <= field:
+            least = p.spacing_px + p.width_px
+            raise ValueError(f"period_px={p.period_px}: legal is a whole number from {least} to the frame's {field}")
+        self._first = round(p.rest_s * p.fps)
+        self._second = self._first + p.delay_frames
+        self._frames = self._second + max(1, round(p.after_s * p.fps))
+        self._greys = [
+            round(p.ground_grey + (p.amplitude if s == "on" else -p.amplitude)) for s in p.polarity.split("-")
+        ]
+        bars = _bars(field, p)[:, :: x + y]  # a motion the other way is the mirror image
+        self._bars = [np.broadcast_to(bar if x else bar[:, np.newaxis], self.shape) for bar in bars]
+        speed = p.spacing_px * p.fps / p.delay_frames
+        self._velocity = Velocity(x * speed, y * speed)
+
+    def __len__(self) -> int:
+        return self._frames
+
+    def frame(self, index: int) -> StimulusFrame:
+        """Paint frame ``index``."""
+        luma: Luma = np.full(self.shape, round(self.params.ground_grey), np.uint8)
+        for step, bar, grey in zip((self._first, self._second), self._bars, self._greys, strict=True):
+            if index >= step:
+                luma[bar] = grey
+        if self._first <= index < self._second:
+            return StimulusFrame(luma, Truth(self.params.motion, background_velocity=self._velocity))
+        return StimulusFrame(luma, Truth("still"))
+
+
+def _bars(field: int, p: ApparentParams) -> npt.NDArray[np.bool_]:
+    """Where along the motion the first bars are and the second ones, (2, ``field``): whole pairs, in the middle."""
+    pairs = field // p.period_px
+    margin = (field - pairs * p.period_px) // 2 + (p.period_px - p.spacing_px - p.width_px) // 2
+    along = np.arange(field)
+    place = (along - margin) % p.period_px
+    inside = (along >= margin) & (along < margin + pairs * p.period_px)
+    first = inside & (place < p.width_px)
+    second = inside & (place >= p.spacing_px) & (place < p.spacing_px + p.width_px)
+    return np.stack([first, second])

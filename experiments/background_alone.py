@@ -1,0 +1,22 @@
+"""A natural image shifts, with nothing before it: what the DoG pre-filter and FDSR each take off the potentials."""
+
+if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
+    from experiments.bench.cli.entry import run_file
+
+    run_file(__file__)
+
+from experiments import Clip, Figure, OfflineExperiment
+from experiments.clutter_speed import BACKGROUNDS
+
+EXPERIMENT = OfflineExperiment(
+    name="background-alone",
+    summary="a natural image shifts at -2 .. -10 px/s, without DoG or FDSR",
+    clips=tuple(
+        Clip(f"alone at {behind:g}", "cluttered", (("object", "absent"), ("background_speed", behind)))
+        for behind in BACKGROUNDS
+    ),
+    models=("dsnn", "dsnn:dog=false", "dsnn:fdsr=false"),
+    claims=("C27",),
+    repeats=5,
+    figure=Figure("background"),
+)

@@ -1,0 +1,1 @@
+"""The judges of the claims about clips, by subject."""
