@@ -153,7 +153,7 @@ def test_clips_with_a_claim(folder):
     assert run.folder.parent.name == "runs" and run.offline
     found = {row["id"]: row for row in run.claims.to_pylist()}
     assert set(found) == {"C2", "sees"} and found["sees"]["verdict"] in ("holds", "fails")
-    assert found["sees"]["seeds"] == 1 and found["sees"]["n"] == 1
+    assert found["sees"]["replicates"] == 1 and found["sees"]["n"] == 1
 
 
 def test_a_behaviour(folder):
