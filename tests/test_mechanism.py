@@ -107,7 +107,7 @@ def test_the_variants_differ_in_what_they_say_and_in_nothing_else():
 def test_every_claim_finds_its_models_speeds_and_experiment():
     speeds = {condition.speed_cm_s for condition in registry.load("ensembles").conditions()}
     assert {2, 4, 6, 8, 10} < speeds
-    for name in (*robustness.PAPER, *robustness.MECHANISM):
+    for name in (*robustness.paper(), *robustness.SHOWN):
         declared = registry.load(name)
         for claim in declared.claims:
             assert CLAIMS[claim].models <= set(declared.models)
