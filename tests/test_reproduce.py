@@ -105,7 +105,7 @@ def test_again_in_the_same_folder_runs_nothing(reproduced):
     own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
     done = colias("reproduce", "--quick", "--out", "out", *own)
     assert done.returncode == 0
-    assert "other replicates: 105 trials, on 1 worker; 105 of them done already" in done.stderr
+    assert "other replicates: 155 trials, on 1 worker; 155 of them done already" in done.stderr
     assert (colias.folder / "out" / "replicates" / "trials.parquet").read_bytes() == before
     other = colias("reproduce", "--quick", "--out", "out", *own, "--seed", "3")
     assert (other.returncode, other.stderr.splitlines()[-1].count("seed is 0 there and 3 now")) == (2, 1)
@@ -144,7 +144,8 @@ def test_the_page_in_a_browser(reproduced, width, tmp_path):
     assert "claims hold" in seen["heading"]
     assert seen["overflow"] <= 0
     assert seen["claims"] == len(claim_texts()) + 4  # the paper's, and our own of behaviours
-    assert seen["drawn"] == seen["pictures"] == 10 + 3
+    # A figure for each experiment, one's own too, and each of three envs.
+    assert seen["drawn"] == seen["pictures"] == len(planned(QUICK, 0).plans) + 1 + len(QUICK.offline) + 3
 
 
 @pytest.mark.parametrize("name", ["replicates", "sensitivity", "speed"])
@@ -163,7 +164,7 @@ def test_moves_change_what_they_name_and_nothing_else():
     assert network.moved == tuple(robustness.NETWORK_MOVES)
     (first,) = robustness.replicate_cases([0], 1)
     defaults = first.specs[0].settings
-    assert [s.seed for s in first.specs] == [s.seed for s in network.specs]
+    assert [s.seed for s in first.specs if s.experiment in robustness.moved()] == [s.seed for s in network.specs]
     for case, (name, changes) in zip(apparatus, robustness.APPARATUS_MOVES.items(), strict=True):
         assert case.name == name
         assert [s.seed for s in case.specs] == [s.seed for s in network.specs]
@@ -199,7 +200,8 @@ def test_every_experiment_that_declares_a_claim_of_the_paper_is_run():
     declared = {name: registry.load(name).claims for name in NAMES}
     assert robustness.paper() == tuple(name for name in NAMES if declared[name])
     first = planned(QUICK, 0).plans
-    assert [plan.experiment.name for plan in first] == list(robustness.paper())
+    assert [plan.experiment.name for plan in first] == [*robustness.paper(), *robustness.SHOWN]
+    assert set(robustness.paper()) - set(robustness.moved()) == {"ensembles"}, "it compares moves of the network"
 
 
 def test_each_scale_is_of_whole_replicates_but_the_quick_one():
@@ -209,8 +211,12 @@ def test_each_scale_is_of_whole_replicates_but_the_quick_one():
     made = planned(USUAL, 7)
     assert [case.name for case in made.others] == ["8", "9", "10", "11"], "replicate 0 is not run twice"
     whole = sum(len(plan.specs()) for plan in made.paper())
-    assert {len(case.specs) for case in (*made.others, *made.moves)} == {whole}
-    assert made.amount().startswith(f"{whole * (5 + len(made.moves))} trials with the robot ({whole} in replicate 0, ")
+    moved = sum(len(plan.specs()) for plan in made.paper() if plan.experiment.name in robustness.moved())
+    assert {len(case.specs) for case in made.others} == {whole}
+    assert {len(case.specs) for case in made.moves} == {moved}
+    shown = sum(len(plan.specs()) for plan in made.plans) - whole
+    every = whole * 5 + moved * len(made.moves) + shown
+    assert made.amount().startswith(f"{every} trials with the robot ({whole} in replicate 0, ")
     assert {plan.repeats for plan in made.offline} == {1, 5}
 
 
