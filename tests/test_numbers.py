@@ -43,7 +43,6 @@ def test_every_measured_part_has_a_page():
     assert marked == set(PAGES)
 
 
-@pytest.mark.xfail(strict=True, reason="until the next 'make numbers' the figures are replicate 0 of an earlier design")
 def test_what_was_measured_is_of_the_design_that_the_code_has():
     """Other replicates, repeats or frames, another parameter or bound: the figures are of something else."""
     now = described(FULL)
