@@ -50,55 +50,51 @@ def kernel() -> ModuleType:
     return _loaded
 
 
-class NativeNetwork:
-    """The DSNN's layers in C; see `dsnn.network.DSNN`, which checks what goes in."""
+class _NativeModel:
+    """A model in C: its memory, its answer, and the way a frame gets to it. ``name`` begins its functions' names."""
 
-    def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
+    def __init__(self, name: str, config: Any) -> None:
         module = kernel()
         self._ffi, self._lib = module.ffi, module.lib
-        self._shape = shape
-        config, tables = self._config(params)
-        size = self._lib.dsnn_size(config)
+        size = self._function(name, "size")(config)
         if not size:
-            raise MemoryError(f"a DSNN of shape {shape} needs more memory than can be addressed")
+            shape = config.rows, config.columns
+            raise MemoryError(f"a model {name} of shape {shape} needs more memory than can be addressed")
         self._memory = np.zeros(size, np.uint8)
-        self._model = self._lib.dsnn_make(self._ffi.from_buffer("char[]", self._memory), size, config)
-        del tables  # copied by now
-        self._answer = self._ffi.new("dsnn_answer *")
+        self._model = self._function(name, "make")(self._ffi.from_buffer("char[]", self._memory), size, config)
+        self._reset = self._function(name, "reset")
+        self._step_bytes, self._step_floats = (self._function(name, f"step_{kind}") for kind in ("u8", "f32"))
+        self._answer = self._ffi.new(f"{name}_answer *")
 
-    def _config(self, params: DSNNParams) -> tuple[Any, list[Any]]:
-        """The C side's configuration, and the tables that it points to."""
-        q, (rows, columns) = params, self._shape
-        values: list[Iterable[float]] = [
-            [residue(q.u, i) for i in range(1, q.n_p + 1)] or [0.0],
-            *(gaussian_kernel(sigma)[4 * sigma :, 0] for sigma in (q.d, 2 * q.d)),
-            [alpha(tau, q.dt) for tau in q.delays()],
-        ]
-        tables = [self._ffi.new("float[]", [float(value) for value in each]) for each in values]
-        config = self._ffi.new(
-            "dsnn_config *",
-            dict(
-                rows=rows, columns=columns, n_p=q.n_p, d=q.d, n_con=q.n_con, on=q.on, off=q.off, dog=q.dog, fdsr=q.fdsr,
-                w_i=q.w_i, sigma_l=q.sigma_l, left_fast=1.0 - alpha(q.tau_fast, q.dt),
-                left_slow=1.0 - alpha(q.tau_slow, q.dt), alpha_mp=alpha(q.tau_mp, q.dt),
-                scale=rows * columns * q.k_sig, k_sp=q.k_sp, t_sp=q.t_sp,
-            )
-            | dict(zip(("residues", "kernel_e", "kernel_i", "alphas"), tables, strict=True)),
-        )  # fmt: skip
-        return config, tables
+    def _function(self, name: str, what: str) -> Any:
+        return getattr(self._lib, f"{name}_{what}")
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
-        self._lib.dsnn_reset(self._model)
+        self._reset(self._model)
+
+    def _see(self, luma: npt.NDArray[Any]) -> Any:
+        """The answer to the next frame, (R, C) uint8 or floating; the next call overwrites it."""
+        if luma.dtype == np.uint8:
+            self._step_bytes(self._model, self._ffi.from_buffer("uint8_t[]", np.ascontiguousarray(luma)), self._answer)
+        else:
+            floats = np.ascontiguousarray(luma, np.float32)
+            self._step_floats(self._model, self._ffi.from_buffer("float[]", floats), self._answer)
+        return self._answer
+
+
+class NativeNetwork(_NativeModel):
+    """The DSNN's layers in C; see `dsnn.network.DSNN`, which checks what goes in."""
+
+    def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
+        self._shape = shape
+        config, tables = _network_config(shape, params)
+        super().__init__("dsnn", config)
+        del tables  # copied by now
 
     def step(self, luma: npt.NDArray[Any], maps: bool) -> Response:
         """Answer the next frame, (R, C) uint8 or floating."""
-        answer = self._answer
-        kind, frame = _c_frame(luma)
-        if kind == "uint8_t[]":
-            self._lib.dsnn_step_u8(self._model, self._ffi.from_buffer(kind, frame), answer)
-        else:
-            self._lib.dsnn_step_f32(self._model, self._ffi.from_buffer(kind, frame), answer)
+        answer = self._see(luma)
         return Response(answer.hs, answer.vs, answer.hs_spikes, answer.vs_spikes, self._maps() if maps else None)
 
     def azimuth(self) -> float:
@@ -111,36 +107,36 @@ class NativeNetwork:
         return LayerMaps(*layers)
 
 
-class NativeLGMD1:
+def _network_config(shape: tuple[int, int], params: DSNNParams) -> tuple[Any, list[Any]]:
+    """The C side's configuration, and the tables that it points to."""
+    q, (rows, columns), ffi = params, shape, kernel().ffi
+    values: list[Iterable[float]] = [
+        [residue(q.u, i) for i in range(1, q.n_p + 1)] or [0.0],
+        *(gaussian_kernel(sigma)[4 * sigma :, 0] for sigma in (q.d, 2 * q.d)),
+        [alpha(tau, q.dt) for tau in q.delays()],
+    ]
+    tables = [ffi.new("float[]", [float(value) for value in each]) for each in values]
+    config = ffi.new(
+        "dsnn_config *",
+        dict(
+            rows=rows, columns=columns, n_p=q.n_p, d=q.d, n_con=q.n_con, on=q.on, off=q.off, dog=q.dog, fdsr=q.fdsr,
+            w_i=q.w_i, sigma_l=q.sigma_l, left_fast=1.0 - alpha(q.tau_fast, q.dt),
+            left_slow=1.0 - alpha(q.tau_slow, q.dt), alpha_mp=alpha(q.tau_mp, q.dt),
+            scale=rows * columns * q.k_sig, k_sp=q.k_sp, t_sp=q.t_sp,
+        )
+        | dict(zip(("residues", "kernel_e", "kernel_i", "alphas"), tables, strict=True)),
+    )  # fmt: skip
+    return config, tables
+
+
+class NativeLGMD1(_NativeModel):
     """The LGMD1's layers in C; see `dsnn.lgmd1.LGMD1`, which checks what goes in."""
 
     def __init__(self, shape: tuple[int, int], **parameters: float) -> None:
-        module = kernel()
-        self._ffi, self._lib = module.ffi, module.lib
-        config = self._ffi.new("lgmd1_config *", dict(rows=shape[0], columns=shape[1], **parameters))
-        size = self._lib.lgmd1_size(config)
-        if not size:
-            raise MemoryError(f"an LGMD1 of shape {shape} needs more memory than can be addressed")
-        self._memory = np.zeros(size, np.uint8)
-        self._model = self._lib.lgmd1_make(self._ffi.from_buffer("char[]", self._memory), size, config)
-        self._answer = self._ffi.new("lgmd1_answer *")
-
-    def reset(self) -> None:
-        """Return to the state before the first frame."""
-        self._lib.lgmd1_reset(self._model)
+        config = kernel().ffi.new("lgmd1_config *", dict(rows=shape[0], columns=shape[1], **parameters))
+        super().__init__("lgmd1", config)
 
     def step(self, luma: npt.NDArray[Any]) -> tuple[float, bool]:
         """The membrane potential after the next frame, (R, C) uint8 or floating, and whether it spikes."""
-        kind, frame = _c_frame(luma)
-        if kind == "uint8_t[]":
-            self._lib.lgmd1_step_u8(self._model, self._ffi.from_buffer(kind, frame), self._answer)
-        else:
-            self._lib.lgmd1_step_f32(self._model, self._ffi.from_buffer(kind, frame), self._answer)
-        return self._answer.potential, bool(self._answer.spike)
-
-
-def _c_frame(luma: npt.NDArray[Any]) -> tuple[str, npt.NDArray[Any]]:
-    """A frame as C takes it: its rows without gaps, bytes or floats."""
-    if luma.dtype == np.uint8:
-        return "uint8_t[]", luma if luma.flags.c_contiguous else np.ascontiguousarray(luma)
-    return "float[]", np.ascontiguousarray(luma, np.float32)
+        answer = self._see(luma)
+        return answer.potential, bool(answer.spike)

@@ -4,7 +4,7 @@
 #include "lanes.h"
 #include "models.h"
 
-#define MAPS 4
+#define MAPS 5
 
 static int is_legal(const lgmd1_config *c)
 {
@@ -17,13 +17,13 @@ static size_t lay_out(const lgmd1_config *c, unsigned char *base)
     layout l = {0};
     const int32_t pitch = ROUND_UP(c->columns), width = pitch + 2 * MARGIN;
     const size_t map = product((size_t)c->rows + 2 * MARGIN, (size_t)width);
-    size_t at[MAPS + 3], i;
+    size_t at[MAPS + 2], i;
     lgmd1 *m = (lgmd1 *)base;
 
     part(&l, 1, sizeof(lgmd1));
     at[0] = part(&l, (size_t)pitch, sizeof(float));
     at[1] = part(&l, (size_t)pitch, sizeof(float));
-    for (i = 0; i <= MAPS; i++)
+    for (i = 0; i < MAPS; i++)
         at[2 + i] = part(&l, map, sizeof(float));
     if (l.used > SIZE_MAX - ALIGNMENT)
         return 0;

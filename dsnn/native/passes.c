@@ -13,6 +13,18 @@
 #define VISION_PASSES vision_passes_plain
 #endif
 
+/* Row `y` of a frame, given as bytes or else as floats, as floats. */
+static void read_row(float *row, const uint8_t *bytes, const float *floats, int32_t y, int32_t columns)
+{
+    const size_t at = (size_t)y * (size_t)columns;
+    int32_t x;
+    if (bytes != NULL)
+        for (x = 0; x < columns; x++)
+            row[x] = (float)bytes[at + (size_t)x];
+    else
+        memcpy(row, floats + at, (size_t)columns * sizeof(float));
+}
+
 /* ---- The DSNN. ---- */
 
 static size_t map_size(const dsnn *m) { return (size_t)m->config.rows * (size_t)m->pitch; }
@@ -54,15 +66,10 @@ VISION_INLINE void retina_row(dsnn *m, int32_t y)
 static void retina(dsnn *m, const uint8_t *bytes, const float *floats)
 {
     const int32_t columns = m->config.columns, rows = m->config.rows;
-    int32_t x, y;
+    int32_t y;
     m->newest = (m->newest + 1) % (m->config.n_p + 1);
     for (y = 0; y < rows; y++) {
-        const size_t at = (size_t)y * (size_t)columns;
-        if (bytes != NULL)
-            for (x = 0; x < columns; x++)
-                m->row[x] = (float)bytes[at + (size_t)x];
-        else
-            memcpy(m->row, floats + at, (size_t)columns * sizeof(float));
+        read_row(m->row, bytes, floats, y, columns);
         retina_row(m, y);
     }
     m->first = 0;
@@ -167,7 +174,8 @@ VISION_INLINE void contrast_row(dsnn *m, int32_t y, int32_t radius_e, int32_t ra
         const pathways split = lamina(m, y, x, radius_e, radius_i);
         for (i = 0; i < 2; i++) {
             const lanes before = load(la[i] + x);
-            const lanes sum = add(i == 0 ? split.on : split.off, mul(sigma_l, before)), now = where_ge(sum, tiny, sum); /* halfwave */
+            const lanes sum = add(i == 0 ? split.on : split.off, mul(sigma_l, before)); /* halfwave */
+            const lanes now = where_ge(sum, tiny, sum);
             const lanes signal = fdsr ? adapt(adapted[i] + x, now, before, left_fast, left_slow) : now;
             const lanes weighted = mul(w_i, signal);
             store(la[i] + x, now);
@@ -351,16 +359,11 @@ static double excite(lgmd1 *m, const uint8_t *bytes, const float *floats)
     const int32_t columns = m->config.columns, rows = m->config.rows;
     float *const last = m->now;
     lanes changes = lanes_of(0.0f);
-    int32_t x, y;
+    int32_t y;
     m->now = m->before;
     m->before = last;
     for (y = 0; y < rows; y++) {
-        const size_t at = (size_t)y * (size_t)columns;
-        if (bytes != NULL)
-            for (x = 0; x < columns; x++)
-                m->row[x] = (float)bytes[at + (size_t)x];
-        else
-            memcpy(m->row, floats + at, (size_t)columns * sizeof(float));
+        read_row(m->row, bytes, floats, y, columns);
         changes = add(changes, excite_row(m, y));
     }
     m->first = 0;
