@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from experiments.bench.core import statistics
+from experiments.bench.core.claims.texts import claim_texts, tried
 from experiments.bench.core.store.description import to_json
-from experiments.bench.core.verdict import claim_texts, tried
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.leaderboard import stimuli
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned

@@ -10,7 +10,7 @@ import pytest
 
 from experiments import NAMES
 from experiments.bench import registry
-from experiments.bench.core.verdict import claim_texts
+from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates, robustness
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, WHOLE, planned

@@ -70,7 +70,7 @@ def test_refusals_name_value_and_range(text, says):
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_is_a_whole_declaration(name):
     """Conformance: the name is its file's, every condition is distinct, every claim has words and a judge."""
-    from experiments.bench.core.verdict import claim_texts
+    from experiments.bench.core.claims.texts import claim_texts
     from experiments.bench.robot.claims import CLAIMS
 
     experiment = registry.load(name)

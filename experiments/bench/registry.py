@@ -9,9 +9,10 @@ from pathlib import Path
 from experiments import NAMES, OFFLINE
 from experiments.bench.clips.claims import CLAIMS, ClipClaim
 from experiments.bench.clips.experiment import OfflineExperiment
+from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.user_code import declared, is_file
-from experiments.bench.core.verdict import Claim, claim_texts
+from experiments.bench.core.verdict import Claim
 from experiments.bench.robot.experiment import Experiment
 
 

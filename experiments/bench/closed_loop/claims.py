@@ -12,9 +12,10 @@ from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.bench.closed_loop.episode import Setting
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
 from experiments.bench.closed_loop.scores import Row, mean, rate, rate_ratio
+from experiments.bench.core.claims.texts import tried
 from experiments.bench.core.scores import Score
 from experiments.bench.core.store.rows import mixture
-from experiments.bench.core.verdict import Claim, Outcome, Verdict, tried
+from experiments.bench.core.verdict import Claim, Outcome, Verdict
 
 PLAYED: Mapping[str, tuple[str, ...]] = {
     AVOIDANCE: ("hybrid", "lgmd", "lgmd-hybrid", "straight"),

@@ -13,7 +13,7 @@ from scipy import special
 from colias_sim.envs import ENVS, EpisodeColumn, Measure
 from experiments.bench.closed_loop.episode import Episode
 from experiments.bench.core.scores import Score
-from experiments.bench.core.statistics import summarise
+from experiments.bench.core.statistics import proportion_interval, summarise
 from experiments.bench.core.store.rows import OBSERVER, FrameRow, JobRow, TrialRecord, schema_of
 
 Row = Mapping[str, Any]
@@ -153,16 +153,13 @@ def rate_ratio(first: Sequence[Row], second: Sequence[Row], per: str = "driven_m
 
     Given their sum, the count of the first is binomial, its chance set by the ratio and the two stretches.
     """
-    from scipy import stats  # 0.6 s to import
-
     counts = [sum(bool(row["touched"]) for row in rows) for rows in (first, second)]
     stretches = [sum(row[per] for row in rows) for rows in (first, second)]
     total = sum(counts)
     if total == 0 or not all(stretch > 0.0 for stretch in stretches):  # or no number
         return Score(math.nan, math.nan, math.nan, len(first) + len(second))
     scale = stretches[1] / stretches[0]
-    interval = stats.binomtest(counts[0], total).proportion_ci(method="exact")
-    ends = (counts[0] / total, float(interval.low), float(interval.high))
+    ends = (counts[0] / total, *proportion_interval(counts[0], total))
     value, low, high = (math.inf if end == 1.0 else scale * end / (1.0 - end) for end in ends)
     return Score(value, low, high, total)
 

@@ -186,8 +186,8 @@ class Batch(Generic[AnySpec]):
             amount = self.amount() if self.amount else f"{len(self.specs)} {self.things}"
             resumed = f"; {len(done)} of them done already" if done else ""
             self._say(f"{self.name}: {amount}, {resources.where()}{resumed}, into {folder.folder}")
-            if forms.note():
-                self._say(f"note: {forms.note()}")
+            if note := forms.note():
+                self._say(f"note: {note}")
         left = [spec for spec in self.specs if spec.index not in done]
         sizes = {spec.index: self.size(spec) for spec in left}
         with progress(

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
-from experiments.bench.core.claims.numbers import is_number as is_number
-from experiments.bench.core.claims.numbers import unreadable as unreadable
-from experiments.bench.core.claims.texts import claim_texts as claim_texts
-from experiments.bench.core.claims.texts import tried as tried
+from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import check_name, explained, short
 
 Judged = Literal["holds", "fails", "vacuous", "untested"]
 """``vacuous``: the claim is kept, but by a model that answers nothing, which a silent network would keep too."""
+
+
+def together(verdicts: Collection[Judged]) -> Judged:
+    """What several verdicts come to together: ``holds`` if all do, else the first of fails, untested, vacuous there."""
+    order: tuple[Judged, ...] = ("fails", "untested", "vacuous")
+    return next((word for word in order if word in verdicts), "holds")
 
 
 @dataclass(frozen=True, slots=True)

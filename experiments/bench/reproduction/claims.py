@@ -12,7 +12,7 @@ from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.core.claims.replicates import ROBUST_SHARE, counted
 from experiments.bench.core.claims.texts import chosen, claim_texts, tried
 from experiments.bench.core.store.rows import mixture
-from experiments.bench.core.verdict import Judged, Outcome, Verdict
+from experiments.bench.core.verdict import Outcome, Verdict, together
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.replicates import Replicate, judged, pooled, rate, with_note
@@ -89,7 +89,7 @@ def _explained(verdict: Verdict) -> Verdict:
 def _of_both(clips: Verdict, claim: str, place: str, replicates: Sequence[Replicate], name: str) -> Verdict:
     """A claim about clips and the robot: it holds in a replicate with the robot if it does there and on the clips."""
     robot = [judged(claim, each) for each in replicates]
-    verdicts = [_worse(each.verdict, clips.verdict) for each in robot]
+    verdicts = [together((each.verdict, clips.verdict)) for each in robot]
     said: list[tuple[str, Verdict | Outcome]] = [("clips", clips), ("the robot", robot[0])]
     deciding = [f"{what}: {each.decided}" for what, each in said if each.verdict == verdicts[0] and each.decided]
     whole = Outcome(
@@ -101,12 +101,6 @@ def _of_both(clips: Verdict, claim: str, place: str, replicates: Sequence[Replic
     )
     fields = counted(verdicts, name=name).fields()
     return find(claim).verdict(whole, experiment=f"{clips.experiment}, {place}", **fields)
-
-
-def _worse(one: Judged, other: Judged) -> Judged:
-    """What two parts of a claim come to together."""
-    order: tuple[Judged, ...] = ("fails", "untested", "vacuous")
-    return next((word for word in order if word in (one, other)), "holds")
 
 
 def _of_robot(claim: str, place: str, replicates: Sequence[Replicate], name: str) -> Verdict:

@@ -16,10 +16,10 @@ from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop.run import BehaviourPlan
+from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.description import to_json
-from experiments.bench.core.verdict import claim_texts
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.reproduction import robustness
 from experiments.bench.robot.claims import CLAIMS, PATH_TOLERANCE_MM, SPEED_TOLERANCE

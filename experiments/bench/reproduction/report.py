@@ -16,10 +16,11 @@ from matplotlib.figure import Figure
 
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop.run import Played
+from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.plotting import STYLE
 from experiments.bench.core.store.description import plain
 from experiments.bench.core.store.files import Files
-from experiments.bench.core.verdict import Outcome, Verdict, claim_texts
+from experiments.bench.core.verdict import Outcome, Verdict
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.claims import is_random
 from experiments.bench.reproduction.plan import WHOLE

@@ -12,9 +12,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Literal, get_args
 
+from experiments.bench.core.claims.numbers import is_number, unreadable
 from experiments.bench.core.errors import short
 from experiments.bench.core.store.rows import group
-from experiments.bench.core.verdict import Claim, Outcome, Verdict, is_number, unreadable
+from experiments.bench.core.verdict import Claim, Outcome, Verdict
 from experiments.bench.robot import judges
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Motion
 from experiments.bench.robot.judges import Rows

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypedDict
+from typing import Any, TypedDict, get_args, get_type_hints
 
 import pyarrow as pa
 
@@ -26,6 +26,7 @@ from experiments.bench.core.store.rows import (
     schema_of,
 )
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.robot.mechanism.windows import InWindows
 from experiments.bench.robot.trial import FrameColumns, TrialResult
 
 
@@ -109,9 +110,7 @@ class TrialFrameRow(SeenRow, ResponseRow, PoseRow):
     """A row of ``frames.parquet``: one frame, as one model answered it."""
 
 
-PARTS = (
-    "rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis", "spikes_in_window", "spikes_in_inner_window",
-)  # fmt: skip
+PARTS = tuple(name for name, kind in get_type_hints(InWindows).items() if type(None) in get_args(kind))
 """Columns that are null where a trial has no such part."""
 
 TRIAL_SCHEMA = schema_of(RobotRow, ConditionRow, ModelRow, TrialRow)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.core.store.rows import group
-from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.core.verdict import Outcome, Verdict, together
 from experiments.bench.robot.claims import RobotClaim, judge
 from experiments.bench.robot.map.plan import MapPlan
 from experiments.bench.robot.sweep.grid import Point
@@ -82,8 +82,8 @@ def cells(made: MapPlan, rows: Sequence[Mapping[str, Any]]) -> list[Cell]:
             own.append(verdicts)
             found.append(_cell(point, claim.id, experiment, [each.verdict for each in verdicts], verdicts[0]))
         if len(own) > 1:
-            together = [_all([each.verdict for each in column]) for column in zip(*own, strict=True)]
-            found.append(_cell(point, TOGETHER, "", together))
+            whole = [together([each.verdict for each in column]) for column in zip(*own, strict=True)]
+            found.append(_cell(point, TOGETHER, "", whole))
     return found
 
 
@@ -98,13 +98,6 @@ def _verdict(
     if lost:
         return claim.verdict(Outcome("untested", f"{lost} of {len(share.trials)} trials have no rows", n=len(own)))
     return judge(claim, own, share.threshold, made.model.label)
-
-
-def _all(verdicts: Sequence[str]) -> str:
-    """What several verdicts come to together."""
-    if all(verdict == "holds" for verdict in verdicts):
-        return "holds"
-    return next((word for word in ("fails", "untested") if word in verdicts), "vacuous")
 
 
 def _cell(point: Point, claim: str, experiment: str, verdicts: Sequence[str], first: Verdict | None = None) -> Cell:

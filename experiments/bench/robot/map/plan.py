@@ -11,12 +11,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import ConfiguredModel, load_model, look_up
 from experiments.bench.core.settings import check_counts, collect
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.parameters import Parameters
-from experiments.bench.core.verdict import claim_texts
 from experiments.bench.robot.claims import RobotClaim, find
 from experiments.bench.robot.experiment import Experiment, TrialSpec
 from experiments.bench.robot.map.axes import Axis, applying, axes, expanded, knows, moves
