@@ -14,7 +14,7 @@ from colias_sim.camera import Camera, Frame
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.envs.registry import register_envs
 from colias_sim.gl import GLUnavailable
-from colias_sim.path import Line, PathFollower
+from colias_sim.path import Line, OpenLoop, PathFollower, SpeedProfile
 from colias_sim.robot import Parked, Pose, Robot, WheelSpeeds, bearing
 from colias_sim.simulation import Simulation
 
@@ -31,6 +31,7 @@ __all__ = [
     "Frame",
     "GLUnavailable",
     "Line",
+    "OpenLoop",
     "Parked",
     "PathFollower",
     "Pose",
@@ -38,6 +39,7 @@ __all__ = [
     "RobotConfig",
     "SceneConfig",
     "Simulation",
+    "SpeedProfile",
     "WheelSpeeds",
     "__version__",
     "bearing",

@@ -7,9 +7,11 @@ its range raises ``pydantic.ValidationError``, a ``ValueError`` that names field
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar
 
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim.field_docs import with_field_docs
@@ -37,6 +39,73 @@ class RobotConfig:
     mass_g: float = Field(default=28.0, ge=10.0, le=100.0, description="whole mass (public: 28)")
     motor_gain: float = Field(default=2e-4, ge=5e-5, le=5e-4, description="velocity servo gain of a wheel, N m s/rad")
     max_speed_cm_s: float = Field(default=35.0, ge=1.0, le=100.0, description="top speed of a wheel's rim (public: 35)")
+    power_step_cm_s: float = Field(
+        default=0.0, ge=0.0, le=1.0, description="speed of one step of a wheel's 8-bit power; 0: speeds have no steps"
+    )
+    dead_band: int = Field(default=0, ge=0, le=254, description="power below which a wheel does not turn")
+    trim: int = Field(default=0, ge=-50, le=50, description="powers taken off the left wheel to drive straight")
+    motor_inequality: float = Field(
+        default=0.0, ge=-50.0, le=50.0, description="powers by which the left motor is faster than the right one"
+    )
+    motor_inequality_sd: float = Field(
+        default=0.0, ge=0.0, le=10.0, description="spread of that between trials, in powers"
+    )
+    command_slot_ms: float = Field(
+        default=0.0, ge=0.0, le=1000.0, description="slot of the motor board's queue; 0: commands act at once"
+    )
+    serial_ms: float = Field(
+        default=0.0, ge=0.0, le=100.0, description="time of a command on the serial line to the motor board"
+    )
+    open_loop: bool = Field(
+        default=False, description="whether a trial's stimulus drives by time alone, without feedback of its pose"
+    )
+
+    PRESETS: ClassVar[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
+        {
+            "default": MappingProxyType({}),
+            "colias4": MappingProxyType(
+                {
+                    "max_speed_cm_s": 15.3, "power_step_cm_s": 0.06, "dead_band": 20, "trim": 3,
+                    "motor_inequality": 3.29, "command_slot_ms": 100.0, "serial_ms": 2.1, "open_loop": True,
+                }
+            ),
+        }
+    )  # fmt: skip
+    """Name of a preset -> its fields that are not at their defaults.
+
+    ``colias4``: 255 steps of 0.06 cm/s, so a step is 3 % of 2 cm/s and the top speed 15.3 cm/s. The public firmware
+    drives straight ahead at powers of 77 and 80, and slowly at 27 and 30: a trim of 3. A trim in whole powers leaves
+    an inequality of up to half a power, 1 / sqrt(12) = 0.29 rms, which the preset has. The dead band is an assumption:
+    below the lowest power of that firmware. A command is 6 bytes, with 2 of framing 8, of 10 bits at 38,400 baud.
+    """
+
+    @model_validator(mode="after")
+    def _powers_need_steps(self) -> RobotConfig:
+        counted = ("dead_band", "trim", "motor_inequality", "motor_inequality_sd")
+        set_ones = [name for name in counted if getattr(self, name)]
+        if set_ones and not self.power_step_cm_s:
+            raise ValueError(f"{', '.join(set_ones)}: counted in powers, so power_step_cm_s has to be above 0")
+        if self.serial_ms and not self.command_slot_ms:
+            raise ValueError("serial_ms: the line to the motor board, so command_slot_ms has to be above 0")
+        return self
+
+    @classmethod
+    def preset(cls, name: str) -> RobotConfig:
+        """Make the settings of a preset.
+
+        Parameters
+        ----------
+        name
+            ``default``, or ``colias4``: wheels as the robot has them, driven open loop in trials.
+
+        Raises
+        ------
+        ValueError
+            For an unknown name.
+        """
+        if name not in cls.PRESETS:
+            raise ValueError(f"no preset '{name}' of the robot: there are {', '.join(cls.PRESETS)}")
+        return cls(**cls.PRESETS[name])
 
 
 @with_field_docs

@@ -1,9 +1,10 @@
-"""Straight paths, and a controller that drives a robot along one."""
+"""Straight paths, and controllers that drive a robot along one: by feedback of its pose, or by time alone."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import groupby
 
 from colias_sim.robot import Pose, Robot, WheelSpeeds
 
@@ -97,3 +98,92 @@ class PathFollower:
         skew = math.remainder(pose.heading - heading, 2 * math.pi)
         turn = -self._ramp * (self.HEADING_GAIN * skew + self.OFFSET_GAIN * self._line.offset(pose))
         return self._robot.wheels_for(self._ramp * (1.0 + self._surplus / self._speed), turn)
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedProfile:
+    """Speed over time: at rest, a ramp up, constant, and with ``stop`` a ramp down to rest.
+
+    Parameters
+    ----------
+    length
+        Length of the path in metres.
+    speed
+        The constant speed, in m/s.
+    acceleration
+        Slope of the ramps, in m/s^2.
+    stop
+        Whether to be at rest at the path's end; otherwise the speed stays constant beyond it.
+    wait
+        Time at rest before, in seconds.
+    """
+
+    length: float
+    speed: float
+    acceleration: float
+    stop: bool
+    wait: float = 0.0
+
+    @property
+    def seconds(self) -> float:
+        """Time from the beginning of the wait until the path is covered, in seconds."""
+        ramps = 1.0 if self.stop else 0.5
+        return self.wait + self.length / self.speed + ramps * self.speed / self.acceleration
+
+    def covered(self, time: float) -> float:
+        """Distance in metres covered by ``time``, in seconds from the beginning of the wait."""
+        ramp, moving = self.speed / self.acceleration, max(time - self.wait, 0.0)
+        up = min(moving, ramp)
+        covered = self.acceleration * up**2 / 2 + self.speed * (moving - up)
+        if self.stop:
+            late = max(time - (self.seconds - ramp), 0.0)
+            down = min(late, ramp)
+            covered -= self.acceleration * down**2 / 2 + self.speed * (late - down)
+        return covered
+
+    def mean(self, begin: float, end: float) -> float:
+        """Mean speed between two times, in m/s."""
+        return (self.covered(end) - self.covered(begin)) / (end - begin)
+
+
+class OpenLoop:
+    """Drives a robot straight ahead by a speed profile, without looking where it is.
+
+    Each command is the profile's mean speed in the time that the command lasts. So with perfect wheels the path's length
+    is kept, however coarse the commands are. A robot with a motor board gets all commands at once, tagged with
+    durations. Another gets one in each control interval.
+
+    Parameters
+    ----------
+    robot
+        The robot to drive.
+    profile
+        What it is to do, from now on.
+    """
+
+    def __init__(self, robot: Robot, profile: SpeedProfile) -> None:
+        self._robot, self._profile, self._time = robot, profile, 0.0
+        self._slot = robot.config.command_slot_ms / 1000
+        self._slots = math.ceil(profile.seconds / self._slot - 1e-9) if self._slot else 0
+        self._sent = False
+
+    @property
+    def seconds(self) -> float:
+        """Time in seconds that the commands take, when a motor board has begun them."""
+        return self._slots * self._slot or self._profile.seconds
+
+    def commands(self) -> list[tuple[float, int]]:
+        """List what a motor board gets: speeds in m/s, and the slots that each lasts."""
+        means = [self._profile.mean(i * self._slot, (i + 1) * self._slot) for i in range(self._slots)]
+        return [(speed, len(list(equal))) for speed, equal in groupby(round(mean, 9) for mean in means)]
+
+    def drive(self, dt: float) -> None:
+        """Command the wheels for the next ``dt`` seconds."""
+        if not self._slot:
+            speed = self._profile.mean(self._time, self._time + dt)
+            self._time += dt
+            self._robot.drive(WheelSpeeds(speed, speed))
+        elif not self._sent:
+            self._sent = True
+            for speed, slots in self.commands():
+                self._robot.queue(WheelSpeeds(speed, speed), slots)

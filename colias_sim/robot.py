@@ -6,8 +6,10 @@ import math
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
 from colias_sim.config import RobotConfig
+from colias_sim.motors import MotorBoard, Motors
 
 EASE = 2.0
 """Largest acceleration of `Robot.ease` at the wheels' rims, in m/s^2.
@@ -63,6 +65,11 @@ class Robot:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, name: str, config: RobotConfig) -> None:
         self.name = name
         self.config = config
+        self._data = data
+        slot, serial = config.command_slot_ms / 1000, config.serial_ms / 1000
+        self._motors = Motors(config) if config.power_step_cm_s else None
+        self._board = MotorBoard(slot, serial) if slot else None
+        self._eased = False
         self._radius, self._track = config.wheel_radius_cm / 100, config.track_cm / 100
         joint = data.joint(f"{name}/free")
         self._forces = data.body(f"{name}/base").xfrc_applied
@@ -100,14 +107,94 @@ class Robot:
         half = pose.heading / 2
         self._qpos[:] = [pose.x, pose.y, 0.0, math.cos(half), 0.0, 0.0, math.sin(half)]
         self._qvel[:] = 0.0
+        if self._board is not None:
+            self._board.clear()
+
+    def restart(self, rng: np.random.Generator) -> None:
+        """Forget all commands, and draw how unequal the motors are, where that has a spread.
+
+        Parameters
+        ----------
+        rng
+            Generator of the trial or episode. Nothing is drawn where there is no spread.
+        """
+        self._eased = False
+        if self._board is not None:
+            self._board.clear()
+        if self._motors is not None:
+            self._motors.draw(rng)
+
+    @property
+    def queues(self) -> bool:
+        """Whether commands wait on a motor board: then `tick` has to be called in every control interval."""
+        return self._board is not None
+
+    def begins(self) -> float:
+        """Return the time in seconds at which a command sent now begins: now, or with a motor board a slot's start."""
+        now = float(self._data.time)
+        return now if self._board is None else self._board.begins(now)
+
+    def realised(self, wheels: WheelSpeeds) -> WheelSpeeds:
+        """Compute the speeds that the motors turn commanded speeds into: the same, or those of the nearest powers."""
+        if self._motors is None:
+            return wheels
+        return WheelSpeeds(*self._motors.speeds(*self._motors.powers(wheels.left, wheels.right)))
 
     def drive(self, wheels: WheelSpeeds) -> None:
-        """Command wheel speeds until the next call. Beyond `RobotConfig.max_speed_cm_s` they saturate."""
+        """Command wheel speeds until the next call. Beyond `RobotConfig.max_speed_cm_s` they saturate.
+
+        With a motor board the command replaces those that wait there, and begins with the next slot.
+        """
+        self._eased = False
+        self._turn(self._commanded(wheels))
+
+    def queue(self, wheels: WheelSpeeds, slots: int) -> None:
+        """Add a command to those that wait on the motor board.
+
+        Parameters
+        ----------
+        wheels
+            The wanted speeds.
+        slots
+            How many slots of the board it lasts. When it is over and no other waits, the wheels stop.
+
+        Raises
+        ------
+        ValueError
+            If the robot has no motor board.
+        """
+        if self._board is None:
+            raise ValueError("command_slot_ms=0: this robot has no queue of commands")
+        self._eased = False
+        real = self.realised(wheels)
+        self._board.put((real.left, real.right), float(self._data.time), slots)
+
+    def tick(self) -> None:
+        """Let the motor board begin the command of the present slot. `Simulation` calls it.
+
+        A slot that begins within a control interval acts from the next one on; at 30 frames per second slots of 100 ms
+        begin with an interval. Under `ease` the board is asked there.
+        """
+        if self._board is not None and not self._eased:
+            self._turn(WheelSpeeds(*self._board.at(float(self._data.time))))
+
+    def _commanded(self, wheels: WheelSpeeds) -> WheelSpeeds:
+        """What the wheels are to do now, as ``wheels`` are commanded now."""
+        real = self.realised(wheels)
+        if self._board is None:
+            return real
+        now = float(self._data.time)
+        self._board.put((real.left, real.right), now, preempt=True)
+        return WheelSpeeds(*self._board.at(now))
+
+    def _turn(self, wheels: WheelSpeeds) -> None:
         self._left.ctrl[:] = wheels.left / self._radius
         self._right.ctrl[:] = wheels.right / self._radius
 
     def ease(self, wheels: WheelSpeeds, dt: float) -> None:
         """Command wheel speeds with limited acceleration: as `drive`, but changed by at most `EASE` times ``dt``.
+
+        The limit is the motors' own: it acts after powers and slots, on the way from one command to the next.
 
         Parameters
         ----------
@@ -118,9 +205,11 @@ class Robot:
         """
         left, right = float(self._left.ctrl[0]) * self._radius, float(self._right.ctrl[0]) * self._radius
         most = EASE * dt
-        self.drive(
+        self._eased = True
+        wanted = self._commanded(wheels)
+        self._turn(
             WheelSpeeds(
-                left + min(max(wheels.left - left, -most), most), right + min(max(wheels.right - right, -most), most)
+                left + min(max(wanted.left - left, -most), most), right + min(max(wanted.right - right, -most), most)
             )
         )
 

@@ -76,6 +76,7 @@ class Simulation:
         self.robots = {name: Robot(self.model, self.data, name, robot) for name in variants if name not in parked}
         self.parked = {name: Parked(self.model, name) for name in variants if name in parked}
         self.everyone: dict[str, Robot | Parked] = {**self.robots, **self.parked}
+        self._queuing = tuple(each for each in self.robots.values() if each.queues)
         self.frame_interval = 1.0 / camera.fps
         clock = FrameClock(camera.fps)
         self._command_interval = clock.command_steps * clock.timestep
@@ -112,7 +113,7 @@ class Simulation:
         placements
             The pose of each robot by name. A robot that is left out stands at the origin.
         rng
-            Generator of light and phase.
+            Generator of light and phase, and of what robots draw in `Robot.restart`.
         light
             A factor on the light of the lamps, beside that of the scene.
 
@@ -130,6 +131,8 @@ class Simulation:
         self.turn_wall(phase if self.scene.turn_wall else 0.0)
         for name, pose in placements.items():
             self.everyone[name].place(pose)
+        for each in self.robots.values():
+            each.restart(rng)
         self._settle()
         if self._camera is not None:
             self._camera.discard()
@@ -189,6 +192,9 @@ class Simulation:
         for steps, command, parts in self._events if look and self._camera is not None else self._unseen:
             if command and control is not None:
                 control(self._command_interval)
+            if command:
+                for each in self._queuing:
+                    each.tick()
             mujoco.mj_step(self.model, self.data, steps)
             if parts:
                 mujoco.mj_kinematics(self.model, self.data)  # a step leaves these one step behind

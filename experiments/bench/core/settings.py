@@ -17,6 +17,10 @@ from experiments.bench.core.models import Asked, ConfiguredModel, Shown, family,
 LISTED_BY = "colias parameters"
 SECTIONS = frozenset(map(family, MODELS))
 """Those of the registered models."""
+PRESET = "preset"
+"""``SECTION.preset=NAME`` sets several parameters of a section at once. A section has presets if its class has a mapping
+``PRESETS`` by name, and a classmethod ``preset`` that makes one.
+"""
 
 
 def applied(shown: Sequence[Shown], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
@@ -76,6 +80,7 @@ def collect(
     option that the texts were typed after.
     """
     known = [f"{section}.{field.name}" for section, value in values.items() for field in dataclasses.fields(value)]
+    known += [f"{section}.{PRESET}" for section, value in values.items() if _presets(value)]
     collected: dict[str, dict[str, str]] = {}
     for assignment in assignments:
         key, equals, text = assignment.partition("=")
@@ -96,11 +101,15 @@ def changed(
 ) -> Any:
     """``value`` with ``changes`` (name -> text) applied together and validated; `UsageError` if one is not legal.
 
-    ``typed`` is how a name and its text were typed, where that was not by ``--set``.
+    A preset among them comes first, in place of ``value``; the others change it. ``typed`` is how a name and its text
+    were typed, where that was not by ``--set``.
     """
+    say = typed or (lambda name, text: f"--set {section}.{name}={text}")
+    if PRESET in changes and _presets(value):
+        value = _preset(value, changes[PRESET], say)
+        changes = {name: text for name, text in changes.items() if name != PRESET}
     if not changes:
         return value
-    say = typed or (lambda name, text: f"--set {section}.{name}={text}")
     properties = _properties(type(value))
     parsed = {name: _split(text, properties[name]) for name, text in changes.items()}
     present = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
@@ -114,6 +123,17 @@ def changed(
         reason = f"legal is {legal}" if legal else said
         where = [say(name, changes.get(name, ""))] if name else [say(*change) for change in changes.items()]
         raise UsageError(f"{', '.join(where)}: {' '.join(reason.split())}") from None
+
+
+def _presets(value: Any) -> tuple[str, ...]:
+    """The names of the presets of a section; none where its class has none."""
+    return tuple(getattr(type(value), "PRESETS", ()))
+
+
+def _preset(value: Any, name: str, say: Callable[[str, str], str]) -> Any:
+    if name not in _presets(value):
+        raise UsageError(f"{say(PRESET, name)}: legal is {', '.join(_presets(value))}")
+    return type(value).preset(name)
 
 
 def _split(text: str, schema: Mapping[str, Any]) -> str | list[str]:
@@ -161,6 +181,10 @@ class Parameter:
 def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
     """Every parameter of the sections ``values``."""
     for section, value in values.items():
+        named = [name for name in _presets(value) if type(value).preset(name) == value]
+        if _presets(value):
+            said = "sets several parameters of this section at once; others given beside it change that"
+            yield Parameter(f"{section}.{PRESET}", ",".join(named[:1]), ", ".join(_presets(value)), said)
         properties = _properties(type(value))
         for field in dataclasses.fields(value):
             present = getattr(value, field.name)

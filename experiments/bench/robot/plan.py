@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.motors import TOP_POWER, Motors
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import look_up
 from experiments.bench.core.settings import Parameter, applied, changed, check_counts, collect, described
@@ -70,6 +72,7 @@ def _check_condition(condition: Condition, settings: Settings) -> None:
             f"{said}: too fast for robot.max_speed_cm_s={robot.max_speed_cm_s:g}, of which "
             f"{STEERING_SHARE:.0%} is left beside steering: up to {top:g} cm/s"
         )
+    _check_powers(condition, robot)
     try:
         route = nominal(condition, settings)
     except ValueError as error:
@@ -91,6 +94,26 @@ def _check_condition(condition: Condition, settings: Settings) -> None:
             f"{said}: counting 3 sd of the start pose's errors the bodies come within {room:.1f} cm: "
             "the robots would touch"
         )
+
+
+def _check_powers(condition: Condition, robot: RobotConfig) -> None:
+    """Refuse speeds that no power gives, and those at which a wheel stands because of the dead band."""
+    step, half_track = robot.power_step_cm_s, robot.track_cm / 2
+    if not step:
+        return
+    turn = math.radians(condition.observer_turn_deg_s) * half_track
+    wanted = {
+        "the stimulus": (condition.speed_cm_s, condition.speed_cm_s),
+        "the observer": (condition.observer_speed_cm_s - turn, condition.observer_speed_cm_s + turn),
+    }
+    motors = Motors(robot)
+    for who, wheels in wanted.items():
+        powers = motors.powers(*(speed / 100 for speed in wheels))
+        said = f"{condition.label()}: {who} would drive its wheels at powers of {powers[0]} and {powers[1]}"
+        if any(abs(speed) > (TOP_POWER + 0.5) * step for speed in wheels):
+            raise UsageError(f"{said}: robot.power_step_cm_s={step:g} gives up to {TOP_POWER * step:g} cm/s")
+        if any(speed and abs(power) < max(robot.dead_band, 1) for speed, power in zip(wheels, powers, strict=True)):
+            raise UsageError(f"{said}: below robot.dead_band={robot.dead_band} a wheel does not turn")
 
 
 def describe(plan: Plan) -> dict[str, Any]:

@@ -75,6 +75,8 @@ def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
         **{f"{answer.model}_spikes": answer.spikes for answer in result.answers},
         "achieved_speed_cm_s": result.achieved_speed_cm_s,
         "path_error_mm": result.path_error_mm,
+        "drift_mm": result.drift_mm,
+        "drive": result.drive,
     }
     recording.send_property("trial", rr.AnyValues(**values))
 

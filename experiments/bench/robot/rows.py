@@ -65,6 +65,10 @@ class TrialRow(RobotRow, ConditionRow, ModelRow):
     """Mean speed of the stimulus where it was to be constant."""
     path_error_mm: float
     """Largest distance of the stimulus from its line."""
+    drift_mm: float
+    """Distance of the stimulus from its line at the end, left of its way positive."""
+    drive: str
+    """How the stimulus was driven: by ``feedback`` of its pose, or ``open`` loop."""
     closest_cm: float
     """Shortest distance between the robots."""
     seconds_in_view: float

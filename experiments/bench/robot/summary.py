@@ -12,6 +12,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from experiments.bench.core import plotting
+from experiments.bench.core.claims.numbers import is_number
 from experiments.bench.core.statistics import holm, paired, summarise
 from experiments.bench.core.store.rows import Failure, group, mixture
 from experiments.bench.core.store.run_folder import RunFolder
@@ -20,10 +21,11 @@ from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.claims import find, flaws, judge
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.mechanism import figure as mechanism_figure
+from experiments.bench.robot.open_loop import in_short, why
 from experiments.bench.robot.plan import Plan
 
 QUANTITIES = (
-    "spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s",
+    "spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s", "path_error_mm", "drift_mm",
     "seconds_in_view", "spikes_in_view", "rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis", "spikes_in_window",
     "spikes_in_inner_window",
 )  # fmt: skip
@@ -31,7 +33,10 @@ QUANTITIES = (
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Report:
-    """What a run amounts to: a row per condition, the verdicts, any flaws of its trials, and those that failed."""
+    """What a run amounts to: a row per condition, the verdicts, any flaws of its trials, and those that failed.
+
+    ``open_loop`` says why trials are not left out for their speed or path, where the stimulus was driven open loop.
+    """
 
     folder: Path
     varies: str
@@ -42,20 +47,21 @@ class Report:
     comparisons: list[dict[str, Any]]
     flaws: str
     failures: list[Failure]
+    open_loop: str = ""
 
 
 def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:
     """Write summary, claims and figure of the trials in ``folder``."""
     rows = folder.rows()
-    mixed = mixture(rows)
+    admitted = [text for text in (mixture(rows), in_short(rows)) if text]
     verdicts = [
-        _admitting(judge(claim, own, model.threshold, model.label), lost, mixed)
+        _admitting(judge(claim, own, model.threshold, model.label), lost, admitted)
         for model in plan.settings.models
         for own in [[row for row in rows if row["model"] == model.label]]
         for lost in [sum(failure.model in ("", model.label) for failure in failures)]
         for claim in map(find, plan.experiment.claims)
         if not claim.models and claim.concerns(model.channels)
-    ] + _of_several(plan, rows, failures, mixed)
+    ] + _of_several(plan, rows, failures, admitted)
     summary = summary_rows(rows)
     reference = plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""
     compared = compare(rows, reference)
@@ -67,15 +73,17 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     folder.write_json("claims.json", verdicts)
     declared = plan.experiment
     return Report(
-        folder.folder, declared.varies, declared.figure, rows, summary, verdicts, compared, flaws(rows), list(failures)
-    )
+        folder.folder, declared.varies, declared.figure, rows, summary, verdicts, compared, flaws(rows), list(failures),
+        why(plan.settings.robot, min(each.speed_cm_s for each in declared.conditions()))
+        if plan.settings.robot.open_loop else "",
+    )  # fmt: skip
 
 
-def _of_several(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure], mixed: str) -> list[Verdict]:
+def _of_several(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure], admitted: Sequence[str]) -> list[Verdict]:
     """The verdicts on claims that compare models."""
     thresholds = {model.label: model.threshold for model in plan.settings.models}
     return [
-        _admitting(judge(claim, rows, thresholds.get(claim.spiking), ""), lost, mixed)
+        _admitting(judge(claim, rows, thresholds.get(claim.spiking), ""), lost, admitted)
         for claim in map(find, plan.experiment.claims)
         if claim.models
         for lost in [sum(failure.model in ("", *claim.models) for failure in failures)]
@@ -88,10 +96,10 @@ def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> Figure:
     return robot_figure.draw(rows, folder.frames(), plan)
 
 
-def _admitting(verdict: Verdict, lost: int, mixed: str) -> Verdict:
-    """The verdict saying too how many trials of the run it could not be judged on, and what computed the others."""
-    admitted = [*([f"{lost} trials of the run failed"] if lost else []), *([mixed] if mixed else [])]
-    return dataclasses.replace(verdict, measured="; ".join([verdict.measured, *admitted]))
+def _admitting(verdict: Verdict, lost: int, admitted: Sequence[str]) -> Verdict:
+    """The verdict saying too how many trials of the run it could not be judged on, and what has to be known of others."""
+    failed = [f"{lost} trials of the run failed"] if lost else []
+    return dataclasses.replace(verdict, measured="; ".join([verdict.measured, *failed, *admitted]))
 
 
 def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:
@@ -100,7 +108,7 @@ def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:
     table = []
     for condition, chosen in group(rows, *keys).items():
         for quantity in QUANTITIES:
-            values = [row[quantity] for row in chosen if row[quantity] is not None]
+            values = [row[quantity] for row in chosen if is_number(row.get(quantity))]
             if not values:  # the motion has no such quantity
                 continue
             summary = summarise(values)

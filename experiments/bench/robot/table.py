@@ -30,6 +30,9 @@ def show(report: Report, recordings: bool) -> None:
     if report.rows:
         out_console.print(_conditions_table(report))
     several = len({row["model"] for row in report.rows}) > 1
+    if report.open_loop and report.rows:
+        out_console.print(_driven_table(report))
+        out_console.print(f"{report.open_loop}\n", highlight=False)
     for verdict in report.verdicts:
         show_verdict(verdict, model=several)
     if report.comparisons:
@@ -65,6 +68,40 @@ def _comparisons_table(report: Report) -> Table:
             f"{row['p_holm']:.4f}",
         )
     return table
+
+
+def _driven_table(report: Report) -> Table:
+    """What the stimulus did in each condition: it is the same for every model."""
+    table = Table(
+        title="\nstimulus driven open loop: mean and spread of the speed reached; drift at the end, left positive",
+        title_justify="left", box=None, header_style="bold", pad_edge=False,
+    )  # fmt: skip
+    names = [name for name in varying(report.rows, report.varies) if name not in ("model", "speed_cm_s")]
+    headings = ("commanded cm/s", "reached cm/s", "error", "drift mm", "path error mm")
+    for name in (*(SHORT.get(name, name) for name in names), *headings):
+        table.add_column(name, justify="right", no_wrap=True)
+    first = [row for row in report.summary if row["model"] == report.rows[0]["model"]]
+    for chosen in group(first, *CONDITION_COLUMNS).values():
+        rows, wanted = {row["quantity"]: row for row in chosen}, chosen[0]["speed_cm_s"]
+        values = (chosen[0][name] for name in names)
+        speed, drift, path = (rows.get(name) for name in ("achieved_speed_cm_s", "drift_mm", "path_error_mm"))
+        table.add_row(
+            *("-" if v is None else escape(v) if isinstance(v, str) else f"{v:g}" for v in values),
+            f"{wanted:g}",
+            _with_spread(speed, "z.3f"),
+            f"{speed['mean'] / wanted - 1:+z.1%}" if speed else "-",
+            _with_spread(drift, "+z.1f"),
+            f"{path['mean']:.1f}" if path else "-",
+        )
+    return table
+
+
+def _with_spread(row: Mapping[str, Any] | None, form: str) -> str:
+    """Mean and standard deviation of a quantity; a dash where nothing was measured."""
+    if row is None:
+        return "-"
+    spread = "" if row["sd"] is None else f" ± {row['sd']:{form.removeprefix('+')}}"
+    return f"{row['mean']:{form}}{spread}"
 
 
 def _conditions_table(report: Report) -> Table:

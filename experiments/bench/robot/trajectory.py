@@ -154,6 +154,8 @@ def _angular(condition: Condition, settings: Settings) -> Course:
     line = away if condition.motion == "recession" else Line(Pose(end.x, end.y, outward + math.pi), length)
     acceleration = condition.acceleration_cm_s2 / 100
     enter, leave = PathFollower.run_up(speed, acceleration), length - PathFollower.braking(speed, acceleration)
+    if settings.robot.open_loop:  # the slot in which the ramp down begins is slower as a whole
+        leave -= speed * settings.robot.command_slot_ms / 1000
     return Course(
         line, line.start, enter, leave, speed, acceleration, stop=True, wait=STILL_S, rest=STILL_S,
         observer=Pose(0.0, 0.0, 0.0),

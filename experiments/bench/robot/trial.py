@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import threading
 import time
 from collections import OrderedDict
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim import Frame, PathFollower, Pose, Simulation, WheelSpeeds, bearing
+from colias_sim import Frame, OpenLoop, PathFollower, Pose, Simulation, SpeedProfile, WheelSpeeds, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from dsnn import ResponseSeries
 from experiments.bench.core.model_runner import ModelRunner, spike_counts
@@ -82,6 +83,8 @@ class TrialResult:
     """Models that raised, or answered with something else than numbers: label -> what went wrong."""
     achieved_speed_cm_s: float
     path_error_mm: float
+    drift_mm: float
+    drive: str
     closest_cm: float
     seconds_in_view: float
     frames: int
@@ -127,7 +130,8 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     """Run one trial; the same specification gives the same result, wall time aside, in any process.
 
     ``keep_media`` also returns camera frames and the first model's layer maps, for a recording. Raises
-    `TrialError` if the stimulus does not get to the end of its path, or every model breaks.
+    `TrialError` if the stimulus does not get to the end of its path, or every model breaks. A stimulus that drives
+    open loop stops by time, wherever it is then.
     """
     began = time.perf_counter()
     settings = spec.settings
@@ -167,6 +171,9 @@ class _Drive:
     def __init__(self, sim: Simulation, route: Course, condition: Condition) -> None:
         self._sim, self._route = sim, route
         self._stimulus, observer = sim.robots["stimulus"], sim.robots["observer"]
+        profile = SpeedProfile(route.line.length, route.speed, route.acceleration, route.stop, route.wait)
+        self._by_time = OpenLoop(self._stimulus, profile) if self._stimulus.config.open_loop else None
+        self._ends = self._stimulus.begins() + self._by_time.seconds + route.rest if self._by_time else 0.0
         self._follower = PathFollower(
             self._stimulus, route.line, route.speed, acceleration=route.acceleration, stop=route.stop
         )
@@ -177,13 +184,18 @@ class _Drive:
         self.over = False
 
     def __call__(self, dt: float) -> None:
+        if self._by_time is not None:
+            self._by_time.drive(dt)
+            return
         still = self._sim.data.time < self._route.wait - 1e-9
         self._stimulus.drive(WheelSpeeds(0.0, 0.0) if still else self._follower.wheels(dt))
 
     def look(self) -> None:
-        """Once a frame: has the stimulus passed the end, or stopped there and rested?"""
+        """Once a frame: has the stimulus passed the end, or stopped there and rested? Is its time over?"""
         along, now = self._route.line.along(self._stimulus.pose), self._sim.data.time
-        if not self._route.stop:
+        if self._by_time is not None:
+            self.over = now >= self._ends - 1e-9
+        elif not self._route.stop:
             self.over = along >= self._route.leave
         elif self._arrived is None:
             at_rest = float(np.hypot(*self._stimulus.velocity)) < AT_REST_M_S
@@ -206,13 +218,16 @@ def _result(
     along = np.array([route.line.along(p) for p in poses])
     offset = np.array([route.line.offset(p) for p in poses])
     steady = (along >= route.enter) & (along <= route.leave)
-    times = columns.sim_time_s
+    times = columns.sim_time_s[steady]
+    measured = len(times) > 1  # a stimulus that drives open loop may stop too early
     return TrialResult(
         spec=spec,
         answers=answers,
         broken=broken,
-        achieved_speed_cm_s=100 * float(np.ptp(along[steady]) / np.ptp(times[steady])),
-        path_error_mm=1000 * float(np.abs(offset[steady]).max()),
+        achieved_speed_cm_s=100 * float(np.ptp(along[steady]) / np.ptp(times)) if measured else math.nan,
+        path_error_mm=1000 * float(np.abs(offset[steady]).max()) if measured else math.nan,
+        drift_mm=1000 * float(offset[-1]),
+        drive="open" if spec.settings.robot.open_loop else "feedback",
         closest_cm=float(_away_cm(columns, spec.settings.camera.forward_cm).min()),
         seconds_in_view=float(parts.in_view.sum()) / spec.settings.camera.fps,
         frames=len(poses),
