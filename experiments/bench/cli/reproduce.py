@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,6 +19,9 @@ from experiments.bench.cli.options import (
     new_folder,
     resources,
 )
+
+if TYPE_CHECKING:
+    from experiments.bench.core.batch import Resources
 
 
 def register(app: typer.Typer) -> None:
@@ -40,6 +43,14 @@ def reproduce(
     ] = False,
     robot_only: Annotated[
         bool, typer.Option("--robot-only", help="Just the paper's trials with the robot: neither clips nor behaviours.")
+    ] = False,
+    fidelity: Annotated[
+        bool,
+        typer.Option(
+            "--fidelity",
+            help="Instead: C13 to C20 and C29 with the robot's true eye and wheels, in 20 replicates;"
+            " with --quick in two short ones.",
+        ),
     ] = False,
     seed: Seed = 0,
     out: Annotated[
@@ -72,6 +83,8 @@ def reproduce(
         raise UsageError("--quick and --full: give one of them")
     check_counts(seed)
     means = resources(workers, cluster, quiet, other_code)
+    if fidelity:
+        return _fidelity(quick, full or robot_only or bool(model or experiment or only), seed, out, means)
     from experiments.bench.closed_loop import table as closed_loop_table
     from experiments.bench.core.terminal import out_console, show_places
     from experiments.bench.reproduction import plan, report, table
@@ -88,3 +101,21 @@ def reproduce(
         out_console.print()
         show_places({"report": page})
     return EXIT_FAILED if result.failed else 0
+
+
+def _fidelity(quick: bool, others: bool, seed: int, out: Path | None, means: Resources) -> int:
+    """The table of claims over eyes and drives, printed anew after every replicate."""
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.terminal import out_console, show_places
+    from experiments.bench.reproduction import fidelity, plan, table
+
+    if others:
+        raise UsageError("--fidelity: goes with --quick, --seed, --out, --workers, --cluster and --quiet alone")
+    count, repeats = (plan.QUICK.replicates, plan.QUICK.repeats) if quick else (fidelity.REPLICATES, plan.WHOLE)
+    folder = new_folder(out, "fidelity")
+    show = (lambda _: None) if means.quiet else table.show_fidelity
+    result = fidelity.run(folder, count, repeats, seed, means, show)
+    if not means.quiet:
+        out_console.print()
+        show_places({"table": folder / "fidelity.json", "figure": folder / "fidelity.png"})
+    return EXIT_FAILED if result.failures else 0

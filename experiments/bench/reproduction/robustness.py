@@ -88,7 +88,7 @@ def asked_models(experiment: str) -> tuple[str, ...]:
 
 def replicate_cases(seeds: Iterable[int], repeats: int, among: Collection[str] | None = None) -> list[Case]:
     """One case per seed, with the defaults; ``among`` are the models to be shown, otherwise all that claims need."""
-    return [Case(str(seed), _specs((), repeats, seed, among)) for seed in seeds]
+    return [Case(str(seed), specs((), repeats, seed, among)) for seed in seeds]
 
 
 def sensitivity_cases(repeats: int, seed: int) -> list[Case]:
@@ -103,26 +103,38 @@ def sensitivity_cases(repeats: int, seed: int) -> list[Case]:
     ]
     network = tuple(
         dataclasses.replace(spec, settings=dataclasses.replace(spec.settings, models=tuple(models)))
-        for spec in _specs((), repeats, seed, (MODEL,), moved())
+        for spec in specs((), repeats, seed, (MODEL,), moved())
     )
     cases = [Case("network", network, tuple(model.label for model in models))]
     return cases + [
-        Case(name, _specs(moves, repeats, seed, (MODEL,), moved())) for name, moves in APPARATUS_MOVES.items()
+        Case(name, specs(moves, repeats, seed, (MODEL,), moved())) for name, moves in APPARATUS_MOVES.items()
     ]
 
 
-def _specs(
+def specs(
     assignments: Sequence[str], repeats: int, seed: int, among: Collection[str] | None, names: Sequence[str] = ()
 ) -> tuple[TrialSpec, ...]:
-    """The trials of the experiments called ``names``, or of all of `paper`."""
-    specs: list[TrialSpec] = []
+    """Return one replicate's trials of the experiments called ``names``, or of all of `paper`.
+
+    Parameters
+    ----------
+    assignments
+        ``--set`` texts; those of a design that an experiment does not have are left out there.
+    repeats, seed
+        Trials of each condition, and the replicate's seed.
+    among
+        Models to be shown; ``None``: all that the experiments' claims are about.
+    names
+        Names of experiments.
+    """
+    found: list[TrialSpec] = []
     for name in names or paper():
         experiment = registry.load(name)
         known = {field.name for field in dataclasses.fields(experiment.design)}  # type: ignore[arg-type]
         own = [text for text in assignments if _applies(text, known)]
         models = [model for model in asked_models(name) if among is None or model in among]
-        specs += plan(experiment, models, own, repeats, seed).specs()
-    return tuple(specs)
+        found += plan(experiment, models, own, repeats, seed).specs()
+    return tuple(found)
 
 
 def _applies(assignment: str, known: set[str]) -> bool:
