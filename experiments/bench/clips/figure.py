@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from experiments.bench.clips import edges_figure
 from experiments.bench.clips.experiment import Figure as Drawing
 from experiments.bench.core.plotting import STYLE, colours, plain
 
@@ -28,6 +29,8 @@ def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str
             return _traces(rows, frames, thresholds)
         if drawing.kind == "background":
             return _background(rows, thresholds)
+        if drawing.kind == "edges":
+            return edges_figure.draw(rows, frames, thresholds)
         return _peaks(drawing, rows, thresholds)
 
 
