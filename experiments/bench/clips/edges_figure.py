@@ -97,7 +97,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
                 axes.set_xlabel("time (s)", fontsize=8)
             traces[0].set_ylabel("HS, right positive", fontsize=8)
             _bars(bars, own, left, tints)
-        keys = [Line2D([], [], color=tint, lw=4.0 if model == DSNN else 1.6, alpha=0.45 if model == DSNN else 1.0,
+        keys = [Line2D([], [], color=tint, lw=4.0 if model == DSNN else 1.8, alpha=0.45 if model == DSNN else 1.0,
                        ls=_style(model, models), label=_said(model)) for model, tint in tints.items()]  # fmt: skip
         limits = sorted({level for level in thresholds.values() if level is not None})
         keys += [Line2D([], [], color="black", ls=":", lw=0.8, label=f"±T = {level:g}") for level in limits]
@@ -112,7 +112,7 @@ def _said(model: str) -> str:
 def _style(model: str, models: Sequence[str]) -> Any:
     """Solid for the network as it is; another for each of the others, as they lie on it or on each other."""
     others = [each for each in models if each != DSNN]
-    return "-" if model == DSNN else LINES[(others.index(model) + 1) % len(LINES)]
+    return "-" if model == DSNN else LINES[(others.index(model) + 2) % len(LINES)]
 
 
 def _icons(axes: Axes, polarity: str) -> None:
@@ -143,7 +143,7 @@ def _traces(axes: Axes, rows: Rows, frames: pa.Table, tints: Mapping[str, str]) 
     for row in rows:
         own, intact = (trial == row["trial"]) & (name == row["model"]), row["model"] == DSNN
         time_s = np.arange(np.count_nonzero(own)) / row["fps"]
-        axes.plot(time_s, hs[own], color=tints[row["model"]], lw=4.0 if intact else 1.4, alpha=0.45 if intact else 1.0,
+        axes.plot(time_s, hs[own], color=tints[row["model"]], lw=4.0 if intact else 1.8, alpha=0.45 if intact else 1.0,
                   ls=_style(row["model"], models), label=row["model"])  # fmt: skip
 
 
@@ -166,8 +166,8 @@ def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], tints: 
         axes.text(place, max(each) + CLEAR, f"{said} %", fontsize=7, ha="center", va="bottom")
     for bound in (MOST_OF_DRIVEN, LEAST_OF_OTHER):
         axes.axhline(100.0 * bound, color=MARK, ls="--", lw=0.9)
-        axes.annotate(f"{100 * bound:g} %", (1.0, 100.0 * bound), xycoords=("axes fraction", "data"), fontsize=7, color=MARK,
-                      ha="right", va="bottom")  # fmt: skip
+        axes.annotate(f"{100 * bound:g} %", (1.0, 100.0 * bound), xycoords=("axes fraction", "data"), fontsize=7,
+                      color=MARK, ha="right", va="bottom")  # fmt: skip
     axes.set_xticks(range(len(others)), [_said(model).replace(" ", "\n") for model in others],
                     fontsize=7)  # fmt: skip
     axes.set(ylim=(0.0, 118.0), xlim=(-0.5, len(others)))

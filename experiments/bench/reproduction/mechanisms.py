@@ -10,8 +10,11 @@ from experiments.bench.robot.mechanism import excitation
 from experiments.bench.robot.mechanism.excitation import Course
 
 EXPLAINED = {
-    "C17": "approach-mechanism", "C18": "approach-mechanism", "C19": "recession-mechanism", "C20": "recession-mechanism",
-}  # fmt: skip
+    "C17": "approach-mechanism",
+    "C18": "approach-mechanism",
+    "C19": "recession-mechanism",
+    "C20": "recession-mechanism",
+}
 """Claim -> the experiment that shows its trials' excitation and inhibition."""
 
 

@@ -21,7 +21,7 @@ from experiments.bench.core.plotting import STYLE
 from experiments.bench.core.store.description import plain
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.verdict import Outcome, Verdict
-from experiments.bench.reproduction import robustness
+from experiments.bench.reproduction import mechanisms, robustness
 from experiments.bench.reproduction.claims import is_random
 from experiments.bench.reproduction.plan import WHOLE
 from experiments.bench.reproduction.reproduce import Reproduction
@@ -70,6 +70,7 @@ def write(result: Reproduction) -> Path:
         shows=[_show(report) for report in result.offline],
         loops=[_loop(played) for played in result.behaviours],
         whole=WHOLE,
+        explained=mechanisms.EXPLAINED,
         matrix=_inline(matrix.encode()) if matrix else "",
         parameters=json.dumps(result.description, indent=2, default=plain),
         versions=result.description["versions"],

@@ -161,9 +161,9 @@ def described(found: Sequence[Course]) -> str:
         where = f"{condition['distance_cm']:g} cm" if angle is None else f"{angle:g} degrees"
         told.append(
             f"{condition['motion']} {condition['direction']}, {where}: E {at['excitation']:.2f}, "
-            f"{course.w_i:g} I {at['weighted_inhibition']:.2f}; of E - {course.w_i:g} I {at['directional']:+z.2f} tells "
-            f"direction and {at['residue']:+z.2f} is left of symmetric motion; {course.firing()} of {count} trials fire, "
-            f"with w_i = 1 {course.firing(balanced=True)}"
+            f"{course.w_i:g} I {at['weighted_inhibition']:.2f}; of E - {course.w_i:g} I {at['directional']:+z.2f} "
+            f"tells direction and {at['residue']:+z.2f} is left of symmetric motion; "
+            f"{course.firing()} of {count} trials fire, with w_i = 1 {course.firing(balanced=True)}"
         )
     return "; ".join(told)
 

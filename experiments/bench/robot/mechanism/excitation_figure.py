@@ -62,14 +62,14 @@ def figure(found: Sequence[Course], said: str, threshold: float | None) -> Figur
     blocks = [found[start : start + ACROSS] for start in range(0, len(found), ACROSS)]
     across = min(len(found), ACROSS)
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(max(2.2 * across, 6.4), (sum(HEIGHTS) + ROOM) * len(blocks) + 0.3), layout="constrained")
-        grid = drawn.subplots(
-            3 * len(blocks), across, squeeze=False, sharex=True, height_ratios=HEIGHTS * len(blocks)
+        drawn = Figure(
+            figsize=(max(2.2 * across, 6.4), (sum(HEIGHTS) + ROOM) * len(blocks) + 0.3), layout="constrained"
         )
+        grid = drawn.subplots(3 * len(blocks), across, squeeze=False, sharex=True, height_ratios=HEIGHTS * len(blocks))
         highest, deepest = _limits(found, threshold)
         for row, block in enumerate(blocks):
             for column in range(across):
-                panels = grid[3 * row : 3 * row + 3, column]
+                panels = list(grid[3 * row : 3 * row + 3, column])
                 if column >= len(block):
                     for axes in panels:
                         axes.set_axis_off()
