@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from experiments.bench.clips.experiment import Figure as Drawing
-from experiments.bench.core.plotting import STYLE, colours, plain
+from experiments.bench.core.palette import colours
+from experiments.bench.core.plotting import STYLE, plain
 
 Rows = Sequence[Mapping[str, Any]]
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}

@@ -46,11 +46,11 @@ def draw(folder: Path, said: Mapping[str, Any], trials: pa.Table, frames: pa.Tab
             settings = said["settings"]
             labels = [model["label"] for model in settings["models"]]
             title = robot_figure.title(declared["name"], labels, settings["scene"]["arena"], said["repeats"])
-            threshold = _threshold(settings["models"][0])
+            thresholds = {model["label"]: _threshold(model) for model in settings["models"]}
             if declared["figure"] == "mechanism":
-                drawn = mechanism_figure.figure(rows, declared["varies"], title, threshold)
+                drawn = mechanism_figure.figure(rows, declared["varies"], title, thresholds[labels[0]])
             else:
-                drawn = robot_figure.figure(rows, frames, declared["varies"], title, threshold)
+                drawn = robot_figure.figure(rows, frames, declared["varies"], title, thresholds)
     except (KeyError, TypeError, IndexError) as error:
         raise UsageError(f"{folder}: not the files of one run: {type(error).__name__}: {error}") from None
     setattr(drawn, "_repr_png_", lambda: _png(drawn))  # what notebooks look for  # noqa: B010
