@@ -14,7 +14,8 @@ from matplotlib.lines import Line2D
 
 from experiments.bench.clips import edges_figure
 from experiments.bench.clips.experiment import Figure as Drawing
-from experiments.bench.core.plotting import STYLE, colours, plain
+from experiments.bench.core.figures.palette import colours
+from experiments.bench.core.figures.plotting import STYLE, plain
 
 Rows = Sequence[Mapping[str, Any]]
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.clips.experiment import Figure as Drawing
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.figures.plotting import STYLE
 from experiments.bench.core.models import rebuilt
-from experiments.bench.core.plotting import STYLE
 from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.mechanism import excitation, excitation_figure
 from experiments.bench.robot.mechanism import figure as mechanism_figure
@@ -63,11 +63,11 @@ def _of_robot(said: Mapping[str, Any], rows: list[Any], frames: pa.Table) -> Fig
             title = robot_figure.title(declared["name"], [WHOLE], arena, said["repeats"])
             return excitation_figure.figure(found, title, _threshold(models[WHOLE]))
     title = robot_figure.title(declared["name"], labels, arena, said["repeats"])
-    threshold = _threshold(models[labels[0]])
+    thresholds = {label: _threshold(model) for label, model in models.items()}
     if declared["figure"] == "mechanism":
-        return mechanism_figure.figure(rows, declared["varies"], title, threshold)
+        return mechanism_figure.figure(rows, declared["varies"], title, thresholds[labels[0]])
     shown = without_parts(rows) if declared["figure"] == "excitation" else rows
-    return robot_figure.figure(shown, frames, declared["varies"], title, threshold)
+    return robot_figure.figure(shown, frames, declared["varies"], title, thresholds)
 
 
 def _threshold(model: Mapping[str, Any]) -> float | None:

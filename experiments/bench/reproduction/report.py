@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.claims.texts import claim_texts
-from experiments.bench.core.plotting import STYLE
+from experiments.bench.core.figures.plotting import STYLE
 from experiments.bench.core.store.description import plain
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.verdict import Outcome, Verdict

@@ -11,7 +11,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from experiments.bench.core import plotting
+from experiments.bench.core.figures import plotting
 from experiments.bench.core.statistics import holm, paired, summarise
 from experiments.bench.core.store.rows import Failure, group, mixture
 from experiments.bench.core.store.run_folder import RunFolder

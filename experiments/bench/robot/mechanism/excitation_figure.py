@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from experiments.bench.core.plotting import COLOURS, STYLE, plain
+from experiments.bench.core.figures.palette import HUES
+from experiments.bench.core.figures.plotting import STYLE, plain
 from experiments.bench.robot.figure import title
 from experiments.bench.robot.mechanism.excitation import Course, Floats
 from experiments.bench.robot.mechanism.parts import WHOLE
@@ -20,8 +21,8 @@ from experiments.bench.robot.plan import Plan
 
 ACROSS = 5
 """Conditions side by side."""
-EXCITED, INHIBITED, POTENTIAL, BALANCED = COLOURS[0], COLOURS[3], "black", COLOURS[2]
-LEFTOVER = COLOURS[1]
+EXCITED, INHIBITED, POTENTIAL, BALANCED = HUES[0], HUES[4], "black", HUES[1]
+LEFTOVER = HUES[2]
 HEIGHTS = (1.4, 1.7, 0.8)
 """Of the three panels of a condition, inches: E and I, HS, spikes."""
 ROOM = 1.22
