@@ -23,6 +23,8 @@ NAMES = (
     "egomotion",
     "ensembles",
     "distance-mechanism",
+    "approach-mechanism",
+    "recession-mechanism",
 )
 """The experiments with the robot."""
 

@@ -9,7 +9,7 @@ if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and n
 
     run_file(__file__)
 
-from experiments import Clip, OfflineExperiment
+from experiments import Clip, Figure, OfflineExperiment
 
 SPEEDS = (60.0, 120.0)
 EDGES = {"off": "OFF (dark leads)", "on": "ON (dark trails)"}
@@ -26,4 +26,5 @@ EXPERIMENT = OfflineExperiment(
     ),
     models=("dsnn", "dsnn-on-blocked", "dsnn-off-blocked"),
     claims=("C22",),
+    figure=Figure("edges"),
 )

@@ -1,28 +1,34 @@
 """What the figure must show: every repeat, every condition apart from every other."""
 
+import itertools
+
 import pyarrow as pa
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
+from matplotlib.text import Text
 
 from experiments.bench.robot.figure import figure
 
 
-def drawn(conditions, varies="speed_cm_s", repeats=3):
+def drawn(conditions, varies="speed_cm_s", repeats=3, models=("dsnn",), **thresholds):
     rows = [
         {"trial": i, "motion": "translation", "direction": direction, "speed_cm_s": speed, "distance_cm": distance,
          "angle_deg": None, "far_cm": None, "shell_grey": None, "wall_contrast": None, "acceleration_cm_s2": 100.0,
-         "observer_speed_cm_s": 0.0, "observer_turn_deg_s": 0.0, "model": "dsnn", "spikes": i}
+         "observer_speed_cm_s": 0.0, "observer_turn_deg_s": 0.0, "model": model,
+         "spikes": i, "hs_spikes": i, "looming_spikes": None}
         for i, (direction, speed, distance) in enumerate(conditions * repeats)
+        for model in models
     ]  # fmt: skip
     frames = pa.table(
         {
             "trial": [row["trial"] for row in rows for _ in range(4)],
-            "model": ["dsnn"] * 4 * len(rows),
+            "model": [row["model"] for row in rows for _ in range(4)],
             "hs": [0.1] * 4 * len(rows),
             "stimulus_bearing_deg": [20.0, 5.0, -5.0, -20.0] * len(rows),
         }
     )
-    return figure(rows, frames, varies, "title", 0.2).axes
+    return figure(rows, frames, varies, "title", dict.fromkeys(models, 0.2) | thresholds)
 
 
 def series(axes):
@@ -30,7 +36,7 @@ def series(axes):
 
 
 def test_every_repeat_is_a_dot_and_a_trace():
-    counts, traces = drawn([("rightward", speed, 8.0) for speed in (2.0, 4.0, 6.0)])
+    counts, traces = drawn([("rightward", speed, 8.0) for speed in (2.0, 4.0, 6.0)]).axes
     dots = [c for c in counts.collections if isinstance(c, PathCollection)]
     assert sum(len(c.get_offsets()) for c in dots) == 9
     assert sum(len(line.get_xdata()) == 4 for line in traces.get_lines()) == 9
@@ -39,7 +45,7 @@ def test_every_repeat_is_a_dot_and_a_trace():
 def test_conditions_beside_the_varied_one_stay_apart():
     """Two directions at two distances: four means at each speed, never one of all."""
     kinds = [(way, speed, far) for way in ("rightward", "leftward") for speed in (2.0, 4.0) for far in (5.0, 10.0)]
-    counts, _ = drawn(kinds)
+    counts, _ = drawn(kinds).axes
     assert series(counts) == ["rightward, 5 cm", "rightward, 10 cm", "leftward, 5 cm", "leftward, 10 cm"]
     means = [line for line in counts.get_lines() if line.get_label() in series(counts)]
     assert len({line.get_linestyle() for line in means}) == 4
@@ -48,11 +54,73 @@ def test_conditions_beside_the_varied_one_stay_apart():
 
 @pytest.mark.parametrize("count", [3, 6, 7, 12])
 def test_no_two_levels_share_a_colour(count):
-    counts, _ = drawn([("rightward", float(speed), 8.0) for speed in range(1, count + 1)])
+    counts, _ = drawn([("rightward", float(speed), 8.0) for speed in range(1, count + 1)]).axes
     dots = [c for c in counts.collections if isinstance(c, PathCollection)]
     assert len({tuple(c.get_facecolor()[0]) for c in dots}) == count
 
 
 def test_a_single_trial_has_no_error_bar():
-    counts, _ = drawn([("rightward", 2.0, 8.0), ("rightward", 4.0, 8.0)], repeats=1)
+    counts, _ = drawn([("rightward", 2.0, 8.0), ("rightward", 4.0, 8.0)], repeats=1).axes
     assert not counts.containers
+
+
+SPEEDS = [("rightward", speed, 8.0) for speed in (2.0, 4.0, 6.0, 10.0)]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 9, 20])
+def test_every_model_has_a_key_and_a_panel_of_its_own(count):
+    models = tuple(f"model {i}" for i in range(count))
+    made = drawn(SPEEDS, models=models)
+    counts, *panels = [axes for axes in made.axes if axes.get_visible()]
+    assert [axes.get_title(loc="left") for axes in panels] == (list(models) if count > 1 else [""])
+    assert all(sum(len(line.get_xdata()) == 4 for line in axes.get_lines()) == 12 for axes in panels)
+    if count > 1:
+        assert series(counts) == list(models)
+        looks = {(line.get_color(), line.get_linestyle()) for line in counts.get_lines() if line.get_label() in models}
+        assert len(looks) == count, "no two models look alike"
+
+
+def test_an_axis_of_numbers_has_their_scale():
+    counts = drawn(SPEEDS).axes[0]
+    ticks = {tick.get_text(): place for tick, place in zip(counts.get_xticklabels(), counts.get_xticks(), strict=True)}
+    assert ticks == {"2": 2.0, "4": 4.0, "6": 6.0, "10": 10.0}
+    (line,) = (line for line in counts.get_lines() if len(line.get_xdata()) == 4)
+    assert list(line.get_xdata()) == [2.0, 4.0, 6.0, 10.0]
+
+
+def test_words_have_no_line_between_them():
+    """Between approach and recession there is nothing."""
+    counts = drawn([("rightward", 4.0, 8.0), ("leftward", 4.0, 8.0)], varies="direction", models=("a", "b")).axes[0]
+    assert {line.get_linestyle() for line in counts.get_lines() if line.get_label() in ("a", "b")} == {"None"}
+
+
+def test_a_model_without_spikes_is_named_and_not_drawn_at_zero():
+    counts = drawn(SPEEDS, models=("a", "b"), b=None).axes[0]
+    assert "b" in counts.get_title(loc="left") and series(counts) == [], "one series needs no key"
+
+
+def boxes(made, monkeypatch):
+    """The texts of a figure that are drawn, with their places on it; an axis keeps labels that it does not draw."""
+    texts, draw = [], Text.draw
+    monkeypatch.setattr(Text, "draw", lambda self, *args, **more: (texts.append(self), draw(self, *args, **more)))
+    canvas = FigureCanvasAgg(made)
+    canvas.draw()
+    shown = {id(text): text for text in texts if text.get_text().strip() and text.get_visible()}.values()
+    return [(text.get_text(), text.get_window_extent(canvas.get_renderer())) for text in shown]
+
+
+@pytest.mark.parametrize("models", [1, 2, 3, 20])
+def test_no_two_texts_overlap(models, monkeypatch):
+    found = boxes(drawn(SPEEDS, models=tuple(f"model {i}" for i in range(models))), monkeypatch)
+    assert len(found) > 10
+    overlapping = [
+        (one, other) for (one, a), (other, b) in itertools.combinations(found, 2)
+        if a.shrunk(0.98, 0.9).overlaps(b.shrunk(0.98, 0.9)) and a.width > 1 and b.width > 1
+    ]  # fmt: skip
+    assert not overlapping
+
+
+def test_every_axis_says_what_it_is_with_a_unit():
+    made = drawn(SPEEDS, models=("a", "b"))
+    assert made.axes[0].get_xlabel().endswith("(cm/s)") and made.axes[0].get_ylabel() == "spikes per trial"
+    assert {part.get_supxlabel() for part in made.subfigs} >= {"bearing of the stimulus (degrees, left positive)"}

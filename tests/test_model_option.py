@@ -214,7 +214,7 @@ def test_settings_work_on_clips_footage_and_curves(colias):
 
 
 def test_models_without_a_colour_of_their_own_get_different_ones():
-    from experiments.bench.core.plotting import colours
+    from experiments.bench.core.figures.palette import colours
 
     given = colours(["dsnn", "dsnn:w_i=1", "mine", "dsnn:w_i=0", "emd"])
     assert len(set(given.values())) == 5 and given["dsnn"] == colours(["dsnn"])["dsnn"]

@@ -82,6 +82,7 @@ class Figure:
     kind
         ``traces``: the models' potentials over each clip. ``peaks``: their peaks against a parameter of the clips.
         ``background``: their peaks in depth and translation against the background's speed, px a frame.
+        ``edges``: clips of a single edge of either polarity, and what the other models leave of the DSNN's |HS|.
     along
         The parameter on the axis of peaks: ``speed``, ``grey`` or ``background_speed``.
     lines, panels
@@ -93,14 +94,14 @@ class Figure:
         A value is none of these.
     """
 
-    kind: Literal["traces", "peaks", "background"] = "traces"
+    kind: Literal["traces", "peaks", "background", "edges"] = "traces"
     along: str = "speed"
     lines: str = "background_speed"
     panels: str = "grey"
 
     def __post_init__(self) -> None:
-        if self.kind not in ("traces", "peaks", "background"):
-            raise ValueError(f"figure: kind={self.kind!r}: legal is traces, peaks, background")
+        if self.kind not in ("traces", "peaks", "background", "edges"):
+            raise ValueError(f"figure: kind={self.kind!r}: legal is traces, peaks, background, edges")
         for name in ("along", "lines", "panels"):
             if getattr(self, name) not in DRAWN:
                 raise ValueError(f"figure: {name}={getattr(self, name)!r}: legal is {', '.join(DRAWN)}")
@@ -180,7 +181,10 @@ class OfflineExperiment:
     def _check_figure(self) -> None:
         """Peaks are drawn against parameters: every clip has to have them."""
         of_peaks = (self.figure.along, self.figure.lines, self.figure.panels)
-        drawn = {"peaks": of_peaks, "background": ("speed", "grey", "background_speed")}.get(self.figure.kind, ())
+        of_edges = ("polarity", "motion", "speed")
+        drawn = {"peaks": of_peaks, "background": ("speed", "grey", "background_speed"), "edges": of_edges}.get(
+            self.figure.kind, ()
+        )
         for clip in self.clips:
             known = stimulus_entry(clip.stimulus).params
             for name in drawn:

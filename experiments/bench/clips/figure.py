@@ -12,8 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from experiments.bench.clips import edges_figure
 from experiments.bench.clips.experiment import Figure as Drawing
-from experiments.bench.core.plotting import STYLE, colours, plain
+from experiments.bench.core.figures.palette import colours
+from experiments.bench.core.figures.plotting import STYLE, plain
 
 Rows = Sequence[Mapping[str, Any]]
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
@@ -28,6 +30,8 @@ def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str
             return _traces(rows, frames, thresholds)
         if drawing.kind == "background":
             return _background(rows, thresholds)
+        if drawing.kind == "edges":
+            return edges_figure.draw(rows, frames, thresholds)
         return _peaks(drawing, rows, thresholds)
 
 

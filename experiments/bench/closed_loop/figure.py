@@ -14,8 +14,8 @@ from matplotlib.patches import Circle
 
 from colias_sim.envs import ENVS
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.core import plotting
-from experiments.bench.core.plotting import INCHES_A_ROW, Panel, scoreboard
+from experiments.bench.core.figures import plotting
+from experiments.bench.core.figures.plotting import INCHES_A_ROW, Panel, scoreboard
 from experiments.bench.core.scores import Standing
 from scenes import ARENA_RADIUS_CM
 

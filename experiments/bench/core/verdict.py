@@ -172,6 +172,8 @@ class Verdict:
         The same claim on the trials of all replicates together.
     tried
         What was tried to make it hold, or what limits it. Told where it fails, or does not hold in all replicates.
+    mechanism
+        What the network does in the claim's own trials, in numbers; empty where no experiment shows it.
     used_to_choose
         The readings of the paper that were chosen because this claim favoured them.
 
@@ -202,6 +204,7 @@ class Verdict:
     pooled: str = ""
     tried: str = ""
     used_to_choose: str = ""
+    mechanism: str = ""
 
     def __post_init__(self) -> None:
         if self.replicates is None:

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from experiments.bench.core.plotting import INCHES_A_ROW, STYLE, Panel, colours, scoreboard
+from experiments.bench.core.figures.palette import colours
+from experiments.bench.core.figures.plotting import INCHES_A_ROW, STYLE, Panel, scoreboard
 from experiments.bench.core.scores import Standing
 
 _SHOWN = ("robot", "clips")
@@ -25,6 +26,6 @@ def draw(standings: Sequence[Standing], repeats: int) -> Figure:
         drawn = Figure(figsize=(9.6, 1.75 + INCHES_A_ROW * len(standings)), layout="constrained")
         axes = drawn.subplots(1, len(PANELS), sharey=True)
         scoreboard(axes, PANELS, standings, colours(standing.name for standing in standings))
-        said = f"leaderboard, n = {repeats} of each trial; 95 % intervals; dotted: chance; -: does not apply"
+        said = f"leaderboard, n = {repeats} of each trial; 95 % intervals; dotted: chance"
         drawn.suptitle(said, fontsize=9, x=0.01, ha="left")
     return drawn

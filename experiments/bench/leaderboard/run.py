@@ -12,8 +12,8 @@ from experiments.bench.clips import plan as clips_plan
 from experiments.bench.clips import run as clips_run
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.core import plotting
 from experiments.bench.core.batch import Batch, Resources
+from experiments.bench.core.figures import plotting
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.pool import Pool
 from experiments.bench.core.scores import Standing

@@ -14,10 +14,12 @@ from matplotlib.figure import Figure
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.clips.experiment import Figure as Drawing
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.figures.plotting import STYLE
 from experiments.bench.core.models import rebuilt
-from experiments.bench.core.plotting import STYLE
 from experiments.bench.robot import figure as robot_figure
+from experiments.bench.robot.mechanism import excitation, excitation_figure
 from experiments.bench.robot.mechanism import figure as mechanism_figure
+from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
 
 
 def draw(folder: Path, said: Mapping[str, Any], trials: pa.Table, frames: pa.Table) -> Figure:
@@ -43,18 +45,29 @@ def draw(folder: Path, said: Mapping[str, Any], trials: pa.Table, frames: pa.Tab
             thresholds = {model["label"]: _threshold(model) for model in said["models"]}
             drawn = clips_figure.draw(Drawing(**declared["figure"]), shown, frames, thresholds)
         else:
-            settings = said["settings"]
-            labels = [model["label"] for model in settings["models"]]
-            title = robot_figure.title(declared["name"], labels, settings["scene"]["arena"], said["repeats"])
-            threshold = _threshold(settings["models"][0])
-            if declared["figure"] == "mechanism":
-                drawn = mechanism_figure.figure(rows, declared["varies"], title, threshold)
-            else:
-                drawn = robot_figure.figure(rows, frames, declared["varies"], title, threshold)
+            drawn = _of_robot(said, rows, frames)
     except (KeyError, TypeError, IndexError) as error:
         raise UsageError(f"{folder}: not the files of one run: {type(error).__name__}: {error}") from None
     setattr(drawn, "_repr_png_", lambda: _png(drawn))  # what notebooks look for  # noqa: B010
     return drawn
+
+
+def _of_robot(said: Mapping[str, Any], rows: list[Any], frames: pa.Table) -> Figure:
+    """The figure of trials with the robot."""
+    declared, settings = said["experiment"], said["settings"]
+    models = {model["label"]: model for model in settings["models"]}
+    arena, labels = settings["scene"]["arena"], list(models)
+    if declared["figure"] == "excitation" and set(NEEDED) <= set(models):
+        found = excitation.courses(rows, frames, float(models[WHOLE]["network"]["w_i"]))
+        if found:
+            title = robot_figure.title(declared["name"], [WHOLE], arena, said["repeats"])
+            return excitation_figure.figure(found, title, _threshold(models[WHOLE]))
+    title = robot_figure.title(declared["name"], labels, arena, said["repeats"])
+    thresholds = {label: _threshold(model) for label, model in models.items()}
+    if declared["figure"] == "mechanism":
+        return mechanism_figure.figure(rows, declared["varies"], title, thresholds[labels[0]])
+    shown = without_parts(rows) if declared["figure"] == "excitation" else rows
+    return robot_figure.figure(shown, frames, declared["varies"], title, thresholds)
 
 
 def _threshold(model: Mapping[str, Any]) -> float | None:

@@ -164,7 +164,7 @@ def run(
             table = judged(found, repeats, seed, failures)
             files.write_json("fidelity.json", table.rows())
             show(table)
-    from experiments.bench.core import plotting  # not before: workers do without matplotlib
+    from experiments.bench.core.figures import plotting  # not before: workers do without matplotlib
     from experiments.bench.reproduction import fidelity_figure
 
     plotting.save(fidelity_figure.draw(table), folder, "fidelity")

@@ -17,14 +17,15 @@ from matplotlib.figure import Figure
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.claims.texts import claim_texts
-from experiments.bench.core.plotting import STYLE
+from experiments.bench.core.figures.plotting import STYLE
 from experiments.bench.core.store.description import plain
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.verdict import Outcome, Verdict
-from experiments.bench.reproduction import robustness
+from experiments.bench.reproduction import mechanisms, robustness
 from experiments.bench.reproduction.claims import is_random
 from experiments.bench.reproduction.plan import WHOLE
 from experiments.bench.reproduction.reproduce import Reproduction
+from experiments.bench.robot.experiment import Drawing
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
@@ -33,6 +34,12 @@ SHADES = {"holds": "#2a9d8f", "fails": "#b5485d", "vacuous": "#e9dcb5", "unteste
 SIGNS = {"holds": "holds", "fails": "fails", "vacuous": "vacuous", "untested": "-"}
 
 
+ALTS: Mapping[Drawing, str] = {
+    "spikes": "Spikes of every trial of {name}, and the HS potential over each",
+    "mechanism": "Spikes, time in view, firing rate and HS potential of {name}",
+    "excitation": "Excitation, weighted inhibition, HS and spikes over the trials of {name}",
+}
+"""What a figure is, for who cannot see it."""
 TOTALS = (
     "held in every replicate", "held in some, not in every replicate", "held in no replicate",
     "vacuous in every replicate", "not judged",
@@ -63,6 +70,7 @@ def write(result: Reproduction) -> Path:
         shows=[_show(report) for report in result.offline],
         loops=[_loop(played) for played in result.behaviours],
         whole=WHOLE,
+        explained=mechanisms.EXPLAINED,
         matrix=_inline(matrix.encode()) if matrix else "",
         parameters=json.dumps(result.description, indent=2, default=plain),
         versions=result.description["versions"],
@@ -127,6 +135,7 @@ def _run(plan: Plan, report: Report) -> dict[str, Any]:
         "name": plan.experiment.name,
         "summary": plan.experiment.summary,
         "figure": _inline(figure.read_bytes()) if report.rows else "",
+        "alt": ALTS[plan.experiment.figure].format(name=plan.experiment.name),
         "columns": names,
         "conditions": [[_cell(row[name]) for name in names] for row in spikes],
         "spikes": spikes,

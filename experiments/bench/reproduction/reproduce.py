@@ -23,7 +23,7 @@ from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console
 from experiments.bench.core.verdict import Outcome, Verdict
-from experiments.bench.reproduction import claims, replicates, robustness
+from experiments.bench.reproduction import claims, mechanisms, replicates, robustness
 from experiments.bench.reproduction.plan import BESIDE, REPLICATES, SENSITIVITY, Planned, Scale, design, planned
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
@@ -117,8 +117,11 @@ def reproduce(
     )
     every = [first, *replicates.studied(made.others, rows)]
     own = closed_loop_claims.judge(closed_loop_claims.episodes(played)) if played else []
+    judged = mechanisms.explained(
+        claims.verdicts(every, shows, scale.name), {each.experiment.name: report.courses for each, report in runs}
+    )
     result = Reproduction(
-        folder, scale, seed, claims.verdicts(every, shows, scale.name), runs, shows,
+        folder, scale, seed, judged, runs, shows,
         replicates.survival(made.moves, moved, first) if made.moves else {}, played, own,
         {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]),
     )  # fmt: skip

@@ -15,10 +15,11 @@ from experiments.bench.core.claims.declared import check_claims
 from experiments.bench.core.errors import check_declared, short
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.verdict import Claim
+from experiments.bench.robot.mechanism.parts import NEEDED
 
 Motion = Literal["translation", "approach", "recession"]
 Direction = Literal["rightward", "leftward", "straight"]
-Drawing = Literal["spikes", "mechanism"]
+Drawing = Literal["spikes", "mechanism", "excitation"]
 WORDS = {"motion": get_args(Motion), "direction": get_args(Direction)}
 LIMITS = {
     "speed_cm_s": (0.1, 100.0), "distance_cm": (0.5, 100.0), "far_cm": (1.0, 100.0), "angle_deg": (-80.0, 80.0),
@@ -71,7 +72,6 @@ class Condition:
 
     motion: Motion
     direction: Direction
-    """Of the image of the stimulus; ``straight`` on the axis."""
     speed_cm_s: float
     distance_cm: float
     far_cm: float | None = None
@@ -80,9 +80,7 @@ class Condition:
     wall_contrast: float | None = None
     observer_speed_cm_s: float = 0.0
     observer_turn_deg_s: float = 0.0
-    """Left positive."""
     acceleration_cm_s2: float = 100.0
-    """With which the stimulus starts, and stops."""
 
     def __post_init__(self) -> None:
         for name, said in WORDS.items():
@@ -189,7 +187,8 @@ class Experiment:
         them.
     figure
         ``spikes``: every trial's count, and the potential over the trial. ``mechanism``: counts, time in view, firing
-        rate and potential against ``varies``, a number, of crossings.
+        rate and potential against ``varies``, a number, of crossings. ``excitation``: excitation and inhibition of HS
+        over the trial, from the models that ``approach-mechanism`` declares.
 
     Raises
     ------
@@ -245,6 +244,8 @@ class Experiment:
                 raise ValueError(f"{where}: models[{index}] is {short(model)}: expected a name or a path")
         if self.figure not in get_args(Drawing):
             raise ValueError(f"{where}: figure={short(self.figure)}: legal is {', '.join(get_args(Drawing))}")
+        if self.figure == "excitation" and not set(NEEDED) <= set(self.models):
+            raise ValueError(f"{where}: figure='excitation': legal where models has {', '.join(NEEDED)}")
 
     def _check_conditions(self, conditions: tuple[Condition, ...]) -> None:
         twice = next((c for i, c in enumerate(conditions) if c in conditions[:i]), None)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import pyarrow as pa
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
-from experiments.bench.core.plotting import COLOURS, LINES, STYLE, plain
+from experiments.bench.core.figures.palette import LINES, MARKERS, Mark, level_colours, marks
+from experiments.bench.core.figures.plotting import STYLE, plain
 from experiments.bench.core.statistics import summarise
 from experiments.bench.core.store.rows import group
 from experiments.bench.robot.plan import Plan
@@ -46,14 +49,38 @@ UNITS = {
 }
 MOST_NAMED = 4
 """Models that a title names."""
-LEGEND: dict[str, Any] = {"frameon": False, "loc": "lower center", "bbox_to_anchor": (0.5, 0.99)}
+ACROSS = 4
+"""Most panels of traces in a row."""
+MOST_DOTTED = 4
+"""Series beyond which single trials are left out of the panel of counts: means and intervals stay readable."""
+SPREAD, NARROW = 0.62, 0.24
+"""Width of all series at one level, as a share of the smallest gap between levels: of words, and of numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """The trials that one line of the panel of counts is of: one model under one combination of the other conditions.
+
+    Parameters
+    ----------
+    label
+        What tells it apart from the others.
+    rows
+        Its trials.
+    mark
+        How it is drawn.
+    """
+
+    label: str
+    rows: Rows
+    mark: Mark
 
 
 def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
-    """`figure` of a run: its first model's traces, every model's counts."""
+    """`figure` of a run."""
     settings, varies = plan.settings, plan.experiment.varies
     said = title(plan.experiment.name, [model.label for model in settings.models], settings.scene.arena, plan.repeats)
-    return figure(rows, frames, varies, said, settings.models[0].threshold)
+    return figure(rows, frames, varies, said, {model.label: model.threshold for model in settings.models})
 
 
 def title(name: str, models: Sequence[str], arena: str, repeats: int) -> str:
@@ -62,36 +89,65 @@ def title(name: str, models: Sequence[str], arena: str, repeats: int) -> str:
     return f"{name}: {shown}, {arena} arena, n = {repeats}"
 
 
-def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float | None) -> Figure:
-    """Left: spikes of every trial, with means and 95 % intervals. Right: HS against bearing, or against time.
+def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Mapping[str, float | None]) -> Figure:
+    """Draw the counts of every trial, and the potential over each, a panel for each model.
 
     A bearing is left positive, here as in the tables; its axis has the left on the left, as the image has.
-    One colour per level of ``varies``; one line style for each combination of the conditions that differ beside it.
+
+    Parameters
+    ----------
+    rows
+        Of ``trials.parquet``.
+    frames
+        Of ``frames.parquet``.
+    varies
+        The column along the axis of the counts. An axis of numbers has their scale; words have no line between them.
+    title
+        Title of the figure.
+    thresholds
+        Each model's spiking threshold; ``None``: it does not spike.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Left: counts with means and 95 % intervals. With one model the colours are those of the levels, as on the
+        right; with several, those of the models. Right: the HS potential of each model (of looming detectors theirs),
+        coloured by level.
     """
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    levels = list(dict.fromkeys(row[varies] for row in rows))
+    if not isinstance(levels[0], str):
+        levels.sort()
+    colours = level_colours(levels)
+    across = 1 if len(models) == 1 else 2 if len(models) <= 4 else ACROSS
+    down = math.ceil(len(models) / across)
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(8.4, 3.6), layout="constrained")
-        counts, traces = drawn.subplots(1, 2, width_ratios=[1, 1.25])
-        levels = list(dict.fromkeys(row[varies] for row in rows))
-        if not isinstance(levels[0], str):
-            levels.sort()
-        colours = _colours(levels)
-        series = _series(rows, varies)
-        axis = _trace_axis(rows)
-        for place, (label, chosen) in enumerate(series.items()):
-            style = LINES[place % len(LINES)]
-            _counts(counts, chosen, varies, colours, _place(place, len(series)), style, label)
-            shown = [row for row in chosen if row["model"] == rows[0]["model"]]
-            _traces(traces, shown, frames, varies, colours, style, axis)
-        if len(series) > 1:
-            counts.legend(fontsize=7, handlelength=3, **LEGEND, ncols=2)
-        counts.set_xticks(range(len(levels)), [_said(level) for level in levels])
-        counts.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial", ylim=(-2, None))
-        _frame(traces, colours, UNITS.get(varies, ""), threshold, axis)
+        drawn = Figure(figsize=(4.4 + (4.4 if across == 1 else 3.1 * across), max(3.7, 2.4 * down + 0.9)),
+                       layout="constrained")  # fmt: skip
         drawn.suptitle(plain(title), fontsize=10, x=0.01, ha="left")
+        left, right = drawn.subfigures(  # type: ignore[misc]  # two of them, as NumPy has them
+            1, 2, width_ratios=[4.0, 4.8 if across == 1 else 3.1 * across]
+        )
+        silent = [model for model in models if thresholds.get(model, 0.0) is None]
+        _counts(left, [row for row in rows if row["model"] not in silent] or rows, varies, levels,
+                colours if len(models) == 1 else None, silent)  # fmt: skip
+        panels = right.subplots(down, across, squeeze=False, sharex=True, sharey=True)
+        axis = _trace_axis(rows)
+        for axes, model in zip(panels.flat, models, strict=False):
+            own = [row for row in rows if row["model"] == model]
+            _traces(axes, own, frames, varies, colours, axis)
+            _threshold(axes, thresholds.get(model), (1,) if _looming(own[0]) else (1, -1))
+            if len(models) > 1:
+                axes.set_title(plain(model), fontsize=9, loc="left")
+        for axes in list(panels.flat)[len(models) :]:
+            axes.set_visible(False)
+        _frame(right, panels[0, 0], axis)
+        _level_keys(right, colours, UNITS.get(varies, ""), _others(rows, varies, models))
     return drawn
 
 
-def _said(level: Any) -> str:
+def said(level: Any) -> str:
+    """Return a level as axes and keys show it."""
     return level if isinstance(level, str) else f"{level:g}"
 
 
@@ -102,79 +158,132 @@ def _trace_axis(rows: Rows) -> str:
     return "stimulus_bearing_deg" if crossing and still else "sim_time_s"
 
 
-def _colours(levels: Sequence[Any]) -> dict[Any, Any]:
-    """A colour for each level, none twice."""
-    if len(levels) <= len(COLOURS):
-        return dict(zip(levels, COLOURS, strict=False))
-    return dict(zip(levels, mpl.colormaps["viridis"](np.linspace(0, 0.92, len(levels))), strict=True))
+def _conditions(rows: Rows, varies: str) -> list[str]:
+    """The columns beside ``varies`` and the model that tell conditions apart."""
+    return [name for name in varying(rows, varies) if name not in (varies, "model")]
 
 
-def _series(rows: Rows, varies: str) -> dict[str, Rows]:
-    """Label -> its rows, for every combination of model and other conditions that differ between trials."""
-    others = [name for name in varying(rows, varies) if name != varies]
-    return {
-        plain(
-            ", ".join(
-                f"{v:g} {UNITS[c]}" if c in UNITS and v is not None else str(v)
-                for c, v in zip(others, values, strict=True)
-            )
-        ): chosen
-        for values, chosen in group(rows, *others).items()
-    }
+def _condition(row: Mapping[str, Any], names: Sequence[str]) -> str:
+    values = [(name, row[name]) for name in names]
+    return plain(", ".join(f"{v:g} {UNITS[n]}" if n in UNITS and v is not None else str(v) for n, v in values))
 
 
-def _place(index: int, count: int) -> float:
-    """Offset of the dots of series ``index`` of ``count`` from their tick."""
-    return 0.0 if count == 1 else min(0.6, 0.3 * (count - 1)) * (index / (count - 1) - 0.5)
+def _others(rows: Rows, varies: str, models: Sequence[str]) -> dict[str, Any]:
+    """Label -> line style of each combination of the other conditions, in the traces; none where there is one."""
+    names = _conditions(rows, varies)
+    own = [row for row in rows if row["model"] == models[0]]
+    labels = list(dict.fromkeys(_condition(row, names) for row in own))
+    return {label: LINES[i % len(LINES)] for i, label in enumerate(labels)} if len(labels) > 1 else {}
+
+
+def _series(rows: Rows, varies: str) -> list[Series]:
+    """A series for every model and combination of the other conditions: colours tell models, lines the conditions."""
+    names, own = _conditions(rows, varies), marks(row["model"] for row in rows)
+    found = []
+    for (model,), chosen in group(rows, "model").items():
+        parts = list(group(chosen, *names).values()) if names else [chosen]
+        for place, part in enumerate(parts):
+            words = [*([plain(model)] if len(own) > 1 else []), *([_condition(part[0], names)] if names else [])]
+            each = own[model]
+            mark = each if len(parts) == 1 else Mark(each.colour, MARKERS[place % 8], LINES[place % 8])
+            found.append(Series(", ".join(words), part, mark))
+    return found
 
 
 def _counts(
-    axes: Axes, rows: Rows, varies: str, colours: Mapping[Any, Any], shift: float, style: Any, label: str
-) -> None:
-    means: dict[float, float] = {}
-    for tick, (level, colour) in enumerate(colours.items()):
-        spikes = [row["spikes"] for row in rows if row[varies] == level]
-        if not spikes:
-            continue
-        place = tick + shift
-        wobble = np.linspace(-0.06, 0.06, len(spikes)) if len(spikes) > 1 else np.zeros(1)
-        axes.scatter(place + wobble, spikes, s=11, color=colour, alpha=0.65, linewidths=0, zorder=3)
-        summary = summarise(spikes)
-        means[place + 0.12] = summary.mean
-        if summary.n > 1:
-            error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
-            axes.errorbar(place + 0.12, summary.mean, yerr=error, fmt="_", color="black", capsize=3, lw=1.2, zorder=4)
-    axes.plot(list(means), list(means.values()), color="black", lw=0.9, ls=style, label=label, zorder=2)
+    place: SubFigure, rows: Rows, varies: str, levels: Sequence[Any], colours: Mapping[Any, str] | None,
+    silent: Sequence[str],
+) -> None:  # fmt: skip
+    """Spikes of every trial with means and intervals; ``colours`` of the levels where there is one model.
+
+    Models that do not spike, ``silent``, are named instead of being drawn at 0.
+    """
+    axes, series = place.subplots(), _series(rows, varies)
+    ordinal = isinstance(levels[0], str)
+    ticks = {level: float(i) if ordinal else float(level) for i, level in enumerate(levels)}
+    gaps = [b - a for a, b in zip(list(ticks.values()), list(ticks.values())[1:], strict=False)]
+    width = (SPREAD if ordinal else NARROW) * (min(gaps) if gaps else 1.0)
+    for index, each in enumerate(series):
+        shift = 0.0 if len(series) == 1 else width * (index / (len(series) - 1) - 0.5)
+        step = width / max(len(series), 3)
+        means = []
+        for level, tick in ticks.items():
+            spikes = [row["spikes"] for row in each.rows if row[varies] == level]
+            if spikes:
+                tint = colours[level] if colours else each.mark.colour
+                means.append((tick + shift, _level(axes, spikes, tick + shift, step, tint, each.mark, len(series))))
+        style = "none" if ordinal else each.mark.line
+        line = "black" if colours else each.mark.colour
+        axes.plot(*zip(*means, strict=True), color=line, lw=0.9, ls=style, label=each.label, zorder=2,
+                  marker=None if colours else each.mark.marker, ms=4)  # fmt: skip
+    axes.set_xticks(list(ticks.values()), [said(level) for level in levels], fontsize=7 if len(levels) > 6 else 9)
+    axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial")
+    axes.set_ylim(bottom=min(-2.0, -0.04 * axes.get_ylim()[1]))
+    if len(series) > 1:
+        columns = 2 if len(series) <= 12 else 3
+        place.legend(fontsize=7, handlelength=3, frameon=False, loc="outside upper center", ncols=columns)
+    if silent:
+        axes.set_title(plain(f"not drawn, as without spikes: {', '.join(silent)}"), fontsize=7, loc="left")
 
 
-def _traces(
-    axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[Any, Any], style: Any, axis: str
-) -> None:
-    if not rows:
-        return
+def _level(
+    axes: Axes, spikes: Sequence[float], place: float, step: float, tint: str, mark: Mark, several: int
+) -> float:
+    """Draw the trials of one series at one level; return their mean."""
+    if several <= MOST_DOTTED:
+        wobble = np.linspace(-0.2, 0.2, len(spikes)) * step if len(spikes) > 1 else np.zeros(1)
+        axes.scatter(place + wobble, spikes, s=11, color=tint, alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)
+    summary = summarise(spikes)
+    if summary.n > 1:
+        error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
+        edge = "black" if several == 1 else tint
+        axes.errorbar(place, summary.mean, yerr=error, fmt="_", color=edge, capsize=2.5, lw=1.2, zorder=4)
+    return summary.mean
+
+
+def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[Any, str], axis: str) -> None:
+    """The potential of one model over each of its trials."""
     own = frames.filter(np.asarray(frames["model"]) == rows[0]["model"])
-    trial, hs, place = (own[name].to_numpy() for name in ("trial", "hs", axis))
+    looming = _looming(rows[0])
+    names, styles = _conditions(rows, varies), _others(rows, varies, [rows[0]["model"]])
+    trial, potential, place = (own[name].to_numpy() for name in ("trial", "looming" if looming else "hs", axis))
     for row in rows:
         chosen = trial == row["trial"]
-        axes.plot(place[chosen], hs[chosen], color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
+        style = styles.get(_condition(row, names), "-")
+        axes.plot(place[chosen], potential[chosen], color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
+    if looming:
+        axes.annotate("the looming potential", (0.99, 0.02), xycoords="axes fraction", ha="right", fontsize=7)
 
 
-def _columns(labels: Sequence[Any]) -> int:
-    """How many columns of a legend fit above the traces."""
-    return max(1, min(6, 44 // (6 + max(len(str(label)) for label in labels))))
+def _looming(row: Mapping[str, Any]) -> bool:
+    """Whether a trial's model answers by a looming potential alone."""
+    return row["hs_spikes"] is None and row["looming_spikes"] is not None
 
 
-def _frame(axes: Axes, colours: Mapping[Any, Any], unit: str, threshold: float | None, axis: str) -> None:
-    """Thresholds, labels and the colours' legend about the traces."""
-    if threshold is not None:
-        for sign in (1, -1):
-            axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
-        axes.annotate(f"±T = {threshold:g}", (0.01, -threshold - 0.02), xycoords=("axes fraction", "data"), va="top")
+def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int]) -> None:
+    """The threshold as dashed lines: of either sign for HS, the positive one for looming."""
+    if threshold is None:
+        return
+    for sign in signs:
+        axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
+    text, lowest = f"{'±' if len(signs) > 1 else ''}T = {threshold:g}", -threshold if len(signs) > 1 else 0.0
+    axes.annotate(text, (0.01, lowest - 0.02), xycoords=("axes fraction", "data"), va="top", fontsize=7)
+
+
+def _frame(place: SubFigure, axes: Axes, axis: str) -> None:
+    """Axes and labels that all panels of traces have in common."""
     bearing = axis == "stimulus_bearing_deg"
     xlabel = "bearing of the stimulus (degrees, left positive)" if bearing else "time in the trial (s)"
-    axes.set(xlabel=xlabel, ylabel="HS membrane potential", ylim=(-1, 1))
+    axes.set_ylim(-1.02, 1.02)
     axes.xaxis.set_inverted(bearing)  # left on the left, as in the image: rightward motion goes to the right
-    keys = [
-        Line2D([], [], color=colour, lw=2, label=f"{_said(level)} {unit}".strip()) for level, colour in colours.items()
-    ]
-    axes.legend(handles=keys, columnspacing=1.2, **LEGEND, ncols=_columns([key.get_label() for key in keys]))
+    place.supxlabel(xlabel, fontsize=9)
+    place.supylabel("membrane potential of HS", fontsize=9)
+
+
+def _level_keys(place: SubFigure, colours: Mapping[Any, str], unit: str, others: Mapping[str, Any]) -> None:
+    """What the colours and the line styles of the traces stand for."""
+    keys = [Line2D([], [], color=tint, lw=2, label=f"{said(level)} {unit}".strip()) for level, tint in colours.items()]
+    keys += [Line2D([], [], color="black", lw=0.8, ls=style, label=label) for label, style in others.items()]
+    longest = max(len(str(key.get_label())) for key in keys)
+    place.legend(handles=keys, columnspacing=1.2, frameon=False, loc="outside upper center", fontsize=7,
+                 ncols=max(1, min(6, 60 // (6 + longest))))  # fmt: skip

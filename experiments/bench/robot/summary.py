@@ -11,8 +11,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from experiments.bench.core import plotting
 from experiments.bench.core.claims.numbers import is_number
+from experiments.bench.core.figures import plotting
 from experiments.bench.core.statistics import holm, paired, summarise
 from experiments.bench.core.store.rows import Failure, group, mixture
 from experiments.bench.core.store.run_folder import RunFolder
@@ -20,7 +20,10 @@ from experiments.bench.core.verdict import Verdict
 from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.claims import find, flaws, judge
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
+from experiments.bench.robot.mechanism import excitation, excitation_figure
 from experiments.bench.robot.mechanism import figure as mechanism_figure
+from experiments.bench.robot.mechanism.excitation import Course
+from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
 from experiments.bench.robot.open_loop import in_short, why
 from experiments.bench.robot.plan import Plan
 
@@ -47,6 +50,8 @@ class Report:
     comparisons: list[dict[str, Any]]
     flaws: str
     failures: list[Failure]
+    courses: list[Course]
+    """Of a run whose figure is about excitation; else empty."""
     open_loop: str = ""
 
 
@@ -62,18 +67,23 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
         for claim in map(find, plan.experiment.claims)
         if not claim.models and claim.concerns(model.channels)
     ] + _of_several(plan, rows, failures, admitted)
-    summary = summary_rows(rows)
+    shown = without_parts(rows) if plan.experiment.figure == "excitation" else rows
+    summary = summary_rows(shown)
     reference = plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""
-    compared = compare(rows, reference)
+    compared = compare(shown, reference)
+    found = courses_of(plan, rows, folder)
+    if found:
+        folder.write_rows("excitation.csv", excitation.table(found))
     if rows:
         folder.write_rows("summary.csv", summary)
-        plotting.save(_drawn(plan, rows, folder), folder.folder)
+        plotting.save(_drawn(plan, shown, folder, found), folder.folder)
     if compared:
         folder.write_rows("comparisons.csv", compared)
     folder.write_json("claims.json", verdicts)
     declared = plan.experiment
     return Report(
-        folder.folder, declared.varies, declared.figure, rows, summary, verdicts, compared, flaws(rows), list(failures),
+        folder.folder, declared.varies, declared.figure, shown, summary, verdicts, compared, flaws(rows),
+        list(failures), found,
         why(plan.settings.robot, min(each.speed_cm_s for each in declared.conditions()))
         if plan.settings.robot.open_loop else "",
     )  # fmt: skip
@@ -90,7 +100,17 @@ def _of_several(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure], ad
     ]
 
 
-def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> Figure:
+def courses_of(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> list[Course]:
+    """Excitation and inhibition in each condition; empty where the figure is about other things, or models lack."""
+    networks = {model.label: model.network for model in plan.settings.models}
+    if plan.experiment.figure != "excitation" or not set(NEEDED) <= set(networks):
+        return []
+    return excitation.courses(rows, folder.frames(), networks[WHOLE].w_i)
+
+
+def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder, found: Sequence[Course]) -> Figure:
+    if found:
+        return excitation_figure.draw(found, plan)
     if plan.experiment.figure == "mechanism":
         return mechanism_figure.draw(rows, plan)
     return robot_figure.draw(rows, folder.frames(), plan)

@@ -13,7 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from experiments.bench.core.plotting import STYLE, colours, plain
+from experiments.bench.core.figures.palette import colours, marks
+from experiments.bench.core.figures.plotting import STYLE, plain
 from experiments.bench.tuning.curves import (
     NOTHING,
     TuningPoint,
@@ -30,7 +31,8 @@ Answers = Sequence[TuningPoint]
 Channels = Mapping[str, Sequence[str]]
 ACROSS = 3
 SHADES = "RdBu_r"
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+WIDER = 2.4
+"""Points by which a curve is drawn wider for each later curve that lies on it, so that both are seen."""
 
 
 def draw(family: Family, given: Answers, channels: Channels) -> Figure:
@@ -45,28 +47,37 @@ def _largest(given: Answers, model: str, family: Family) -> float:
 
 def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
     """A panel for each line: every model's response as a share of its largest in the family."""
-    lines, tints = family.lines, colours(channels)
+    lines, tints = family.lines, marks(channels)
     drawn = Figure(figsize=(max(5.6, 3.0 * len(lines) + 0.4), 3.9), layout="constrained")
     panels = drawn.subplots(1, len(lines), sharey=True, squeeze=False)[0]
     for axes, line in zip(panels, lines, strict=True):
-        for place, model in enumerate(channels):
+        shares = {}
+        for model in channels:
             x, response = curve(given, model, family.name, line)
-            largest = _largest(given, model, family) or 1.0
-            marker = MARKERS[place % len(MARKERS)]
-            axes.plot(x, [r / largest for r in response], marker=marker, ms=3.5, lw=1.2, color=tints[model])
+            shares[model] = x, [r / (_largest(given, model, family) or 1.0) for r in response]
+        for place, (model, (x, heights)) in enumerate(shares.items()):
+            mark, after = tints[model], list(shares.values())[place + 1 :]
+            under = sum(_alike(heights, others) for _, others in after)
+            axes.plot(x, heights, marker=mark.marker, ms=3.5 + WIDER * under, lw=1.2 + WIDER * under, ls=mark.line,
+                      color=mark.colour)  # fmt: skip
         _log(axes, sorted({probe.x for probe in family.probes if probe.line == line}))
         axes.axhline(0.0, color="black", lw=0.5)
         axes.set_xlabel(family.x.label)
         axes.set_title(line, fontsize=9)
     panels[0].set_ylabel("response / largest")
     keys = [
-        Line2D([], [], color=tints[model], marker=MARKERS[place % len(MARKERS)], ms=3.5, lw=1.2,
+        Line2D([], [], color=tints[model].colour, marker=tints[model].marker, ls=tints[model].line, ms=3.5, lw=1.2,
                label=plain(f"{model} (1 = {_largest(given, model, family):.2g})"))
-        for place, model in enumerate(channels)
+        for model in channels
     ]  # fmt: skip
     drawn.legend(handles=keys, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
     _title(drawn, family)
     return drawn
+
+
+def _alike(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two curves look like one on paper."""
+    return len(one) == len(other) and bool(np.allclose(one, other, rtol=0.0, atol=0.01))
 
 
 def _log(axes: Axes, ticks: Sequence[float]) -> None:

@@ -13,9 +13,9 @@ from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import pixels
 from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA, clip_contents
 from experiments.bench.clips.show import show
-from experiments.bench.core import plotting
 from experiments.bench.core.batch import Batch, Resources
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.figures import plotting
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.pool import Pool
 from experiments.bench.core.settings import check_counts, watchers

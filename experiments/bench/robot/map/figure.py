@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from experiments.bench.core.plotting import STYLE, plain
+from experiments.bench.core.figures.plotting import STYLE, plain
 from experiments.bench.robot.map.axes import Axis, said
 from experiments.bench.robot.map.judging import TOGETHER, Cell, by_claim
 from experiments.bench.robot.map.plan import MapPlan

@@ -77,7 +77,7 @@ def run(made: MapPlan, out: Path, resources: Resources, *, resume: bool) -> Map:
     whole = batch(made)
     with resources.pool() as pool, closing(whole.open(out, resources, resume)) as folder:
         failures = whole.fill(folder, pool, resources)
-        from experiments.bench.core import plotting  # not before: workers do without matplotlib
+        from experiments.bench.core.figures import plotting  # not before: workers do without matplotlib
         from experiments.bench.robot.map import figure
 
         found = cells(made, folder.rows())

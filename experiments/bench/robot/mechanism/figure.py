@@ -9,7 +9,8 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.bench.core.plotting import LINES, STYLE, colours, plain
+from experiments.bench.core.figures.palette import HUES, LINES, marks
+from experiments.bench.core.figures.plotting import STYLE, plain
 from experiments.bench.core.statistics import summarise
 from experiments.bench.robot.figure import AXIS_LABELS, title
 from experiments.bench.robot.mechanism.windows import NEAR_AXIS_CM
@@ -80,7 +81,7 @@ def _first_model(rows: Rows, varies: str, places: Sequence[Axes], threshold: flo
     for axes, (heading, columns) in zip(places, PANELS, strict=True):
         shown = [each for each in columns if each[0] != "spikes_in_window" or varies == "speed_cm_s"]
         for style, (column, name) in zip(LINES, shown, strict=False):
-            _curve(axes, rows, varies, column, "#3b6fb6", style, name)
+            _curve(axes, rows, varies, column, HUES[0], style, name)
         if heading.startswith("HS"):
             _threshold(axes, threshold)
         _frame(axes, rows, varies, heading)
@@ -92,13 +93,14 @@ def _every_model(
     rows: Rows, models: Sequence[str], varies: str, places: Sequence[Axes], threshold: float | None
 ) -> None:
     """A panel for each measure; the last place has the legend."""
-    tints = colours(models)
+    given = marks(models)
     for axes, (column, heading) in zip(places, COMPARED, strict=False):
         for index, model in enumerate(models):
             own = [row for row in rows if row["model"] == model]
-            alike = [tints[other] for other in models[:index]].count(tints[model])  # with the same colour before it
-            style = LINES[alike % len(LINES)]
-            _curve(axes, own, varies, column, tints[model], style, plain(model), width=2.2 if index == 0 else 1.1)
+            mark = given[model]
+            _curve(
+                axes, own, varies, column, mark.colour, mark.line, plain(model), 2.2 if index == 0 else 1.1, mark.marker
+            )
         if column != "spikes":
             _threshold(axes, threshold)
         _frame(axes, rows, varies, heading)
@@ -108,8 +110,9 @@ def _every_model(
 
 
 def _curve(
-    axes: Axes, rows: Rows, varies: str, column: str, tint: Any, style: Any, name: str, width: float = 1.4
-) -> None:
+    axes: Axes, rows: Rows, varies: str, column: str, tint: Any, style: Any, name: str, width: float = 1.4,
+    marker: str = "o",
+) -> None:  # fmt: skip
     """Means against the level, with their 95 % intervals where there are any."""
     levels = sorted({row[varies] for row in rows if row[column] is not None})
     if not levels:
@@ -117,7 +120,7 @@ def _curve(
     found = [summarise([row[column] for row in rows if row[varies] == level and row[column] is not None])
              for level in levels]  # fmt: skip
     means = [summary.mean for summary in found]
-    axes.plot(levels, means, color=tint, ls=style, lw=width, marker="o", ms=3, label=name)
+    axes.plot(levels, means, color=tint, ls=style, lw=width, marker=marker, ms=3, label=name)
     ranges = [(summary.ci_low, summary.ci_high) if summary.n > 1 else (summary.mean,) * 2 for summary in found]
     axes.vlines(levels, [low for low, _ in ranges], [high for _, high in ranges], color=tint, lw=1.0)
 

@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.bench.core.plotting import LINES, STYLE, plain
+from experiments.bench.core.figures.palette import LINES
+from experiments.bench.core.figures.plotting import STYLE, plain
 from experiments.bench.core.statistics import summarise
 from experiments.bench.core.store.rows import group, known
 from experiments.bench.robot.experiment import CONDITION_COLUMNS

@@ -66,7 +66,7 @@ def run(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path, 
     keys = [key for key, _ in points[0].values]
     if not rows:
         return Sweep(out, keys, varies, [], [], None, failed)
-    from experiments.bench.core import plotting  # not before: workers do without matplotlib
+    from experiments.bench.core.figures import plotting  # not before: workers do without matplotlib
     from experiments.bench.robot.sweep import figure
 
     summary = figure.table(rows, keys)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,6 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from experiments.bench.core.scores import Score, Standing
 
-LINES = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3)), (0, (6, 3)), (0, (6, 2, 1, 2)))
-COLOURS = ("#3b6fb6", "#2a9d8f", "#d98324", "#b5485d", "#6c5b9e", "#7a7a7a")
 STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
@@ -41,29 +38,6 @@ def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
             drawn.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
             partial.replace(folder / f"{name}.{kind}")
     return folder / f"{name}.png"
-
-
-MODEL_COLOURS = dict(
-    zip(
-        ("dsnn", "dsn2017", "dsnn-on-blocked", "dsnn-off-blocked", "emd", "lgmd1", "lgmd2", "flow"),
-        (*COLOURS, "#111111", "#8c564b"),
-        strict=False,
-    )
-)
-"""One colour a model, in every figure."""
-
-OTHER_COLOURS = ("#999999", "#e377c2", "#8a8a00", "#17becf", "#d62728", "#1f3fd6", "#7fbf3f", "#5a2d0c")
-"""Of models that have none of their own: a user's, and those under other settings than the registered."""
-
-
-def colours(models: Iterable[str]) -> dict[str, str]:
-    """Each model's colour in one figure: its own if it is the project's, otherwise one that no other model has.
-
-    With over eight others, colours come again.
-    """
-    named = list(dict.fromkeys(models))
-    others = iter(cycle(OTHER_COLOURS))
-    return {model: MODEL_COLOURS[model] if model in MODEL_COLOURS else next(others) for model in named}
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +79,7 @@ INCHES_A_ROW = 0.34
 TICKS_INCHES = 0.22
 """Height of the numbers below an axis; the keys stand under them."""
 MISSING = "#777777"
+NOT_APPLYING = "does not apply"
 
 
 def scoreboard(
@@ -117,7 +92,7 @@ def scoreboard(
     axes
         One for each panel, side by side, with a common y axis.
     panels, standings
-        What is drawn: dots with 95 % intervals, a dash where a measure does not apply, ``none`` where it is infinite.
+        What is drawn: dots with 95 % intervals; words where a measure does not apply or is infinite.
     tints
         Standing -> its colour.
     """
@@ -151,9 +126,9 @@ def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mappi
 def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str) -> None:
     found = [standing.scores.get(measure) for measure in panel.measures]
     if not any(score is not None and math.isfinite(score.value) for score in found):
-        said = "none" if any(score is not None and math.isinf(score.value) for score in found) else "-"
-        axes.annotate(said, (0.5, row), xycoords=("axes fraction", "data"), ha="center", va="center", color=MISSING,
-                      fontsize=14 if said == "-" else 8)  # fmt: skip
+        said = "none" if any(score is not None and math.isinf(score.value) for score in found) else NOT_APPLYING
+        axes.annotate(said, (0.02, row), xycoords=("axes fraction", "data"), ha="left", va="center", color=MISSING,
+                      fontsize=7, fontstyle="italic")  # fmt: skip
     if panel.column:
         each = [value for one in standing.rows if (value := one[panel.column]) is not None]
         axes.plot(each, [row + 0.3] * len(each), "|", color=tint, alpha=0.45, ms=5)

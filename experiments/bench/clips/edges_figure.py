@@ -1,0 +1,177 @@
+"""The figure of single edges: what the stimulus is, HS with either pathway blocked, and what is left of HS."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pyarrow as pa
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+
+from experiments.bench.clips.judging.mechanism import LEAST_OF_OTHER, MOST_OF_DRIVEN
+from experiments.bench.clips.judging.paper import DSNN, strongest
+from experiments.bench.core.figures.palette import LINES, colours
+from experiments.bench.core.figures.plotting import STYLE, plain
+
+Rows = Sequence[Mapping[str, Any]]
+
+CASES = {
+    "off": ("OFF edge: it darkens", ("dark object, leading edge", "light object, trailing edge")),
+    "on": ("ON edge: it brightens", ("dark object, trailing edge", "light object, leading edge")),
+}
+"""Polarity -> its name, and which edges of objects it is."""
+DARK, LIGHT, MARK, INK = "#4a4a4a", "#f4f4f4", "#c21f3a", "#222222"
+SKY = "#b9b9b9"
+"""The ground in the icons, between the greys of the two objects."""
+NAMES = {DSNN: "intact", "dsnn-on-blocked": "ON blocked", "dsnn-off-blocked": "OFF blocked"}
+CLEAR = 7.0
+"""Of a bar's numbers above its highest dot, per cent: over the line at 5 %."""
+WIDTHS = (1.15, 1.0, 0.95)
+"""Of the stimulus's icons, of a panel of traces, and of the bars: relative to each other."""
+
+
+def shares(rows: Rows) -> dict[tuple[str, str], float]:
+    """The largest |HS| of each model relative to that of the network as it is.
+
+    Parameters
+    ----------
+    rows
+        Of ``trials.parquet``, of one seed.
+
+    Returns
+    -------
+    dict
+        (clip, model) -> its share; NaN where the network as it is does not answer. Clips that it was not shown are
+        left out.
+    """
+    intact = {row["clip"]: strongest(row, "hs") for row in rows if row["model"] == DSNN}
+    return {
+        (row["clip"], row["model"]): strongest(row, "hs") / intact[row["clip"]] if intact[row["clip"]] else float("nan")
+        for row in rows
+        if row["model"] != DSNN and row["clip"] in intact
+    }
+
+
+def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -> Figure:
+    """Draw a row of panels for each polarity of the edge.
+
+    Parameters
+    ----------
+    rows
+        Of ``trials.parquet``, of one seed: clips of a single edge.
+    frames
+        Of ``frames.parquet``.
+    thresholds
+        Of the models' potentials.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Of each polarity: which edges of objects it is, HS of every model for each direction and speed, and bars of
+        the largest |HS| relative to that of the network as it is, with the bounds of C22.
+    """
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    polarities = [polarity for polarity in CASES if any(row["polarity"] == polarity for row in rows)]
+    shown = sorted({(row["motion"], row["speed"]) for row in rows}, key=lambda each: (each[0] != "rightward", *each))
+    tints, left = colours(models), shares(rows)
+    with mpl.rc_context(STYLE):
+        drawn = Figure(figsize=(11.0, 2.55 * len(polarities) + 0.7), layout="constrained")
+        ratios = (WIDTHS[0], *[WIDTHS[1]] * len(shown), WIDTHS[2])
+        grid = drawn.subplots(len(polarities), len(ratios), squeeze=False, width_ratios=ratios)
+        highest = max([strongest(row, "hs") for row in rows] + [t for t in thresholds.values() if t is not None])
+        for down, polarity in enumerate(polarities):
+            icons, *traces, bars = grid[down]
+            own = [row for row in rows if row["polarity"] == polarity]
+            _icons(icons, polarity)
+            for axes, (motion, speed) in zip(traces, shown, strict=True):
+                here = [row for row in own if (row["motion"], row["speed"]) == (motion, speed)]
+                _traces(axes, here, frames, tints)
+                _limits(axes, thresholds)
+                axes.set_ylim(-1.12 * highest, 1.12 * highest)
+                axes.tick_params(labelsize=7, labelleft=axes is traces[0])
+                axes.set_title(f"{motion}, {speed:g} px/s", fontsize=8)
+                axes.set_xlabel("time (s)", fontsize=8)
+            traces[0].set_ylabel("HS, right positive", fontsize=8)
+            _bars(bars, own, left, tints)
+        keys = [Line2D([], [], color=tint, lw=4.0 if model == DSNN else 1.8, alpha=0.45 if model == DSNN else 1.0,
+                       ls=_style(model, models), label=_said(model)) for model, tint in tints.items()]  # fmt: skip
+        limits = sorted({level for level in thresholds.values() if level is not None})
+        keys += [Line2D([], [], color="black", ls=":", lw=0.8, label=f"±T = {level:g}") for level in limits]
+        drawn.legend(handles=keys, loc="outside upper center", ncols=len(keys), frameon=False, fontsize=8)
+    return drawn
+
+
+def _said(model: str) -> str:
+    return NAMES.get(model) or plain(model)
+
+
+def _style(model: str, models: Sequence[str]) -> Any:
+    """Solid for the network as it is; another for each of the others, as they lie on it or on each other."""
+    others = [each for each in models if each != DSNN]
+    return "-" if model == DSNN else LINES[(others.index(model) + 2) % len(LINES)]
+
+
+def _icons(axes: Axes, polarity: str) -> None:
+    """Both objects that have such an edge, the edge marked; and luminance over time where the edge passes."""
+    name, cases = CASES[polarity]
+    axes.set(xlim=(0, 10), ylim=(0, 12.4))
+    axes.set_axis_off()
+    axes.set_title(name, fontsize=9, loc="left", color=INK, fontweight="bold")
+    for bottom, said in zip((8.6, 4.4), cases, strict=True):
+        dark, leading = said.startswith("dark"), said.endswith("leading edge")
+        axes.add_patch(Rectangle((0.2, bottom), 9.4, 2.4, fc=SKY, ec="none"))
+        axes.add_patch(Rectangle((3.2, bottom), 3.0, 2.4, fc=DARK if dark else LIGHT, ec="none"))
+        edge = 6.2 if leading else 3.2
+        axes.plot([edge, edge], [bottom, bottom + 2.4], color=MARK, lw=2.6, solid_capstyle="butt")
+        axes.annotate("", (9.2, bottom + 1.2), (6.8, bottom + 1.2), arrowprops={"arrowstyle": "->", "color": INK})
+        axes.text(0.2, bottom - 0.15, said, fontsize=7, va="top", color=INK)
+    high, low = (2.2, 0.9) if polarity == "off" else (0.9, 2.2)
+    axes.plot([0.2, 4.9, 4.9, 9.6], [high, high, low, low], color=INK, lw=1.5)
+    axes.plot([4.9, 4.9], [0.9, 2.2], color=MARK, lw=2.2)
+    axes.text(0.2, 0.55, "luminance where it passes", fontsize=7, va="top", color=INK)
+
+
+def _traces(axes: Axes, rows: Rows, frames: pa.Table, tints: Mapping[str, str]) -> None:
+    """HS of every model over one clip."""
+    trial, name, hs = (frames[column].to_numpy(zero_copy_only=False) for column in ("trial", "model", "hs"))
+    models = list(tints)
+    axes.axhline(0.0, color="black", lw=0.4)
+    for row in rows:
+        own, intact = (trial == row["trial"]) & (name == row["model"]), row["model"] == DSNN
+        time_s = np.arange(np.count_nonzero(own)) / row["fps"]
+        axes.plot(time_s, hs[own], color=tints[row["model"]], lw=4.0 if intact else 1.8, alpha=0.45 if intact else 1.0,
+                  ls=_style(row["model"], models), label=row["model"])  # fmt: skip
+
+
+def _limits(axes: Axes, thresholds: Mapping[str, float | None]) -> None:
+    """T, dotted."""
+    for level in {level for level in thresholds.values() if level is not None}:
+        for sign in (1, -1):
+            axes.axhline(sign * level, color="black", ls=":", lw=0.8)
+
+
+def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], tints: Mapping[str, str]) -> None:
+    """For each model a bar at the mean of its shares over the clips, and a dot for each clip."""
+    clips = list(dict.fromkeys(row["clip"] for row in rows))
+    others = [model for model in tints if model != DSNN and any((clip, model) in left for clip in clips)]
+    for place, model in enumerate(others):
+        each = [100.0 * left[clip, model] for clip in clips if (clip, model) in left]
+        axes.bar(place, float(np.mean(each)), width=0.62, color=tints[model], alpha=0.75)
+        axes.plot(place + np.linspace(-0.2, 0.2, len(each)), each, "o", ms=3, color=INK, zorder=3)
+        said = f"{min(each):.1f}" if max(each) - min(each) < 0.05 else f"{min(each):.1f} to {max(each):.1f}"
+        axes.text(place, max(each) + CLEAR, f"{said} %", fontsize=7, ha="center", va="bottom")
+    for bound in (MOST_OF_DRIVEN, LEAST_OF_OTHER):
+        axes.axhline(100.0 * bound, color=MARK, ls="--", lw=0.9)
+        axes.annotate(f"{100 * bound:g} %", (1.0, 100.0 * bound), xycoords=("axes fraction", "data"), fontsize=7,
+                      color=MARK, ha="right", va="bottom")  # fmt: skip
+    axes.set_xticks(range(len(others)), [_said(model).replace(" ", "\n") for model in others],
+                    fontsize=7)  # fmt: skip
+    axes.set(ylim=(0.0, 118.0), xlim=(-0.5, len(others)))
+    axes.set_yticks([0, 25, 50, 75, 100])
+    axes.tick_params(axis="y", labelsize=7)
+    axes.set_title("largest |HS|, % of intact", fontsize=8)

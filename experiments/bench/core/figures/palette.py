@@ -1,0 +1,88 @@
+"""How the models of a figure are told apart: a colour, a marker and a line style for each.
+
+The ten hues were found by a search for colours that stay apart in normal vision and under simulated deuteranopia and
+protanopia (Machado, Oliveira and Fernandes 2009); `tests/test_palette.py` holds them to it. More than ten series share
+hues, and differ in line style. Greys are of baselines alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+
+HUES: tuple[str, ...] = (
+    "#1137b1", "#fe8706", "#278100", "#85225e", "#dd3d74", "#7b5de6", "#118ca8", "#c19af7", "#5cc28a", "#004700",
+)  # fmt: skip
+GREYS: tuple[str, ...] = ("#989898", "#383838", "#c8c8c8")
+"""Of models and behaviours that a figure shows for comparison alone."""
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+LINES = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3)), (0, (6, 3)), (0, (6, 2, 1, 2)))
+BASELINES = ("flow", "still", "random", "straight")
+"""Models and behaviours that are drawn in grey."""
+NAMED = (
+    "dsnn", "dsn2017", "emd", "lgmd1", "lgmd2", "hybrid", "dsnn-on-blocked", "dsnn-off-blocked", "dsnn-reference",
+)  # fmt: skip
+"""Models that have the same hue in every figure, in the order of `HUES`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """How a series is drawn.
+
+    Parameters
+    ----------
+    colour
+        As ``#rrggbb``.
+    marker, line
+        As matplotlib has them.
+    """
+
+    colour: str
+    marker: str
+    line: Any
+
+
+def marks(names: Iterable[str]) -> dict[str, Mark]:
+    """Return a mark for each name; no two have both colour and line style in common.
+
+    Parameters
+    ----------
+    names
+        Labels of models or behaviours. Those in `NAMED` have the same colour in every figure. Others take the hues
+        that no model of this figure has; then hues come again with another line style.
+
+    Returns
+    -------
+    dict of str to Mark
+        In the order of ``names``.
+    """
+    listed = list(dict.fromkeys(names))
+    fixed = {name: NAMED.index(name) for name in listed if name in NAMED}
+    free = iter([slot for slot in range(len(HUES) * len(LINES)) if slot not in fixed.values()])
+    greys = iter(range(len(GREYS) * len(LINES)))
+    found: dict[str, Mark] = {}
+    for name in listed:
+        if name in BASELINES:
+            slot, colours = next(greys), GREYS
+        else:
+            slot, colours = fixed[name] if name in fixed else next(free), HUES
+        turn, hue = divmod(slot, len(colours))
+        found[name] = Mark(colours[hue], MARKERS[(slot + turn) % len(MARKERS)], LINES[turn])
+    return found
+
+
+def colours(names: Iterable[str]) -> dict[str, str]:
+    """Return the colour of each name's mark, for figures with a panel or a row for each."""
+    return {name: mark.colour for name, mark in marks(names).items()}
+
+
+def level_colours(levels: Sequence[Any]) -> dict[Any, str]:
+    """Return a colour for each level of a condition: numbers from dark to light, words in hues; none twice."""
+    if all(isinstance(level, str) for level in levels) and len(levels) <= len(HUES):
+        return dict(zip(levels, HUES, strict=False))
+    shades = mpl.colormaps["viridis"](np.linspace(0.0, 0.88, max(len(levels), 2)))
+    return {level: mpl.colors.to_hex(shade) for level, shade in zip(levels, shades, strict=False)}

@@ -1,0 +1,177 @@
+"""The figure of excitation and inhibition over a trial, and of what w_i leaves of symmetric motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from experiments.bench.core.figures.palette import HUES
+from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.robot.figure import title
+from experiments.bench.robot.mechanism.excitation import Course, Floats
+from experiments.bench.robot.mechanism.parts import WHOLE
+from experiments.bench.robot.plan import Plan
+
+ACROSS = 5
+"""Conditions side by side."""
+EXCITED, INHIBITED, POTENTIAL, BALANCED = HUES[0], HUES[4], "black", HUES[1]
+LEFTOVER = HUES[2]
+HEIGHTS = (1.4, 1.7, 0.8)
+"""Of the three panels of a condition, inches: E and I, HS, spikes."""
+ROOM = 1.22
+"""Of titles and axes of a row of conditions, inches."""
+QUIET = 0.01
+"""Share of the largest E or I below which a frame is quiet: the time before the first other and after the last one, in
+any condition, is not shown."""
+MARGIN_S = 0.15
+
+
+def draw(found: Sequence[Course], plan: Plan) -> Figure:
+    """`figure` of a run."""
+    settings = plan.settings
+    (whole,) = (model for model in settings.models if model.label == WHOLE)
+    said = title(plan.experiment.name, [WHOLE], settings.scene.arena, plan.repeats)
+    return figure(found, said, whole.threshold)
+
+
+def figure(found: Sequence[Course], said: str, threshold: float | None) -> Figure:
+    """Draw the conditions of a run side by side.
+
+    Parameters
+    ----------
+    found
+        One or more conditions; see `experiments.bench.robot.mechanism.excitation.courses`.
+    said
+        Title of the figure.
+    threshold
+        T of the network as it is; ``None``: it does not spike.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Three panels for each condition, against time: excitation and weighted inhibition; HS, its leftover of
+        symmetric motion, and HS with w_i = 1; the spikes of every trial. Lines are means over trials, shades one
+        standard deviation to either side.
+    """
+    blocks = [found[start : start + ACROSS] for start in range(0, len(found), ACROSS)]
+    across = min(len(found), ACROSS)
+    with mpl.rc_context(STYLE):
+        drawn = Figure(
+            figsize=(max(2.2 * across, 6.4), (sum(HEIGHTS) + ROOM) * len(blocks) + 0.3), layout="constrained"
+        )
+        grid = drawn.subplots(3 * len(blocks), across, squeeze=False, sharex=True, height_ratios=HEIGHTS * len(blocks))
+        highest, deepest = _limits(found, threshold)
+        for row, block in enumerate(blocks):
+            for column in range(across):
+                panels = list(grid[3 * row : 3 * row + 3, column])
+                if column >= len(block):
+                    for axes in panels:
+                        axes.set_axis_off()
+                    continue
+                _condition(block[column], panels, threshold, first=column == 0)
+                panels[0].set_ylim(-0.05 * highest, 1.08 * highest)
+                panels[1].set_ylim(-1.1 * deepest, 1.1 * deepest)
+        grid[0, 0].set_xlim(*_busy(found, QUIET * highest))
+        drawn.suptitle(plain(said), fontsize=10, x=0.01, ha="left")
+        drawn.legend(handles=_keys(found[0].w_i, threshold), loc="outside lower center", ncols=4, frameon=False,
+                     fontsize=8)  # fmt: skip
+    return drawn
+
+
+def _limits(found: Sequence[Course], threshold: float | None) -> tuple[float, float]:
+    """The largest mean of E and I, and the largest size of HS, over all conditions: they share their axes."""
+    every = [course.curves() for course in found]
+    sums = [curves[name].mean(axis=0) + curves[name].std(axis=0) for curves in every
+            for name in ("excitation", "weighted_inhibition")]  # fmt: skip
+    finite = [float(values[np.isfinite(values)].max(initial=0.1)) for values in sums]
+    sizes = [float(np.abs(curves[name]).max()) for curves in every for name in ("hs", "hs_w_i_1")]
+    return max(finite), max([*sizes, threshold or 0.1])
+
+
+def _busy(found: Sequence[Course], quiet: float) -> tuple[float, float]:
+    """From when to when E or I is above ``quiet`` in any condition, with a margin; the whole time if it never is."""
+    times = [
+        course.time_s[np.maximum(curves["excitation"], curves["weighted_inhibition"]).mean(axis=0) > quiet]
+        for course in found
+        for curves in [course.curves()]
+    ]
+    busy = np.concatenate(times)
+    if not busy.size:
+        return 0.0, max(float(course.time_s[-1]) for course in found)
+    return max(0.0, float(busy.min()) - MARGIN_S), float(busy.max()) + MARGIN_S
+
+
+def _condition(course: Course, panels: Sequence[Axes], threshold: float | None, *, first: bool) -> None:
+    """The three panels of one condition, top to bottom; the ``first`` of a row has the labels."""
+    sums, potential, raster = panels
+    curves, time_s = course.curves(), course.time_s
+    _mean(sums, time_s, curves["excitation"], EXCITED)
+    _mean(sums, time_s, curves["weighted_inhibition"], INHIBITED)
+    sums.set_title(_heading(course.condition), fontsize=8)
+    for each in curves["hs"]:
+        potential.plot(time_s, each, color=POTENTIAL, lw=0.4, alpha=0.35)
+    leftover = curves["residue"].mean(axis=0)
+    potential.fill_between(time_s, 0.0, leftover, color=LEFTOVER, alpha=0.55, lw=0)
+    potential.plot(time_s, curves["hs_w_i_1"].mean(axis=0), color=BALANCED, lw=1.2, ls="--")
+    potential.plot(time_s, curves["hs"].mean(axis=0), color=POTENTIAL, lw=1.4)
+    potential.axhline(0.0, color="black", lw=0.4)
+    for level in () if threshold is None else (threshold, -threshold):
+        potential.axhline(level, color="black", ls=":", lw=0.9)
+    _raster(raster, course)
+    raster.set_xlabel("time in the trial (s)", fontsize=8)
+    for axes in panels:
+        axes.tick_params(labelsize=7, labelleft=first and axes is not raster)
+    if first:
+        sums.set_ylabel("E, $w_i$ I (units of HS)", fontsize=8)
+        potential.set_ylabel("HS, right positive", fontsize=8)
+        raster.set_ylabel("trials", fontsize=8)
+
+
+def _mean(axes: Axes, time_s: Floats, values: Floats, colour: str) -> None:
+    """The mean over trials, and one standard deviation to either side."""
+    mean, spread = values.mean(axis=0), values.std(axis=0, ddof=1 if len(values) > 1 else 0)
+    axes.fill_between(time_s, mean - spread, mean + spread, color=colour, alpha=0.25, lw=0)
+    axes.plot(time_s, mean, color=colour, lw=1.2)
+
+
+def _raster(axes: Axes, course: Course) -> None:
+    """A row for each trial, a mark for each frame with spikes: those with w_i = 1 below those of the network as it is.
+
+    The heading counts the trials that fire.
+    """
+    count = len(course.trials)
+    for place, trial in enumerate(course.trials):
+        for shift, spikes, colour in ((0.0, trial.spikes, POTENTIAL), (count + 1, trial.spikes_balanced, BALANCED)):
+            times = course.time_s[spikes != 0]
+            axes.vlines(times, shift + place, shift + place + 0.9, color=colour, lw=1.0)
+    axes.set_ylim(2 * count + 1, -0.5)
+    axes.set_yticks([])
+    said = f"fire: {course.firing()} of {count}; with $w_i$ = 1: {course.firing(balanced=True)}"
+    axes.set_title(said, fontsize=7, pad=2)
+
+
+def _heading(condition: Mapping[str, Any]) -> str:
+    angle = condition["angle_deg"]
+    where = f"{condition['distance_cm']:g} cm" if angle is None else f"{angle:g}°"
+    way = condition["direction"]
+    return f"{condition['motion']} {where}\n{'on the axis' if way == 'straight' else f'image {way}'}"
+
+
+def _keys(w_i: float, threshold: float | None) -> list[Any]:
+    keys = [
+        Line2D([], [], color=EXCITED, label="excitation E"),
+        Line2D([], [], color=INHIBITED, label=f"weighted inhibition, {w_i:g} I"),
+        Line2D([], [], color=POTENTIAL, label=f"HS and spikes, $w_i$ = {w_i:g}"),
+        Line2D([], [], color=BALANCED, ls="--", label="HS and spikes, $w_i$ = 1"),
+        Patch(color=LEFTOVER, alpha=0.55, lw=0, label=f"left of symmetric motion, {1 - w_i:.2g} (E + I) / 2"),
+    ]
+    if threshold is not None:
+        keys.append(Line2D([], [], color="black", ls=":", label=f"±T = {threshold:g}"))
+    return keys

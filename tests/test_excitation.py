@@ -1,0 +1,244 @@
+"""Excitation and inhibition put together from potentials: laws of the network, the experiments, the figure."""
+
+import dataclasses
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pytest
+
+import experiments
+from dsnn import layers
+from dsnn.filters import alpha
+from dsnn.reference import ReferenceDSNN
+from experiments import Angular, Experiment
+from experiments.bench import registry
+from experiments.bench.core.claims.texts import claim_texts
+from experiments.bench.core.verdict import Verdict
+from experiments.bench.reproduction import mechanisms
+from experiments.bench.reproduction.plan import QUICK, planned
+from experiments.bench.robot.mechanism.excitation import before_sigmoid, courses, directional, residue
+from experiments.bench.robot.mechanism.parts import BALANCED, EXCITED, NEEDED, OPPOSED, WHOLE
+from experiments.bench.robot.plan import plan
+
+SHAPE, FRAMES = (24, 40), 24
+MADE = plan(registry.load("approach-mechanism"), NEEDED, (), 1, 0)
+NETWORKS = {model.label: model for model in MADE.settings.models}
+W_I = NETWORKS[WHOLE].network.w_i
+ROUNDING = 1e-4
+"""Of E and I, relative to their largest: the network sums float32."""
+
+
+def noise(seed=3):
+    """Patches that jump: both polarities, every direction, strong and weak answers."""
+    draws = np.random.default_rng(seed)
+    coarse = draws.integers(60, 200, (FRAMES // 3, SHAPE[0] // 4, SHAPE[1] // 4))
+    return np.kron(coarse, np.ones((3, 4, 4))).astype(np.uint8)
+
+
+def expanding():
+    """A dark square that grows about the middle of the view, equal to its mirror image."""
+    across = np.abs(np.arange(SHAPE[1]) - (SHAPE[1] - 1) / 2)
+    down = np.abs(np.arange(SHAPE[0]) - (SHAPE[0] - 1) / 2)
+    half = 1.0 + np.arange(FRAMES) * 0.6
+    inside = (down[:, None] < half[:, None, None]) & (across[None, :] < half[:, None, None])
+    return np.where(inside, 40, 200).astype(np.uint8)
+
+
+def answers(clip):
+    """HS of every model that the figure needs."""
+    found = {}
+    for label, model in NETWORKS.items():
+        network = model.build(SHAPE)
+        found[label] = np.array([network.step(frame).hs for frame in clip])
+    return found
+
+
+def trial_of(clip):
+    potentials, row = answers(clip), dict.fromkeys(("motion", "direction", "speed_cm_s", "distance_cm", "angle_deg"))
+    count = len(clip)
+    frames = pa.concat_tables(
+        pa.table({"trial": [0] * count, "model": [label] * count, "sim_time_s": np.arange(count) / 30, "hs": hs,
+                  "hs_spikes": np.zeros(count, np.int64)})
+        for label, hs in potentials.items()
+    )  # fmt: skip
+    (course,) = courses([{"trial": 0, "model": label, **row} for label in NEEDED], frames, W_I)
+    return course.trials[0]
+
+
+def by_the_equations(clip):
+    """E and I of the paper's equations in float64, low-passed, over ``4 C R K_sig``."""
+    q = NETWORKS[WHOLE].network
+    reference, alphas, gain = ReferenceDSNN(SHAPE, q), [alpha(tau, q.dt) for tau in q.delays()], alpha(q.tau_mp, q.dt)
+    delays = {name: [np.zeros(SHAPE) for _ in alphas] for name in ("f_on", "f_off")}
+    sums, found = np.zeros(2), []
+    for frame in clip:
+        maps = reference.step(frame, maps=True).maps
+        now = np.zeros(2)
+        for name, states in delays.items():
+            f = getattr(maps, name)
+            delays[name] = layers.delayed(f, states, alphas)
+            e = layers.correlate(f, delays[name], q.d, 0.0, axis=1)
+            now += e, e - layers.correlate(f, delays[name], q.d, 1.0, axis=1)
+        sums = sums + gain * (now - sums)
+        found.append(sums / (4.0 * SHAPE[0] * SHAPE[1] * q.k_sig))
+    return np.array(found).T
+
+
+def near(measured, expected):
+    return pytest.approx(expected, abs=ROUNDING * float(np.abs(expected).max())) == measured
+
+
+# --- the laws ---------------------------------------------------------------------------------------------------------
+
+
+def test_excitation_and_inhibition_are_those_of_the_equations():
+    trial, (excitation, inhibition) = trial_of(noise()), by_the_equations(noise())
+    assert excitation.max() > 0.1 and inhibition.max() > 0.1, "the clip drives both"
+    assert near(trial.excitation, excitation) and near(trial.inhibition, inhibition)
+
+
+def test_excitation_less_weighted_inhibition_of_each_pathway_is_hs():
+    found = answers(noise())
+    hs = {0.0: 0.0, W_I: 0.0, 1.0: 0.0}
+    for excited, opposed in zip(EXCITED, OPPOSED, strict=True):
+        e, difference = before_sigmoid(found[excited]), before_sigmoid(found[opposed])
+        assert np.abs(e - difference).max() > 0.1, "inhibition has a part in it"
+        for w_i in hs:
+            hs[w_i] = hs[w_i] + np.tanh(2.0 * (e - w_i * (e - difference))) / 2.0
+    assert near(hs[W_I], found[WHOLE]) and near(hs[1.0], found[BALANCED])
+    assert not near(hs[0.0], found[WHOLE]), "the law can fail"
+
+
+def test_a_mirrored_clip_swaps_excitation_and_inhibition():
+    here, mirrored = trial_of(noise()), trial_of(noise()[:, :, ::-1])
+    assert near(mirrored.excitation, here.inhibition) and near(mirrored.inhibition, here.excitation)
+    assert near(directional(mirrored, W_I), -directional(here, W_I)), "it changes its sign with the direction"
+    assert near(residue(mirrored, W_I), residue(here, W_I)), "and this does not"
+    assert np.abs(directional(here, W_I)).max() > 0.01
+
+
+def test_of_symmetric_expansion_a_tenth_of_the_excitation_is_left():
+    trial = trial_of(expanding())
+    assert trial.excitation.max() > 0.05
+    assert near(trial.inhibition, trial.excitation)
+    assert near(residue(trial, W_I), 0.1 * trial.excitation)
+    assert np.abs(directional(trial, W_I)).max() < ROUNDING * trial.excitation.max()
+    assert trial.hs.max() > 0.005 > 10 * np.abs(trial.hs_balanced).max(), "HS is the rest, and is none with w_i = 1"
+    assert (trial.hs >= -1e-6).all(), "always rightward"
+
+
+@pytest.mark.parametrize("w_i", [0.0, 0.5, 0.9, 1.0])
+def test_both_parts_make_up_what_the_lobula_plate_takes(w_i):
+    trial = trial_of(noise())
+    taken = trial.excitation - w_i * trial.inhibition
+    assert directional(trial, w_i) + residue(trial, w_i) == pytest.approx(taken, abs=1e-12)
+    assert bool(residue(trial, w_i).max() > 0.01) is (w_i < 1.0)
+    assert np.abs(residue(trial, 1.0)).max() == 0.0, "w_i = 1 leaves nothing of symmetric motion"
+
+
+# --- the experiments --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("motion", ["approach", "recession"])
+def test_the_trials_are_those_that_the_claims_are_judged_on(motion):
+    judged, shown = (
+        each
+        for name in (f"angular-{motion}", f"{motion}-mechanism")
+        for each in planned(QUICK, 5).plans
+        if each.experiment.name == name
+    )
+    assert [model.label for model in shown.settings.models] == list(NEEDED), "and no other models"
+    one, other = ([(spec.seed, spec.condition) for spec in each.specs()] for each in (judged, shown))
+    assert one == other
+    assert dataclasses.replace(shown.settings, models=()) == dataclasses.replace(judged.settings, models=())
+
+
+def test_the_models_differ_in_what_they_say_and_in_nothing_else():
+    usual = NETWORKS[WHOLE].network
+    said = {
+        WHOLE: {}, BALANCED: {"w_i": 1.0},
+        EXCITED[0]: {"off": False, "w_i": 0.0}, EXCITED[1]: {"on": False, "w_i": 0.0},
+        OPPOSED[0]: {"off": False, "w_i": 1.0}, OPPOSED[1]: {"on": False, "w_i": 1.0},
+    }  # fmt: skip
+    assert {label: model.network for label, model in NETWORKS.items()} == {
+        label: dataclasses.replace(usual, **changes) for label, changes in said.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    settings = {"experiment.angles_deg": [-30, 0], "experiment.speed_cm_s": 12}
+    return experiments.run(
+        "recession-mechanism", repeats=2, settings=settings, recordings=False, quiet=True, workers=0,
+        out=tmp_path_factory.mktemp("excitation") / "out",
+    )  # fmt: skip
+
+
+def test_the_table_holds_what_the_figure_draws(run):
+    table = pyarrow.csv.read_csv(run.folder / "excitation.csv").to_pylist()
+    assert {row["angle_deg"] for row in table} == {-30.0, 0.0} and {row["n"] for row in table} == {2}
+    drawn = run.figure()
+    for column, angle in enumerate((-30.0, 0.0)):
+        own = [row for row in table if row["angle_deg"] == angle]
+        sums, potential = drawn.axes[column], drawn.axes[2 + column]
+        for line, name in zip(sums.get_lines(), ("excitation", "weighted_inhibition"), strict=True):
+            assert line.get_ydata() == pytest.approx([row[name] for row in own])
+        ours = [line.get_ydata() for line in potential.get_lines() if len(line.get_xdata()) == len(own)]
+        singles, means = ours[:2], ours[2:]
+        assert np.mean(singles, axis=0) == pytest.approx(means[1])
+        assert means[0] == pytest.approx([row["hs_w_i_1"] for row in own])
+        assert means[1] == pytest.approx([row["hs"] for row in own])
+        (left,) = potential.collections
+        assert left.get_paths()[0].vertices[:, 1].max() == pytest.approx(max(row["residue"] for row in own))
+    assert "excitation E" in (run.folder / "figure.svg").read_text()
+
+
+def test_the_table_s_means_are_those_of_the_frames(run):
+    frames = run.frames.to_pylist()
+    trials = {row["trial"] for row in run.trials.to_pylist() if row["angle_deg"] == -30.0}
+    at = [row for row in pyarrow.csv.read_csv(run.folder / "excitation.csv").to_pylist() if row["angle_deg"] == -30.0]
+    for row in at[:: len(at) // 5]:
+        here = [frame for frame in frames if frame["trial"] in trials and frame["frame"] == row["frame"]]
+        for name, model in (("hs", WHOLE), ("hs_w_i_1", BALANCED)):
+            assert row[name] == pytest.approx(np.mean([frame["hs"] for frame in here if frame["model"] == model]))
+        firing = [frame for frame in here if frame["model"] == WHOLE and frame["hs_spikes"]]
+        assert row["firing"] == len(firing)
+
+
+def test_pathways_are_not_compared_as_if_they_were_models(run):
+    assert {row["model"] for row in run.trials.to_pylist()} == set(NEEDED), "the tables have all"
+    assert {row["model"] for row in run.summary.to_pylist()} == {WHOLE, BALANCED}
+    pairs = pyarrow.csv.read_csv(run.folder / "comparisons.csv").to_pylist()
+    assert {(row["model"], row["against"]) for row in pairs} == {(WHOLE, BALANCED)}
+
+
+def test_the_claims_say_the_mechanism(run):
+    found = courses(run.trials.to_pylist(), run.frames, W_I)
+    verdicts = [Verdict(claim, *claim_texts()[claim], "holds", "") for claim in ("C13", "C17", "C19")]
+    said = [verdict.mechanism for verdict in mechanisms.explained(verdicts, {"recession-mechanism": found})]
+    assert said[:2] == ["", ""], "C17 is about approach, which was not shown"
+    for course in found:
+        assert f"{course.firing()} of 2 trials fire, with w_i = 1 {course.firing(balanced=True)}" in said[2]
+        excitation, inhibition = (np.mean([getattr(trial, name) for trial in course.trials], axis=0)
+                                  for name in ("excitation", "inhibition"))  # fmt: skip
+        strongest = int(np.argmax(excitation + inhibition))
+        assert f"E {excitation[strongest]:.2f}, 0.9 I {0.9 * inhibition[strongest]:.2f};" in said[2]
+    assert set(mechanisms.EXPLAINED) <= set(claim_texts())
+    assert all(name in experiments.NAMES for name in mechanisms.EXPLAINED.values())
+
+
+def test_without_the_pathways_there_are_spikes_to_draw(tmp_path):
+    settings = {"experiment.angles_deg": [0], "experiment.speed_cm_s": 12}
+    alone = experiments.run(
+        "recession-mechanism", models=["dsnn"], only=True, repeats=1, settings=settings, recordings=False, quiet=True,
+        workers=0, out=tmp_path / "out",
+    )  # fmt: skip
+    assert not (alone.folder / "excitation.csv").exists()
+    assert "spikes per trial" in (alone.folder / "figure.svg").read_text()
+    assert alone.figure().axes[0].get_ylabel() == "spikes per trial", "drawn again, too"
+
+
+def test_a_declaration_without_the_pathways_is_refused():
+    with pytest.raises(ValueError, match="figure='excitation': legal where models has dsnn, dsnn:w_i=1, "):
+        Experiment("mine", "mine", Angular("approach"), varies="angle_deg", figure="excitation", models=("dsnn",))
