@@ -52,14 +52,15 @@ LEGEND: dict[str, Any] = {"frameon": False, "loc": "lower center", "bbox_to_anch
 def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
     """`figure` of a run: its first model's traces, every model's counts."""
     settings, varies = plan.settings, plan.experiment.varies
-    said = title(plan.experiment.name, [model.label for model in settings.models], settings.scene.arena, plan.repeats)
+    said = title(plan, [model.label for model in settings.models])
     return figure(rows, frames, varies, said, settings.models[0].threshold)
 
 
-def title(name: str, models: Sequence[str], arena: str, repeats: int) -> str:
-    """Return the title of a run's figure."""
+def title(plan: Plan, models: Sequence[str]) -> str:
+    """Return the title of a run's figure, which shows ``models``."""
     shown = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
-    return f"{name}: {shown}, {arena} arena, n = {repeats}"
+    driven = ", driven open loop" if plan.settings.robot.open_loop else ""
+    return f"{plan.experiment.name}: {shown}, {plan.settings.scene.arena} arena{driven}, n = {plan.repeats}"
 
 
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float | None) -> Figure:
