@@ -45,7 +45,10 @@ def draw(folder: Path, said: Mapping[str, Any], trials: pa.Table, frames: pa.Tab
         else:
             settings = said["settings"]
             labels = [model["label"] for model in settings["models"]]
-            title = robot_figure.title(declared["name"], labels, settings["scene"]["arena"], said["repeats"])
+            blind = settings["robot"].get("open_loop", False)  # a run of an older version has no such setting
+            title = robot_figure.title(
+                declared["name"], labels, settings["scene"]["arena"], said["repeats"], open_loop=blind
+            )
             threshold = _threshold(settings["models"][0])
             if declared["figure"] == "mechanism":
                 drawn = mechanism_figure.figure(rows, declared["varies"], title, threshold)

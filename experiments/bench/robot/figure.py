@@ -52,15 +52,15 @@ LEGEND: dict[str, Any] = {"frameon": False, "loc": "lower center", "bbox_to_anch
 def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
     """`figure` of a run: its first model's traces, every model's counts."""
     settings, varies = plan.settings, plan.experiment.varies
-    said = title(plan, [model.label for model in settings.models])
+    models, blind = [model.label for model in settings.models], settings.robot.open_loop
+    said = title(plan.experiment.name, models, settings.scene.arena, plan.repeats, open_loop=blind)
     return figure(rows, frames, varies, said, settings.models[0].threshold)
 
 
-def title(plan: Plan, models: Sequence[str]) -> str:
-    """Return the title of a run's figure, which shows ``models``."""
+def title(name: str, models: Sequence[str], arena: str, repeats: int, *, open_loop: bool = False) -> str:
+    """Return the title of a run's figure."""
     shown = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
-    driven = ", driven open loop" if plan.settings.robot.open_loop else ""
-    return f"{plan.experiment.name}: {shown}, {plan.settings.scene.arena} arena{driven}, n = {plan.repeats}"
+    return f"{name}: {shown}, {arena} arena{', driven open loop' if open_loop else ''}, n = {repeats}"
 
 
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, threshold: float | None) -> Figure:
