@@ -23,8 +23,8 @@ class Motors:
     """Two motors that are commanded by powers: whole numbers from 0 to 255, each with a direction.
 
     A motor turns at ``power_step_cm_s`` times its power, and not at all below ``dead_band``. The left motor turns
-    as the right one would at ``motor_inequality`` powers more. To drive straight all the same, ``trim`` powers are taken
-    off the left wheel.
+    as the right one would at ``motor_inequality`` powers more. To drive straight all the same, ``trim`` powers are
+    taken off the left wheel.
 
     Parameters
     ----------

@@ -149,8 +149,8 @@ class SpeedProfile:
 class OpenLoop:
     """Drives a robot straight ahead by a speed profile, without looking where it is.
 
-    Each command is the profile's mean speed in the time that the command lasts. So with perfect wheels the path's length
-    is kept, however coarse the commands are. A robot with a motor board gets all commands at once, tagged with
+    Each command is the profile's mean speed in the time that the command lasts. So with perfect wheels the path's
+    length is kept, however coarse the commands are. A robot with a motor board gets all commands at once, tagged with
     durations. Another gets one in each control interval.
 
     Parameters

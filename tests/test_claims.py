@@ -68,6 +68,16 @@ def test_trials_that_were_not_what_they_say_are_not_judged():
     assert judge("C15", elsewhere, 0.2).verdict == "holds", "another motion's flaw is not this claim's"
 
 
+def test_trials_driven_open_loop_are_judged_by_what_they_did():
+    spikes = dict(zip((2, 4, 6, 10), ([m] * 4 for m in (0, 40, 60, 45)), strict=True))
+    off = {"achieved": 0.97, "path_error_mm": 4.0}
+    assert judge("C15", rows(spikes, "speed_cm_s", drive="feedback", **off), 0.2).verdict == "untested"
+    assert judge("C15", rows(spikes, "speed_cm_s", drive="open", **off), 0.2).verdict == "holds"
+    nowhere = [row | {"achieved_speed_cm_s": float("nan")} for row in rows(spikes, "speed_cm_s", drive="open")]
+    lost = judge("C15", nowhere, 0.2)
+    assert lost.verdict == "untested" and "16 of 16 trials have no measured speed" in lost.measured
+
+
 def test_n_counts_the_trials_judged():
     spikes = dict(zip((2, 4, 6, 10), ([m] * 4 for m in (0, 40, 60, 45)), strict=True))
     other = rows({6: [1, 1]}, "speed_cm_s", "leftward")

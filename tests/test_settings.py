@@ -4,10 +4,11 @@ import dataclasses
 
 import pytest
 
+from colias_sim import RobotConfig
 from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.core.errors import UsageError
-from experiments.bench.robot.plan import configure, parameters
+from experiments.bench.robot.plan import configure, parameters, plan
 
 
 def configured(*assignments):
@@ -67,6 +68,32 @@ def test_refusals_name_value_and_range(text, says):
     assert "\n" not in str(caught.value)
 
 
+def test_a_preset_comes_first_whatever_the_order():
+    _, settings = configured("robot.dead_band=0", "robot.preset=colias4", "robot.open_loop=false")
+    robot = RobotConfig.preset("colias4")
+    assert settings.robot == dataclasses.replace(robot, dead_band=0, open_loop=False)
+    assert configured("robot.preset=default") == configured() != configured("robot.preset=colias4")
+    listed = {row.key: row for row in parameters(registry.load("speed"), ["dsnn"])}
+    assert (listed["robot.preset"].value, listed["robot.preset"].legal) == ("default", "default, colias4")
+
+
+@pytest.mark.parametrize(
+    ("texts", "says"),
+    [
+        (["robot.preset=colias5"], "--set robot.preset=colias5: legal is default, colias4"),
+        (["scene.preset=default"], "no parameter 'scene.preset'"),
+        (["robot.trim=3"], "trim: counted in powers, so power_step_cm_s has to be above 0"),
+        (["robot.preset=colias4", "experiment.speeds_cm_s=1"], "below robot.dead_band=20 a wheel does not turn"),
+        (["robot.preset=colias4", "experiment.speeds_cm_s=15"], "up to 14.535 cm/s"),
+        (["robot.power_step_cm_s=0.06", "experiment.speeds_cm_s=20"], "power_step_cm_s=0.06 gives up to 15.3 cm/s"),
+    ],
+)  # fmt: skip
+def test_wheels_that_cannot_do_it_are_refused_in_a_line(texts, says):
+    with pytest.raises(UsageError) as caught:
+        plan(registry.load("speed"), ["dsnn"], texts, 1, 0)
+    assert says in str(caught.value) and "\n" not in str(caught.value)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_is_a_whole_declaration(name):
     """Conformance: the name is its file's, every condition is distinct, every claim has words and a judge."""
@@ -95,7 +122,5 @@ def test_models_have_sections_of_their_own_and_families_share_one():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_can_run_as_declared(name):
-    from experiments.bench.robot.plan import plan
-
     made = plan(registry.load(name), ["dsnn"], [], 1, 0)
     assert made.frames() > 30 * len(made.specs())

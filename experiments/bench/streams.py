@@ -23,7 +23,7 @@ ROOM = 3
 KEYS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {
         "trial.placing": (0,),  # where the stimulus starts, and its heading
-        "trial.scenery": (1,),  # light, and phase of the wall
+        "trial.scenery": (1,),  # light, phase of the wall, and how unequal the motors are
         "trial.noise": (2,),  # of the camera
         "policy": (ROOM, 0),  # what a behaviour draws itself
         "bootstrap.mean": (ROOM, 1),

@@ -18,8 +18,8 @@ LISTED_BY = "colias parameters"
 SECTIONS = frozenset(map(family, MODELS))
 """Those of the registered models."""
 PRESET = "preset"
-"""``SECTION.preset=NAME`` sets several parameters of a section at once. A section has presets if its class has a mapping
-``PRESETS`` by name, and a classmethod ``preset`` that makes one.
+"""``SECTION.preset=NAME`` sets several parameters of a section at once. A section has presets if its class has a
+mapping ``PRESETS`` by name, and a classmethod ``preset`` that makes one.
 """
 
 
@@ -130,6 +130,11 @@ def _presets(value: Any) -> tuple[str, ...]:
     return tuple(getattr(type(value), "PRESETS", ()))
 
 
+def preset_of(value: Any) -> str | None:
+    """The name of the preset that a section's values are; ``None`` if they are none."""
+    return next((name for name in _presets(value) if type(value).preset(name) == value), None)
+
+
 def _preset(value: Any, name: str, say: Callable[[str, str], str]) -> Any:
     if name not in _presets(value):
         raise UsageError(f"{say(PRESET, name)}: legal is {', '.join(_presets(value))}")
@@ -181,10 +186,9 @@ class Parameter:
 def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
     """Every parameter of the sections ``values``."""
     for section, value in values.items():
-        named = [name for name in _presets(value) if type(value).preset(name) == value]
         if _presets(value):
             said = "sets several parameters of this section at once; others given beside it change that"
-            yield Parameter(f"{section}.{PRESET}", ",".join(named[:1]), ", ".join(_presets(value)), said)
+            yield Parameter(f"{section}.{PRESET}", preset_of(value) or "", ", ".join(_presets(value)), said)
         properties = _properties(type(value))
         for field in dataclasses.fields(value):
             present = getattr(value, field.name)

@@ -57,12 +57,13 @@ def _of_robot(said: Mapping[str, Any], rows: list[Any], frames: pa.Table) -> Fig
     declared, settings = said["experiment"], said["settings"]
     models = {model["label"]: model for model in settings["models"]}
     arena, labels = settings["scene"]["arena"], list(models)
+    blind = settings["robot"].get("open_loop", False)  # a run of an older version has no such setting
     if declared["figure"] == "excitation" and set(NEEDED) <= set(models):
         found = excitation.courses(rows, frames, float(models[WHOLE]["network"]["w_i"]))
         if found:
-            title = robot_figure.title(declared["name"], [WHOLE], arena, said["repeats"])
+            title = robot_figure.title(declared["name"], [WHOLE], arena, said["repeats"], open_loop=blind)
             return excitation_figure.figure(found, title, _threshold(models[WHOLE]))
-    title = robot_figure.title(declared["name"], labels, arena, said["repeats"])
+    title = robot_figure.title(declared["name"], labels, arena, said["repeats"], open_loop=blind)
     thresholds = {label: _threshold(model) for label, model in models.items()}
     if declared["figure"] == "mechanism":
         return mechanism_figure.figure(rows, declared["varies"], title, thresholds[labels[0]])

@@ -79,14 +79,15 @@ class Series:
 def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
     """`figure` of a run."""
     settings, varies = plan.settings, plan.experiment.varies
-    said = title(plan.experiment.name, [model.label for model in settings.models], settings.scene.arena, plan.repeats)
+    models, blind = [model.label for model in settings.models], settings.robot.open_loop
+    said = title(plan.experiment.name, models, settings.scene.arena, plan.repeats, open_loop=blind)
     return figure(rows, frames, varies, said, {model.label: model.threshold for model in settings.models})
 
 
-def title(name: str, models: Sequence[str], arena: str, repeats: int) -> str:
+def title(name: str, models: Sequence[str], arena: str, repeats: int, *, open_loop: bool = False) -> str:
     """Return the title of a run's figure."""
     shown = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
-    return f"{name}: {shown}, {arena} arena, n = {repeats}"
+    return f"{name}: {shown}, {arena} arena{', driven open loop' if open_loop else ''}, n = {repeats}"
 
 
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Mapping[str, float | None]) -> Figure:

@@ -38,8 +38,8 @@ def why(robot: RobotConfig, slowest_cm_s: float) -> str:
         The slowest commanded speed of the stimulus.
     """
     said = (
-        f"open loop: nothing corrects the stimulus, so no trial is left out for a speed more than {SPEED_TOLERANCE:.0%} "
-        f"off or a path more than {PATH_TOLERANCE_MM:g} mm off"
+        f"open loop: nothing corrects the stimulus, so no trial is left out for a speed {SPEED_TOLERANCE:.0%} off "
+        f"or a path {PATH_TOLERANCE_MM:g} mm off"
     )
     step = robot.power_step_cm_s
     if not step:

@@ -117,7 +117,7 @@ def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder, found: Sequence[C
 
 
 def _admitting(verdict: Verdict, lost: int, admitted: Sequence[str]) -> Verdict:
-    """The verdict saying too how many trials of the run it could not be judged on, and what has to be known of others."""
+    """The verdict saying too on how many trials it could not be judged, and what is ``admitted`` of the others."""
     failed = [f"{lost} trials of the run failed"] if lost else []
     return dataclasses.replace(verdict, measured="; ".join([verdict.measured, *failed, *admitted]))
 

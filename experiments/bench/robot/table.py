@@ -32,7 +32,7 @@ def show(report: Report, recordings: bool) -> None:
     several = len({row["model"] for row in report.rows}) > 1
     if report.open_loop and report.rows:
         out_console.print(_driven_table(report))
-        out_console.print(f"{report.open_loop}\n", highlight=False)
+        out_console.print(report.open_loop, highlight=False)
     for verdict in report.verdicts:
         show_verdict(verdict, model=several)
     if report.comparisons:
@@ -73,7 +73,7 @@ def _comparisons_table(report: Report) -> Table:
 def _driven_table(report: Report) -> Table:
     """What the stimulus did in each condition: it is the same for every model."""
     table = Table(
-        title="\nstimulus driven open loop: mean and spread of the speed reached; drift at the end, left positive",
+        title="\nstimulus driven open loop (mean ± sd; drift: left positive)",
         title_justify="left", box=None, header_style="bold", pad_edge=False,
     )  # fmt: skip
     names = [name for name in varying(report.rows, report.varies) if name not in ("model", "speed_cm_s")]

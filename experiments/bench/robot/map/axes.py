@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.settings import collect, described
+from experiments.bench.core.settings import PRESET, collect, described, preset_of
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.plan import Plan, sections
 from experiments.bench.robot.sweep.grid import Point, Values
@@ -145,7 +145,8 @@ def present(plan: Plan, key: str) -> Any:
     settings = plan.settings
     owners = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene,
               "experiment": plan.experiment.design}  # fmt: skip
-    return getattr(owners.get(section, settings.models[0].network), name)
+    owner = owners.get(section, settings.models[0].network)
+    return preset_of(owner) if name == PRESET else getattr(owner, name)
 
 
 def expanded(values: Values, plan: Plan) -> Values:

@@ -42,7 +42,8 @@ LOGARITHMIC_FROM = 5.0
 def draw(rows: Rows, plan: Plan) -> Figure:
     """`figure` of a run."""
     settings, labels = plan.settings, [model.label for model in plan.settings.models]
-    said = title(plan.experiment.name, labels, settings.scene.arena, plan.repeats)
+    blind = settings.robot.open_loop
+    said = title(plan.experiment.name, labels, settings.scene.arena, plan.repeats, open_loop=blind)
     return figure(rows, plan.experiment.varies, said, settings.models[0].threshold)
 
 

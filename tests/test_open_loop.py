@@ -1,0 +1,104 @@
+"""Trials whose stimulus drives by time alone: what ends them, what is told of them, and what they are not held to."""
+
+import dataclasses
+import math
+
+import pytest
+
+from colias_sim import CameraConfig, Robot, RobotConfig, SceneConfig
+from experiments.bench.core.models import choose
+from experiments.bench.robot.claims import flaws
+from experiments.bench.robot.designs import angular
+from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
+from experiments.bench.robot.open_loop import in_short, why
+from experiments.bench.robot.rows import finished
+from experiments.bench.robot.trajectory import nominal
+from experiments.bench.robot.trial import TrialResult, run_trial
+
+COLIAS4 = RobotConfig.preset("colias4")
+CROSSING = Condition("translation", "rightward", 10.0, 8.0)
+
+
+def driven(robot: RobotConfig, condition: Condition = CROSSING, seed: int = 5) -> TrialResult:
+    settings = Settings((choose("dsnn"),), robot, CameraConfig(), SceneConfig(), 1.0, 1.0)
+    return run_trial(TrialSpec("test", 0, 0, seed, condition, settings))
+
+
+def rows(result: TrialResult) -> list[dict]:
+    return [{**row, "wall_s": 0.0} for row in finished(result, None).rows]
+
+
+@pytest.fixture(scope="module")
+def crossing() -> TrialResult:
+    return driven(COLIAS4)
+
+
+def test_by_default_commands_reach_the_wheels_as_they_are(monkeypatch):
+    """A trial of the default robot is one in which nothing stands between command and wheel, to the bit."""
+    usual = driven(RobotConfig())
+
+    def direct(self, wheels):
+        for side, speed in (("left", wheels.left), ("right", wheels.right)):
+            self._data.actuator(f"{self.name}/{side}").ctrl[:] = speed / (self.config.wheel_radius_cm / 100)
+
+    monkeypatch.setattr(Robot, "drive", direct)
+    bare = driven(RobotConfig())
+    assert rows(usual) == rows(bare)
+    assert finished(usual, None).frames.equals(finished(bare, None).frames)
+
+
+def test_it_stops_by_time_whatever_it_reached(crossing):
+    """After up to a slot of waiting, and whole slots of driving; the same again."""
+    route = nominal(CROSSING, crossing.spec.settings)
+    slots = math.ceil((route.line.length / 0.10 + 0.10 / (2 * route.acceleration)) / 0.1)
+    assert crossing.columns.sim_time_s[-1] == pytest.approx((1 + slots) * 0.1, abs=1e-6)
+    assert rows(driven(COLIAS4)) == rows(crossing)
+    assert abs(crossing.columns.stimulus_bearing_deg[[0, -1]]).min() > 35.0
+
+
+def test_its_speed_and_drift_are_those_of_its_powers(crossing):
+    """167 powers on the right, 167 - 3 + 3.29 on the left: a circle to the right of radius track / 2 (sum) / (gap)."""
+    right, left = 167 * 0.06, (167 - 3 + 3.29) * 0.06
+    assert crossing.achieved_speed_cm_s == pytest.approx((left + right) / 2 * (1 - 0.0074), rel=1e-3)
+    x, y = crossing.columns.stimulus_x_cm, crossing.columns.stimulus_y_cm
+    way = math.hypot(x[-1] - x[0], y[-1] - y[0])
+    radius = 3.2 / 2 * (left + right) / (right - left)
+    assert crossing.drift_mm == pytest.approx(10 * way**2 / 2 / radius, rel=0.05)
+    assert crossing.path_error_mm > 1.0
+
+
+def test_no_tolerance_voids_it_and_its_numbers_are_told(crossing):
+    (row,) = rows(crossing)
+    assert row["drive"] == "open" and flaws([row]) == ""
+    assert "left their path" in flaws([{**row, "drive": "feedback"}])
+    assert (
+        in_short([row]) == f"stimulus driven open loop: speed off by up to 0.5%, drift up to {-row['drift_mm']:.1f} mm"
+    )
+    assert in_short([{**row, "drive": "feedback"}]) == ""
+    assert "one step of power is 0.06 cm/s, 3.0% at 2 cm/s" in why(COLIAS4, 2.0)
+    assert "step" not in why(RobotConfig(open_loop=True), 2.0)
+
+
+def test_one_that_drifts_off_its_path_ends_and_counts():
+    """Untrimmed motors turn it about before it has crossed."""
+    lost = driven(dataclasses.replace(COLIAS4, motor_inequality=50.0))
+    (row,) = rows(lost)
+    assert lost.columns.sim_time_s[-1] < 5.0 and abs(lost.drift_mm) > 20.0
+    assert row["achieved_speed_cm_s"] < 9.9 and row["spikes"] >= 0
+
+
+def test_open_loop_and_powers_are_switched_apart():
+    """With feedback coarse wheels keep to speed and path; without it perfect wheels lag behind, as the servo does."""
+    steered = driven(dataclasses.replace(COLIAS4, open_loop=False))
+    assert flaws(rows(steered)) == "" and rows(steered)[0]["drive"] == "feedback"
+    blind = driven(RobotConfig(open_loop=True))
+    assert blind.path_error_mm < 0.01
+    assert blind.achieved_speed_cm_s == pytest.approx(10.0 * (1 - 0.0074), rel=1e-3)
+
+
+def test_an_approach_by_time_comes_to_rest():
+    result = driven(COLIAS4, angular("approach", 0.0, 6.0, 5.0, 20.0, 17.0))
+    still = result.columns.stimulus_x_cm[-8:]
+    assert abs(still - still[-1]).max() < 0.02
+    assert result.achieved_speed_cm_s == pytest.approx((200 + 0.29) / 2 * 0.06 * (1 - 0.0074), rel=2e-3)
+    assert still[-1] - CameraConfig().forward_cm == pytest.approx(5.0, abs=0.6)

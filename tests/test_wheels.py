@@ -1,0 +1,240 @@
+"""Wheels as the robot has them: powers, trim, dead band, slots; each law fails if its constant is 10 % off."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from colias_sim import OpenLoop, Pose, RobotConfig, Simulation, SpeedProfile, WheelSpeeds
+from colias_sim.motors import Motors
+
+COLIAS4 = RobotConfig.preset("colias4")
+STEPS = RobotConfig(power_step_cm_s=0.06)
+TRIMMED = dataclasses.replace(STEPS, trim=3, motor_inequality=3.0)
+BENT = dataclasses.replace(STEPS, trim=3, motor_inequality=5.0)
+QUEUE = RobotConfig(command_slot_ms=100.0, serial_ms=2.1)
+DAMPING = 1e-7
+"""Of a wheel's joint, N m s/rad, beside the servo's gain: what the motor lags behind its command."""
+
+
+def alone(robot: RobotConfig) -> Simulation:
+    sim = Simulation(robot, robots={"one": "colias"}, eye_of="one", seeing=False)
+    sim.reset({"one": Pose(0.0, 0.0, 0.0)}, np.random.default_rng(0))
+    return sim
+
+
+def changed(robot: RobotConfig, **factors: float) -> RobotConfig:
+    """The robot with constants that are off by a factor."""
+    kinds = {name: type(getattr(robot, name)) for name in factors}
+    return dataclasses.replace(robot, **{n: kinds[n](round(getattr(robot, n) * f, 9)) for n, f in factors.items()})
+
+
+# The laws: each holds of a robot, against the constants that it should have.
+
+
+def speeds_are_steps(robot: RobotConfig, nominal: RobotConfig) -> None:
+    """What is realised is the nearest multiple of a step, up to 255 of them, in the direction wanted."""
+    step, sim = nominal.power_step_cm_s / 100, alone(robot)
+    for wanted in (*np.linspace(-0.153, 0.153, 401), 0.2):
+        sim.robots["one"].drive(WheelSpeeds(wanted, wanted))
+        for side in ("left", "right"):
+            real = float(sim.data.actuator(f"one/{side}").ctrl[0]) * robot.wheel_radius_cm / 100
+            assert real / step == pytest.approx(round(real / step), abs=1e-6)
+            assert abs(real - min(wanted, 255 * step)) <= step / 2 + 1e-12
+    assert nominal.power_step_cm_s / 2.0 == pytest.approx(0.03), "some 3 % at 2 cm/s"
+
+
+def open_loop_speed(robot: RobotConfig, nominal: RobotConfig) -> None:
+    """A straight run by time: the speed of the nearest power, less the servo's lag and what the tyre sinks.
+
+    A tyre that sinks by d rolls on the middle of its overlap with the floor: its radius is r - d / 2.
+    """
+    lag = nominal.motor_gain / (nominal.motor_gain + DAMPING)
+    for wanted in (0.8, 1.5, 4.0, 10.0):
+        with alone(robot) as sim:
+            one, frames = sim.robots["one"], 45
+            drive = OpenLoop(one, SpeedProfile(1.0, wanted / 100, 1.0, stop=False))
+            for _ in range(15):
+                sim.advance(drive.drive)
+            began = one.pose
+            for _ in range(frames):
+                sim.advance(drive.drive)
+            reached = math.hypot(one.pose.x - began.x, one.pose.y - began.y) * 30 / frames
+            rolling = 1.0 + one.height / 2 / (robot.wheel_radius_cm / 100)
+            step = nominal.power_step_cm_s / 100
+            assert reached == pytest.approx(round(wanted / 100 / step) * step * lag * rolling, rel=1e-3)
+            assert abs(one.pose.y) < 1e-4
+
+
+def unequal_wheels_drive_a_circle(robot: RobotConfig, nominal: RobotConfig) -> None:
+    """Of radius R = track / 2 (v_l + v_r) / (v_r - v_l), left of the way where the right wheel is faster."""
+    step, level = nominal.power_step_cm_s, 100
+    right, left = level * step, (level - nominal.trim + nominal.motor_inequality) * step
+    radius = nominal.track_cm / 2 * (left + right) / (right - left)
+    with alone(robot) as sim:
+        one, way = sim.robots["one"], 0.0
+        for _ in range(90):
+            before = one.pose
+            sim.advance(lambda _: one.drive(WheelSpeeds(level * step / 100, level * step / 100)))
+            way += 100 * math.hypot(one.pose.x - before.x, one.pose.y - before.y)
+        assert way > 15.0
+        assert 100 * one.pose.y == pytest.approx(radius * (1 - math.cos(way / radius)), rel=0.04)
+        assert one.pose.heading == pytest.approx(way / radius, rel=0.04)
+
+
+def commands_wait_for_a_slot(robot: RobotConfig, nominal: RobotConfig) -> None:
+    """A command that is sent at t begins with the first slot after t and its time on the line."""
+    slot, serial = nominal.command_slot_ms, nominal.serial_ms
+    for sent in (0.0, 33.0, 66.0, 97.8, 98.0, 100.0, 150.0, 197.0, 199.0, 733.0):
+        begins = next(k * slot for k in range(100) if k * slot > sent + serial)
+        sim = alone(robot)
+        one, control = sim.robots["one"], sim.data.actuator("one/left").ctrl
+        sim.data.time = sent / 1000
+        one.drive(WheelSpeeds(0.05, 0.05))
+        for now in np.arange(math.floor(sent), sent + 250.0):
+            if now >= sent:
+                sim.data.time = now / 1000
+                one.tick()
+                assert (float(control[0]) > 0) == (now >= begins), (sent, now)
+
+
+def weak_powers_do_not_turn_a_wheel(robot: RobotConfig, nominal: RobotConfig) -> None:
+    motors = Motors(robot)
+    for power in range(-40, 41):
+        turning = abs(power) >= nominal.dead_band
+        left, right = motors.speeds(power, power)
+        assert (left != 0, right != 0) == (turning, turning), power
+        assert not turning or math.copysign(1, right) == math.copysign(1, power)
+
+
+LAWS = [
+    (speeds_are_steps, STEPS, {"power_step_cm_s": 1.1}),
+    (open_loop_speed, TRIMMED, {"power_step_cm_s": 1.1}),
+    (open_loop_speed, TRIMMED, {"motor_inequality": 1.1}),
+    (unequal_wheels_drive_a_circle, BENT, {"track_cm": 1.1}),
+    (unequal_wheels_drive_a_circle, BENT, {"motor_inequality": 1.1}),
+    (commands_wait_for_a_slot, QUEUE, {"command_slot_ms": 1.1}),
+    (commands_wait_for_a_slot, QUEUE, {"command_slot_ms": 0.9}),
+    (commands_wait_for_a_slot, QUEUE, {"serial_ms": 1.1}),
+    (weak_powers_do_not_turn_a_wheel, COLIAS4, {"dead_band": 1.1}),
+]
+
+
+@pytest.mark.parametrize(("law", "robot"), list({law: (law, robot) for law, robot, _ in LAWS}.values()))
+def test_the_law_holds(law, robot):
+    law(robot, robot)
+
+
+@pytest.mark.parametrize(("law", "robot", "off"), LAWS)
+def test_the_law_breaks_where_a_constant_is_a_tenth_off(law, robot, off):
+    with pytest.raises(AssertionError):
+        law(changed(robot, **off), robot)
+
+
+# The queue.
+
+
+def test_commands_with_durations_follow_one_another_and_then_the_wheels_stop():
+    sim = alone(QUEUE)
+    one, control = sim.robots["one"], sim.data.actuator("one/left").ctrl
+    for speed, slots in ((0.05, 2), (0.02, 1), (0.08, 3)):
+        one.queue(WheelSpeeds(speed, speed), slots)
+    seen = []
+    for now in range(0, 1000, 50):
+        sim.data.time = now / 1000
+        one.tick()
+        seen.append(round(float(control[0]) * one.config.wheel_radius_cm, 6))
+    assert seen == [0.0] * 2 + [5.0] * 4 + [2.0] * 2 + [8.0] * 6 + [0.0] * 6
+    with pytest.raises(ValueError, match="no queue"):
+        alone(RobotConfig()).robots["one"].queue(WheelSpeeds(0.1, 0.1), 1)
+
+
+def test_the_last_command_of_a_slot_counts_and_a_reset_forgets_it():
+    sim = alone(QUEUE)
+    one, control = sim.robots["one"], sim.data.actuator("one/left").ctrl
+    one.queue(WheelSpeeds(0.01, 0.01), 50)
+    for now, speed in ((0.0, 0.05), (0.05, 0.02), (0.09, 0.08)):
+        sim.data.time = now
+        one.drive(WheelSpeeds(speed, speed))
+    sim.data.time = 0.1
+    one.tick()
+    assert float(control[0]) * one.config.wheel_radius_cm == pytest.approx(8.0)
+    one.drive(WheelSpeeds(0.03, 0.03))
+    sim.reset({"one": Pose(0.0, 0.0, 0.0)}, np.random.default_rng(0))
+    for _ in range(30):
+        sim.advance()
+    assert math.hypot(*one.velocity) < 1e-6
+
+
+def test_eased_wheels_settle_on_steps_in_their_slot_the_same_after_every_reset():
+    """As envs drive: a command in every interval, with limited acceleration."""
+
+    def driven(sim):
+        sim.reset({"one": Pose(0.0, 0.0, 0.0)}, np.random.default_rng(0))
+        one, control, rows = sim.robots["one"], sim.data.actuator("one/right").ctrl, []
+
+        def ease(dt):
+            one.ease(WheelSpeeds(0.101, 0.101), dt)
+            rows.append((sim.data.time, float(control[0]) * one.config.wheel_radius_cm / 100))
+
+        for _ in range(12):
+            sim.advance(ease)
+        return rows
+
+    with alone(COLIAS4) as sim:
+        first, second = driven(sim), driven(sim)
+    assert first == second
+    assert all(speed == 0.0 for time, speed in first if time < 0.0999)
+    begun = [speed for time, speed in first if time > 0.0999]
+    assert begun == pytest.approx([2 / 60, 4 / 60, 6 / 60, *[168 * 0.0006] * (len(begun) - 3)])
+
+
+def test_the_spread_of_the_motors_is_drawn_from_the_seed():
+    spread = dataclasses.replace(COLIAS4, motor_inequality_sd=0.5)
+
+    def left(seed, robot=spread):
+        sim = alone(robot)
+        rng = np.random.default_rng(seed)
+        sim.reset({"one": Pose(0.0, 0.0, 0.0)}, rng)
+        return sim.robots["one"].realised(WheelSpeeds(0.06, 0.06)).left, rng.random()
+
+    assert left(1) == left(1) != left(2)
+    assert left(1, COLIAS4)[1] == left(1, RobotConfig())[1], "without a spread nothing is drawn"
+    motors, rng = Motors(spread), np.random.default_rng(0)
+    drawn = []
+    for _ in range(4000):
+        motors.draw(rng)
+        drawn.append(motors.speeds(97, 100)[0] / 0.0006 - 97)
+    assert np.mean(drawn) == pytest.approx(3.29, abs=0.03) and np.std(drawn) == pytest.approx(0.5, rel=0.05)
+
+
+# Open loop.
+
+
+@pytest.mark.parametrize("stop", [True, False])
+def test_the_commands_of_a_profile_cover_its_length(stop):
+    profile = SpeedProfile(0.15, 0.06, 0.17, stop, wait=0.3)
+    drive = OpenLoop(alone(COLIAS4).robots["one"], profile)
+    way = sum(speed * slots * 0.1 for speed, slots in drive.commands())
+    assert way == pytest.approx(0.15, abs=1e-7) if stop else 0.15 <= way < 0.15 + 0.1 * 0.06
+    assert profile.covered(profile.seconds) == pytest.approx(0.15)
+    assert drive.commands()[0] == (0.0, 3) and max(speed for speed, _ in drive.commands()) == pytest.approx(0.06)
+    ramp = 0.06 / 0.17
+    assert profile.seconds == pytest.approx(0.3 + 0.15 / 0.06 + ramp / (1 if stop else 2))
+    assert profile.mean(0.3, 0.3 + ramp) == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize("name", ["dead_band", "trim", "motor_inequality", "motor_inequality_sd", "serial_ms"])
+def test_what_is_counted_in_powers_or_slots_needs_them(name):
+    with pytest.raises(ValueError, match=name):
+        RobotConfig(**{name: 3})
+
+
+def test_presets_are_named():
+    assert RobotConfig.preset("default") == RobotConfig() != COLIAS4
+    assert COLIAS4.max_speed_cm_s == pytest.approx(255 * COLIAS4.power_step_cm_s)
+    assert Motors(COLIAS4).powers(0.048, 0.048) == (77, 80), "straight ahead in the public firmware"
+    assert Motors(COLIAS4).powers(0.018, 0.018) == (27, 30), "slowly ahead"
+    with pytest.raises(ValueError, match="default, colias4"):
+        RobotConfig.preset("colias5")
