@@ -7,9 +7,10 @@ its range raises ``pydantic.ValidationError``, a ``ValueError`` that names field
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim.field_docs import with_field_docs
@@ -39,13 +40,39 @@ class RobotConfig:
     max_speed_cm_s: float = Field(default=35.0, ge=1.0, le=100.0, description="top speed of a wheel's rim (public: 35)")
 
 
+_OV7670: Mapping[str, float | str] = {
+    # 480 rows of 2 x 784 pixel clocks at 25 MHz, 62.7 us each, over the 72 rows of the picture (data sheet, derived).
+    "row_time_us": 418.0,
+    "row_bands": 12,
+    # Colias's firmware: register GAIN 0x08, which is 1 + 8/16.
+    "gain": 1.5,
+    "exposure_samples": 2,
+    "auto_exposure": True,
+    # Data sheet: the stable region is AEB..AEW, 0x63..0x75 after a reset; Colias's firmware leaves both.
+    "ae_target": 108.0,
+    "ae_zone": 9.0,
+    # Published for the sibling OV9650: steps of 1/16, about ten a frame in fast mode (COM8 of the firmware: fast).
+    "ae_step": 0.0625,
+    "ae_steps": 10,
+    # 1 and 510 rows of 62.7 us (data sheet).
+    "ae_min_ms": 0.0627,
+    "ae_max_ms": 32.0,
+    # A plastic lens blurs by about a pixel at QVGA; read as the sd, it is 99 / 320 px here (an assumption).
+    "blur_px": 0.31,
+    # Data sheet: COM15 is 0xC0 after a reset, the range 0x00..0xFF; Colias's firmware leaves it.
+    "luma_range": "full",
+}
+
+
 @with_field_docs
 @dataclass(frozen=True, config=_STRICT)
 class CameraConfig:
     """The camera: an OV7670 as the Colias uses it, 99x72 pixels of luma, 70 degrees wide, 30 frames per second.
 
-    Noise has the variance ``read_noise^2 + shot_noise^2 L / 255`` at grey level L. The defaults are the data
-    sheet's 52 dB of dynamic range (255 / 10^(52/20) = 0.64) and 46 dB of signal to noise at white (1.28).
+    Noise has the variance ``gain^2 read_noise^2 + gain shot_noise^2 L / 255`` at grey level L. The defaults are the
+    data sheet's 52 dB of dynamic range (255 / 10^(52/20) = 0.64) and 46 dB of signal to noise at white (1.28).
+
+    By default the eye is ideal apart from noise: a global shutter, a fixed exposure and no lens. `preset` has others.
     """
 
     width: int = Field(default=99, ge=8, le=1920, description="columns, px")
@@ -56,12 +83,84 @@ class CameraConfig:
         default=1.95, ge=0.0, le=2.5, description="lens in front of the robot's centre (public: 1.7..2.5)"
     )
     up_cm: float = Field(default=2.0, ge=0.5, le=3.0, description="lens above the floor (public: 1.2..2.7)")
-    exposure_ms: float = Field(default=8.0, ge=0.0, le=200.0, description="exposure; 0: an instant; at most a frame")
+    exposure_ms: float = Field(
+        default=8.0, ge=0.0, le=200.0,
+        description="exposure; 0: an instant; at most a frame; with auto_exposure where the loop starts",
+    )  # fmt: skip
     exposure_samples: int = Field(default=1, ge=1, le=64, description="renders averaged over the exposure")
     multisample: int = Field(default=4, ge=0, le=16, description="OpenGL samples per rendered pixel")
     supersample: int = Field(default=1, ge=1, le=32, description="rendered pixels per camera pixel and axis")
     shot_noise: float = Field(default=1.28, ge=0.0, le=64.0, description="photon noise at white, sd in grey levels")
     read_noise: float = Field(default=0.64, ge=0.0, le=64.0, description="read noise, sd in grey levels")
+    row_time_us: float = Field(
+        default=0.0, ge=0.0, le=20000.0,
+        description="from the read-out of a row of the picture to the next row's (OV7670: 418); 0: a global shutter",
+    )  # fmt: skip
+    row_bands: int = Field(
+        default=12, ge=1, le=1080, description="bands of rows, each rendered at its own moment, where row_time_us > 0"
+    )
+    gain: float = Field(
+        default=1.0, ge=0.1, le=16.0, description="fixed gain, on light and noise (OV7670 on Colias: 1.5)"
+    )
+    auto_exposure: bool = Field(default=False, description="whether a loop controls the exposure time")
+    ae_target: float = Field(
+        default=108.0, ge=1.0, le=254.0, description="mean grey in the middle of the loop's control zone (OV7670: 108)"
+    )
+    ae_zone: float = Field(
+        default=9.0, gt=0.0, le=127.0, description="half width of the control zone in grey levels (OV7670: 9)"
+    )
+    ae_step: float = Field(
+        default=0.0625, gt=0.0, le=0.5, description="one step of the exposure, as a share of it (OV9650: 1/16)"
+    )
+    ae_steps: int = Field(default=10, ge=1, le=100, description="most steps a frame (OV9650: 10 fast, 1 normal)")
+    ae_min_ms: float = Field(default=0.0627, gt=0.0, le=200.0, description="shortest exposure of the loop: 1 VGA row")
+    ae_max_ms: float = Field(default=32.0, gt=0.0, le=200.0, description="longest exposure of the loop: 510 VGA rows")
+    ae_unit_ms: float = Field(
+        default=8.0, gt=0.0, le=200.0,
+        description="exposure at which, with gain 1, the loop's picture is as bright as a fixed exposure's (assumed)",
+    )  # fmt: skip
+    ae_start: Literal["settled", "cold"] = Field(
+        default="settled", description="whether the loop has settled on the still scene at a reset, or starts cold"
+    )
+    blur_px: float = Field(
+        default=0.0, ge=0.0, le=8.0, description="the lens's Gaussian point spread, sd in px (OV7670 on Colias: 0.31)"
+    )
+    luma_range: Literal["full", "video"] = Field(
+        default="full", description="of the luma: full, 0..255, or video, 16..235"
+    )
+    drop_probability: float = Field(
+        default=0.0, ge=0.0, lt=1.0, description="of a frame to be lost: the frame before it is there again"
+    )
+    jitter_ms: float = Field(
+        default=0.0, ge=0.0, le=3.0, description="jitter of the frame clock, sd, rounded to whole physics steps"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> CameraConfig:
+        if self.row_time_us > 0.0:
+            if self.row_bands > self.height:
+                raise ValueError(f"row_bands={self.row_bands}: legal is up to the {self.height} rows of the picture")
+            if self.row_time_us * self.height * self.fps > 1e6:
+                longest = 1e6 / (self.height * self.fps)
+                raise ValueError(
+                    f"row_time_us={self.row_time_us:g}: {self.height} rows have to be read within a frame, so legal "
+                    f"is up to {longest:.1f}"
+                )
+        if self.auto_exposure:
+            self._check_loop()
+        return self
+
+    def _check_loop(self) -> None:
+        """Raise ``ValueError`` for an exposure loop that could not settle."""
+        low, high = self.ae_target - self.ae_zone, self.ae_target + self.ae_zone
+        if low * (1.0 + self.ae_step) > high or high * (1.0 - self.ae_step) < low:
+            raise ValueError(
+                f"ae_zone={self.ae_zone:g}: a step of {self.ae_step:g} would jump over the control zone {low:g}..{high:g}"
+            )
+        if not 0.0 < self.ae_min_ms <= self.exposure_ms <= self.ae_max_ms:
+            raise ValueError(
+                f"exposure_ms={self.exposure_ms:g}: with auto_exposure legal is {self.ae_min_ms:g}..{self.ae_max_ms:g}"
+            )
 
     @property
     def focal_px(self) -> float:
@@ -72,6 +171,29 @@ class CameraConfig:
     def ideal(cls) -> CameraConfig:
         """Settings without noise and motion blur and with sixteen samples a pixel, to compare physics and geometry."""
         return cls(exposure_ms=0.0, exposure_samples=1, supersample=4, shot_noise=0.0, read_noise=0.0)
+
+    @classmethod
+    def presets(cls) -> Mapping[str, CameraConfig]:
+        """Name -> camera: ``default``, ``ideal``, and ``ov7670``, the robot's as far as data sheets and firmware say.
+
+        What no source gives, the preset takes from the defaults: among these the lamps' strength (``ae_unit_ms``),
+        and no frames dropped, no jitter.
+        """
+        return {"default": cls(), "ideal": cls.ideal(), "ov7670": cls(**_OV7670)}
+
+    @classmethod
+    def preset(cls, name: str) -> CameraConfig:
+        """Look up one of the `presets`; ``--set camera.preset=NAME`` does the same.
+
+        Raises
+        ------
+        ValueError
+            For an unknown name.
+        """
+        found = cls.presets()
+        if name not in found:
+            raise ValueError(f"no camera preset '{name}': there are {', '.join(found)}")
+        return found[name]
 
 
 @with_field_docs

@@ -15,6 +15,8 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import Asked, ConfiguredModel, Shown, family, look_up
 
 LISTED_BY = "colias parameters"
+PRESET = "preset"
+"""The name by which ``--set`` takes one of a class's ``presets()``."""
 SECTIONS = frozenset(map(family, MODELS))
 """Those of the registered models."""
 
@@ -75,7 +77,7 @@ def collect(
     ``values`` has the sections there are; ``listed_by`` is the command that lists their parameters, ``option`` the
     option that the texts were typed after.
     """
-    known = [f"{section}.{field.name}" for section, value in values.items() for field in dataclasses.fields(value)]
+    known = [f"{section}.{name}" for section, value in values.items() for name in _names(value)]
     collected: dict[str, dict[str, str]] = {}
     for assignment in assignments:
         key, equals, text = assignment.partition("=")
@@ -96,11 +98,17 @@ def changed(
 ) -> Any:
     """``value`` with ``changes`` (name -> text) applied together and validated; `UsageError` if one is not legal.
 
+    A preset, where the class has some, counts first, whatever the order: the other changes are made to it.
     ``typed`` is how a name and its text were typed, where that was not by ``--set``.
     """
     if not changes:
         return value
     say = typed or (lambda name, text: f"--set {section}.{name}={text}")
+    if PRESET in changes and (presets := _presets(value)):
+        name, changes = changes[PRESET], {key: text for key, text in changes.items() if key != PRESET}
+        if name not in presets:
+            raise UsageError(f"{say(PRESET, name)}: legal is {', '.join(presets)}")
+        value = presets[name]
     properties = _properties(type(value))
     parsed = {name: _split(text, properties[name]) for name, text in changes.items()}
     present = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
@@ -114,6 +122,19 @@ def changed(
         reason = f"legal is {legal}" if legal else said
         where = [say(name, changes.get(name, ""))] if name else [say(*change) for change in changes.items()]
         raise UsageError(f"{', '.join(where)}: {' '.join(reason.split())}") from None
+
+
+def _presets(value: Any) -> Mapping[str, Any]:
+    """The presets of a value's class, by name; empty where it has none."""
+    presets: Mapping[str, Any] = value.presets() if hasattr(type(value), "presets") else {}
+    return presets
+
+
+def _names(value: Any) -> Iterator[str]:
+    """What ``--set`` can change of ``value``."""
+    yield from (field.name for field in dataclasses.fields(value))
+    if _presets(value):
+        yield PRESET
 
 
 def _split(text: str, schema: Mapping[str, Any]) -> str | list[str]:
@@ -162,6 +183,9 @@ def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
     """Every parameter of the sections ``values``."""
     for section, value in values.items():
         properties = _properties(type(value))
+        if presets := _presets(value):
+            now = next((name for name, preset in presets.items() if preset == value), "")
+            yield Parameter(f"{section}.{PRESET}", now, ", ".join(presets), "values for all of them, set before others")
         for field in dataclasses.fields(value):
             present = getattr(value, field.name)
             text = ",".join(f"{v:g}" for v in present) if isinstance(present, tuple) else str(present)
