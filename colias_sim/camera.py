@@ -260,7 +260,7 @@ class Camera:
     def _averaged(self) -> Floats:
         """The light of the frame under way, behind the lens."""
         light = self._light
-        exposures = self._exposures if self._strips is None else self.config.exposure_samples
+        exposures = self._exposures if self._strips is None else self.plan.samples
         if exposures > 1:
             light *= 1.0 / exposures
         if self._kernel is None:

@@ -43,10 +43,10 @@ class RobotConfig:
 _OV7670: Mapping[str, float | str] = {
     # 480 rows of 2 x 784 pixel clocks at 25 MHz, 62.7 us each, over the 72 rows of the picture (data sheet, derived).
     "row_time_us": 418.0,
-    "row_bands": 12,
+    "row_bands": 6,
     # Colias's firmware: register GAIN 0x08, which is 1 + 8/16.
     "gain": 1.5,
-    "exposure_samples": 2,
+    "exposure_samples": 8,
     "auto_exposure": True,
     # Data sheet: the stable region is AEB..AEW, 0x63..0x75 after a reset; Colias's firmware leaves both.
     "ae_target": 108.0,
@@ -87,7 +87,7 @@ class CameraConfig:
         default=8.0, ge=0.0, le=200.0,
         description="exposure; 0: an instant; at most a frame; with auto_exposure where the loop starts",
     )  # fmt: skip
-    exposure_samples: int = Field(default=1, ge=1, le=64, description="renders averaged over the exposure")
+    exposure_samples: int = Field(default=1, ge=1, le=64, description="renders averaged over the exposure; with auto_exposure the most, as parts have two physics steps")
     multisample: int = Field(default=4, ge=0, le=16, description="OpenGL samples per rendered pixel")
     supersample: int = Field(default=1, ge=1, le=32, description="rendered pixels per camera pixel and axis")
     shot_noise: float = Field(default=1.28, ge=0.0, le=64.0, description="photon noise at white, sd in grey levels")
@@ -97,7 +97,7 @@ class CameraConfig:
         description="from the read-out of a row of the picture to the next row's (OV7670: 418); 0: a global shutter",
     )  # fmt: skip
     row_bands: int = Field(
-        default=12, ge=1, le=1080, description="bands of rows, each rendered at its own moment, where row_time_us > 0"
+        default=6, ge=1, le=1080, description="bands of rows, each rendered at its own moment, where row_time_us > 0"
     )
     gain: float = Field(
         default=1.0, ge=0.1, le=16.0, description="fixed gain, on light and noise (OV7670 on Colias: 1.5)"

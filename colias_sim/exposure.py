@@ -59,6 +59,8 @@ class FramePlan:
         Exposure time of each row.
     light
         The lamps' strength, times their own: gain, and exposure time where a loop controls it.
+    samples
+        Of how many equal parts each row's exposure is the mean.
     early_steps
         How many physics steps before the end of the frame its last row's exposure ends.
     renders
@@ -67,6 +69,7 @@ class FramePlan:
 
     exposure_ms: float
     light: float
+    samples: int
     early_steps: int
     renders: tuple[Render, ...]
 
@@ -124,7 +127,9 @@ def plan_frame(config: CameraConfig, steps_per_frame: int, exposure_ms: float, e
         moments = _moments(config, steps_per_frame, exposure_ms, early_steps + before, earliest)
         renders += [Render(step, parts, top, bottom) for step, parts in Counter(moments).items()]
     light = config.gain * (exposure_ms / config.ae_unit_ms if config.auto_exposure else 1.0)
-    return FramePlan(exposure_ms, light, early_steps, tuple(sorted(renders, key=lambda each: (each.step, each.top))))
+    samples = exposure_samples(config, exposure_ms, steps_per_frame)
+    renders.sort(key=lambda each: (each.step, each.top))
+    return FramePlan(exposure_ms, light, samples, early_steps, tuple(renders))
 
 
 def row_bands(config: CameraConfig) -> list[tuple[int, int]]:
@@ -138,11 +143,23 @@ def row_bands(config: CameraConfig) -> list[tuple[int, int]]:
     return list(zip(edges, edges[1:], strict=False))
 
 
+def exposure_samples(config: CameraConfig, exposure_ms: float, steps_per_frame: int) -> int:
+    """Count the renders that stand for an exposure: ``exposure_samples``.
+
+    Where a loop controls the exposure time, that is the most: none of its parts is shorter than two physics steps.
+    """
+    if not config.auto_exposure:
+        return config.exposure_samples
+    steps = exposure_ms * config.fps * steps_per_frame / 1000.0
+    return max(1, min(config.exposure_samples, int(steps / 2)))
+
+
 def _moments(config: CameraConfig, steps: int, exposure_ms: float, before: float, earliest: int) -> tuple[int, ...]:
     """The middles of an exposure's parts, which ends ``before`` steps before the frame does."""
     length = exposure_ms * config.fps / 1000.0
     length = (min(length, 1.0) if earliest == 1 else length) * steps
-    parts = (np.arange(config.exposure_samples) + 0.5) / config.exposure_samples
+    samples = exposure_samples(config, exposure_ms, steps)
+    parts = (np.arange(samples) + 0.5) / samples
     moments = np.rint(steps - before - length * (1.0 - parts)).astype(int)
     return tuple(int(m) for m in np.clip(moments, earliest, steps))
 
