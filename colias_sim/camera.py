@@ -11,10 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from colias_sim.config import CameraConfig
-from colias_sim.exposure import (
-    LAG_SDS, WHOLE, FramePlan, Render, exposure_steps, next_exposure, plan_frame, settled_exposure,
-)  # fmt: skip
+from colias_sim.exposure import LAG_SDS, WHOLE, FramePlan, Render, exposure_steps, next_exposure, plan_frame, settle
 from colias_sim.lamps import Lamps
+from colias_sim.lens import point_spread
 from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP, FrameClock
 from colias_sim.strips import Strips
@@ -83,6 +82,7 @@ class Camera:
         self._eye = mujoco.MjvCamera()
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(name).id
         rows, columns = config.height * config.supersample, config.width * config.supersample
+        columns *= config.supersample_columns
         self._option = mujoco.MjvOption()
         self._option.geomgroup[OWN_BODY_GROUP] = 0
         self._grey = np.empty((rows, columns), np.uint8)
@@ -130,7 +130,7 @@ class Camera:
         if self._lamps is not None:
             self._lamps.look()
         if self.config.auto_exposure and self.config.ae_start == "settled":
-            self._exposure_ms = settled_exposure(self.config, lambda exposure_ms: self._mean(data, exposure_ms))
+            self._exposure_ms = settle(self.config, lambda exposure_ms: self._mean(data, exposure_ms))
         self.plan = self.next_plan = self._planned(0.0)
         if self._strips is not None:
             for render in self.plan.renders:
@@ -236,7 +236,7 @@ class Camera:
             self._strips.draw(data, self._eye, self._option, render, self._light, self._ahead)
             return
         self._render(data)
-        if self.config.supersample > 1:
+        if self._grey.shape != self._light.shape:
             small = cv2.resize(self._grey.astype(np.float32), self._light.shape[::-1], interpolation=cv2.INTER_AREA)
             self._light += render.parts * small
         else:
@@ -277,29 +277,3 @@ class Camera:
         cv2.scaleAdd(light, config.gain * config.shot_noise**2 / 255.0, self._read_variance, spread)
         np.sqrt(spread, out=spread)
         return np.multiply(self._noise_tape[WARM_UP_ROWS:], spread, out=noise)
-
-
-def point_spread(sd_px: float) -> Floats:
-    """Compute the lens's point spread on the picture's grid, along one axis: the discrete Gaussian.
-
-    Its variance is exactly ``sd_px^2`` and its modulation transfer exp(sd^2 (cos 2 pi f - 1)) at f cycles a px, at any
-    width. A Gaussian sampled at whole pixels has neither where it is narrower than a pixel.
-
-    Parameters
-    ----------
-    sd_px
-        Standard deviation, in px.
-
-    Returns
-    -------
-    ndarray
-        Its weights, (2 h + 1,) float32, of sum 1; h is 4 sd, rounded up, and one more.
-
-    References
-    ----------
-    Lindeberg 1990, "Scale-space for discrete signals", IEEE Trans. PAMI 12(3).
-    """
-    half = int(np.ceil(4.0 * sd_px)) + 1
-    transfer = np.exp(sd_px**2 * (np.cos(2 * np.pi * np.fft.rfftfreq(256)) - 1.0))
-    weights = np.roll(np.fft.irfft(transfer, 256), half)[: 2 * half + 1]
-    return (weights / weights.sum()).astype(np.float32)

@@ -87,9 +87,15 @@ class CameraConfig:
         default=8.0, ge=0.0, le=200.0,
         description="exposure; 0: an instant; at most a frame; with auto_exposure where the loop starts",
     )  # fmt: skip
-    exposure_samples: int = Field(default=1, ge=1, le=64, description="renders averaged over the exposure; with auto_exposure the most, as parts have two physics steps")
+    exposure_samples: int = Field(
+        default=1, ge=1, le=64,
+        description="renders averaged over the exposure; with auto_exposure at most, one for each two physics steps",
+    )  # fmt: skip
     multisample: int = Field(default=4, ge=0, le=16, description="OpenGL samples per rendered pixel")
     supersample: int = Field(default=1, ge=1, le=32, description="rendered pixels per camera pixel and axis")
+    supersample_columns: int = Field(
+        default=1, ge=1, le=32, description="rendered pixels per camera pixel along a row, times supersample"
+    )
     shot_noise: float = Field(default=1.28, ge=0.0, le=64.0, description="photon noise at white, sd in grey levels")
     read_noise: float = Field(default=0.64, ge=0.0, le=64.0, description="read noise, sd in grey levels")
     row_time_us: float = Field(
@@ -155,7 +161,8 @@ class CameraConfig:
         low, high = self.ae_target - self.ae_zone, self.ae_target + self.ae_zone
         if low * (1.0 + self.ae_step) > high or high * (1.0 - self.ae_step) < low:
             raise ValueError(
-                f"ae_zone={self.ae_zone:g}: a step of {self.ae_step:g} would jump over the control zone {low:g}..{high:g}"
+                f"ae_zone={self.ae_zone:g}: a step of {self.ae_step:g} would jump over the control zone "
+                f"{low:g}..{high:g}"
             )
         if not 0.0 < self.ae_min_ms <= self.exposure_ms <= self.ae_max_ms:
             raise ValueError(

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -140,7 +141,7 @@ def row_bands(config: CameraConfig) -> list[tuple[int, int]]:
     if config.row_time_us == 0.0:
         return [(0, 0)]
     edges = [round(band * config.height / config.row_bands) for band in range(config.row_bands + 1)]
-    return list(zip(edges, edges[1:], strict=False))
+    return list(pairwise(edges))
 
 
 def exposure_samples(config: CameraConfig, exposure_ms: float, steps_per_frame: int) -> int:
@@ -195,7 +196,7 @@ def next_exposure(config: CameraConfig, exposure_ms: float, mean: float, taken_m
     return exposure_ms
 
 
-def settled_exposure(config: CameraConfig, mean: Callable[[float], float]) -> float:
+def settle(config: CameraConfig, mean: Callable[[float], float]) -> float:
     """Run the loop on a still scene until it rests, from ``exposure_ms``.
 
     Parameters

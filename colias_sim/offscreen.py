@@ -47,9 +47,7 @@ class Offscreen:
         Where nothing can render.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, rows: int, columns: int, *, slots: int = 1, bright: bool = False
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, rows: int, columns: int, *, slots: int = 1, bright: bool = False) -> None:
         self._surface: _Surface | None = _surface(model, rows * slots, columns)
         self._scene = mujoco.MjvScene(model, MAX_GEOMS)
         self._rect = mujoco.MjrRect(0, 0, columns, rows)
@@ -84,7 +82,7 @@ class Offscreen:
     def draw(
         self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption, rows: range, slot: int
     ) -> None:
-        """Draw some rows of a picture, as `render` would render them, into a slot of the framebuffer. `read` reads them.
+        """Draw some rows of a picture, as `render` would, into a slot of the framebuffer. `read` reads them.
 
         Drawing rows one by one and reading them together costs less than rendering them: OpenGL waits only in `read`.
 

@@ -57,9 +57,7 @@ class Strips:
     ) -> None:  # fmt: skip
         """Draw a band of the present scene. ``light`` and ``ahead`` are those of `collect`, in case it is due."""
         taken = {
-            each.slot
-            for each in self._drawn
-            if each.render.top < render.bottom and render.top < each.render.bottom
+            each.slot for each in self._drawn if each.render.top < render.bottom and render.top < each.render.bottom
         }
         slot = next((slot for slot in range(self._slots) if slot not in taken), None)
         if slot is None:
@@ -89,7 +87,7 @@ class Strips:
         """Rows of a slot as grey levels, first row uppermost."""
         rgb = self._offscreen.read(self._rows(top, bottom), slot)
         grey = cv2.flip(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), 0).astype(np.float32)
-        if self._scale == 1:
+        if grey.shape == (bottom - top, self._width):
             return grey
         return cv2.resize(grey, (self._width, bottom - top), interpolation=cv2.INTER_AREA)
 
