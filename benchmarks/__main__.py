@@ -4,13 +4,20 @@ import cv2
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-from benchmarks import antialiasing, envs, leaks, loop, network, runner
+from benchmarks import antialiasing, envs, eye, leaks, loop, network, runner
 
 if __name__ == "__main__":  # workers started by spawn read this file too
     console = Console()
     cv2.setNumThreads(1)
     with threadpool_limits(1):
-        for part in (network.table, network.rivals, loop.loop_table, loop.recording_table, antialiasing.table):
+        for part in (
+            network.table,
+            network.rivals,
+            loop.loop_table,
+            loop.recording_table,
+            antialiasing.table,
+            eye.table,
+        ):
             console.print(part())
         for part in (envs.single, envs.vector, leaks.table):
             console.print(part())

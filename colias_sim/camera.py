@@ -1,4 +1,4 @@
-"""The robot's camera: frames of luma, rendered offscreen, with exposure, noise and quantisation."""
+"""The robot's camera: frames of luma, rendered offscreen, with exposure, lens, noise and quantisation."""
 
 from __future__ import annotations
 
@@ -11,11 +11,19 @@ import numpy as np
 import numpy.typing as npt
 
 from colias_sim.config import CameraConfig
+from colias_sim.exposure import LAG_SDS, WHOLE, FramePlan, Render, exposure_steps, next_exposure, plan_frame, settle
+from colias_sim.lamps import Lamps
+from colias_sim.lens import point_spread
 from colias_sim.offscreen import Offscreen
-from colias_sim.scene import OWN_BODY_GROUP
+from colias_sim.scene import OWN_BODY_GROUP, FrameClock
+from colias_sim.strips import Strips
+
+__all__ = ["Camera", "Frame", "exposure_steps"]
 
 Floats = npt.NDArray[np.float32]
 WARM_UP_ROWS = 2
+VIDEO_BLACK, VIDEO_WHITE = 16.0, 235.0
+"""The luma of black and white in the video range of ITU-R BT.601."""
 _STANDARD_NORMAL = np.zeros(1), np.ones(1)
 
 
@@ -28,18 +36,30 @@ class Frame:
     luma
         The picture, (R, C) uint8. It is read-only, as several models, a recording and an agent share it.
     time
-        End of its exposure, in seconds of simulation.
+        When the frame ends, in seconds of simulation: the end of the exposure of its last row, but for ``age_ms``.
+    exposure_ms
+        Exposure time of each row. With a fixed exposure that of the settings, also where the frame has cut it.
+    row_time_us
+        From the end of a row's exposure to the end of the next row's; 0 with a global shutter.
+    age_ms
+        How long before ``time`` the exposure of the last row ended: 0, but for jitter and where a frame was dropped
+        and the one before it is there again.
     """
 
     luma: npt.NDArray[np.uint8]
     time: float
+    exposure_ms: float = 0.0
+    row_time_us: float = 0.0
+    age_ms: float = 0.0
 
 
 class Camera:
     """Renders one camera of a model as an OV7670 would see the scene.
 
-    Call `expose` at each of the moments that `exposure_steps` lists, then `develop`. A camera holds an OpenGL context:
-    close it, or use it in a ``with`` statement, in the thread and process that made it.
+    A frame is exposed by the renders of ``plan``, and of ``next_plan`` where these are due before the next frame
+    begins: call `expose` for each of them when it is due, then `develop`. `restart` is for a new beginning, `skip` for
+    a frame that nobody looks at. `Simulation` does all of this. A camera holds an OpenGL context: close it, or use it
+    in a ``with`` statement, in the thread and process that made it.
 
     Parameters
     ----------
@@ -58,19 +78,32 @@ class Camera:
 
     def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig) -> None:
         self.config = config
+        self._steps = FrameClock(config.fps).steps
         self._eye = mujoco.MjvCamera()
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(name).id
         rows, columns = config.height * config.supersample, config.width * config.supersample
+        columns *= config.supersample_columns
         self._option = mujoco.MjvOption()
         self._option.geomgroup[OWN_BODY_GROUP] = 0
         self._grey = np.empty((rows, columns), np.uint8)
         self._light = np.zeros((config.height, config.width), np.float32)
+        self._ahead = np.zeros_like(self._light)
         self._noise, self._spread = np.empty_like(self._light), np.empty_like(self._light)
         self._no_noise = np.zeros_like(self._light)
-        self._read_variance = np.full_like(self._light, config.read_noise**2)
+        self._read_variance = np.full_like(self._light, (config.gain * config.read_noise) ** 2)
         self._noise_tape = np.empty((config.height + WARM_UP_ROWS, config.width), np.float32)
+        self._kernel = point_spread(config.blur_px) if config.blur_px > 0.0 else None
         self._exposures = 0
-        self._offscreen = Offscreen(model, rows, columns)
+        self._last: Frame | None = None
+        self._exposure_ms = config.exposure_ms
+        self._lamps = Lamps(model) if config.auto_exposure or config.gain != 1.0 else None
+        bands = config.row_time_us > 0.0
+        slots = Strips.slots(config) if bands else 1
+        self._offscreen = Offscreen(model, rows, columns, slots=slots, bright=self._lamps is not None)
+        self._strips = Strips(self._offscreen, config, slots) if bands else None
+        self.plan: FramePlan
+        self.next_plan: FramePlan
+        self.plan = self.next_plan = self._planned(0.0)
 
     def __enter__(self) -> Camera:
         return self
@@ -82,34 +115,63 @@ class Camera:
         """Free the OpenGL context."""
         self._offscreen.close()
 
-    def expose(self, data: mujoco.MjData, parts: int = 1) -> None:
+    def restart(self, data: mujoco.MjData) -> None:
+        """Begin anew with a still scene: discard everything, and set the exposure time to its start.
+
+        Parameters
+        ----------
+        data
+            State of the scene. What the first frame shows of the time before it, it shows in this state.
+        """
+        self.discard()
+        self._ahead[:] = 0.0
+        self._last = None
+        self._exposure_ms = self.config.exposure_ms
+        if self._lamps is not None:
+            self._lamps.look()
+        if self.config.auto_exposure and self.config.ae_start == "settled":
+            self._exposure_ms = settle(self.config, lambda exposure_ms: self._mean(data, exposure_ms))
+        self.plan = self.next_plan = self._planned(0.0)
+        if self._strips is not None:
+            for render in self.plan.renders:
+                if render.step < 1:
+                    self.expose(data, render)
+            self.collect()
+
+    def expose(self, data: mujoco.MjData, render: Render = WHOLE) -> None:
         """Render the present scene, and add it to the exposure under way.
 
         Parameters
         ----------
         data
             State of the scene.
-        parts
-            How many equal parts of the exposure this render stands for.
+        render
+            Which rows of the picture, and how many equal parts of their exposure this stands for.
         """
-        rgb = self._offscreen.render(data, self._eye, self._option)
-        cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
-        cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
-        if self.config.supersample > 1:
-            small = cv2.resize(self._grey.astype(np.float32), self._light.shape[::-1], interpolation=cv2.INTER_AREA)
-            self._light += parts * small
-        else:
-            for _ in range(parts):
-                cv2.accumulate(self._grey, self._light)
-        self._exposures += parts
+        light = (self.next_plan if render.ahead else self.plan).light
+        if self._lamps is None:
+            self._expose(data, render)
+            return
+        with self._lamps.scaled(light):
+            self._expose(data, render)
+
+    def collect(self) -> None:
+        """Read what OpenGL has drawn since the last time. Nobody else may draw in a shared context before."""
+        if self._strips is not None:
+            self._strips.collect(self._light, self._ahead)
+
+    def skip(self) -> None:
+        """Discard the frame under way, which nobody looks at, and go on to the next. The exposure loop rests."""
+        self.discard()
+        self._turn(self.next_plan)
 
     def develop(self, rng: np.random.Generator, time: float) -> Frame:
-        """End the exposure: average its renders, add noise, and quantise to 8 bits.
+        """End the exposure: average its renders, blur, add noise, and quantise to 8 bits.
 
         Parameters
         ----------
         rng
-            Generator of the noise.
+            Generator of the noise, of dropped frames and of jitter.
         time
             The present time of the simulation, in seconds.
 
@@ -118,21 +180,92 @@ class Camera:
         Frame
             The frame.
         """
-        light = self._light
-        if self._exposures > 1:
-            light *= 1.0 / self._exposures
+        config, light = self.config, self._averaged()
         luma = np.empty(light.shape, np.uint8)
-        noisy = self.config.shot_noise > 0.0 or self.config.read_noise > 0.0
+        noisy = config.shot_noise > 0.0 or config.read_noise > 0.0
         noise = self._draw_noise(light, rng) if noisy else self._no_noise
-        cv2.add(light, noise, dst=luma, dtype=cv2.CV_8U)  # rounds and saturates
-        self.discard()
+        if config.luma_range == "full":
+            cv2.add(light, noise, dst=luma, dtype=cv2.CV_8U)  # rounds and saturates
+        else:
+            scale = (VIDEO_WHITE - VIDEO_BLACK) / 255.0
+            cv2.add(np.clip(light + noise, 0.0, 255.0) * scale, VIDEO_BLACK, dst=luma, dtype=cv2.CV_8U)
         # An array over immutable bytes: no model can make it writable again.
-        return Frame(np.frombuffer(luma.tobytes(), np.uint8).reshape(luma.shape), time)
+        picture = np.frombuffer(luma.tobytes(), np.uint8).reshape(luma.shape)
+        age_ms = self.plan.early_steps * 1000.0 / (self._steps * config.fps)
+        frame = Frame(picture, time, self.plan.exposure_ms, config.row_time_us, age_ms)
+        if config.auto_exposure:
+            mean = float(cv2.mean(light)[0])
+            self._exposure_ms = next_exposure(config, self._exposure_ms, mean, self.plan.exposure_ms)
+        self.discard()
+        # Parts that are off draw nothing, so that the noise of the others stays the same.
+        if config.drop_probability > 0.0:
+            dropped = rng.random() < config.drop_probability
+            if dropped and self._last is not None:
+                frame = self._again(self._last, time)
+            self._last = frame
+        self._turn(self._planned(rng.standard_normal() if config.jitter_ms > 0.0 else 0.0))
+        return frame
 
     def discard(self) -> None:
         """Discard the exposure under way."""
+        self.collect()
         self._light[:] = 0.0
         self._exposures = 0
+
+    def _planned(self, jitter_sds: float) -> FramePlan:
+        """Plan a frame with the exposure time that is set; ``jitter_sds`` is how late its clock is, in sd."""
+        config = self.config
+        if config.jitter_ms == 0.0:
+            return plan_frame(config, self._steps, self._exposure_ms, 0)
+        early_ms = config.jitter_ms * (LAG_SDS - min(max(jitter_sds, -LAG_SDS), LAG_SDS))
+        return plan_frame(config, self._steps, self._exposure_ms, round(early_ms * config.fps * self._steps / 1000.0))
+
+    def _turn(self, after_next: FramePlan) -> None:
+        """Go on to the next frame, parts of which may be exposed already."""
+        self.plan, self.next_plan = self.next_plan, after_next
+        self._light, self._ahead = self._ahead, self._light
+
+    def _again(self, frame: Frame, time: float) -> Frame:
+        """An earlier frame in the place of one that was dropped."""
+        age_ms = frame.age_ms + 1000.0 * (time - frame.time)
+        return Frame(frame.luma, time, frame.exposure_ms, frame.row_time_us, age_ms)
+
+    def _expose(self, data: mujoco.MjData, render: Render) -> None:
+        if render.bottom:
+            assert self._strips is not None, "only a rolling shutter renders bands of rows"
+            self._strips.draw(data, self._eye, self._option, render, self._light, self._ahead)
+            return
+        self._render(data)
+        if self._grey.shape != self._light.shape:
+            small = cv2.resize(self._grey.astype(np.float32), self._light.shape[::-1], interpolation=cv2.INTER_AREA)
+            self._light += render.parts * small
+        else:
+            for _ in range(render.parts):
+                cv2.accumulate(self._grey, self._light)
+        self._exposures += render.parts
+
+    def _render(self, data: mujoco.MjData) -> None:
+        """Render the whole picture."""
+        rgb = self._offscreen.render(data, self._eye, self._option)
+        cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
+        cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
+
+    def _mean(self, data: mujoco.MjData, exposure_ms: float) -> float:
+        """Mean grey of the present scene at an exposure time, all rows at this moment."""
+        assert self._lamps is not None
+        with self._lamps.scaled(plan_frame(self.config, self._steps, exposure_ms, 0).light):
+            self._render(data)
+        return float(cv2.mean(self._grey)[0])
+
+    def _averaged(self) -> Floats:
+        """The light of the frame under way, behind the lens."""
+        light = self._light
+        exposures = self._exposures if self._strips is None else self.plan.samples
+        if exposures > 1:
+            light *= 1.0 / exposures
+        if self._kernel is None:
+            return light
+        return cv2.sepFilter2D(light, cv2.CV_32F, self._kernel, self._kernel, borderType=cv2.BORDER_REPLICATE)
 
     def _draw_noise(self, light: Floats, rng: np.random.Generator) -> Floats:
         """Draw photon and read noise of one frame, both Gaussian, as photon noise is above some tens of electrons."""
@@ -141,30 +274,6 @@ class Camera:
         # numbers after seeding correlate with the seed: they are drawn into rows above the picture and not used.
         cv2.setRNGSeed(int(rng.bit_generator.random_raw()) & 0x7FFFFFFF)  # of 32 or 64 bits
         cv2.randn(self._noise_tape, *_STANDARD_NORMAL)
-        cv2.scaleAdd(light, config.shot_noise**2 / 255.0, self._read_variance, spread)
+        cv2.scaleAdd(light, config.gain * config.shot_noise**2 / 255.0, self._read_variance, spread)
         np.sqrt(spread, out=spread)
         return np.multiply(self._noise_tape[WARM_UP_ROWS:], spread, out=noise)
-
-
-def exposure_steps(config: CameraConfig, steps_per_frame: int) -> tuple[int, ...]:
-    """Compute after which physics steps of a frame the camera renders: the middles of the exposure's equal parts.
-
-    The exposure ends with the frame; one that is longer than the frame is cut to it. Moments are rounded to whole
-    steps, by half a step at most. Parts with the same step share its render.
-
-    Parameters
-    ----------
-    config
-        The camera's settings.
-    steps_per_frame
-        Number of physics steps in a frame.
-
-    Returns
-    -------
-    tuple of int
-        A step, from 1 to ``steps_per_frame``, for each part, in order.
-    """
-    length = min(config.exposure_ms * config.fps / 1000.0, 1.0) * steps_per_frame
-    parts = (np.arange(config.exposure_samples) + 0.5) / config.exposure_samples
-    moments = np.rint(steps_per_frame - length * (1.0 - parts)).astype(int)
-    return tuple(int(m) for m in np.clip(moments, 1, steps_per_frame))

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
@@ -17,6 +16,7 @@ from pydantic.dataclasses import dataclass
 from colias_sim.field_docs import with_field_docs
 from scenes import arena_path
 
+_Settings = TypeVar("_Settings")
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
@@ -24,6 +24,19 @@ def known_arena(name: str) -> str:
     """Check the name of an arena; return it, or raise ``ValueError`` naming the nearest one."""
     arena_path(name)
     return name
+
+
+_COLIAS4: Mapping[str, float | bool] = {
+    "max_speed_cm_s": 15.3, "power_step_cm_s": 0.06, "dead_band": 20, "trim": 3, "motor_inequality": 3.29,
+    "command_slot_ms": 100.0, "serial_ms": 2.1, "open_loop": True,
+}  # fmt: skip
+
+
+def _preset(presets: Mapping[str, _Settings], section: str, name: str) -> _Settings:
+    """The preset called ``name``; ``ValueError`` with the known names otherwise."""
+    if name not in presets:
+        raise ValueError(f"no {section} preset '{name}': there are {', '.join(presets)}")
+    return presets[name]
 
 
 @with_field_docs
@@ -60,25 +73,6 @@ class RobotConfig:
         default=False, description="whether a trial's stimulus drives by time alone, without feedback of its pose"
     )
 
-    PRESETS: ClassVar[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
-        {
-            "default": MappingProxyType({}),
-            "colias4": MappingProxyType(
-                {
-                    "max_speed_cm_s": 15.3, "power_step_cm_s": 0.06, "dead_band": 20, "trim": 3,
-                    "motor_inequality": 3.29, "command_slot_ms": 100.0, "serial_ms": 2.1, "open_loop": True,
-                }
-            ),
-        }
-    )  # fmt: skip
-    """Name of a preset -> its fields that are not at their defaults.
-
-    ``colias4``: 255 steps of 0.06 cm/s, so a step is 3 % of 2 cm/s and the top speed 15.3 cm/s. The public firmware
-    drives straight ahead at powers of 77 and 80, and slowly at 27 and 30: a trim of 3. A trim in whole powers leaves
-    an inequality of up to half a power, 1 / sqrt(12) = 0.29 rms, which the preset has. The dead band is an assumption:
-    below the lowest power of that firmware. A command is 6 bytes, with 2 of framing 8, of 10 bits at 38,400 baud.
-    """
-
     @model_validator(mode="after")
     def _powers_need_steps(self) -> RobotConfig:
         counted = ("dead_band", "trim", "motor_inequality", "motor_inequality_sd")
@@ -90,22 +84,51 @@ class RobotConfig:
         return self
 
     @classmethod
-    def preset(cls, name: str) -> RobotConfig:
-        """Make the settings of a preset.
+    def presets(cls) -> Mapping[str, RobotConfig]:
+        """Make the presets, by name.
 
-        Parameters
-        ----------
-        name
-            ``default``, or ``colias4``: wheels as the robot has them, driven open loop in trials.
+        ``colias4`` has the robot's own wheels, driven open loop in trials: 255 steps of 0.06 cm/s, so a step is 3 % of
+        2 cm/s and the top speed 15.3 cm/s. The public firmware drives straight ahead at powers of 77 and 80, and slowly
+        at 27 and 30: a trim of 3. A trim in whole powers leaves an inequality of up to half a power, 1 / sqrt(12) =
+        0.29 rms, which the preset has. The dead band is an assumption: below the lowest power of that firmware. A
+        command is 6 bytes, with 2 of framing 8, of 10 bits at 38,400 baud.
+        """
+        return {"default": cls(), "colias4": cls(**_COLIAS4)}
+
+    @classmethod
+    def preset(cls, name: str) -> RobotConfig:
+        """Look up one of the `presets`; ``--set robot.preset=NAME`` does the same.
 
         Raises
         ------
         ValueError
             For an unknown name.
         """
-        if name not in cls.PRESETS:
-            raise ValueError(f"no preset '{name}' of the robot: there are {', '.join(cls.PRESETS)}")
-        return cls(**cls.PRESETS[name])
+        return _preset(cls.presets(), "robot", name)
+
+
+_OV7670: Mapping[str, float | str] = {
+    # 480 rows of 2 x 784 pixel clocks at 25 MHz, 62.7 us each, over the 72 rows of the picture (data sheet, derived).
+    "row_time_us": 418.0,
+    "row_bands": 6,
+    # Colias's firmware: register GAIN 0x08, which is 1 + 8/16.
+    "gain": 1.5,
+    "exposure_samples": 8,
+    "auto_exposure": True,
+    # Data sheet: the stable region is AEB..AEW, 0x63..0x75 after a reset; Colias's firmware leaves both.
+    "ae_target": 108.0,
+    "ae_zone": 9.0,
+    # Published for the sibling OV9650: steps of 1/16, about ten a frame in fast mode (COM8 of the firmware: fast).
+    "ae_step": 0.0625,
+    "ae_steps": 10,
+    # 1 and 510 rows of 62.7 us (data sheet).
+    "ae_min_ms": 0.0627,
+    "ae_max_ms": 32.0,
+    # A plastic lens blurs by about a pixel at QVGA; read as the sd, it is 99 / 320 px here (an assumption).
+    "blur_px": 0.31,
+    # Data sheet: COM15 is 0xC0 after a reset, the range 0x00..0xFF; Colias's firmware leaves it.
+    "luma_range": "full",
+}
 
 
 @with_field_docs
@@ -113,8 +136,10 @@ class RobotConfig:
 class CameraConfig:
     """The camera: an OV7670 as the Colias uses it, 99x72 pixels of luma, 70 degrees wide, 30 frames per second.
 
-    Noise has the variance ``read_noise^2 + shot_noise^2 L / 255`` at grey level L. The defaults are the data
-    sheet's 52 dB of dynamic range (255 / 10^(52/20) = 0.64) and 46 dB of signal to noise at white (1.28).
+    Noise has the variance ``gain^2 read_noise^2 + gain shot_noise^2 L / 255`` at grey level L. The defaults are the
+    data sheet's 52 dB of dynamic range (255 / 10^(52/20) = 0.64) and 46 dB of signal to noise at white (1.28).
+
+    By default the eye is ideal apart from noise: a global shutter, a fixed exposure and no lens. `preset` has others.
     """
 
     width: int = Field(default=99, ge=8, le=1920, description="columns, px")
@@ -125,12 +150,91 @@ class CameraConfig:
         default=1.95, ge=0.0, le=2.5, description="lens in front of the robot's centre (public: 1.7..2.5)"
     )
     up_cm: float = Field(default=2.0, ge=0.5, le=3.0, description="lens above the floor (public: 1.2..2.7)")
-    exposure_ms: float = Field(default=8.0, ge=0.0, le=200.0, description="exposure; 0: an instant; at most a frame")
-    exposure_samples: int = Field(default=1, ge=1, le=64, description="renders averaged over the exposure")
+    exposure_ms: float = Field(
+        default=8.0, ge=0.0, le=200.0,
+        description="exposure; 0: an instant; at most a frame; with auto_exposure where the loop starts",
+    )  # fmt: skip
+    exposure_samples: int = Field(
+        default=1, ge=1, le=64,
+        description="renders averaged over the exposure; with auto_exposure at most, one for each two physics steps",
+    )  # fmt: skip
     multisample: int = Field(default=4, ge=0, le=16, description="OpenGL samples per rendered pixel")
     supersample: int = Field(default=1, ge=1, le=32, description="rendered pixels per camera pixel and axis")
+    supersample_columns: int = Field(
+        default=1, ge=1, le=32, description="rendered pixels per camera pixel along a row, times supersample"
+    )
     shot_noise: float = Field(default=1.28, ge=0.0, le=64.0, description="photon noise at white, sd in grey levels")
     read_noise: float = Field(default=0.64, ge=0.0, le=64.0, description="read noise, sd in grey levels")
+    row_time_us: float = Field(
+        default=0.0, ge=0.0, le=20000.0,
+        description="from the read-out of a row of the picture to the next row's (OV7670: 418); 0: a global shutter",
+    )  # fmt: skip
+    row_bands: int = Field(
+        default=6, ge=1, le=1080, description="bands of rows, each rendered at its own moment, where row_time_us > 0"
+    )
+    gain: float = Field(
+        default=1.0, ge=0.1, le=16.0, description="fixed gain, on light and noise (OV7670 on Colias: 1.5)"
+    )
+    auto_exposure: bool = Field(default=False, description="whether a loop controls the exposure time")
+    ae_target: float = Field(
+        default=108.0, ge=1.0, le=254.0, description="mean grey in the middle of the loop's control zone (OV7670: 108)"
+    )
+    ae_zone: float = Field(
+        default=9.0, gt=0.0, le=127.0, description="half width of the control zone in grey levels (OV7670: 9)"
+    )
+    ae_step: float = Field(
+        default=0.0625, gt=0.0, le=0.5, description="one step of the exposure, as a share of it (OV9650: 1/16)"
+    )
+    ae_steps: int = Field(default=10, ge=1, le=100, description="most steps a frame (OV9650: 10 fast, 1 normal)")
+    ae_min_ms: float = Field(default=0.0627, gt=0.0, le=200.0, description="shortest exposure of the loop: 1 VGA row")
+    ae_max_ms: float = Field(default=32.0, gt=0.0, le=200.0, description="longest exposure of the loop: 510 VGA rows")
+    ae_unit_ms: float = Field(
+        default=8.0, gt=0.0, le=200.0,
+        description="exposure at which, with gain 1, the loop's picture is as bright as a fixed exposure's (assumed)",
+    )  # fmt: skip
+    ae_start: Literal["settled", "cold"] = Field(
+        default="settled", description="whether the loop has settled on the still scene at a reset, or starts cold"
+    )
+    blur_px: float = Field(
+        default=0.0, ge=0.0, le=8.0, description="the lens's Gaussian point spread, sd in px (OV7670 on Colias: 0.31)"
+    )
+    luma_range: Literal["full", "video"] = Field(
+        default="full", description="of the luma: full, 0..255, or video, 16..235"
+    )
+    drop_probability: float = Field(
+        default=0.0, ge=0.0, lt=1.0, description="of a frame to be lost: the frame before it is there again"
+    )
+    jitter_ms: float = Field(
+        default=0.0, ge=0.0, le=3.0, description="jitter of the frame clock, sd, rounded to whole physics steps"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> CameraConfig:
+        if self.row_time_us > 0.0:
+            if self.row_bands > self.height:
+                raise ValueError(f"row_bands={self.row_bands}: legal is up to the {self.height} rows of the picture")
+            if self.row_time_us * self.height * self.fps > 1e6:
+                longest = 1e6 / (self.height * self.fps)
+                raise ValueError(
+                    f"row_time_us={self.row_time_us:g}: {self.height} rows have to be read within a frame, so legal "
+                    f"is up to {longest:.1f}"
+                )
+        if self.auto_exposure:
+            self._check_loop()
+        return self
+
+    def _check_loop(self) -> None:
+        """Raise ``ValueError`` for an exposure loop that could not settle."""
+        low, high = self.ae_target - self.ae_zone, self.ae_target + self.ae_zone
+        if low * (1.0 + self.ae_step) > high or high * (1.0 - self.ae_step) < low:
+            raise ValueError(
+                f"ae_zone={self.ae_zone:g}: a step of {self.ae_step:g} would jump over the control zone "
+                f"{low:g}..{high:g}"
+            )
+        if not 0.0 < self.ae_min_ms <= self.exposure_ms <= self.ae_max_ms:
+            raise ValueError(
+                f"exposure_ms={self.exposure_ms:g}: with auto_exposure legal is {self.ae_min_ms:g}..{self.ae_max_ms:g}"
+            )
 
     @property
     def focal_px(self) -> float:
@@ -141,6 +245,26 @@ class CameraConfig:
     def ideal(cls) -> CameraConfig:
         """Settings without noise and motion blur and with sixteen samples a pixel, to compare physics and geometry."""
         return cls(exposure_ms=0.0, exposure_samples=1, supersample=4, shot_noise=0.0, read_noise=0.0)
+
+    @classmethod
+    def presets(cls) -> Mapping[str, CameraConfig]:
+        """Name -> camera: ``default``, ``ideal``, and ``ov7670``, the robot's as far as data sheets and firmware say.
+
+        What no source gives, the preset takes from the defaults: among these the lamps' strength (``ae_unit_ms``),
+        and no frames dropped, no jitter.
+        """
+        return {"default": cls(), "ideal": cls.ideal(), "ov7670": cls(**_OV7670)}
+
+    @classmethod
+    def preset(cls, name: str) -> CameraConfig:
+        """Look up one of the `presets`; ``--set camera.preset=NAME`` does the same.
+
+        Raises
+        ------
+        ValueError
+            For an unknown name.
+        """
+        return _preset(cls.presets(), "camera", name)
 
 
 @with_field_docs

@@ -6,9 +6,12 @@ variable its renderer fails. So this package sets the variable before any of its
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import sys
+from functools import cache
+from typing import Any
 
 PACKAGES = "libegl1 libgl1"  # Debian's names for what EGL rendering without a screen needs
 _ADVICE = f"on Debian or Ubuntu run 'apt-get install {PACKAGES}'"
@@ -74,6 +77,8 @@ def require_backend() -> str:
     return module
 
 
+_CLAMP_VERTEX_COLOR = 0x891A
+
 _described: list[str] = []
 
 
@@ -103,6 +108,30 @@ def _describe() -> str:
     except Exception:  # a note is not worth a run, and what a broken driver makes PyOpenGL raise is not documented
         return f"unknown, by {require_backend()}"
     return f"{name}, OpenGL {version}, by {require_backend()}"
+
+
+def clip_light(clip: bool) -> None:
+    """Let OpenGL clip the light on a surface at white before it multiplies that with a texture, as it does by default.
+
+    An OpenGL older than 3.0 cannot do otherwise; then this does nothing.
+    """
+    with contextlib.suppress(_null_function()):
+        _clamp_color()(_CLAMP_VERTEX_COLOR, clip)
+
+
+@cache
+def _clamp_color() -> Any:
+    from OpenGL.raw.GL.VERSION import GL_3_0 as opengl
+
+    return opengl.glClampColor
+
+
+@cache
+def _null_function() -> type[Exception]:
+    from OpenGL.error import NullFunctionError
+
+    error: type[Exception] = NullFunctionError
+    return error
 
 
 def require_screen() -> None:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from itertools import combinations, pairwise
+from functools import lru_cache
+from itertools import combinations, groupby, pairwise
 from types import TracebackType
 
 import mujoco
 import numpy as np
 
-from colias_sim.camera import Camera, Frame, exposure_steps
+from colias_sim.camera import Camera, Frame
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.exposure import FramePlan, Render
 from colias_sim.robot import Parked, Pose, Robot
 from colias_sim.scene import FrameClock, compile_model
 
@@ -78,10 +81,8 @@ class Simulation:
         self.everyone: dict[str, Robot | Parked] = {**self.robots, **self.parked}
         self._queuing = tuple(each for each in self.robots.values() if each.queues)
         self.frame_interval = 1.0 / camera.fps
-        clock = FrameClock(camera.fps)
-        self._command_interval = clock.command_steps * clock.timestep
-        self._events = _events(clock, exposure_steps(camera, clock.steps))
-        self._unseen = _events(clock, ())
+        self._clock = FrameClock(camera.fps)
+        self._command_interval = self._clock.command_steps * self._clock.timestep
         self._lamps = self.model.light_ambient.copy(), self.model.light_diffuse.copy()
         self._wall_quat = self.model.body("wall").quat
         self.wall_turn = 0.0
@@ -135,7 +136,7 @@ class Simulation:
             each.restart(rng)
         self._settle()
         if self._camera is not None:
-            self._camera.discard()
+            self._camera.restart(self.data)
 
     def turn_wall(self, angle: float) -> None:
         """Turn the wall with its texture to ``angle`` radians about the arena's middle, left positive."""
@@ -167,14 +168,14 @@ class Simulation:
         Parameters
         ----------
         rng
-            Generator of the camera's noise.
+            Generator of the camera's noise, of dropped frames and of jitter.
         control
             The controller; ``None`` leaves all commands as they are.
 
         Returns
         -------
         Frame
-            The frame whose exposure ends now.
+            The frame that ends now. It shows nothing that comes later.
         """
         self.advance(control)
         return self.camera.develop(rng, self.data.time)
@@ -189,21 +190,42 @@ class Simulation:
         look
             Whether to render. The physics are the same either way.
         """
-        for steps, command, parts in self._events if look and self._camera is not None else self._unseen:
+        camera = self._camera
+        plans = (camera.plan if look else None, camera.next_plan) if camera else (None, None)
+        for steps, command, renders in _events(self._clock, *plans):
             if command and control is not None:
                 control(self._command_interval)
             if command:
                 for each in self._queuing:
                     each.tick()
             mujoco.mj_step(self.model, self.data, steps)
-            if parts:
+            if renders:
                 mujoco.mj_kinematics(self.model, self.data)  # a step leaves these one step behind
                 mujoco.mj_camlight(self.model, self.data)
-                self.camera.expose(self.data, parts)
+                for render in renders:
+                    self.camera.expose(self.data, render)
+        if camera:
+            camera.collect()
+            if not look:
+                camera.skip()
 
 
-def _events(clock: FrameClock, exposures: tuple[int, ...]) -> list[tuple[int, bool, int]]:
-    """The parts of a frame: (physics steps, whether a command precedes them, renders of the exposure after them)."""
+@lru_cache(maxsize=512)
+def _events(
+    clock: FrameClock, plan: FramePlan | None, following: FramePlan | None
+) -> tuple[tuple[int, bool, tuple[Render, ...]], ...]:
+    """The parts of a frame: (physics steps, whether a command precedes them, renders after them).
+
+    Renders are those of the frame's ``plan``, and those of the ``following`` frame that are due within this one.
+    """
     commands = range(0, clock.steps, clock.command_steps)
-    marks = sorted({*commands, *exposures, clock.steps})
-    return [(end - start, start in commands, exposures.count(end)) for start, end in pairwise(marks)]
+    due = [render for render in plan.renders if render.step >= 1] if plan else []
+    due += [
+        dataclasses.replace(render, step=render.step + clock.steps, ahead=True)
+        for render in (following.renders if following else ())
+        if render.step < 1
+    ]
+    due.sort(key=lambda render: render.step)
+    renders = {step: tuple(each) for step, each in groupby(due, key=lambda render: render.step)}
+    marks = sorted({*commands, *renders, clock.steps})
+    return tuple((end - start, start in commands, renders.get(end, ())) for start, end in pairwise(marks))

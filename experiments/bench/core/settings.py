@@ -18,9 +18,7 @@ LISTED_BY = "colias parameters"
 SECTIONS = frozenset(map(family, MODELS))
 """Those of the registered models."""
 PRESET = "preset"
-"""``SECTION.preset=NAME`` sets several parameters of a section at once. A section has presets if its class has a
-mapping ``PRESETS`` by name, and a classmethod ``preset`` that makes one.
-"""
+"""``SECTION.preset=NAME`` sets several parameters of a section at once: to one of its class's ``presets()``."""
 
 
 def applied(shown: Sequence[Shown], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
@@ -79,8 +77,7 @@ def collect(
     ``values`` has the sections there are; ``listed_by`` is the command that lists their parameters, ``option`` the
     option that the texts were typed after.
     """
-    known = [f"{section}.{field.name}" for section, value in values.items() for field in dataclasses.fields(value)]
-    known += [f"{section}.{PRESET}" for section, value in values.items() if _presets(value)]
+    known = [f"{section}.{name}" for section, value in values.items() for name in _names(value)]
     collected: dict[str, dict[str, str]] = {}
     for assignment in assignments:
         key, equals, text = assignment.partition("=")
@@ -101,8 +98,8 @@ def changed(
 ) -> Any:
     """``value`` with ``changes`` (name -> text) applied together and validated; `UsageError` if one is not legal.
 
-    A preset among them comes first, in place of ``value``; the others change it. ``typed`` is how a name and its text
-    were typed, where that was not by ``--set``.
+    A preset, where the class has some, counts first, whatever the order: the other changes are made to it.
+    ``typed`` is how a name and its text were typed, where that was not by ``--set``.
     """
     say = typed or (lambda name, text: f"--set {section}.{name}={text}")
     if PRESET in changes and _presets(value):
@@ -125,20 +122,28 @@ def changed(
         raise UsageError(f"{', '.join(where)}: {' '.join(reason.split())}") from None
 
 
-def _presets(value: Any) -> tuple[str, ...]:
-    """The names of the presets of a section; none where its class has none."""
-    return tuple(getattr(type(value), "PRESETS", ()))
-
-
 def preset_of(value: Any) -> str | None:
     """The name of the preset that a section's values are; ``None`` if they are none."""
-    return next((name for name in _presets(value) if type(value).preset(name) == value), None)
+    return next((name for name, preset in _presets(value).items() if preset == value), None)
+
+
+def _presets(value: Any) -> Mapping[str, Any]:
+    """The presets of a value's class, by name; empty where it has none."""
+    presets: Mapping[str, Any] = value.presets() if hasattr(type(value), "presets") else {}
+    return presets
 
 
 def _preset(value: Any, name: str, say: Callable[[str, str], str]) -> Any:
     if name not in _presets(value):
         raise UsageError(f"{say(PRESET, name)}: legal is {', '.join(_presets(value))}")
-    return type(value).preset(name)
+    return _presets(value)[name]
+
+
+def _names(value: Any) -> Iterator[str]:
+    """What ``--set`` can change of ``value``."""
+    yield from (field.name for field in dataclasses.fields(value))
+    if _presets(value):
+        yield PRESET
 
 
 def _split(text: str, schema: Mapping[str, Any]) -> str | list[str]:

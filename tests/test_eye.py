@@ -1,0 +1,299 @@
+"""The eye's parts against closed forms and the standards of camera metrology: EMVA 1288, ISO 12233.
+
+Each check holds for the camera as it is set, and fails for one with the constant 10 % off: the negative controls.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from unittest.mock import patch
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
+from colias_sim.camera import point_spread
+from colias_sim.exposure import next_exposure, plan_frame
+from colias_sim.scene import FrameClock
+
+LENS = CameraConfig().forward_cm / 100
+PLAIN = SceneConfig(arena="plain", light_sd=0, turn_wall=False)
+AWAY = Pose(-0.3, 0.0, 0.0)
+QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0)
+FLOOR = slice(58, 72)
+"""Rows that show nothing but floor, evenly lit."""
+
+Floats = npt.NDArray[np.float64]
+
+
+def off_by_a_tenth(check: Callable[[CameraConfig], None], camera: CameraConfig, constant: str) -> None:
+    """Assert that a check notices ``constant`` 10 % off, whatever it is."""
+    value = getattr(camera, constant)
+    wrong = value + 1 if isinstance(value, int) else 1.1 * value
+    with pytest.raises(AssertionError):
+        check(dataclasses.replace(camera, **{constant: wrong}))
+
+
+# Rolling shutter.
+
+ROLLING = dataclasses.replace(
+    QUIET, fps=5.0, row_time_us=1e6 * FrameClock(5.0).timestep, row_bands=72, exposure_ms=0.0, supersample=4
+)
+"""A row a physics step: no moment is rounded. At 30 fps moments are whole steps too, so a row may be 0.9 ms off."""
+SPEED = 0.08
+
+
+def left_edge(y: float, x: float = 0.08, radius: float = 0.02) -> float:
+    """Column of the silhouette's left edge: the tangent from the lens to a cylinder at (x, y)."""
+    tangent = math.atan2(y, x) + math.asin(radius / math.hypot(x, y))
+    return 49.5 - CameraConfig().focal_px * math.tan(tangent)
+
+
+def check_lean(camera: CameraConfig) -> None:
+    """Row time x speed, as the pinhole sees it: the edge below is younger, so it is farther to the right."""
+    with Simulation(camera=camera, scene=PLAIN) as sim:
+        rng = np.random.default_rng(0)
+        sim.reset({"stimulus": AWAY}, rng)
+        empty = sim.step(rng).luma.astype(float)
+        sim.reset({"stimulus": Pose(LENS + 0.08, 0.028, -math.pi / 2)}, rng)
+        robot = sim.robots["stimulus"]
+        robot.drive(robot.wheels_for(SPEED, 0.0))
+        sim.step(rng)
+        before = robot.pose.y
+        luma = sim.step(rng).luma.astype(float)
+        speed, y = (before - robot.pose.y) * ROLLING.fps, robot.pose.y
+    assert speed == pytest.approx(SPEED, rel=0.01)
+    rows = np.arange(30, 52)
+    covered = np.clip((empty - luma) / (empty - luma[45].min()), 0.0, 1.0)[rows]
+    middle = int(np.median(np.flatnonzero(covered[0] > 0.9)))
+    edges = middle - covered[:, :middle].sum(1)  # below the pixel, by the share of the pixel that is covered
+    row_s = ROLLING.row_time_us * 1e-6
+    expected = [left_edge(y + speed * row_s * (71 - row)) for row in rows]
+    measured, wanted = (np.polyfit(rows, columns, 1)[0] for columns in (edges, expected))
+    assert measured == pytest.approx(wanted, rel=0.05)
+
+
+def test_an_edge_leans_by_row_time_times_speed():
+    check_lean(ROLLING)
+    off_by_a_tenth(check_lean, ROLLING, "row_time_us")
+
+
+def test_each_band_is_exposed_in_its_own_window():
+    """The mean moment of a band is the middle of its window, to half a physics step; the window has the exposure."""
+    camera = dataclasses.replace(CameraConfig.preset("ov7670"), auto_exposure=False, exposure_ms=16.0)
+    clock = FrameClock(camera.fps)
+    plan = plan_frame(camera, clock.steps, 16.0, 0)
+    for top, bottom in {(each.top, each.bottom) for each in plan.renders}:
+        own = [each for each in plan.renders if each.top == top]
+        assert sum(each.parts for each in own) == plan.samples == 8
+        middle = sum(each.step * each.parts for each in own) / plan.samples
+        rows_after = 71 - (top + bottom - 1) / 2
+        expected = clock.steps - (rows_after * 418e-6 + 0.008) / clock.timestep
+        assert middle == pytest.approx(expected, abs=0.5)
+        span = (own[-1].step - own[0].step) * clock.timestep
+        assert span == pytest.approx(0.016 * 7 / 8, abs=clock.timestep)
+    assert plan.renders[0].step < 1, "its first rows are exposed before the frame before it ends"
+
+
+def test_rows_read_one_by_one_are_a_still_scene_s_picture():
+    """Of a scene at rest a rolling shutter takes the same picture, bit for bit."""
+    pictures = []
+    for camera in (QUIET, dataclasses.replace(QUIET, row_time_us=418.0, row_bands=7, exposure_samples=3)):
+        with Simulation(camera=camera) as sim:
+            rng = np.random.default_rng(0)
+            sim.reset({"stimulus": Pose(LENS + 0.08, 0.0, 0.0)}, rng)
+            pictures += [sim.step(rng).luma, sim.step(rng).luma]
+    for picture in pictures[1:]:
+        np.testing.assert_array_equal(picture, pictures[0])
+
+
+# The exposure loop.
+
+STEP, STEPS, TARGET, ZONE = 0.0625, 10, 108.0, 9.0
+WANTED = 23
+"""Steps to the zone in the test below."""
+
+
+def check_loop(camera: CameraConfig) -> None:
+    """Each exposure is start x (1 + step)^n, the picture's mean goes with it, and it rests in the zone.
+
+    The answer to frame 1 is in force from frame 3: n is 0, 0, 10, 20, 23, 23, ...
+    """
+    with Simulation(camera=camera, scene=PLAIN) as sim:
+        rng = np.random.default_rng(0)
+        sim.reset({"stimulus": AWAY}, rng)
+        frames = [sim.step(rng) for _ in range(7)]
+    counts = [min(STEPS * max(0, i - 1), WANTED) for i in range(7)]
+    expected = [camera.exposure_ms * (1.0 + STEP) ** n for n in counts]
+    assert [frame.exposure_ms for frame in frames] == pytest.approx(expected, rel=1e-3)
+    means = [float(frame.luma.mean()) for frame in frames]
+    assert means[-1] / means[0] == pytest.approx(expected[-1] / expected[0], rel=0.02)
+    assert TARGET - ZONE <= means[-1] <= TARGET + ZONE
+
+
+@pytest.fixture(scope="module")
+def cold() -> CameraConfig:
+    """A loop that starts so low that its last step but one ends just below the zone: 10 % of the zone would show."""
+    with Simulation(camera=dataclasses.replace(QUIET, gain=0.5), scene=PLAIN) as sim:
+        rng = np.random.default_rng(0)
+        sim.reset({"stimulus": AWAY}, rng)
+        half = float(sim.step(rng).luma.mean())  # the mean at half the unit exposure
+    start = (TARGET - 1.05 * ZONE) / (1.0 + STEP) ** (WANTED - 1) / (half / (0.5 * CameraConfig().ae_unit_ms))
+    return dataclasses.replace(QUIET, auto_exposure=True, ae_start="cold", exposure_ms=start)
+
+
+def test_the_exposure_loop_settles_in_the_steps_of_its_closed_form(cold):
+    check_loop(cold)
+
+
+@pytest.mark.parametrize("constant", ["ae_step", "ae_steps", "ae_target", "ae_zone", "ae_unit_ms"])
+def test_a_loop_with_a_constant_off_by_a_tenth_is_noticed(cold, constant):
+    off_by_a_tenth(check_loop, cold, constant)
+
+
+def check_limits(camera: CameraConfig) -> None:
+    for mean, limit in ((0.0, 32.0), (255.0, 0.0627)):
+        exposure = camera.exposure_ms
+        for _ in range(20):
+            exposure = next_exposure(camera, exposure, mean, exposure)
+        assert exposure == limit
+
+
+@pytest.mark.parametrize("constant", ["ae_min_ms", "ae_max_ms"])
+def test_the_exposure_ends_at_its_limits(constant):
+    camera = CameraConfig(auto_exposure=True)
+    check_limits(camera)
+    off_by_a_tenth(check_limits, camera, constant)
+
+
+def test_a_settled_loop_rests_from_the_first_frame_and_forgets_earlier_trials():
+    with Simulation(camera=CameraConfig.preset("ov7670"), scene=PLAIN) as sim:
+        runs = []
+        for light in (1.0, 0.5, 1.0):
+            rng = np.random.default_rng(0)
+            sim.reset({"stimulus": AWAY}, rng, light=light)
+            runs.append([sim.step(rng) for _ in range(3)])
+    for run in runs:
+        assert len({frame.exposure_ms for frame in run}) == 1
+        assert abs(run[0].luma.mean() - TARGET) < ZONE + 0.5
+    assert runs[1][0].exposure_ms > 1.8 * runs[0][0].exposure_ms
+    for first, again in zip(runs[0], runs[2], strict=True):
+        np.testing.assert_array_equal(first.luma, again.luma)
+
+
+# Light, saturation and noise.
+
+
+def check_light(camera: CameraConfig) -> None:
+    """A picture at twice the light is twice as bright, up to 255: textured wall, floor and dark shell."""
+    pictures = []
+    for settings in (dataclasses.replace(DIM, gain=0.6), camera):
+        with Simulation(camera=settings, scene=SceneConfig(light_sd=0, turn_wall=False)) as sim:
+            rng = np.random.default_rng(0)
+            sim.reset({"stimulus": Pose(LENS + 0.08, 0.0, 0.0)}, rng)
+            pictures.append(sim.step(rng).luma.astype(float))
+    expected = np.minimum(2.0 * pictures[0], 255.0)
+    assert (expected == 255.0).mean() > 0.3 and ((expected > 100.0) & (expected < 250.0)).mean() > 0.05
+    assert np.abs(pictures[1] - expected).max() <= 3.0  # two roundings of each render, one doubled
+
+
+DIM = dataclasses.replace(QUIET, multisample=0)
+"""Without mixed pixels, of which some samples saturate before others."""
+
+
+def test_light_doubles_until_it_saturates():
+    camera = dataclasses.replace(DIM, gain=1.2)
+    check_light(camera)
+    off_by_a_tenth(check_light, camera, "gain")
+
+
+def check_photon_transfer(camera: CameraConfig) -> None:
+    """EMVA 1288: variance = K mean + sd_dark^2 + 1/12; K = gain shot^2 / 255 and the dark sd = gain read."""
+    points = []
+    with Simulation(camera=camera, scene=PLAIN) as sim:
+        rng = np.random.default_rng(1)
+        for light in (0.06, 0.12, 0.25, 0.4, 0.55):
+            sim.reset({"stimulus": AWAY}, np.random.default_rng(0), light=light)
+            patch_of = np.stack([sim.step(rng).luma[FLOOR].astype(float) for _ in range(60)])
+            points.append((patch_of.mean(), patch_of.var(axis=0, ddof=1).mean() - 1 / 12))
+    mean, variance = np.array(points).T
+    assert mean[0] > 4.0 * math.sqrt(variance[0]), "above the clip at 0"
+    gain, dark = np.polyfit(mean, variance, 1, w=1.0 / variance)
+    assert gain == pytest.approx(1.5 * 4.0**2 / 255.0, rel=0.05)
+    assert math.sqrt(dark) == pytest.approx(1.5 * 2.0, rel=0.05)
+
+
+NOISY = CameraConfig(gain=1.5, shot_noise=4.0, read_noise=2.0)
+
+
+def test_photon_transfer_gives_gain_and_read_noise_back():
+    check_photon_transfer(NOISY)
+
+
+@pytest.mark.parametrize("constant", ["gain", "shot_noise", "read_noise"])
+def test_noise_off_by_a_tenth_is_noticed(constant):
+    off_by_a_tenth(check_photon_transfer, NOISY, constant)
+
+
+# Lens.
+
+
+def slanted_edge(shape: tuple[int, int] = (72, 99)) -> npt.NDArray[np.uint8]:
+    """A render of an edge 5 degrees off the columns, each pixel the mean of 32x32 points."""
+    fine = (np.arange(32) + 0.5) / 32 - 0.5
+    y, x = (np.arange(n)[:, None] + fine for n in shape)
+    off = x.ravel()[None, :] - (shape[1] / 2 + math.tan(math.radians(5.0)) * (y.ravel()[:, None] - shape[0] / 2))
+    covered = (off > 0).reshape(shape[0], 32, shape[1], 32).mean((1, 3))
+    return np.repeat(np.rint(20 + 200 * covered).astype(np.uint8)[::-1, :, None], 3, axis=2)
+
+
+def transfer(luma: npt.NDArray[np.uint8]) -> tuple[Floats, Floats]:
+    """ISO 12233: the edge's profile in quarters of a pixel, its derivative, and that one's spectrum."""
+    rows, columns = np.indices(luma.shape)
+    across = columns - (49.5 + math.tan(math.radians(5.0)) * (rows - 36.0))
+    bins = np.floor(4.0 * across * math.cos(math.radians(5.0))).astype(int)
+    used = (np.abs(bins) < 100) & (rows > 8) & (rows < 64)
+    count = np.bincount(bins[used] + 100)
+    profile = np.bincount(bins[used] + 100, luma[used].astype(float))[1:] / count[1:]
+    spread = np.diff(profile) * np.hanning(len(profile) - 1)
+    return np.fft.rfftfreq(len(spread), 0.25), np.abs(np.fft.rfft(spread)) / np.abs(spread.sum())
+
+
+def photograph(camera: CameraConfig, render: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """What the camera makes of a render."""
+    with Simulation(camera=camera) as sim, patch.object(sim.camera._offscreen, "render", return_value=render):
+        sim.camera.expose(sim.data)
+        return sim.camera.develop(np.random.default_rng(0), 0.0).luma
+
+
+def check_lens(nominal: float) -> Callable[[CameraConfig], None]:
+    """The lens's transfer is that of the point spread: exp(sd^2 (cos 2 pi f - 1)), at 5 degrees the columns' own."""
+
+    def check(camera: CameraConfig) -> None:
+        render = slanted_edge()
+        f, sharp = transfer(photograph(QUIET, render))
+        _, blurred = transfer(photograph(camera, render))
+        low = (f > 0.05) & (f < (0.45 if nominal < 0.6 else 0.3))
+        slope = np.cos(2 * np.pi * f[low]) - 1.0
+        measured = math.sqrt(float((np.log(blurred[low] / sharp[low]) * slope).sum() / (slope**2).sum()))
+        assert measured == pytest.approx(nominal, rel=0.05)
+
+    return check
+
+
+@pytest.mark.parametrize("sd", [0.31, 1.0])
+def test_the_slanted_edge_gives_the_lens_s_point_spread_back(sd):
+    camera = dataclasses.replace(QUIET, blur_px=sd)
+    check_lens(sd)(camera)
+    off_by_a_tenth(check_lens(sd), camera, "blur_px")
+
+
+@pytest.mark.parametrize("sd", [0.2, 0.31, 1.0, 3.0])
+def test_the_point_spread_has_its_variance_at_any_width(sd):
+    weights = point_spread(sd).astype(float)
+    at = np.arange(len(weights)) - len(weights) // 2
+    assert weights.min() > -1e-7 and weights.sum() == pytest.approx(1.0, abs=1e-6)
+    assert (weights * at**2).sum() == pytest.approx(sd**2, rel=0.01)

@@ -1,0 +1,190 @@
+"""The eye's frames: dropped and late ones, the range of luma, presets; a part that is off changes nothing."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
+from colias_sim.exposure import LAG_SDS
+from colias_sim.offscreen import shared_contexts
+from colias_sim.scene import FrameClock
+from experiments.bench import registry
+from experiments.bench.core.errors import UsageError
+from experiments.bench.robot.plan import configure, parameters
+
+STILL = SceneConfig(light_sd=0, turn_wall=False)
+START = Pose(0.1, 0.03, -math.pi / 2)
+PARTS = {
+    "rolling shutter": {"row_time_us": 418.0},
+    "exposure loop": {"auto_exposure": True, "exposure_samples": 4},
+    "gain": {"gain": 0.5},
+    "lens": {"blur_px": 0.31},
+    "luma": {"luma_range": "video"},
+    "drops": {"drop_probability": 0.3},
+    "jitter": {"jitter_ms": 1.0},
+    "antialiasing": {"supersample_columns": 3},
+}
+
+
+def crossing(sim: Simulation, seed: int = 1, count: int = 12) -> list[Frame]:
+    rng, noise = np.random.default_rng(seed), np.random.default_rng(seed + 1)
+    sim.reset({"stimulus": START}, rng)
+    robot = sim.robots["stimulus"]
+    robot.drive(robot.wheels_for(0.1, 0.0))
+    return [sim.step(noise) for _ in range(count)]
+
+
+def same(first: list[Frame], second: list[Frame]) -> bool:
+    return all(
+        np.array_equal(a.luma, b.luma) and (a.time, a.exposure_ms, a.age_ms) == (b.time, b.exposure_ms, b.age_ms)
+        for a, b in zip(first, second, strict=True)
+    )
+
+
+@pytest.fixture(scope="module")
+def usual() -> list[Frame]:
+    with Simulation() as sim:
+        return crossing(sim)
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_each_part_has_the_same_bits_again_and_others_without_it(part, usual):
+    """After another trial in the same simulation, and in another one; and the part is not without effect."""
+    camera = CameraConfig(**PARTS[part])
+    with Simulation(camera=camera) as sim, Simulation(camera=camera) as other:
+        first = crossing(sim)
+        crossing(sim, seed=7, count=5)
+        assert same(first, crossing(sim)) and same(first, crossing(other))
+    assert not same(first, usual)
+
+
+def test_parts_that_are_off_change_nothing(usual):
+    """With every part explicitly off, whatever its other settings, the frames are the default's."""
+    off = CameraConfig(
+        row_time_us=0.0, row_bands=3, gain=1.0, auto_exposure=False, ae_target=50.0, ae_steps=3, ae_start="cold",
+        ae_unit_ms=4.0, blur_px=0.0, luma_range="full", drop_probability=0.0, jitter_ms=0.0,
+    )  # fmt: skip
+    with Simulation(camera=off) as sim:
+        assert same(crossing(sim), usual)
+    assert {(frame.row_time_us, frame.age_ms) for frame in usual} == {(0.0, 0.0)}
+
+
+def test_the_robot_s_eye_has_the_same_bits_in_a_shared_context():
+    eye = CameraConfig.preset("ov7670")
+    with Simulation(camera=eye) as alone:
+        expected = crossing(alone)
+    with shared_contexts():
+        sims = [Simulation(camera=eye) for _ in range(2)]
+    for sim in sims:
+        sim.reset({"stimulus": START}, np.random.default_rng(1))
+        robot = sim.robots["stimulus"]
+        robot.drive(robot.wheels_for(0.1, 0.0))
+    noises = [np.random.default_rng(2) for _ in sims]
+    for frame in expected:
+        for sim, noise in zip(sims, noises, strict=True):
+            np.testing.assert_array_equal(sim.step(noise).luma, frame.luma)
+    for sim in sims:
+        sim.close()
+
+
+def test_frames_that_nobody_looks_at_leave_the_next_as_it_would_be():
+    """Its first rows are exposed within the frame before, looked at or not."""
+    camera = CameraConfig(row_time_us=418.0, exposure_samples=2, shot_noise=0.0, read_noise=0.0)
+    with Simulation(camera=camera) as sim:
+        frames = crossing(sim, count=6)
+        crossing(sim, count=0)
+        for i in range(6):
+            sim.advance(look=i == 5)
+        np.testing.assert_array_equal(sim.camera.develop(np.random.default_rng(0), 0.0).luma, frames[5].luma)
+
+
+def share_dropped(probability: float) -> float:
+    """The share of dropped frames, each of which has to be the one before again, older by a frame."""
+    with Simulation(camera=CameraConfig(drop_probability=probability)) as sim:
+        rng = np.random.default_rng(3)
+        sim.reset({"stimulus": START}, rng)
+        frames = [sim.camera.develop(rng, i / 30.0) for i in range(6000)]
+    for before, frame in pairwise(frames):
+        if frame.age_ms:
+            assert frame.luma is before.luma
+            assert frame.age_ms == pytest.approx(before.age_ms + 1000 / 30)
+    return sum(frame.age_ms > 0.0 for frame in frames) / len(frames)
+
+
+def test_frames_are_dropped_as_often_as_set():
+    """Within 3 standard errors, which 10 % more is not."""
+    within = 3 * math.sqrt(0.3 * 0.7 / 6000)
+    assert share_dropped(0.3) == pytest.approx(0.3, abs=within)
+    assert share_dropped(0.33) != pytest.approx(0.3, abs=within)
+
+
+def spread_of_ages(jitter_ms: float) -> float:
+    """Standard deviation of the clock in ms, without that of the rounding to physics steps."""
+    with Simulation(camera=CameraConfig(jitter_ms=jitter_ms, shot_noise=0.0, read_noise=0.0)) as sim:
+        rng = np.random.default_rng(3)
+        sim.reset({"stimulus": START}, rng)
+        ages = np.array([sim.camera.develop(rng, i / 30.0).age_ms for i in range(6000)])
+    assert ages.min() >= 0.0, "a frame shows nothing that comes later"
+    assert ages.mean() == pytest.approx(LAG_SDS * jitter_ms, rel=0.02)
+    step_ms = 1000.0 * FrameClock(30.0).timestep
+    return math.sqrt(ages[2:].var() - step_ms**2 / 12)
+
+
+def test_the_clock_jitters_as_set():
+    assert spread_of_ages(2.0) == pytest.approx(2.0, rel=0.04)
+    assert spread_of_ages(2.2) != pytest.approx(2.0, rel=0.04)
+
+
+def test_video_range_is_16_to_235():
+    """Y' = 16 + 219 Y / 255, of the sensor's clipped grey, rounded once."""
+    pictures = []
+    for luma_range in ("full", "video"):
+        camera = CameraConfig(shot_noise=0.0, read_noise=0.0, luma_range=luma_range)
+        with Simulation(camera=camera, scene=STILL) as sim:
+            pictures.append(crossing(sim, count=1)[0].luma.astype(float))
+    np.testing.assert_allclose(pictures[1], 16 + 219 / 255 * pictures[0], atol=0.5)
+    loud = CameraConfig(read_noise=64.0, luma_range="video")
+    with Simulation(camera=loud, scene=STILL) as sim:
+        luma = crossing(sim, count=1)[0].luma
+    assert (luma.min(), luma.max()) == (16, 235)
+
+
+def test_presets():
+    assert CameraConfig.preset("default") == CameraConfig()
+    assert CameraConfig.preset("ideal") == CameraConfig.ideal()
+    eye = CameraConfig.preset("ov7670")
+    assert eye.auto_exposure and eye.row_time_us * 72 == pytest.approx(480 * 2 * 784 / 25.0, rel=0.001)
+    with pytest.raises(ValueError, match="default, ideal, ov7670"):
+        CameraConfig.preset("ov9650")
+
+
+def set_camera(*assignments: str) -> CameraConfig:
+    return configure(registry.load("speed"), ["dsnn"], assignments)[1].camera
+
+
+def test_set_takes_a_preset_first_and_then_the_others():
+    expected = dataclasses.replace(CameraConfig.preset("ov7670"), ae_target=60.0)
+    assert set_camera("camera.ae_target=60", "camera.preset=ov7670") == expected
+    listed = {each.key: each for each in parameters(registry.load("speed"), ["dsnn"])}
+    assert (listed["camera.preset"].value, listed["camera.preset"].legal) == ("default", "default, ideal, ov7670")
+
+
+@pytest.mark.parametrize(
+    ("assignments", "said"),
+    [
+        (["camera.preset=ov"], "camera.preset=ov: legal is default, ideal, ov7670"),
+        (["camera.preset=ov7670", "camera.ae_zone=1"], "jump over the control zone 107..109"),
+        (["camera.preset=ov7670", "camera.exposure_ms=100"], "with auto_exposure legal is 0.0627..32"),
+        (["camera.row_time_us=600"], "legal is up to 463.0"),
+        (["camera.row_time_us=100", "camera.row_bands=80"], "legal is up to the 72 rows"),
+        (["robot.preset=default"], "no parameter"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused_by_name_and_range(assignments, said):
+    with pytest.raises(UsageError, match=said):
+        set_camera(*assignments)
