@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
@@ -26,7 +26,7 @@ def known_arena(name: str) -> str:
     return name
 
 
-_COLIAS4: Mapping[str, float | bool] = {
+_COLIAS4: Mapping[str, Any] = {
     "max_speed_cm_s": 15.3, "power_step_cm_s": 0.06, "dead_band": 20, "trim": 3, "motor_inequality": 3.29,
     "command_slot_ms": 100.0, "serial_ms": 2.1, "open_loop": True,
 }  # fmt: skip
