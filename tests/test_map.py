@@ -14,9 +14,9 @@ import typer
 from experiments.bench import registry
 from experiments.bench.cli import main
 from experiments.bench.core.errors import UsageError
-from experiments.bench.robot.map import figure, plan
-from experiments.bench.robot.map.axes import Axis
-from experiments.bench.robot.map.judging import TOGETHER, cells, regions
+from experiments.bench.maps import figure, plan, planning
+from experiments.bench.maps.axes import Axis
+from experiments.bench.maps.judging import TOGETHER, cells, regions
 from tests.chapters import CHAPTERS, blocks
 
 BOTH = ("general", "angular-recession")
@@ -24,7 +24,7 @@ FEW = ("--repeats", "5", "--workers", "0", "-q")
 
 
 def planned(names, *over, **more):
-    return plan.planned([registry.load(name) for name in names], plan.Asked(over, **more))
+    return planning.planned([registry.load(name) for name in names], plan.Asked(over, **more))
 
 
 def table(folder):
@@ -294,7 +294,7 @@ def test_experiments_and_claims_of_a_users_own(tmp_path):
         file.write_text(OWN.replace("NAME", file.stem))
     made = planned(map(str, files), "dsnn.t_sp=0.1,0.2")
     assert [(claim.id, name) for claim, name in made.claims] == [("fires-alpha", "alpha"), ("fires-beta", "beta")]
-    assert {str(file) for file in files} <= made.describe()["files"].keys()  # --resume notices a change of either
+    assert {str(file) for file in files} <= made.description["files"].keys()  # --resume notices a change of either
     found = cells(made, rows_of(made, lambda spec, label: int(spec.experiment == "alpha" or label.endswith("0.1"))))
     held = {(cell.point.values[0][1], cell.claim): cell.held for cell in found}
     assert held["0.1", "fires-beta"] == held["0.2", "fires-alpha"] == held["0.1", TOGETHER] == 1
