@@ -24,7 +24,7 @@ FEW = ("--repeats", "5", "--workers", "0", "-q")
 
 
 def planned(names, *over, **more):
-    return planning.planned([registry.load(name) for name in names], plan.Asked(over, **more))
+    return planning.planned([registry.find(name) for name in names], plan.Asked(over, **more))
 
 
 def table(folder):
@@ -250,10 +250,14 @@ def test_the_documented_maps_can_be_made(words):
     group = typer.main.get_command(main.app)
     name, command, rest = group.resolve_command(group.make_context("colias", list(words)), list(words))
     given = command.make_context(name, rest).params
-    asked = {"claims": given["claims"].split(","), "replicates": given["replicates"]}
-    made = planned(given["experiment"].split(","), *given["over"], **asked)
+    asked = {name: (given[option] or "").split(",") for name, option in (("claims", "claims"), ("measures", "measure"))}
+    asked = {name: list(filter(None, values)) for name, values in asked.items()}
+    more = {"assignments": given["assignments"] or (), "replicates": given["replicates"]}
+    made = planned(given["experiment"].split(","), *given["over"], **asked, **more)
     assert len(made.axes) == 2 and [claim.id for claim, _ in made.claims] == asked["claims"]
-    assert all(figure.place(axis) is not None for axis in made.axes)  # the default is on the map
+    assert [measure.name for measure, _ in made.measures] == asked["measures"]
+    assert all(figure.place(axis) is not None for axis in made.axes if axis.default is not None)  # it is on the map
+    assert made.things == "clips" or all(axis.default is not None for axis in made.axes)
 
 
 @pytest.mark.parametrize(
@@ -327,7 +331,6 @@ OVER = ("--over", "dsnn.n_con=4,8")
         (("general", *OVER, "--replicates", "0"), "--replicates 0"),
         (("general", *OVER, "--set", "experiment.nothing=1"), "no parameter 'experiment.nothing'"),
         (("general,general", *OVER), "experiment general: it is there twice"),
-        (("clean", *OVER), "off-line"),
         ((",", *OVER), "EXPERIMENT"),
         (("general", *OVER, "--resume", "nowhere"), "nowhere"),
         (("general", *OVER, "--out", "a", "--resume", "b"), "one of them"),
