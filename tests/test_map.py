@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import json
 from itertools import product
 
 import numpy as np
@@ -258,6 +259,20 @@ def test_the_documented_maps_can_be_made(words):
     assert [measure.name for measure, _ in made.measures] == asked["measures"]
     assert all(figure.place(axis) is not None for axis in made.axes if axis.default is not None)  # it is on the map
     assert made.things == "clips" or all(axis.default is not None for axis in made.axes)
+
+
+def test_the_page_s_counts_at_the_default_are_those_that_were_measured():
+    (page,) = [page for page in CHAPTERS if page.name == "maps.md"]
+    claims = json.loads((page.parent / "results.json").read_text())["claims"]
+    held = {claim["id"]: (claim["replicates_held"], claim["replicates"]) for claim in claims}
+    eight = [f"C{number}" for number in range(13, 21)]
+    (of,) = {held[claim][1] for claim in eight}
+    (c13, _), (c19, _) = held["C13"], held["C19"]
+    assert all(held[claim][0] == of for claim in eight if claim not in ("C13", "C19"))
+    text = page.read_text()
+    assert f"keeps C14, C15, C16, C17, C18 and C20 in all {of}, C13 in {c13} and C19 in {c19}" in text
+    assert f"at least {c13 + c19 - of} and at most {min(c13, c19)} of these {of}" in text
+    assert f"C6 holds in {held['C6'][0]} of {held['C6'][1]} replicates" in text
 
 
 @pytest.mark.parametrize(

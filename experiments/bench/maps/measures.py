@@ -108,7 +108,7 @@ def peak_speed(rows: Rows, _threshold: float | None, *, column: str) -> Measured
         return Measured(None, said=f"of the trials {wrong}" if wrong else "no rightward crossings")
     means = {speed: peaks.mean(values) for speed, values in sorted(peaks.curve(own, column).items())}
     listed = ", ".join(f"{mean:.3g} at {speed:g}" for speed, mean in means.items())
-    said = f"mean {column}: {listed} cm/s"
+    said = f"mean over trials of {column}: {listed} cm/s"
     found = peaks.peak(means)
     if found.mean <= 0.0:
         return Measured(None, said=f"none is above 0; {said}")
