@@ -129,6 +129,8 @@ def _properties(cls: type) -> dict[str, dict[str, Any]]:
 
 def _legal(schema: Mapping[str, Any]) -> str:
     """The legal values of a field in words, from its JSON schema; empty if only a validator knows."""
+    if "anyOf" in schema:  # a value that may be left open
+        return _legal(schema["anyOf"][0])
     if schema.get("type") == "array":
         parts = schema.get("prefixItems") or [schema["items"]]
         count = f"{len(parts)} values" if "prefixItems" in schema else "one or more values"
