@@ -39,6 +39,8 @@ OFFLINE = (
     "apparent",
     "background-alone",
     "background",
+    "constants-2017",
+    "constants-emd",
 )
 """The experiments with clips of stimuli."""
 
@@ -72,6 +74,7 @@ _PLACES = {
     "Claim": "robot.claims.RobotClaim",
     "ClipClaim": "clips.claims",
     "along_background": "clips.axis",
+    "along_constants": "clips.constants",
     "Outcome": "core.verdict",
     "Check": "core.verdict",
     "Verdict": "core.verdict",
@@ -108,6 +111,7 @@ __all__ = [
     "Wheels",
     "__version__",
     "along_background",
+    "along_constants",
     "compare",
     "decide",
     "load",

@@ -2,6 +2,7 @@
 
 from experiments.bench.clips.axis import along_background as along_background
 from experiments.bench.clips.claims import ClipClaim as ClipClaim
+from experiments.bench.clips.constants import along_constants as along_constants
 from experiments.bench.clips.experiment import Clip as Clip
 from experiments.bench.clips.experiment import Figure as Figure
 from experiments.bench.clips.experiment import OfflineExperiment as OfflineExperiment
@@ -64,6 +65,7 @@ __all__ = [
     "Wheels",
     "__version__",
     "along_background",
+    "along_constants",
     "compare",
     "decide",
     "load",

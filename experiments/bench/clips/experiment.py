@@ -82,6 +82,7 @@ class Figure:
     kind
         ``traces``: the models' potentials over each clip. ``peaks``: their peaks against a parameter of the clips.
         ``background``: their peaks in depth and translation against the background's speed, px a frame.
+        ``ranges``: of each model, from which to which peak |HS| its clips with an object reach, and without one.
     along
         The parameter on the axis of peaks: ``speed``, ``grey`` or ``background_speed``.
     lines, panels
@@ -93,14 +94,14 @@ class Figure:
         A value is none of these.
     """
 
-    kind: Literal["traces", "peaks", "background"] = "traces"
+    kind: Literal["traces", "peaks", "background", "ranges"] = "traces"
     along: str = "speed"
     lines: str = "background_speed"
     panels: str = "grey"
 
     def __post_init__(self) -> None:
-        if self.kind not in ("traces", "peaks", "background"):
-            raise ValueError(f"figure: kind={self.kind!r}: legal is traces, peaks, background")
+        if self.kind not in ("traces", "peaks", "background", "ranges"):
+            raise ValueError(f"figure: kind={self.kind!r}: legal is traces, peaks, background, ranges")
         for name in ("along", "lines", "panels"):
             if getattr(self, name) not in DRAWN:
                 raise ValueError(f"figure: {name}={getattr(self, name)!r}: legal is {', '.join(DRAWN)}")

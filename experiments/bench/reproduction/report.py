@@ -14,8 +14,10 @@ import jinja2
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from experiments.bench.clips.constants import COMPARING
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop.run import Played
+from experiments.bench.core.claims.replicates import UNKNOWN
 from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.plotting import STYLE
 from experiments.bench.core.store.description import plain
@@ -23,21 +25,22 @@ from experiments.bench.core.store.files import Files
 from experiments.bench.core.verdict import Outcome, Verdict
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.claims import is_random
+from experiments.bench.reproduction.mechanisms import constants
 from experiments.bench.reproduction.plan import WHOLE
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
 
-SHADES = {"holds": "#2a9d8f", "fails": "#b5485d", "vacuous": "#e9dcb5", "untested": "#cfcfcf"}
-SIGNS = {"holds": "holds", "fails": "fails", "vacuous": "vacuous", "untested": "-"}
+SHADES = {"holds": "#2a9d8f", "fails": "#b5485d", "vacuous": "#e9dcb5", "untestable": "#b9c4dd", "untested": "#cfcfcf"}
+SIGNS = {"holds": "holds", "fails": "fails", "vacuous": "vacuous", "untestable": "untestable", "untested": "-"}
 
 
 TOTALS = (
     "held in every replicate", "held in some, not in every replicate", "held in no replicate",
-    "vacuous in every replicate", "not judged",
+    "vacuous in every replicate", f"untestable: {UNKNOWN}", "not judged",
 )  # fmt: skip
-TONES = ("holds", "mixed", "fails", "vacuous", "untested")
+TONES = ("holds", "mixed", "fails", "vacuous", "untestable", "untested")
 
 
 def write(result: Reproduction) -> Path:
@@ -63,12 +66,22 @@ def write(result: Reproduction) -> Path:
         shows=[_show(report) for report in result.offline],
         loops=[_loop(played) for played in result.behaviours],
         whole=WHOLE,
+        unknown=UNKNOWN,
+        constants={claim: found for claim in COMPARING if (found := constants(claim, result.offline))},
+        places=_places(result),
         matrix=_inline(matrix.encode()) if matrix else "",
         parameters=json.dumps(result.description, indent=2, default=plain),
         versions=result.description["versions"],
     )
     folder.write_text("report.html", page)
     return result.folder / "report.html"
+
+
+def _places(result: Reproduction) -> set[str]:
+    """The names of the experiments that have a place on the page."""
+    return {plan.experiment.name for plan, _ in result.runs} | {
+        report.plan.experiment.name for report in result.offline
+    }
 
 
 def totals(claims: Sequence[Verdict]) -> dict[str, list[str]]:
@@ -82,6 +95,8 @@ def totals(claims: Sequence[Verdict]) -> dict[str, list[str]]:
 def _total(claim: Verdict) -> str:
     if not claim.replicates or claim.standing == "unjudged":
         return "not judged"
+    if claim.standing == "untestable":
+        return f"untestable: {UNKNOWN}"
     if claim.replicates_vacuous == claim.replicates:
         return "vacuous in every replicate"
     held = claim.replicates_held or 0

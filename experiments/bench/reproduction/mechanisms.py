@@ -1,0 +1,97 @@
+"""Where the report shows why a claim comes out as it does, and what the choice of other models' constants does."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from experiments.bench.clips.claims import ClipClaim, about
+from experiments.bench.clips.constants import COMPARING, SUFFIX, compares_with, outcomes, said
+from experiments.bench.clips.judging.assumed import ASSUMED
+from experiments.bench.clips.judging.paper import DSNN
+from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.core.claims.replicates import UNKNOWN
+from experiments.bench.core.statistics import proportion_interval
+from experiments.bench.core.verdict import Outcome, Verdict
+
+_ANGULAR = ("angular-mechanism", "excitation and inhibition over time, and what w_i = 0.9 leaves of symmetric motion")
+_SPEED = ("ensembles", "count, time in view, firing rate and potential, 2 to 30 cm/s, beside variants of the DSNN")
+_BACKGROUND = (
+    "background",
+    "potentials at background speeds from 0.07 to 10 px a frame, and where the claim breaks",
+)
+MECHANISMS: Mapping[str, tuple[str, str]] = {
+    "C4": ("edges", "which pathway one edge in view drives"),
+    **dict.fromkeys(("C5", "C6", "C7", "C8", "C9", "C10", "C11"), _BACKGROUND),
+    **dict.fromkeys(("C15", "C24", "C25", "C29", "C30"), _SPEED),
+    "C16": ("distance-mechanism", "count, time in view, firing rate and potential at 6 cm/s, 5 to 15 cm"),
+    **dict.fromkeys(("C13", "C17", "C18", "C19", "C20"), _ANGULAR),
+    "C22": ("edges", "which edge drives which pathway"),
+    "C26": ("constants-emd", "what the EMD answers with other constants"),
+    "C27": ("background-alone", "the potentials without DoG and without FDSR"),
+}
+"""Claim -> the experiment whose figure shows its mechanism, and what it draws."""
+
+
+def mechanism(claim: Verdict, there: Collection[str]) -> str:
+    """Return where the claim's mechanism is drawn, as ``EXPERIMENT: what``; else that its own figure is all there is.
+
+    Parameters
+    ----------
+    claim
+        The claim's verdict.
+    there
+        The names of the experiments that were run.
+    """
+    name, what = MECHANISMS.get(claim.id, ("", ""))
+    if name in there:
+        return f"{name}: {what}"
+    if not claim.experiment:
+        return "none: not judged"
+    return f"{claim.experiment}: the figure of what it was judged on; no figure of the mechanism in this run"
+
+
+def interval(claim: Verdict) -> str:
+    """Return the exact 95 % interval of the share of replicates in which the claim holds, or why there is none."""
+    if not claim.replicates or claim.standing == "unjudged":
+        return "none: not judged"
+    if claim.standing == "deterministic":
+        return "none: nothing in it is random"
+    if claim.standing == "untestable":
+        return f"none: {UNKNOWN}"
+    low, high = proportion_interval(claim.replicates_held or 0, claim.replicates)
+    return f"holds in {low:.0%} to {high:.0%} of replicates (exact 95 % interval)"
+
+
+def constants(claim: str, shows: Sequence[OfflineReport]) -> dict[str, Outcome]:
+    """Return the constants of the other model -> what the claim comes to with them; empty where they were not run."""
+    for report in shows:
+        threshold = report.plan.thresholds.get(DSNN)
+        for own in report.plan.experiment.claims:
+            if isinstance(own, ClipClaim) and own.id == f"{claim}{SUFFIX}" and threshold is not None:
+                rows = about(own, [row for row in report.rows if row["repeat"] == 0])
+                return outcomes(claim, rows, threshold) if _whole(own, rows) else {}
+    return {}
+
+
+def _whole(claim: ClipClaim, rows: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether every model answered every clip."""
+    clips = {row["clip"] for row in rows}
+    return bool(rows) and len(rows) == len(clips) * len(claim.models)
+
+
+def assumed(claim: str, shows: Sequence[OfflineReport]) -> str:
+    """Return what is assumed of the model that a claim compares the DSNN with, and with which constants it holds."""
+    if claim not in COMPARING:
+        return ""
+    found = constants(claim, shows)
+    return f"{ASSUMED[compares_with(claim)]}; {said(found) if found else 'other constants were not run here'}"
+
+
+def explained(claims: Sequence[Verdict], there: Collection[str], shows: Sequence[OfflineReport]) -> list[Verdict]:
+    """The verdicts with mechanism, interval and what is assumed of other models."""
+    return [
+        replace(claim, mechanism=mechanism(claim, there), interval=interval(claim), assumed=assumed(claim.id, shows))
+        for claim in claims
+    ]
