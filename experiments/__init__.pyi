@@ -8,12 +8,12 @@ from experiments.bench.clips.experiment import Figure as Figure
 from experiments.bench.clips.experiment import OfflineExperiment as OfflineExperiment
 from experiments.bench.closed_loop.behaviour import Behaviour as Behaviour
 from experiments.bench.closed_loop.behaviour import Wheels as Wheels
+from experiments.bench.core.claims.checks import Check as Check
+from experiments.bench.core.claims.checks import decide as decide
 from experiments.bench.core.errors import UsageError as UsageError
 from experiments.bench.core.scores import Score as Score
-from experiments.bench.core.verdict import Check as Check
 from experiments.bench.core.verdict import Outcome as Outcome
 from experiments.bench.core.verdict import Verdict as Verdict
-from experiments.bench.core.verdict import decide as decide
 from experiments.bench.public.comparison import Comparison as Comparison
 from experiments.bench.public.comparison import compare as compare
 from experiments.bench.public.episodes import score as score

@@ -111,11 +111,11 @@ def said(found: Mapping[str, Outcome]) -> str:
     """Return with which constants a claim holds and with which it does not, in words: a long list is only counted."""
     holding = [constants for constants, each in found.items() if each.verdict == "holds"]
     others = [constants for constants in found if constants not in holding]
-    parts = [f"with other constants it holds in {len(holding)} of {len(found)} choices tried"]
-    for what, choices in (("with", holding), ("not with", others)):
+    parts = [f"{len(holding)} of {len(found)} choices of the constants tried let it hold"]
+    for what, choices in (("it holds with", holding), ("it does not with", others)):
         if 0 < len(choices) <= LISTED:
             parts.append(f"{what} {_listed(choices)}")
-    return ", ".join(parts)
+    return "; ".join(parts)
 
 
 def _listed(choices: Sequence[str]) -> str:

@@ -195,9 +195,9 @@ def _ranges(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     axes.set_yticks(range(len(models)), [plain(model) for model in models], fontsize=7)
     axes.invert_yaxis()
     for level in sorted({t for m in models if (t := thresholds.get(m)) is not None}):
-        axes.axvline(level, color="black", ls="--", lw=0.7)
+        axes.axvline(level, color="black", ls="--", lw=0.7, label=f"T = {level:g}")
     axes.set_xlabel("largest |HS| of a clip: smallest to largest", fontsize=8)
-    drawn.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=7)
+    drawn.legend(loc="outside upper center", ncols=3, frameon=False, fontsize=7)
     return drawn
 
 

@@ -23,8 +23,9 @@ _BACKGROUND = (
 )
 MECHANISMS: Mapping[str, tuple[str, str]] = {
     "C4": ("edges", "which pathway one edge in view drives"),
-    **dict.fromkeys(("C5", "C6", "C7", "C8", "C9", "C10", "C11"), _BACKGROUND),
+    **dict.fromkeys(("C5", "C6", "C8", "C9", "C10", "C11"), _BACKGROUND),
     **dict.fromkeys(("C15", "C24", "C25", "C29", "C30"), _SPEED),
+    "C7": ("constants-2017", "what the model of 2017 answers at sigmoid scales over five decades"),
     "C16": ("distance-mechanism", "count, time in view, firing rate and potential at 6 cm/s, 5 to 15 cm"),
     **dict.fromkeys(("C13", "C17", "C18", "C19", "C20"), _ANGULAR),
     "C22": ("edges", "which edge drives which pathway"),
@@ -61,7 +62,7 @@ def interval(claim: Verdict) -> str:
     if claim.standing == "untestable":
         return f"none: {UNKNOWN}"
     low, high = proportion_interval(claim.replicates_held or 0, claim.replicates)
-    return f"holds in {low:.0%} to {high:.0%} of replicates (exact 95 % interval)"
+    return f"{low:.0%} to {high:.0%} of replicates (exact 95 % interval of the share in which it holds)"
 
 
 def constants(claim: str, shows: Sequence[OfflineReport]) -> dict[str, Outcome]:
@@ -86,7 +87,8 @@ def assumed(claim: str, shows: Sequence[OfflineReport]) -> str:
     if claim not in COMPARING:
         return ""
     found = constants(claim, shows)
-    return f"{ASSUMED[compares_with(claim)]}; {said(found) if found else 'other constants were not run here'}"
+    others = f"in replicate 0 {said(found)}" if found else "other constants were not run here"
+    return f"{ASSUMED[compares_with(claim)]}; {others}"
 
 
 def explained(claims: Sequence[Verdict], there: Collection[str], shows: Sequence[OfflineReport]) -> list[Verdict]:
