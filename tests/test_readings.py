@@ -3,12 +3,15 @@
 import dataclasses
 from pathlib import Path
 
+import pyarrow as pa
 import pytest
 
+from experiments import Figure
 from experiments.bench import registry
 from experiments.bench.clips import plan as clips_plan
 from experiments.bench.clips.claims import CLAIMS, judge
 from experiments.bench.clips.constants import COMPARING, along_constants
+from experiments.bench.clips.figure import draw
 from experiments.bench.clips.judging.assumed import ASSUMED, compared
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.core.claims import texts
@@ -189,3 +192,16 @@ def test_a_claim_along_constants_says_with_which_it_holds():
 def test_constants_of_what_a_claim_is_not_about(claim, variants):
     with pytest.raises(ValueError, match=r"along_constants: .*legal"):
         along_constants(claim, variants)
+
+
+def test_the_figure_of_ranges_has_a_bar_for_each_model_and_both_kinds_of_clip():
+    rows = [*speed_responses(), *enough("C11")]
+    drawn = draw(Figure("ranges"), rows, pa.table({}), {"dsnn": 0.16, "emd": None})
+    (axes,) = drawn.axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["dsnn", "emd"]
+    bars = [line for line in axes.lines if line.get_marker() == "|"]
+    assert len(bars) == 4, "an object crosses, and the background alone"
+    across = [
+        max(row["peak_hs"], -row["trough_hs"]) for row in rows if row["model"] == "emd" and row["object"] != "absent"
+    ]
+    assert list(bars[1].get_xdata()) == [min(across), max(across)]

@@ -12,9 +12,11 @@ from typing import Any
 
 import jinja2
 import matplotlib as mpl
+import numpy as np
 from matplotlib.figure import Figure
 
 from experiments.bench.clips.constants import COMPARING
+from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.claims.replicates import UNKNOWN
@@ -165,10 +167,17 @@ def _show(report: OfflineReport) -> dict[str, Any]:
         "clips": len(experiment.clips),
         "seeds": report.plan.repeats,
         "random": is_random(report),
+        "drawn": _differs(experiment),
         "figure": _inline(figure.read_bytes()) if report.rows else "",
         "own": [verdict for verdict in report.verdicts if verdict.id not in claim_texts()],
         "failures": report.failures,
     }
+
+
+def _differs(experiment: OfflineExperiment) -> bool:
+    """Whether its first clip begins otherwise at another seed, as one before a photograph does."""
+    first, second = (next(iter(experiment.clips[0].build(seed))).luma for seed in (0, 1))
+    return not np.array_equal(first, second)
 
 
 def _loop(played: Played) -> dict[str, Any]:
