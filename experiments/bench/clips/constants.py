@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 from experiments.bench.clips.claims import CLAIMS, CONDITIONS, ClipClaim
-from experiments.bench.clips.judging.assumed import ASSUMED
+from experiments.bench.clips.judging.assumed import ASSUMED, deciding
 from experiments.bench.clips.judging.paper import DSNN, Rows
 from experiments.bench.core.verdict import Outcome
 
@@ -104,7 +104,7 @@ def _with_any(claim: str, rows: Rows, threshold: float) -> Outcome:
     for constants, each in found.items():
         if each.verdict == "holds":
             return Outcome("holds", said(found), n=each.n, decided=f"{constants}: {each.decided}")
-    return Outcome("fails", said(found), n=first.n, decided=first.decided or first.measured.partition("; measured:")[0])
+    return Outcome("fails", said(found), n=first.n, decided=deciding(first))
 
 
 def said(found: Mapping[str, Outcome]) -> str:

@@ -87,7 +87,7 @@ def assumed(claim: str, shows: Sequence[OfflineReport]) -> str:
     if claim not in COMPARING:
         return ""
     found = constants(claim, shows)
-    others = f"in replicate 0 {said(found)}" if found else "other constants were not run here"
+    others = f"in replicate 0: {said(found)}" if found else "other constants were not run here"
     return f"{ASSUMED[compares_with(claim)]}; {others}"
 
 

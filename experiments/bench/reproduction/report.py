@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 from experiments.bench.clips.constants import COMPARING
 from experiments.bench.clips.experiment import OfflineExperiment
+from experiments.bench.clips.judging.assumed import deciding
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.claims.replicates import UNKNOWN
@@ -69,7 +70,7 @@ def write(result: Reproduction) -> Path:
         loops=[_loop(played) for played in result.behaviours],
         whole=WHOLE,
         unknown=UNKNOWN,
-        constants={claim: found for claim in COMPARING if (found := constants(claim, result.offline))},
+        constants={claim: _choices(constants(claim, result.offline)) for claim in COMPARING},
         places=_places(result),
         matrix=_inline(matrix.encode()) if matrix else "",
         parameters=json.dumps(result.description, indent=2, default=plain),
@@ -77,6 +78,14 @@ def write(result: Reproduction) -> Path:
     )
     folder.write_text("report.html", page)
     return result.folder / "report.html"
+
+
+def _choices(found: Mapping[str, Outcome]) -> list[tuple[str, str, str]]:
+    """Each choice of another model's constants, whether the claim holds with it, and the number that decides."""
+    return [
+        (choice, "holds" if each.verdict == "holds" else "does not hold", deciding(each))
+        for choice, each in found.items()
+    ]
 
 
 def _places(result: Reproduction) -> set[str]:

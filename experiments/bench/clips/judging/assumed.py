@@ -19,6 +19,7 @@ ASSUMED: Mapping[str, str] = {
     "delay of 50 ms and neighbouring pixels are assumed",
 }
 """Model -> what is not known of it, and what is assumed."""
+WITH_THOSE = ", and with those assumed fails: "
 
 
 def compared(
@@ -47,5 +48,11 @@ def compared(
     alone, refuted = decide(own)
     if holds or not alone:
         return Outcome("holds" if holds else "fails", measured, effect, n, decided if holds else refuted, n)
-    why = f"the DSNN's part holds; the rest needs constants of {model} that are not known, and with those assumed fails"
-    return Outcome("untestable", f"{why}: {decided}; measured: {measured}", effect, n, each=n)
+    why = f"the DSNN's part holds; the rest needs constants of {model} that are not known"
+    return Outcome("untestable", f"{why}{WITH_THOSE}{decided}; measured: {measured}", effect, n, each=n)
+
+
+def deciding(found: Outcome) -> str:
+    """Return the number that decides with the constants given, of a claim that is untestable too."""
+    reason = found.measured.partition("; measured:")[0]
+    return found.decided or reason.partition(WITH_THOSE)[2] or reason
