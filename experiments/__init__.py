@@ -41,6 +41,8 @@ OFFLINE = (
     "apparent",
     "background-alone",
     "background",
+    "constants-2017",
+    "constants-emd",
 )
 """The experiments with clips of stimuli."""
 
@@ -74,10 +76,11 @@ _PLACES = {
     "Claim": "robot.claims.RobotClaim",
     "ClipClaim": "clips.claims",
     "along_background": "clips.axis",
+    "along_constants": "clips.constants",
     "Outcome": "core.verdict",
-    "Check": "core.verdict",
+    "Check": "core.claims.checks",
     "Verdict": "core.verdict",
-    "decide": "core.verdict",
+    "decide": "core.claims.checks",
     "UsageError": "core.errors",
 }
 """Name -> its module below ``experiments.bench``; with the name that it has there where that is another."""
@@ -110,6 +113,7 @@ __all__ = [
     "Wheels",
     "__version__",
     "along_background",
+    "along_constants",
     "compare",
     "decide",
     "load",
@@ -130,8 +134,10 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f"module 'experiments' has no attribute '{name}'")
     from importlib import import_module
 
-    wing, module, *other = _PLACES[name].split(".")
-    value = getattr(import_module(f"experiments.bench.{wing}.{module}"), other[0] if other else name)
+    *module, last = _PLACES[name].split(".")
+    if last[0].islower():  # a module, not another name in it
+        module, last = [*module, last], name
+    value = getattr(import_module(".".join(["experiments.bench", *module])), last)
     globals()[name] = value
     return value
 

@@ -2,17 +2,18 @@
 
 from experiments.bench.clips.axis import along_background as along_background
 from experiments.bench.clips.claims import ClipClaim as ClipClaim
+from experiments.bench.clips.constants import along_constants as along_constants
 from experiments.bench.clips.experiment import Clip as Clip
 from experiments.bench.clips.experiment import Figure as Figure
 from experiments.bench.clips.experiment import OfflineExperiment as OfflineExperiment
 from experiments.bench.closed_loop.behaviour import Behaviour as Behaviour
 from experiments.bench.closed_loop.behaviour import Wheels as Wheels
+from experiments.bench.core.claims.checks import Check as Check
+from experiments.bench.core.claims.checks import decide as decide
 from experiments.bench.core.errors import UsageError as UsageError
 from experiments.bench.core.scores import Score as Score
-from experiments.bench.core.verdict import Check as Check
 from experiments.bench.core.verdict import Outcome as Outcome
 from experiments.bench.core.verdict import Verdict as Verdict
-from experiments.bench.core.verdict import decide as decide
 from experiments.bench.public.comparison import Comparison as Comparison
 from experiments.bench.public.comparison import compare as compare
 from experiments.bench.public.episodes import score as score
@@ -64,6 +65,7 @@ __all__ = [
     "Wheels",
     "__version__",
     "along_background",
+    "along_constants",
     "compare",
     "decide",
     "load",

@@ -22,7 +22,7 @@ EXPERIMENT = OfflineExperiment(
         for behind in BACKGROUNDS
         for speed in SPEEDS
     ),
-    models=("dsnn",),
+    models=("dsnn", "dsn2017"),  # C6 and C8 are judged of them under this reading too
     repeats=2,
     figure=Figure("peaks", along="speed", lines="background_speed", panels="grey"),
     recorded=False,

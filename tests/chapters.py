@@ -47,7 +47,10 @@ SKIPPED = {
     "footage.md": ("needs a screen", "needs a camera", "takes a minute: tests/test_street.py shows a clip of it"),
     "maps.md": ("takes minutes: tests/test_map.py",),
     "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/test_pool.py"),
-    "what-the-numbers-mean.md": ("takes minutes: tests/test_reproduce.py",),
+    "what-the-numbers-mean.md": (
+        "takes minutes: tests/test_reproduce.py",
+        "takes minutes: tests/test_readings.py has their judging",
+    ),
     "your-own-experiment.md": ("takes minutes: tests/test_reproduce.py",),
     "your-own-model.md": ("takes minutes: tests/test_leaderboard.py",),
 }

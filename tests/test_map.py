@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import json
 from itertools import product
 
 import numpy as np
@@ -14,9 +15,9 @@ import typer
 from experiments.bench import registry
 from experiments.bench.cli import main
 from experiments.bench.core.errors import UsageError
-from experiments.bench.robot.map import figure, plan
-from experiments.bench.robot.map.axes import Axis
-from experiments.bench.robot.map.judging import TOGETHER, cells, regions
+from experiments.bench.maps import figure, plan, planning
+from experiments.bench.maps.axes import Axis
+from experiments.bench.maps.judging import TOGETHER, cells, regions
 from tests.chapters import CHAPTERS, blocks
 
 BOTH = ("general", "angular-recession")
@@ -24,7 +25,7 @@ FEW = ("--repeats", "5", "--workers", "0", "-q")
 
 
 def planned(names, *over, **more):
-    return plan.planned([registry.load(name) for name in names], plan.Asked(over, **more))
+    return planning.planned([registry.find(name) for name in names], plan.Asked(over, **more))
 
 
 def table(folder):
@@ -250,10 +251,28 @@ def test_the_documented_maps_can_be_made(words):
     group = typer.main.get_command(main.app)
     name, command, rest = group.resolve_command(group.make_context("colias", list(words)), list(words))
     given = command.make_context(name, rest).params
-    asked = {"claims": given["claims"].split(","), "replicates": given["replicates"]}
-    made = planned(given["experiment"].split(","), *given["over"], **asked)
+    asked = {name: (given[option] or "").split(",") for name, option in (("claims", "claims"), ("measures", "measure"))}
+    asked = {name: list(filter(None, values)) for name, values in asked.items()}
+    more = {"assignments": given["assignments"] or (), "replicates": given["replicates"]}
+    made = planned(given["experiment"].split(","), *given["over"], **asked, **more)
     assert len(made.axes) == 2 and [claim.id for claim, _ in made.claims] == asked["claims"]
-    assert all(figure.place(axis) is not None for axis in made.axes)  # the default is on the map
+    assert [measure.name for measure, _ in made.measures] == asked["measures"]
+    assert all(figure.place(axis) is not None for axis in made.axes if axis.default is not None)  # it is on the map
+    assert made.things == "clips" or all(axis.default is not None for axis in made.axes)
+
+
+def test_the_page_s_counts_at_the_default_are_those_that_were_measured():
+    (page,) = [page for page in CHAPTERS if page.name == "maps.md"]
+    claims = json.loads((page.parent / "results.json").read_text())["claims"]
+    held = {claim["id"]: (claim["replicates_held"], claim["replicates"]) for claim in claims}
+    eight = [f"C{number}" for number in range(13, 21)]
+    (of,) = {held[claim][1] for claim in eight}
+    (c13, _), (c19, _) = held["C13"], held["C19"]
+    assert all(held[claim][0] == of for claim in eight if claim not in ("C13", "C19"))
+    text = page.read_text()
+    assert f"keeps C14, C15, C16, C17, C18 and C20 in all {of}, C13 in {c13} and C19 in {c19}" in text
+    assert f"at least {c13 + c19 - of} and at most {min(c13, c19)} of these {of}" in text
+    assert f"C6 holds in {held['C6'][0]} of {held['C6'][1]} replicates" in text
 
 
 @pytest.mark.parametrize(
@@ -294,7 +313,7 @@ def test_experiments_and_claims_of_a_users_own(tmp_path):
         file.write_text(OWN.replace("NAME", file.stem))
     made = planned(map(str, files), "dsnn.t_sp=0.1,0.2")
     assert [(claim.id, name) for claim, name in made.claims] == [("fires-alpha", "alpha"), ("fires-beta", "beta")]
-    assert {str(file) for file in files} <= made.describe()["files"].keys()  # --resume notices a change of either
+    assert {str(file) for file in files} <= made.description["files"].keys()  # --resume notices a change of either
     found = cells(made, rows_of(made, lambda spec, label: int(spec.experiment == "alpha" or label.endswith("0.1"))))
     held = {(cell.point.values[0][1], cell.claim): cell.held for cell in found}
     assert held["0.1", "fires-beta"] == held["0.2", "fires-alpha"] == held["0.1", TOGETHER] == 1
@@ -327,7 +346,6 @@ OVER = ("--over", "dsnn.n_con=4,8")
         (("general", *OVER, "--replicates", "0"), "--replicates 0"),
         (("general", *OVER, "--set", "experiment.nothing=1"), "no parameter 'experiment.nothing'"),
         (("general,general", *OVER), "experiment general: it is there twice"),
-        (("clean", *OVER), "off-line"),
         ((",", *OVER), "EXPERIMENT"),
         (("general", *OVER, "--resume", "nowhere"), "nowhere"),
         (("general", *OVER, "--out", "a", "--resume", "b"), "one of them"),

@@ -110,7 +110,7 @@ def test_a_claim_about_two_models_needs_both():
 
 
 @pytest.mark.parametrize(
-    ("own", "earlier", "verdict"), [(0.1, 0.9, "holds"), (0.17, 0.9, "fails"), (0.1, 0.15, "fails")]
+    ("own", "earlier", "verdict"), [(0.1, 0.9, "holds"), (0.17, 0.9, "fails"), (0.1, 0.15, "untestable")]
 )
 def test_depth_over_clutter(own, earlier, verdict):
     rows = [
@@ -123,7 +123,7 @@ def test_depth_over_clutter(own, earlier, verdict):
 
 @pytest.mark.parametrize(
     ("hs", "vs", "earlier", "verdict"),
-    [(0.2, 0.1, 0.5, "holds"), (0.1, 0.1, 0.5, "fails"), (0.2, 0.17, 0.5, "fails"), (0.2, 0.1, 0.1, "fails")],
+    [(0.2, 0.1, 0.5, "holds"), (0.1, 0.1, 0.5, "fails"), (0.2, 0.17, 0.5, "fails"), (0.2, 0.1, 0.1, "untestable")],
 )
 def test_translation_over_clutter(hs, vs, earlier, verdict):
     rows = [row(peak_hs=hs, peak_vs=vs), row(model="dsn2017", peak_vs=earlier)]
@@ -145,7 +145,7 @@ def test_speed_over_clutter():
     assert judge("C7", steady + wavering, T).verdict == "holds"
     flat = grid("dsn2017", lambda s, b: 1.0)
     failed = judge("C7", steady + flat, T)
-    assert failed.verdict == "fails" and "varies by 0.0080, dsn2017's by 0.0000" in failed.measured
+    assert failed.verdict == "untestable" and "varies by 0.0080, dsn2017's by 0.0000" in failed.measured
     assert judge("C7", grid("dsnn", lambda s, b: min(s, 80) / 400) + wavering, T).verdict == "fails"
     assert judge("C8", steady, T).verdict == "holds"
     assert judge("C8", grid("dsnn", lambda s, b: 0.2, vs=0.16), T).verdict == "fails"
@@ -167,7 +167,7 @@ def test_contrast_over_clutter():
 
 
 @pytest.mark.parametrize(
-    ("emd", "dsnn", "verdict"), [(0.30, 0.05, "holds"), (0.40, 0.05, "fails"), (0.30, 0.005, "fails")]
+    ("emd", "dsnn", "verdict"), [(0.30, 0.05, "holds"), (0.40, 0.05, "untestable"), (0.30, 0.005, "fails")]
 )
 def test_separation_from_background(emd, dsnn, verdict):
     rows = [row("alone", "emd", object="absent", trough_hs=-0.35), row("alone", "dsnn", object="absent", peak_hs=0.01)]

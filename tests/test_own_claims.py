@@ -45,7 +45,7 @@ WRONG = {
     "a value alone": (lambda: clip_claim(conditions={"motion": "rightward"}), "legal is a mapping of columns"),
     "twice": (lambda: experiment(claim(), claim()), "experiment mine: two claims are called 'mine'"),
     "the paper's object": (lambda: clips(clips_claims.CLAIMS["C1"]), "claim C1 is the paper's: declare it by its id"),
-    "no verdict": (lambda: Outcome("yes", ""), "verdict='yes': legal is holds, fails, vacuous, untested"),
+    "no verdict": (lambda: Outcome("yes", ""), "verdict='yes': legal is holds, fails, vacuous, untestable, untested"),
 }
 
 

@@ -13,7 +13,7 @@ from experiments.bench.core.claims.replicates import Replicates, counted
 from experiments.bench.core.claims.texts import chosen, claim_texts
 from experiments.bench.core.statistics import proportion_interval
 from experiments.bench.core.terminal import show_verdict
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.core.verdict import Verdict, together
 from experiments.bench.public.result import CLAIM_SCHEMA
 from experiments.bench.reproduction import claims, replicates, robustness
 from experiments.bench.reproduction.report import TONES, tone, totals
@@ -51,7 +51,25 @@ def test_what_could_not_be_judged_and_what_was_vacuous_did_not_hold():
     assert str(Replicates(0, untested=5)) == "could not be judged in any of 5 replicates"
     assert Replicates(0, untested=20).standing == "unjudged"
     assert str(Replicates(1, random=False)).startswith("held in 1 of 1 replicate; nothing in it is random")
+    assert str(Replicates(18, untestable=2)) == "held in 18 of 20 replicates: robust; untestable in 2"
     assert str(Replicates(2, name="short replicate")) == "held in 2 of 2 short replicates so far"
+
+
+def test_a_claim_that_hangs_on_unknown_constants_is_not_counted_as_one_that_failed():
+    """However many replicates there are: what it comes to is not known, robust or fragile."""
+    for failed in (0, 5):
+        found = Replicates(0, failed, untestable=20 - failed)
+        assert found.standing == "untestable" and found.of == 20
+        assert str(found).startswith(f"untestable in {20 - failed} of 20 replicates: another model's constants")
+        assert str(found).endswith("held in 0 of the other 5") == bool(failed)
+    assert Replicates(0, untested=2, untestable=1).standing == "untestable"
+    assert counted(["untestable", "holds", "fails"]).fields()["replicates_untestable"] == 1
+
+
+def test_the_worst_of_several_verdicts_comes_first():
+    words = ["fails", "untested", "untestable", "vacuous", "holds"]
+    for place, word in enumerate(words):
+        assert together(words[place:]) == word
 
 
 def test_every_sentence_begins_with_what_held():
@@ -82,10 +100,10 @@ def verdict(first, others, **more):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("word", ["holds", "fails", "vacuous", "untested"])
+@pytest.mark.parametrize("word", ["holds", "fails", "vacuous", "untestable", "untested"])
 def test_a_verdict_that_its_counts_contradict_is_refused(word):
     """Replicate 0 is one of the replicates: a claim that fails there cannot have held in all of them."""
-    for other in {"holds", "fails", "vacuous", "untested"} - {word}:
+    for other in {"holds", "fails", "vacuous", "untestable", "untested"} - {word}:
         with pytest.raises(ValueError, match=f"{word} in replicate 0, and in 0 of 20"):
             dataclasses.replace(verdict(other, [other] * 19), verdict=word)
     with pytest.raises(ValueError, match="do not add up"):
@@ -119,9 +137,9 @@ def test_the_colour_and_the_totals_go_by_all_replicates():
         verdict("fails", ["holds"] * 4),
         verdict("fails", ["fails"] * 4),
     )
-    vacuous, unjudged = verdict("vacuous", ["vacuous"] * 4), verdict("untested", ["untested"] * 4)
-    assert tuple(map(tone, (every, some, none, vacuous, unjudged))) == TONES
-    assert [len(ids) for ids in totals([every, some, none, vacuous, unjudged]).values()] == [1] * 5
+    others = [verdict(word, [word] * 4) for word in ("vacuous", "untestable", "untested")]
+    assert tuple(map(tone, (every, some, none, *others))) == TONES
+    assert [len(ids) for ids in totals([every, some, none, *others]).values()] == [1] * 6
     assert tone(verdict("fails", ["holds"] * 19)) == "holds", "19 of 20 are robust"
     assert tone(verdict("holds", ["fails"] * 3 + ["holds"] * 16)) == "mixed", "17 of 20 are fragile"
 

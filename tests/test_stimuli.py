@@ -495,3 +495,14 @@ def test_a_box_touches_a_frame_only_if_it_overlaps_it():
 def test_the_package_s_example_says_what_happens():
     done = doctest.testmod(dsnn.stimuli)
     assert (done.failed, done.attempted) == (0, 4)
+
+
+def test_a_place_in_the_photograph_can_be_named():
+    """It is the column at the left border, whatever the seed; the photograph repeats after twice its width."""
+    common = {"object": "absent", "background_speed": 0.0, "rest_s": 0.0}
+    here, there, around = (stimulus("cluttered", seed, start=start, **common)[0].luma
+                           for seed, start in ((0, 0.0), (1, 100.0), (2, 1180.0)))  # fmt: skip
+    assert np.array_equal(here[:, 100:], there[:, :-100])
+    assert np.array_equal(there, around)
+    with pytest.raises(ValueError, match="start"):
+        stimulus("cluttered", start=-1.0)

@@ -19,6 +19,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from experiments.bench.core.claims.replicates import UNKNOWN
 from experiments.bench.core.claims.texts import claim_texts
 
 ROOT = Path(__file__).parents[1]
@@ -105,13 +106,15 @@ def _verdicts(results: Mapping[str, Any]) -> str:
 
 def _counted(results: Mapping[str, Any]) -> str:
     claims, scale, seed = results["claims"], results["design"]["scale"], results["design"]["seed"]
-    judged = [claim for claim in claims if claim["standing"] not in ("", "unjudged")]
+    untestable = [claim["id"] for claim in claims if claim["standing"] == "untestable"]
+    judged = [claim for claim in claims if claim["standing"] not in ("", "unjudged", "untestable")]
     every = [claim["id"] for claim in judged if claim["replicates_held"] == claim["replicates"]]
     some = [claim["id"] for claim in judged if 0 < claim["replicates_held"] < claim["replicates"]]
     never = [claim["id"] for claim in judged if not claim["replicates_held"]]
-    others = [claim["id"] for claim in claims if claim not in judged]
+    others = [claim["id"] for claim in claims if claim not in judged and claim["id"] not in untestable]
     said = f"Of the {len(claims)} claims {len(every)} held in every replicate"
-    for ids, words in ((some, "held in some"), (never, "held in none"), (others, "not judged")):
+    unknown = f"untestable ({UNKNOWN})"
+    for ids, words in ((some, "held in some"), (never, "held in none"), (untestable, unknown), (others, "not judged")):
         if ids:
             said += f"; {words}: {', '.join(ids)}"
     return (

@@ -31,22 +31,28 @@ class ClutteredParams(ObjectParams):
     background_speed: float = Field(
         default=-8.0, ge=-10_000.0, le=10_000.0, description="of the background, rightward positive, in speed_unit"
     )
+    start: float | None = Field(
+        default=None, ge=0.0, le=8192.0,
+        description="column of the background at the first frame's left border, px; otherwise the seed chooses it",
+    )  # fmt: skip
     object: Literal["present", "absent"] = Field(
         default="present", description="absent: the background alone, for as long as the object would take"
     )
 
 
 class Cluttered(Stimulus[ClutteredParams]):
-    """The seed chooses which part of the background the clip starts at, and makes the noise.
+    """The seed chooses which part of the background the clip starts at, unless ``start`` does, and makes the noise.
 
-    The background shifts from the first frame to the last, through the object's rest.
+    The photograph repeats every 1,080 px: 540 columns, then their mirror image. The background shifts from the first
+    frame to the last, through the object's rest.
     """
 
     def __init__(self, params: ClutteredParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         self._path = ObjectPath(params)
         self._panorama = panorama(params.background, self.shape, seed)
-        self._start = stream("cluttered.start", seed).uniform(0, self._panorama.period)
+        drawn = stream("cluttered.start", seed).uniform(0, self._panorama.period)
+        self._start = drawn if params.start is None else params.start
         self._background = Velocity(per_second(params.background_speed, params.speed_unit, params.fps), 0.0)
 
     def __len__(self) -> int:

@@ -22,7 +22,7 @@ from experiments.bench.cli.options import (
 
 def register(app: typer.Typer) -> None:
     """Put the command into ``app``."""
-    app.command("map", short_help="Judge claims over a grid of parameters, in whole replicates.")(map_claims)
+    app.command("map", short_help="Claims and numbers over a grid of parameters, in whole replicates.")(map_claims)
 
 
 def map_claims(
@@ -44,9 +44,19 @@ def map_claims(
             metavar="C13,C19", help="Claims to judge; otherwise all that the experiments declare about the model."
         ),
     ] = None,
+    measure: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME,NAME",
+            help="Numbers to map, beside the claims of --claims or alone: peak-speed-potential, peak-speed-count of"
+            " crossings at several speeds, peak-hs of clips.",
+        ),
+    ] = None,
     repeats: Annotated[
         int | None,
-        typer.Option(help="Trials of each condition in a replicate; otherwise the experiment's own number."),
+        typer.Option(
+            help="Trials of each condition in a replicate; otherwise the experiment's own number. Not of clips."
+        ),
     ] = None,
     replicates: Annotated[int, typer.Option(help="Replicates, each with a seed of its own.")] = 1,
     seed: Seed = 0,
@@ -65,25 +75,29 @@ def map_claims(
 ) -> int:
     """Run whole replicates of the experiments at every point of a grid, and count in how many each claim holds.
 
-    A replicate has all conditions at one seed; replicate k has the seed --seed + k. A claim is judged on the first of
-    the experiments that declares it. Points that differ in the network alone share their frames. Writes map.csv,
-    map.svg, map.png and the trials.
+    The experiments have a robot, or all are off-line ones, whose clips have keys such as cluttered.grey. A replicate
+    has all conditions at one seed; replicate k has the seed --seed + k. A claim is judged on the first of the
+    experiments that declares it. Points that differ in the network alone share their frames. Writes map.csv, map.svg,
+    map.png and the trials.
     """
     from experiments.bench import registry
     from experiments.bench.core.errors import UsageError
-    from experiments.bench.robot.map import plan, table
-    from experiments.bench.robot.map.run import run
+    from experiments.bench.maps import plan, planning, table
+    from experiments.bench.maps.run import run
 
     if resume is not None and out is not None:
         raise UsageError("--out and --resume name one folder each: give one of them")
-    declared = [registry.load(name) for name in experiment.split(",") if name]
+    declared = [registry.find(name) for name in experiment.split(",") if name]
     if not declared:
         raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
     named = [name for name in (claims or "").split(",") if name]
     if claims is not None and not named:
         raise UsageError("--claims: expected ids joined by commas, for example C13,C19")
-    asked = plan.Asked(over, named, model, assignments or (), repeats, replicates, seed)
-    made = plan.planned(declared, asked)
+    numbers = [name for name in (measure or "").split(",") if name]
+    if measure is not None and not numbers:
+        raise UsageError("--measure: expected names joined by commas, for example peak-speed-potential")
+    asked = plan.Asked(over, named, numbers, model, assignments or (), repeats, replicates, seed)
+    made = planning.planned(declared, asked)
     folder = resume or new_folder(out, f"map-{'-'.join(each.name for each in declared)}")
     result = run(made, folder, resources(workers, cluster, quiet, other_code), resume=resume is not None)
     if not quiet:

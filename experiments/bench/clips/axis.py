@@ -7,6 +7,7 @@ here by its own judge at every speed, one at a time, in the direction that its w
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 from experiments.bench.clips.claims import CLAIMS, CONDITIONS, ClipClaim
@@ -87,16 +88,18 @@ def _at_every_speed(judge: Callable[[Rows, float], Outcome], rows: Rows, thresho
     }
     at = {
         verdict: [f"{speed:.2g}" for speed, each in found.items() if each.verdict == verdict]
-        for verdict in ("holds", "fails", "untested")
+        for verdict in ("holds", "fails", "untestable", "untested")
     }
     told = "; ".join(f"{verdict} at {', '.join(speeds)}" for verdict, speeds in at.items() if speeds)
     checks = [Check(f"{speed:.2g} px a frame: {each.decided}", 1.0 if each.verdict == "holds" else -1.0)
-              for speed, each in found.items() if each.verdict != "untested"]  # fmt: skip
+              for speed, each in found.items() if each.verdict in ("holds", "fails")]  # fmt: skip
     if not checks:
-        return Outcome("untested", told)
+        return Outcome("untestable" if at["untestable"] else "untested", told, n=len(rows))
     breaks = next((check for check in checks if not check.passes), None)
     measured = f"px a frame: {told}" + (f"; breaks first at {breaks.said}" if breaks else "")
     concluded = outcome(checks, measured, f"{len(at['holds'])} of {len(found)} speeds", len(rows))
-    return (
-        concluded.untested(f"not judged at {', '.join(at['untested'])}") if at["untested"] and not breaks else concluded
-    )
+    if breaks:
+        return concluded
+    if at["untestable"]:
+        return replace(concluded, verdict="untestable", decided="")
+    return concluded.untested(f"not judged at {', '.join(at['untested'])}") if at["untested"] else concluded

@@ -207,7 +207,7 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
     unknown = [name for name in asked.conditions if name not in ("shade", *rows[0])]
     if unknown:
         return Outcome("untested", f"clips have no column {unknown[0]}", n=len(rows))
-    own = [row for row in rows if row["model"] in asked.models and _is_about(asked, row)]
+    own = about(asked, rows)
     without = _unanswered(own, asked.models) or unreadable(own, POTENTIALS)
     if without:
         return Outcome("untested", f"of the clips {without}", n=len(own))
@@ -216,7 +216,7 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
         return Outcome("untested", lacking)
     found = asked.ask(own, threshold)
     told = replace(found, measured="; ".join(filter(None, (found.measured, "" if asked.own else _shift(asked, own)))))
-    return told.untested(lacking) if lacking and told.verdict == "holds" else told
+    return told.untested(lacking) if lacking and told.verdict in ("holds", "untestable") else told
 
 
 def _shift(claim: ClipClaim, rows: Rows) -> str:
@@ -233,6 +233,11 @@ def _shift(claim: ClipClaim, rows: Rows) -> str:
     least, most = f"{min(per_frame):.2g}", f"{max(per_frame):.2g}"
     reach = least if least == most else f"{least} to {most}"
     return f"the background shifts {reach} px a frame{', hardly moving' if max(per_frame) < HARDLY else ''}"
+
+
+def about(claim: ClipClaim, rows: Rows) -> list[Mapping[str, Any]]:
+    """Return the rows of the clips and models that a claim's words are about."""
+    return [row for row in rows if row["model"] in claim.models and _is_about(claim, row)]
 
 
 def _is_about(claim: ClipClaim, row: Mapping[str, Any]) -> bool:

@@ -32,6 +32,8 @@ def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str
             return _background(rows, thresholds)
         if drawing.kind == "edges":
             return edges_figure.draw(rows, frames, thresholds)
+        if drawing.kind == "ranges":
+            return _ranges(rows, thresholds)
         return _peaks(drawing, rows, thresholds)
 
 
@@ -179,6 +181,28 @@ def _against_background(axes: Axes, rows: Rows, colour: Any) -> None:
 def _px_a_frame(row: Mapping[str, Any]) -> float:
     """How fast the background shifts, either way."""
     return float(abs(row["background_speed"]) / (row["fps"] if row["speed_unit"] == "px/s" else 1.0))
+
+
+def _ranges(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
+    """A bar a model: from the smallest to the largest peak |HS| of translations; below it that without an object."""
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    drawn = Figure(figsize=(6.4, 0.9 + 0.28 * len(models)), layout="constrained")
+    axes = drawn.subplots()
+    kinds = (("an object crosses", _moving(rows), "tab:blue", -0.16),
+             ("background alone", [row for row in rows if row["object"] == "absent"], "tab:gray", 0.2))  # fmt: skip
+    for said, shown, tint, lower in kinds:
+        for place, model in enumerate(models):
+            peaks = [max(row["peak_hs"], -row["trough_hs"]) for row in shown if row["model"] == model]
+            if peaks:
+                axes.plot([min(peaks), max(peaks)], [place + lower] * 2, "-|", color=tint, lw=4, ms=9,
+                          label=said if place == 0 else None)  # fmt: skip
+    axes.set_yticks(range(len(models)), [plain(model) for model in models], fontsize=7)
+    axes.invert_yaxis()
+    for level in sorted({t for m in models if (t := thresholds.get(m)) is not None}):
+        axes.axvline(level, color="black", ls="--", lw=0.7, label=f"T = {level:g}")
+    axes.set_xlabel("largest |HS| of a clip: smallest to largest", fontsize=8)
+    drawn.legend(loc="outside upper center", ncols=3, frameon=False, fontsize=7)
+    return drawn
 
 
 def _limits(axes: Axes, thresholds: Mapping[str, float | None], models: Sequence[str]) -> None:

@@ -77,7 +77,7 @@ def collect(
     ``values`` has the sections there are; ``listed_by`` is the command that lists their parameters, ``option`` the
     option that the texts were typed after.
     """
-    known = [f"{section}.{name}" for section, value in values.items() for name in _names(value)]
+    known = [f"{section}.{name}" for section, value in values.items() for name in names(value)]
     collected: dict[str, dict[str, str]] = {}
     for assignment in assignments:
         key, equals, text = assignment.partition("=")
@@ -139,7 +139,7 @@ def _preset(value: Any, name: str, say: Callable[[str, str], str]) -> Any:
     return _presets(value)[name]
 
 
-def _names(value: Any) -> Iterator[str]:
+def names(value: Any) -> Iterator[str]:
     """What ``--set`` can change of ``value``."""
     yield from (field.name for field in dataclasses.fields(value))
     if _presets(value):
@@ -159,6 +159,8 @@ def _properties(cls: type) -> dict[str, dict[str, Any]]:
 
 def _legal(schema: Mapping[str, Any]) -> str:
     """The legal values of a field in words, from its JSON schema; empty if only a validator knows."""
+    if "anyOf" in schema:  # a value that may be left open
+        return _legal(schema["anyOf"][0])
     if schema.get("type") == "array":
         parts = schema.get("prefixItems") or [schema["items"]]
         count = f"{len(parts)} values" if "prefixItems" in schema else "one or more values"

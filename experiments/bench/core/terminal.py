@@ -28,7 +28,9 @@ MINUTES_FROM_S = 150.0
 out_console = Console(highlight=False, emoji=False, width=None if sys.stdout.isatty() else 100)
 error_console = Console(stderr=True, highlight=False, emoji=False)
 
-VERDICT_COLOURS: Mapping[str, str] = {"holds": "green", "fails": "red", "vacuous": "yellow", "untested": "yellow"}
+VERDICT_COLOURS: Mapping[str, str] = {
+    "holds": "green", "fails": "red", "vacuous": "yellow", "untestable": "yellow", "untested": "yellow",
+}  # fmt: skip
 
 
 def count(number: int, thing: str) -> str:

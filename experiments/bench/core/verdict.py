@@ -1,74 +1,30 @@
-"""How a judge decides: a claim is a list of checks, each with its distance from its bound; the weakest decides."""
+"""What a judge finds, what becomes of a claim, and a claim itself: its words and its judge."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
+from experiments.bench.core.claims.checks import Check as Check
+from experiments.bench.core.claims.checks import decide as decide
 from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import check_name, explained, short
 
-Judged = Literal["holds", "fails", "vacuous", "untested"]
-"""``vacuous``: the claim is kept, but by a model that answers nothing, which a silent network would keep too."""
+Judged = Literal["holds", "fails", "vacuous", "untestable", "untested"]
+"""What a claim comes to.
+
+``vacuous``: the claim is kept, but by a model that answers nothing, which a silent network would keep too.
+``untestable``: what the claim says of the DSNN holds; what it says of another model does not, but that model's own
+constants are not known, and with others than those assumed it may.
+"""
+
+WORST_FIRST: tuple[Judged, ...] = ("fails", "untested", "untestable", "vacuous")
 
 
 def together(verdicts: Collection[Judged]) -> Judged:
-    """What several verdicts come to together: ``holds`` if all do, else the first of fails, untested, vacuous there."""
-    order: tuple[Judged, ...] = ("fails", "untested", "vacuous")
-    return next((word for word in order if word in verdicts), "holds")
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """One thing that a claim asks for.
-
-    Parameters
-    ----------
-    said
-        The measured number and its bound, in words.
-    slack
-        How far inside its bound the number lies; below 0 where it lies outside. A NaN never passes.
-    strict
-        Whether a number on the bound itself fails.
-
-    Examples
-    --------
-    >>> Check("61.1 spikes at 6 cm/s (needs more than at 10: 45.8)", 61.1 - 45.8).passes
-    True
-    """
-
-    said: str
-    slack: float
-    strict: bool = True
-
-    @property
-    def passes(self) -> bool:
-        """Whether the number is inside its bound."""
-        return self.slack > 0.0 or (self.slack == 0.0 and not self.strict)
-
-
-def decide(checks: Sequence[Check]) -> tuple[bool, str]:
-    """Decide a claim by its checks: it holds if all of them pass.
-
-    Parameters
-    ----------
-    checks
-        At least one.
-
-    Returns
-    -------
-    bool, str
-        Whether all pass, and what the weakest says: the worst that fails, or else the nearest to its bound.
-
-    Examples
-    --------
-    >>> decide([Check("3 spikes (needs more than 2)", 1.0), Check("8 spikes (needs more than 2)", 6.0)])
-    (True, '3 spikes (needs more than 2)')
-    """
-    weakest = min(checks, key=lambda check: (check.passes, -math.inf if math.isnan(check.slack) else check.slack))
-    return all(check.passes for check in checks), weakest.said
+    """What several verdicts come to together: ``holds`` if all do, else the first that is there of `WORST_FIRST`."""
+    return next((word for word in WORST_FIRST if word in verdicts), "holds")
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +34,7 @@ class Outcome:
     Parameters
     ----------
     verdict
-        ``holds``, ``fails`` or ``untested``; ``vacuous`` is found by the bench, see `Claim`.
+        ``holds``, ``fails``, ``untestable`` or ``untested``; ``vacuous`` is found by the bench, see `Claim`.
     measured
         The measured numbers, in words.
     effect
@@ -95,7 +51,7 @@ class Outcome:
     Raises
     ------
     ValueError
-        ``verdict`` is none of the four.
+        ``verdict`` is none of the five.
     """
 
     verdict: Judged
@@ -147,7 +103,8 @@ class Verdict:
     id, says, source
         The claim, its words, and where they are from.
     verdict
-        ``holds``, ``fails``, ``vacuous`` or ``untested``. Of a claim with replicates it is that of replicate 0.
+        ``holds``, ``fails``, ``vacuous``, ``untestable`` or ``untested``. Of a claim with replicates it is that of
+        replicate 0.
     measured
         The numbers it was judged by.
     effect
@@ -161,21 +118,27 @@ class Verdict:
         The model it is about; empty where the claim itself names its models.
     experiment
         The experiment, or the env, whose trials answer for it.
-    replicates, replicates_held, replicates_failed, replicates_vacuous, replicates_untested
+    replicates, replicates_held, replicates_failed, replicates_vacuous, replicates_untestable, replicates_untested
         In how many replicates it was to be judged, and in how many of them it came to each verdict. ``None`` where
         replicates were not counted.
     standing, held
         What these numbers come to, in a word and in words: see `experiments.bench.core.claims.replicates`.
+    interval
+        The exact 95 % interval of the share of replicates in which it holds, or why there is none.
     rate
         Of a claim about every single trial: the share of the trials of all replicates that break it.
     pooled
         The same claim on the trials of all replicates together.
     tried
         What was tried to make it hold, or what limits it. Told where it fails, or does not hold in all replicates.
-    mechanism
-        What the network does in the claim's own trials, in numbers; empty where no experiment shows it.
     used_to_choose
         The readings of the paper that were chosen because this claim favoured them.
+    mechanism
+        Where it is shown why the claim comes out as it does: the experiment, what its figure draws, and its numbers.
+    other_reading
+        What the claim comes to under the readings of the paper that were not taken, beside those taken.
+    assumed
+        Of a claim that compares models: what is assumed of the other one, and with which of its constants it holds.
 
     Raises
     ------
@@ -197,20 +160,26 @@ class Verdict:
     replicates_held: int | None = None
     replicates_failed: int | None = None
     replicates_vacuous: int | None = None
+    replicates_untestable: int | None = None
     replicates_untested: int | None = None
     standing: str = ""
     held: str = ""
+    interval: str = ""
     rate: str = ""
     pooled: str = ""
     tried: str = ""
     used_to_choose: str = ""
     mechanism: str = ""
+    other_reading: str = ""
+    assumed: str = ""
 
     def __post_init__(self) -> None:
         if self.replicates is None:
             return
-        counts = {"holds": self.replicates_held, "fails": self.replicates_failed, "vacuous": self.replicates_vacuous,
-                  "untested": self.replicates_untested}  # fmt: skip
+        counts = {
+            "holds": self.replicates_held, "fails": self.replicates_failed, "vacuous": self.replicates_vacuous,
+            "untestable": self.replicates_untestable, "untested": self.replicates_untested,
+        }  # fmt: skip
         if None in counts.values() or sum(n or 0 for n in counts.values()) != self.replicates:
             raise ValueError(f"claim {self.id}: {counts} do not add up to {self.replicates} replicates")
         if not counts[self.verdict]:

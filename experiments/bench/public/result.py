@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COUNTED = (
-    "n", "replicates", "replicates_held", "replicates_failed", "replicates_vacuous", "replicates_untested", "trial",
-    "seed", "attempts",
+    "n", "replicates", "replicates_held", "replicates_failed", "replicates_vacuous", "replicates_untestable",
+    "replicates_untested", "trial", "seed", "attempts",
 )  # fmt: skip
 _WORDS = {"holds": ("holds", "hold"), "fails": ("fails", "fail"), "vacuous": ("vacuous", "vacuous"),
-          "untested": ("untested", "untested")}  # fmt: skip
+          "untestable": ("untestable", "untestable"), "untested": ("untested", "untested")}  # fmt: skip
 
 
 def _schema(kind: type) -> pa.Schema:
@@ -127,7 +127,7 @@ class Run:
 
     @property
     def verdicts(self) -> str:
-        """How many claims hold, fail, are vacuous and untested: ``3 hold, 1 fails``; empty if none was judged."""
+        """How many claims came to each verdict: ``3 hold, 1 fails``; empty if none was judged."""
         found = self.claims["verdict"].to_pylist()
         counts = {word: found.count(word) for word in _WORDS}
         return ", ".join(f"{count} {_WORDS[word][count != 1]}" for word, count in counts.items() if count)

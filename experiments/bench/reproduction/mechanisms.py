@@ -1,38 +1,109 @@
-"""Why claims of the paper hold or fail, in numbers: what the experiments that show mechanisms add to their verdicts."""
+"""Where the report shows why a claim comes out as it does, and what the choice of other models' constants does."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
-from experiments.bench.core.verdict import Verdict
-from experiments.bench.robot.mechanism import excitation
-from experiments.bench.robot.mechanism.excitation import Course
+from experiments.bench.clips.claims import ClipClaim, about
+from experiments.bench.clips.constants import COMPARING, SUFFIX, compares_with, outcomes, said
+from experiments.bench.clips.judging.assumed import ASSUMED
+from experiments.bench.clips.judging.paper import DSNN
+from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.core.claims.replicates import UNKNOWN
+from experiments.bench.core.statistics import proportion_interval
+from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.robot.mechanism.excitation import Course, described
 
-EXPLAINED = {
-    "C17": "approach-mechanism",
-    "C18": "approach-mechanism",
-    "C19": "recession-mechanism",
-    "C20": "recession-mechanism",
+_EXCITATION = "excitation and inhibition over time, and what w_i = 0.9 leaves of symmetric motion"
+_SPEED = ("ensembles", "count, time in view, firing rate and potential, 2 to 30 cm/s, beside variants of the DSNN")
+_BACKGROUND = (
+    "background",
+    "potentials at background speeds from 0.07 to 10 px a frame, and where the claim breaks",
+)
+MECHANISMS: Mapping[str, tuple[str, str]] = {
+    "C4": ("edges", "which pathway one edge in view drives"),
+    **dict.fromkeys(("C5", "C6", "C8", "C9", "C10", "C11"), _BACKGROUND),
+    **dict.fromkeys(("C15", "C24", "C25", "C29", "C30"), _SPEED),
+    "C7": ("constants-2017", "what the model of 2017 answers at sigmoid scales over five decades"),
+    "C16": ("distance-mechanism", "count, time in view, firing rate and potential at 6 cm/s, 5 to 15 cm"),
+    **dict.fromkeys(("C17", "C18"), ("approach-mechanism", _EXCITATION)),
+    **dict.fromkeys(("C13", "C19", "C20"), ("recession-mechanism", _EXCITATION)),
+    "C22": ("edges", "which edge drives which pathway"),
+    "C26": ("constants-emd", "what the EMD answers with other constants"),
+    "C27": ("background-alone", "the potentials without DoG and without FDSR"),
 }
-"""Claim -> the experiment that shows its trials' excitation and inhibition."""
+"""Claim -> the experiment whose figure shows its mechanism, and what it draws."""
 
 
-def explained(verdicts: Iterable[Verdict], shown: Mapping[str, Sequence[Course]]) -> list[Verdict]:
-    """Add the mechanism to the verdicts that an experiment explains.
+def mechanism(claim: Verdict, there: Collection[str], courses: Mapping[str, Sequence[Course]]) -> str:
+    """Return where the claim's mechanism is drawn, as ``EXPERIMENT: what``; else that its own figure is all there is.
 
     Parameters
     ----------
-    verdicts
-        Of the paper's claims.
-    shown
-        Experiment -> the excitation and inhibition in its conditions.
+    claim
+        The claim's verdict.
+    there
+        The names of the experiments that were run.
+    courses
+        Experiment -> the excitation and inhibition in its conditions, where it shows these; told in numbers.
     """
-    return [replace(verdict, mechanism=_mechanism(EXPLAINED.get(verdict.id, ""), shown)) for verdict in verdicts]
+    name, what = MECHANISMS.get(claim.id, ("", ""))
+    if name in there:
+        found = courses.get(name, ())
+        numbers = f"; means in units of HS where E + I is largest: {described(found)}" if found else ""
+        return f"{name}: {what}{numbers}"
+    if not claim.experiment:
+        return "none: not judged"
+    return f"{claim.experiment}: the figure of what it was judged on; no figure of the mechanism in this run"
 
 
-def _mechanism(experiment: str, shown: Mapping[str, Sequence[Course]]) -> str:
-    found = shown.get(experiment, ())
-    if not found:
+def interval(claim: Verdict) -> str:
+    """Return the exact 95 % interval of the share of replicates in which the claim holds, or why there is none."""
+    if not claim.replicates or claim.standing == "unjudged":
+        return "none: not judged"
+    if claim.standing == "deterministic":
+        return "none: nothing in it is random"
+    if claim.standing == "untestable":
+        return f"none: {UNKNOWN}"
+    low, high = proportion_interval(claim.replicates_held or 0, claim.replicates)
+    return f"{low:.0%} to {high:.0%} of replicates (exact 95 % interval of the share in which it holds)"
+
+
+def constants(claim: str, shows: Sequence[OfflineReport]) -> dict[str, Outcome]:
+    """Return the constants of the other model -> what the claim comes to with them; empty where they were not run."""
+    for report in shows:
+        threshold = report.plan.thresholds.get(DSNN)
+        for own in report.plan.experiment.claims:
+            if isinstance(own, ClipClaim) and own.id == f"{claim}{SUFFIX}" and threshold is not None:
+                rows = about(own, [row for row in report.rows if row["repeat"] == 0])
+                return outcomes(claim, rows, threshold) if _whole(own, rows) else {}
+    return {}
+
+
+def _whole(claim: ClipClaim, rows: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether every model answered every clip."""
+    clips = {row["clip"] for row in rows}
+    return bool(rows) and len(rows) == len(clips) * len(claim.models)
+
+
+def assumed(claim: str, shows: Sequence[OfflineReport]) -> str:
+    """Return what is assumed of the model that a claim compares the DSNN with, and with which constants it holds."""
+    if claim not in COMPARING:
         return ""
-    return f"{experiment}, means in units of HS where E + I is largest: {excitation.described(found)}"
+    found = constants(claim, shows)
+    others = f"in replicate 0: {said(found)}" if found else "other constants were not run here"
+    return f"{ASSUMED[compares_with(claim)]}; {others}"
+
+
+def explained(
+    claims: Sequence[Verdict], there: Collection[str], shows: Sequence[OfflineReport],
+    courses: Mapping[str, Sequence[Course]],
+) -> list[Verdict]:  # fmt: skip
+    """The verdicts with mechanism, interval and what is assumed of other models; the parameters are `mechanism`'s."""
+    told = {claim.id: mechanism(claim, there, courses) for claim in claims}
+    return [
+        replace(claim, mechanism=told[claim.id], interval=interval(claim), assumed=assumed(claim.id, shows))
+        for claim in claims
+    ]

@@ -71,7 +71,10 @@ class Scale:
         return self.repeats >= WHOLE
 
 
-SHORT = ("clean", "blocked", "clutter-depth", "clutter-translation", "edges", "apparent", "background-alone")
+SHORT = (
+    "clean", "blocked", "clutter-depth", "clutter-translation", "clutter-frames", "edges", "apparent",
+    "background-alone",
+)  # fmt: skip
 """The off-line experiments without grids of long clips."""
 REPLICATES, SENSITIVITY = "replicates", "sensitivity"
 BESIDE = ("dsn2017",)

@@ -92,7 +92,7 @@ def of_model(claim: str, own: Replicate, model: str) -> Outcome:
 def _of_each(found: Mapping[str, Outcome]) -> Outcome:
     """A claim about several models: it holds if it does for each of them."""
     own, verdicts = list(found.values()), {each.verdict for each in found.values()}
-    worst: Judged = next((v for v in ("untested", "fails", "vacuous") if v in verdicts), "holds")
+    worst: Judged = next((v for v in ("untested", "fails", "untestable", "vacuous") if v in verdicts), "holds")
     return Outcome(
         worst,
         "; ".join(f"{model} {each.verdict}: {each.measured}" for model, each in found.items()),

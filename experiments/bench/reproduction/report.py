@@ -12,17 +12,23 @@ from typing import Any
 
 import jinja2
 import matplotlib as mpl
+import numpy as np
 from matplotlib.figure import Figure
 
+from experiments.bench.clips.constants import COMPARING
+from experiments.bench.clips.experiment import OfflineExperiment
+from experiments.bench.clips.judging.assumed import deciding
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop.run import Played
+from experiments.bench.core.claims.replicates import UNKNOWN
 from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.figures.plotting import STYLE
 from experiments.bench.core.store.description import plain
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.verdict import Outcome, Verdict
-from experiments.bench.reproduction import mechanisms, robustness
+from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.claims import is_random
+from experiments.bench.reproduction.mechanisms import constants
 from experiments.bench.reproduction.plan import WHOLE
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.robot.experiment import Drawing
@@ -30,8 +36,8 @@ from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
 
-SHADES = {"holds": "#2a9d8f", "fails": "#b5485d", "vacuous": "#e9dcb5", "untested": "#cfcfcf"}
-SIGNS = {"holds": "holds", "fails": "fails", "vacuous": "vacuous", "untested": "-"}
+SHADES = {"holds": "#2a9d8f", "fails": "#b5485d", "vacuous": "#e9dcb5", "untestable": "#b9c4dd", "untested": "#cfcfcf"}
+SIGNS = {"holds": "holds", "fails": "fails", "vacuous": "vacuous", "untestable": "untestable", "untested": "-"}
 
 
 ALTS: Mapping[Drawing, str] = {
@@ -42,9 +48,9 @@ ALTS: Mapping[Drawing, str] = {
 """What a figure is, for who cannot see it."""
 TOTALS = (
     "held in every replicate", "held in some, not in every replicate", "held in no replicate",
-    "vacuous in every replicate", "not judged",
+    "vacuous in every replicate", f"untestable: {UNKNOWN}", "not judged",
 )  # fmt: skip
-TONES = ("holds", "mixed", "fails", "vacuous", "untested")
+TONES = ("holds", "mixed", "fails", "vacuous", "untestable", "untested")
 
 
 def write(result: Reproduction) -> Path:
@@ -70,13 +76,30 @@ def write(result: Reproduction) -> Path:
         shows=[_show(report) for report in result.offline],
         loops=[_loop(played) for played in result.behaviours],
         whole=WHOLE,
-        explained=mechanisms.EXPLAINED,
+        unknown=UNKNOWN,
+        constants={claim: _choices(constants(claim, result.offline)) for claim in COMPARING},
+        places=_places(result),
         matrix=_inline(matrix.encode()) if matrix else "",
         parameters=json.dumps(result.description, indent=2, default=plain),
         versions=result.description["versions"],
     )
     folder.write_text("report.html", page)
     return result.folder / "report.html"
+
+
+def _choices(found: Mapping[str, Outcome]) -> list[tuple[str, str, str]]:
+    """Each choice of another model's constants, whether the claim holds with it, and the number that decides."""
+    return [
+        (choice, "holds" if each.verdict == "holds" else "does not hold", deciding(each))
+        for choice, each in found.items()
+    ]
+
+
+def _places(result: Reproduction) -> set[str]:
+    """The names of the experiments that have a place on the page."""
+    return {plan.experiment.name for plan, _ in result.runs} | {
+        report.plan.experiment.name for report in result.offline
+    }
 
 
 def totals(claims: Sequence[Verdict]) -> dict[str, list[str]]:
@@ -90,6 +113,8 @@ def totals(claims: Sequence[Verdict]) -> dict[str, list[str]]:
 def _total(claim: Verdict) -> str:
     if not claim.replicates or claim.standing == "unjudged":
         return "not judged"
+    if claim.standing == "untestable":
+        return f"untestable: {UNKNOWN}"
     if claim.replicates_vacuous == claim.replicates:
         return "vacuous in every replicate"
     held = claim.replicates_held or 0
@@ -159,10 +184,17 @@ def _show(report: OfflineReport) -> dict[str, Any]:
         "clips": len(experiment.clips),
         "seeds": report.plan.repeats,
         "random": is_random(report),
+        "drawn": _differs(experiment),
         "figure": _inline(figure.read_bytes()) if report.rows else "",
         "own": [verdict for verdict in report.verdicts if verdict.id not in claim_texts()],
         "failures": report.failures,
     }
+
+
+def _differs(experiment: OfflineExperiment) -> bool:
+    """Whether its first clip begins otherwise at another seed, as one before a photograph does."""
+    first, second = (next(iter(experiment.clips[0].build(seed))).luma for seed in (0, 1))
+    return not np.array_equal(first, second)
 
 
 def _loop(played: Played) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench.clips import run as clips_run
+from experiments.bench.clips.constants import COMPARING
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop import figure as closed_loop_figure
@@ -23,7 +24,7 @@ from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console
 from experiments.bench.core.verdict import Outcome, Verdict
-from experiments.bench.reproduction import claims, mechanisms, replicates, robustness
+from experiments.bench.reproduction import claims, mechanisms, readings, replicates, robustness
 from experiments.bench.reproduction.plan import BESIDE, REPLICATES, SENSITIVITY, Planned, Scale, design, planned
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
@@ -50,6 +51,8 @@ class Reproduction:
     failures: Mapping[str, Sequence[Failure]]
     """Failures of the two studies."""
     description: Mapping[str, Any]
+    readings: list[readings.Chapter]
+    """The readings of the paper that were taken, and what claims come to under the others."""
 
     @property
     def failed(self) -> bool:
@@ -117,17 +120,24 @@ def reproduce(
     )
     every = [first, *replicates.studied(made.others, rows)]
     own = closed_loop_claims.judge(closed_loop_claims.episodes(played)) if played else []
-    judged = mechanisms.explained(
-        claims.verdicts(every, shows, scale.name), {each.experiment.name: report.courses for each, report in runs}
+    survived = replicates.survival(made.moves, moved, first) if made.moves else {}
+    there = [each.experiment.name for each in made.plans] + [each.experiment.name for each in made.offline]
+    courses = {each.experiment.name: report.courses for each, report in runs}
+    verdicts = mechanisms.explained(claims.verdicts(every, shows, scale.name), there, shows, courses)
+    chapters = readings.chapters(
+        readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, survived, scale.name)
     )
     result = Reproduction(
-        folder, scale, seed, judged, runs, shows,
-        replicates.survival(made.moves, moved, first) if made.moves else {}, played, own,
-        {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]),
+        folder, scale, seed, readings.with_readings(verdicts, chapters), runs, shows, survived, played, own,
+        {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]), chapters,
     )  # fmt: skip
     files = Files(folder)
     files.write_json("design.json", design(made))
     files.write_json("claims.json", result.claims)
+    files.write_json("readings.json", result.readings)
+    chosen = {claim: found for claim in COMPARING if (found := mechanisms.constants(claim, shows))}
+    if chosen:
+        files.write_json("constants.json", chosen)
     if result.sensitivity:
         files.write_json("sensitivity.json", result.sensitivity)
     if own:

@@ -46,6 +46,7 @@ APPARATUS_MOVES: Mapping[str, Sequence[str]] = {
     "plain wall": ("scene.arena=plain",),
     "wall contrast x 2": ("scene.wall_contrast=2",),
     "sudden starts, 100 cm/s2": ("experiment.acceleration_cm_s2=100",),
+    "soft starts, 10 cm/s2": ("experiment.acceleration_cm_s2=10",),
 }
 """The apparatus, one thing moved at a time."""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from experiments.bench.clips.judging.assumed import compared
 from experiments.bench.clips.judging.paper import (
     BLOCKED,
     DSNN,
@@ -139,7 +140,8 @@ def c26(rows: Rows, threshold: float) -> Outcome:
         DSNN: shown(rows),
         EMD: [{**row, "peak_hs": strongest(row, "hs")} for row in shown(rows, EMD)],
     }
-    checks, rising, said = [], {}, []
+    checks: dict[str, list[Check]] = {DSNN: [], EMD: []}
+    rising, said = {}, []
     for model, own in peaks.items():
         of = ", of |HS|" if model == EMD else ""
         series = {
@@ -148,18 +150,18 @@ def c26(rows: Rows, threshold: float) -> Outcome:
         rising[model] = [grey for grey, steps in series.items() if all(step.passes for step in steps)]
         for grey, steps in series.items():
             if model == DSNN or grey in (greys[0], greys[-1]):
-                checks += steps
+                checks[model] += steps
             else:
                 least = min(step.slack for step in steps)
                 needs = f"{model}, grey {grey:g}: least step of the peak with speed {least * threshold:+.4f}"
-                checks.append(Check(f"{needs} (needs 0 or less)", -least, strict=False))
+                checks[model].append(Check(f"{needs} (needs 0 or less)", -least, strict=False))
         ranges = ", ".join(f"{grey:g}: {_span(rows_of(own, model, grey=grey))}" for grey in greys)
         throughout = ", ".join(f"{grey:g}" for grey in rising[model]) or "none"
         said.append(
             f"{model}'s peak rises at every step of speed for greys {throughout} (from slowest to fastest {ranges})"
         )
     effect = f"{len(rising[DSNN])} and {len(rising[EMD])} of {len(greys)} greys"
-    return outcome(checks, "; ".join(said), effect, len(shown(rows)))
+    return compared(checks[DSNN], checks[EMD], EMD, "; ".join(said), effect, len(shown(rows)))
 
 
 def _span(rows: Rows) -> str:

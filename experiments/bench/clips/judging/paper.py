@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.bench.clips.judging.assumed import compared
 from experiments.bench.core.verdict import Check, Outcome, decide
 
 Rows = Sequence[Mapping[str, Any]]
@@ -77,9 +78,10 @@ def c4(rows: Rows, threshold: float) -> Outcome:
 def c5(rows: Rows, threshold: float) -> Outcome:
     """Of the 2017 model one of both systems passes T in every clip."""
     worst, earlier = _both(rows_of(rows)), _both(rows_of(rows, EARLIER))
-    checks = [*_inside(worst, threshold, "HS and VS"), *_passing(earlier, threshold, f"{EARLIER} HS or VS")]
+    checks = _inside(worst, threshold, "HS and VS")
+    other = _passing(earlier, threshold, f"{EARLIER} HS or VS")
     measured = f"{_up_to(worst, threshold, 'HS and VS')}; {EARLIER} {min(earlier.values()):.2f} or more"
-    return outcome(checks, measured, _largest(worst, threshold), len(worst))
+    return compared(checks, other, EARLIER, measured, _largest(worst, threshold), len(worst))
 
 
 def c6(rows: Rows, threshold: float) -> Outcome:
@@ -88,15 +90,12 @@ def c6(rows: Rows, threshold: float) -> Outcome:
     hs = {row["clip"]: float(row["peak_hs"]) for row in own}
     vs = {row["clip"]: strongest(row, "vs") for row in own}
     earlier = {row["clip"]: strongest(row, "vs") for row in rows_of(rows, EARLIER)}
-    checks = [
-        *_passing(hs, threshold, "HS"),
-        *_inside(vs, threshold, "VS"),
-        *_passing(earlier, threshold, f"{EARLIER} VS"),
-    ]
+    checks = [*_passing(hs, threshold, "HS"), *_inside(vs, threshold, "VS")]
+    other = _passing(earlier, threshold, f"{EARLIER} VS")
     good = sum(hs[clip] > threshold >= vs[clip] for clip in hs)
     said = ", ".join(f"{clip}: HS {hs[clip]:.3f}, VS up to {vs[clip]:.3f}" for clip in hs)
     measured = f"{said}; {EARLIER} VS {min(earlier.values()):.2f} or more (T = {threshold:g})"
-    return outcome(checks, measured, f"{good} of {len(hs)} clips", len(hs))
+    return compared(checks, other, EARLIER, measured, f"{good} of {len(hs)} clips", len(hs))
 
 
 def c7(rows: Rows, threshold: float) -> Outcome:
@@ -119,9 +118,10 @@ def c7(rows: Rows, threshold: float) -> Outcome:
     )
     said = f"over background speeds peak HS varies by {spreads[DSNN]:.4f}"
     needs = f"{said} (needs less than {EARLIER}'s {spreads[EARLIER]:.4f})"
-    checks.append(Check(needs, (spreads[EARLIER] - spreads[DSNN]) / threshold))
+    other = [Check(needs, (spreads[EARLIER] - spreads[DSNN]) / threshold)]
     means = [np.mean([row["peak_hs"] for row in rows_of(own, speed=speed)]) for speed in speeds]
-    return outcome(checks, measured, f"mean peaks {', '.join(f'{mean:.3f}' for mean in means)}", len(own))
+    effect = f"mean peaks {', '.join(f'{mean:.3f}' for mean in means)}"
+    return compared(checks, other, EARLIER, measured, effect, len(own))
 
 
 def _spread(rows: Rows) -> float:
@@ -186,7 +186,7 @@ def c11(rows: Rows, threshold: float) -> Outcome:
     Answers are the largest abs(HS) of a clip; of the background-only clips, of all there are. The EMD model is asked
     about 40 and 60 px/s, the DSNN about all speeds: the paper says "even at the lowest velocity".
     """
-    said, checks = [], []
+    said, checks = [], {}
     for model, speeds, should in ((EMD, (40.0, 60.0), False), (DSNN, None, True)):
         behind = max(strongest(row, "hs") for row in rows_of(rows, model, object="absent"))
         moved = [strongest(row, "hs") for row in shown(rows, model) if speeds is None or row["speed"] in speeds]
@@ -195,15 +195,10 @@ def c11(rows: Rows, threshold: float) -> Outcome:
         reach = f"{min(moved):.3f} to {max(moved):.3f} with an object"
         said.append(f"{model}: {reach}, up to {behind:.3f} without ({above:.0%} above)")
         needs = f"needs {'' if should else 'not '}to beat {behind:.3f} without"
-        checks.append(
-            Check(
-                f"{model}: weakest |HS| to an object {min(moved):.3f} ({needs})",
-                apart if should else -apart,
-                strict=should,
-            )
-        )
+        weakest = f"{model}: weakest |HS| to an object {min(moved):.3f} ({needs})"
+        checks[model] = [Check(weakest, apart if should else -apart, strict=should)]
     measured = f"|HS| of {said[0]} at 40 and 60 px/s; of {said[1]} at all speeds"
-    return outcome(checks, measured, "", len(shown(rows)))
+    return compared(checks[DSNN], checks[EMD], EMD, measured, "", len(shown(rows)))
 
 
 def strongest(row: Mapping[str, Any], system: str) -> float:

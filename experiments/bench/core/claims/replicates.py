@@ -15,7 +15,10 @@ LEAST_FOR_STANDING = 20
 ROBUST_SHARE = 0.9
 """Of the replicates, the share in which a robust claim holds: 18 of 20."""
 
-Standing = Literal["robust", "fragile", "so far", "deterministic", "unjudged"]
+Standing = Literal["robust", "fragile", "so far", "deterministic", "untestable", "unjudged"]
+
+UNKNOWN = "another model's constants are not known"
+"""Why a claim is untestable."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +33,8 @@ class Replicates:
         Whether replicates differ. Where nothing is random, one says all.
     name
         What a replicate is called where it is not a whole one.
+    untestable
+        As the first four.
 
     Raises
     ------
@@ -43,9 +48,10 @@ class Replicates:
     untested: int = 0
     random: bool = True
     name: str = "replicate"
+    untestable: int = 0
 
     def __post_init__(self) -> None:
-        for what in ("held", "failed", "vacuous", "untested"):
+        for what in ("held", "failed", "vacuous", "untested", "untestable"):
             if getattr(self, what) < 0:
                 raise ValueError(f"replicates: {what}={getattr(self, what)}: legal is 0 or more")
         if not self.of:
@@ -54,28 +60,36 @@ class Replicates:
     @property
     def of(self) -> int:
         """The number of replicates in all."""
-        return self.held + self.failed + self.vacuous + self.untested
+        return self.held + self.failed + self.vacuous + self.untested + self.untestable
 
     @property
     def standing(self) -> Standing:
         """What the counts come to.
 
-        ``unjudged`` where the claim could be judged in none, ``deterministic`` where nothing is random, ``so far``
-        below 20 replicates; from there ``robust`` if it held in 18 of 20 (90 %) or more, and ``fragile`` otherwise.
-        A replicate in which the claim was vacuous or could not be judged counts as one in which it did not hold.
+        ``unjudged`` where the claim could be judged in none; ``untestable`` where it was in some, and did not hold in
+        90 % of all; ``deterministic`` where nothing is random, ``so far`` below 20 replicates; from there ``robust``
+        if it held in 18 of 20 (90 %) or more, and ``fragile`` otherwise. A replicate in which the claim was vacuous
+        or could not be judged counts as one in which it did not hold.
         """
         if self.untested == self.of:
             return "unjudged"
+        most = self.held >= ROBUST_SHARE * self.of
+        if self.untestable and not most:
+            return "untestable"
         if not self.random:
             return "deterministic"
         if self.of < LEAST_FOR_STANDING:
             return "so far"
-        return "robust" if self.held >= ROBUST_SHARE * self.of else "fragile"
+        return "robust" if most else "fragile"
 
     def __str__(self) -> str:
         """The standing as a sentence that says what held: ``held in 17 of 20 replicates: fragile``."""
         if self.standing == "unjudged":
             return f"could not be judged in any of {self._counted()}"
+        if self.standing == "untestable":
+            rest = self.of - self.untestable
+            also = f"; held in {self.held} of the other {rest}" if rest else ""
+            return f"untestable in {self.untestable} of {self._counted()}: {UNKNOWN}{also}"
         parts = [f"held in {self.held} of {self._counted()}"]
         if self.standing == "deterministic":
             parts.append("; nothing in it is random")
@@ -83,7 +97,7 @@ class Replicates:
             parts.append(" so far")
         else:
             parts.append(f": {self.standing}{'' if self.held else ', it never held'}")
-        others = {"vacuous": self.vacuous, "not judged": self.untested}
+        others = {"vacuous": self.vacuous, "untestable": self.untestable, "not judged": self.untested}
         parts += [f"; {word} in {number}" for word, number in others.items() if number]
         return "".join(parts)
 
@@ -94,8 +108,8 @@ class Replicates:
         """The fields of an `experiments.bench.core.verdict.Verdict` that tell of replicates."""
         return {
             "replicates": self.of, "replicates_held": self.held, "replicates_failed": self.failed,
-            "replicates_vacuous": self.vacuous, "replicates_untested": self.untested, "standing": self.standing,
-            "held": str(self),
+            "replicates_vacuous": self.vacuous, "replicates_untestable": self.untestable,
+            "replicates_untested": self.untested, "standing": self.standing, "held": str(self),
         }  # fmt: skip
 
 
@@ -105,9 +119,9 @@ def counted(verdicts: Sequence[str], *, random: bool = True, name: str = "replic
     Parameters
     ----------
     verdicts
-        ``holds``, ``fails``, ``vacuous`` or ``untested``, one or more.
+        ``holds``, ``fails``, ``vacuous``, ``untestable`` or ``untested``, one or more.
     random, name
         As of `Replicates`.
     """
     held, failed, vacuous, untested = map(verdicts.count, ("holds", "fails", "vacuous", "untested"))
-    return Replicates(held, failed, vacuous, untested, random, name)
+    return Replicates(held, failed, vacuous, untested, random, name, verdicts.count("untestable"))

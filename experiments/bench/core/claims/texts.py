@@ -1,9 +1,10 @@
-"""What is written of the paper's claims in ``claims.toml`` and ``tried.toml``."""
+"""What is written of the paper's claims in ``claims.toml``, ``tried.toml`` and ``readings.toml``."""
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -30,14 +31,12 @@ def chosen() -> Mapping[str, tuple[str, ...]]:
     ValueError
         ``claims.toml`` names a claim there that it does not have.
     """
-    named: Mapping[str, list[str]] = _table("claims").get(CHOSEN, {})
+    named = _named()
     unknown = {claim for claims in named.values() for claim in claims} - {EVERY_CLAIM, *claim_texts()}
     if unknown:
         raise ValueError(f"claims.toml: [{CHOSEN}] names {', '.join(sorted(unknown))}, which is no claim")
     return {
-        claim: tuple(
-            name.replace("_", " ") for name, claims in named.items() if claim in claims or EVERY_CLAIM in claims
-        )
+        claim: tuple(in_words(name) for name, claims in named.items() if claim in claims or EVERY_CLAIM in claims)
         for claim in claim_texts()
     }
 
@@ -46,6 +45,78 @@ def readings_of_all() -> tuple[str, ...]:
     """Return the readings, in words, that were chosen for all claims together."""
     first, *others = chosen().values()
     return tuple(reading for reading in first if all(reading in other for other in others))
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A reading of the paper that was taken where it leaves room.
+
+    Parameters
+    ----------
+    id
+        Its name in ``claims.toml`` or ``readings.toml``.
+    says
+        The paper's words.
+    taken, others
+        The reading taken, and the others, one or more.
+    note
+        What a reader has to know of them.
+    own
+        The claims it was chosen for, or that tell the readings apart; empty where it was chosen for all.
+    used
+        Whether it was chosen because these claims, or all claims, favoured it.
+    """
+
+    id: str
+    says: str
+    taken: str
+    others: tuple[str, ...]
+    note: str
+    own: tuple[str, ...]
+    used: bool
+
+    @property
+    def name(self) -> str:
+        """Its name in words, as `chosen` tells it."""
+        return in_words(self.id)
+
+    @property
+    def of_all(self) -> bool:
+        """Whether it was chosen for all claims together."""
+        return self.used and not self.own
+
+
+@cache
+def readings() -> tuple[Reading, ...]:
+    """Return the readings that were taken, in the order of ``readings.toml``.
+
+    Raises
+    ------
+    ValueError
+        ``claims.toml`` has a reading that is not described there.
+    """
+    named, told = _named(), _table("readings")
+    missing = sorted(set(named) - set(told))
+    if missing:
+        raise ValueError(f"readings.toml: it lacks {', '.join(missing)}, of [{CHOSEN}] in claims.toml")
+    found = []
+    for name, text in told.items():
+        own = tuple(claim for claim in named.get(name, text.get("claims", ())) if claim != EVERY_CLAIM)
+        found.append(
+            Reading(name, text["says"], text["taken"], tuple(text["others"]), text["note"], own, name in named)
+        )
+    return tuple(found)
+
+
+def in_words(reading: str) -> str:
+    """Return a reading's name in words."""
+    return reading.replace("_", " ")
+
+
+def _named() -> Mapping[str, list[str]]:
+    """Reading -> the claims that it was chosen for, as ``claims.toml`` has them."""
+    named: Mapping[str, list[str]] = _table("claims").get(CHOSEN, {})
+    return named
 
 
 @cache

@@ -10,11 +10,11 @@ import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from experiments.bench.core.statistics import paired
 from experiments.bench.core.verdict import Check, Outcome, decide
 from experiments.bench.robot.judges import Rows, paper_trials
+from experiments.bench.robot.mechanism import peaks
+from experiments.bench.robot.mechanism.peaks import POTENTIAL, Curve
 
 DSNN = "dsnn"
 CONNECTIONS = {1: "dsnn:n_con=1", 2: "dsnn:n_con=2", 4: "dsnn:n_con=4", 8: DSNN}
@@ -36,9 +36,6 @@ ROBOT_SPEEDS = (2.0, 4.0, 6.0, 10.0)
 """Those of the paper's robot tests."""
 DELAY_SPEEDS = (4.0, 6.0, 8.0, 10.0)
 
-Curve = Mapping[float, Mapping[int, float]]
-"""Speed, cm/s -> trial -> its value."""
-
 
 def ensembles(rows: Rows, threshold: float) -> Outcome:
     """C24, the robot's part. Every speed shown counts, not the paper's alone. Of a speed, the mean peak over trials.
@@ -48,7 +45,7 @@ def ensembles(rows: Rows, threshold: float) -> Outcome:
     curves = {n: _curve(rows, CONNECTIONS[n], "peak_hs") for n in (1, 2, 8)}
     if not set(ROBOT_SPEEDS) <= set(_common(curves)):
         return Outcome("untested", "needs rightward translations at 8 cm, 2, 4, 6 and 10 cm/s")
-    means = {n: {speed: _mean(curves[n][speed]) for speed in _common(curves)} for n in curves}
+    means = {n: {speed: peaks.mean(curves[n][speed]) for speed in _common(curves)} for n in curves}
     past = {n: sum(peak > threshold for peak in mean.values()) for n, mean in means.items()}
     checks = [
         _higher(means[8][speed], "N_con = 8", means[n][speed], f"N_con = {n}", speed, "peak HS")
@@ -68,11 +65,11 @@ def delays(rows: Rows, threshold: float) -> Outcome:
 
     Delays that fall with spacing are the other reading; their numbers stand beside and decide nothing.
     """
-    curves = {label: _curve(rows, label, "mean_hs_near_axis") for label in (DSNN, FALLING, *FIXED.values())}
+    curves = {label: _curve(rows, label, POTENTIAL) for label in (DSNN, FALLING, *FIXED.values())}
     if not set(DELAY_SPEEDS) <= set(_common(curves)):
         return Outcome("untested", "needs rightward translations at 8 cm, 4, 6, 8 and 10 cm/s")
     named = {label: {speed: curve[speed] for speed in DELAY_SPEEDS} for label, curve in curves.items()}
-    means = {label: {speed: _mean(values) for speed, values in curve.items()} for label, curve in named.items()}
+    means = {label: {speed: peaks.mean(values) for speed, values in curve.items()} for label, curve in named.items()}
     checks = [
         _higher(means[DSNN][speed], "rising delays", means[label][speed], f"{delay} ms", speed, "mean HS")
         for delay, label in FIXED.items()
@@ -96,14 +93,14 @@ def fastest(rows: Rows, threshold: float) -> Outcome:
     one way, up or down, and ends elsewhere than it began. The paper's text gives neither a direction nor an amount.
     """
     labels = {"d = 1, N_con = 8": DSNN, "d = 2": WIDER, **{f"N_con = {n}": CONNECTIONS[n] for n in (1, 2, 4)}}
-    curves = {name: _curve(rows, label, "mean_hs_near_axis") for name, label in labels.items()}
+    curves = {name: _curve(rows, label, POTENTIAL) for name, label in labels.items()}
     speeds = _common(curves)
     if not set(ROBOT_SPEEDS) < set(speeds):
         return Outcome("untested", "needs rightward translations at 8 cm, 2, 4, 6, 10 cm/s and others")
-    means = {name: {speed: _mean(curve[speed]) for speed in speeds} for name, curve in curves.items()}
-    peaks = {name: max(mean, key=lambda speed: mean[speed]) for name, mean in means.items()}
-    usual, wide = peaks["d = 1, N_con = 8"], peaks["d = 2"]
-    over = [*(peaks[f"N_con = {n}"] for n in (1, 2, 4)), usual]
+    means = {name: {speed: peaks.mean(curve[speed]) for speed in speeds} for name, curve in curves.items()}
+    top = {name: peaks.peak(mean).speed for name, mean in means.items()}
+    usual, wide = top["d = 1, N_con = 8"], top["d = 2"]
+    over = [*(top[f"N_con = {n}"] for n in (1, 2, 4)), usual]
     steps = [after - before for before, after in itertools.pairwise(over)]
     one_way = all(step >= 0 for step in steps) or all(step <= 0 for step in steps)
     listed = ", ".join(f"{speed:g}" for speed in over)
@@ -114,7 +111,7 @@ def fastest(rows: Rows, threshold: float) -> Outcome:
               abs(over[-1] - over[0]) if one_way else -min(max(steps), -min(steps))),
     ]  # fmt: skip
     measured = "; ".join(
-        f"{name}: largest at {peaks[name]:g} cm/s ({mean[peaks[name]]:.2f}), at 6 cm/s {mean[6.0]:.2f}"
+        f"{name}: largest at {top[name]:g} cm/s ({mean[top[name]]:.2f}), at 6 cm/s {mean[6.0]:.2f}"
         for name, mean in means.items()
     )
     said = f"rightward at 8 cm, {', '.join(f'{speed:g}' for speed in speeds)} cm/s, mean HS near the axis, {measured}"
@@ -124,19 +121,12 @@ def fastest(rows: Rows, threshold: float) -> Outcome:
 def _curve(rows: Rows, model: str, column: str) -> dict[float, dict[int, float]]:
     """Values of a column in one model's rightward crossings at 8 cm."""
     own = paper_trials(rows, model=model, motion="translation", direction="rightward", distance_cm=8.0)
-    found: dict[float, dict[int, float]] = {}
-    for row in own:
-        found.setdefault(row["speed_cm_s"], {})[row["trial"]] = float(row[column])
-    return found
+    return peaks.curve(own, column)
 
 
 def _common(curves: Mapping[Any, Curve]) -> list[float]:
     """The speeds at which every curve has a value."""
     return sorted(set.intersection(*(set(curve) for curve in curves.values())))
-
-
-def _mean(values: Mapping[int, float]) -> float:
-    return float(np.mean(list(values.values())))
 
 
 def _higher(value: float, name: str, bound: float, other: str, speed: float, what: str) -> Check:

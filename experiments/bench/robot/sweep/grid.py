@@ -85,15 +85,15 @@ def parts(
     shown = look_up(models)
     _check_keys(experiment, models, points[0], shown)
     made = []
-    for outside, members in _by_rendering(points, {model.section for model in shown}).items():
+    for outside, members in by_rendering(points, {model.section for model in shown}).items():
         common = _planned(experiment, models, assignments, outside, repeats, seed)
         variants, lines = {}, {}
         for model, chosen in zip(shown, common.settings.models, strict=True):
             for point in members:
-                own = _own(model, point)
+                own = own_values(model, point)
                 label = _label(chosen.label, {**dict(outside), **own}, point, len(shown) > 1) if own else chosen.label
                 if label not in variants:
-                    variants[label] = _variant(chosen, label, own)
+                    variants[label] = variant(chosen, label, own)
                     lines[label] = Line(chosen.label, {k: v if (k, v) in outside or k in own else None
                                                        for k, v in point.values})  # fmt: skip
         settings = dataclasses.replace(common.settings, models=tuple(variants.values()))
@@ -105,9 +105,14 @@ def parts(
 def _check_keys(experiment: Experiment, models: Sequence[str], point: Point, shown: Sequence[Shown]) -> None:
     """Raise `UsageError` for a key that nothing shown has, and for one that its models have settled themselves."""
     collect([f"{key}={value}" for key, value in point.values], sections(experiment, models), option="--over")
+    check_settled(point, shown)
+
+
+def check_settled(point: Point, shown: Sequence[Shown]) -> None:
+    """Raise `UsageError` for a key of a point that the models have settled themselves, as ``dsnn:n_con=4`` does."""
     for key, value in point.values:
         owners = [model for model in shown if key.startswith(f"{model.section}.")]
-        if owners and not any(_own(model, point).get(key) for model in owners):
+        if owners and not any(own_values(model, point).get(key) for model in owners):
             raise UsageError(f"--over {key}={value}: --model {owners[0].asked.text} has settled that itself")
 
 
@@ -126,7 +131,7 @@ def _planned(
         raise UsageError(said) from None
 
 
-def _by_rendering(points: Sequence[Point], sections: Collection[str]) -> dict[Values, list[Point]]:
+def by_rendering(points: Sequence[Point], sections: Collection[str]) -> dict[Values, list[Point]]:
     """Points by their values outside of the models' ``sections``: those that share a rendering."""
     groups: dict[Values, list[Point]] = {}
     for point in points:
@@ -135,7 +140,7 @@ def _by_rendering(points: Sequence[Point], sections: Collection[str]) -> dict[Va
     return groups
 
 
-def _own(model: Shown, point: Point) -> dict[str, str]:
+def own_values(model: Shown, point: Point) -> dict[str, str]:
     """The point's values that this model takes: of its section, and not settled by ``--model`` itself."""
     names = {field.name for field in dataclasses.fields(model.chosen.network)} - model.asked.own.keys()
     return {key: value for key, value in point.values if key in {f"{model.section}.{name}" for name in names}}
@@ -147,7 +152,8 @@ def _label(model: str, values: Mapping[str, str], point: Point, several: bool) -
     return f"{model} {said}" if several else said
 
 
-def _variant(base: ConfiguredModel, label: str, own: Mapping[str, str]) -> ConfiguredModel:
+def variant(base: ConfiguredModel, label: str, own: Mapping[str, str]) -> ConfiguredModel:
+    """A model under another label, with values typed after ``--over``; `UsageError` if one is not legal."""
     changes = {key.partition(".")[2]: value for key, value in own.items()}
     typed = {key.partition(".")[2]: f"--over {key}={value}" for key, value in own.items()}
     network = changed("", base.network, changes, lambda name, _: typed.get(name, name))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,9 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.settings import PRESET, collect, described, preset_of
-from experiments.bench.robot.experiment import Experiment
-from experiments.bench.robot.plan import Plan, sections
+from experiments.bench.core.settings import PRESET, collect, described, names, preset_of
+from experiments.bench.core.store.parameters import Parameters
 from experiments.bench.robot.sweep.grid import Point, Values
 
 MOST_AXES = 2
@@ -69,23 +67,68 @@ class Axis:
         return [*keys, *([f"({more})"] if more else [])]
 
 
+@dataclass(frozen=True, slots=True)
+class Base:
+    """One experiment of a map without the grid's values, as the keys of ``--over`` and ``--set`` see it.
+
+    Parameters
+    ----------
+    name
+        The experiment's name.
+    model
+        Label of the model judged.
+    values
+        Section of ``--set`` -> its dataclasses. There is one, but of a stimulus one for each clip that shows it.
+    """
+
+    name: str
+    model: str
+    values: Mapping[str, tuple[Any, ...]]
+
+    @property
+    def sections(self) -> dict[str, Any]:
+        """One dataclass for each section."""
+        return {section: values[0] for section, values in self.values.items()}
+
+    def knows(self, key: str) -> bool:
+        """Whether a key is one of this experiment's."""
+        section, _, name = key.partition(".")
+        return section in self.values and name in names(self.values[section][0])
+
+    def present(self, key: str) -> Any:
+        """The value of a parameter; ``None`` where clips have several."""
+        section, _, name = key.partition(".")
+        found = {preset_of(value) if name == PRESET else getattr(value, name) for value in self.values[section]}
+        return found.pop() if len(found) == 1 else None
+
+    def applying(self, assignments: Iterable[str]) -> list[str]:
+        """Those ``KEY=VALUE`` texts whose key the experiment has."""
+        return [text for text in assignments if self.knows(text.partition("=")[0])]
+
+
+def check_assignments(bases: Sequence[Base], assignments: Iterable[str], option: str = "--set") -> None:
+    """Raise `UsageError` for a ``KEY=VALUE`` text whose key none of the experiments has."""
+    for text in assignments:
+        key = text.partition("=")[0]
+        if not any(base.knows(key) for base in bases) or "=" not in text:
+            collect([text], bases[0].sections, option=option)
+
+
 def apart(key: str) -> tuple[str, str]:
     """Split a key into that of the parameter, and the end of it that is meant: ``first``, ``last`` or empty."""
     parameter, _, end = key.rpartition(".")
     return (parameter, end) if end in ENDS and "." in parameter else (key, "")
 
 
-def axes(points: Sequence[Point], plans: Sequence[Plan], models: Sequence[str]) -> tuple[Axis, ...]:
-    """The axes of a grid, checked against the plans that it moves.
+def axes(points: Sequence[Point], bases: Sequence[Base]) -> tuple[Axis, ...]:
+    """The axes of a grid, checked against the experiments that it moves.
 
     Parameters
     ----------
     points
         From `experiments.bench.robot.sweep.grid.grid`; their keys are names of axes.
-    plans
-        One for each experiment, without the grid's values.
-    models
-        The models shown.
+    bases
+        One for each experiment.
 
     Raises
     ------
@@ -101,80 +144,83 @@ def axes(points: Sequence[Point], plans: Sequence[Plan], models: Sequence[str]) 
         clash = keys.count(key) > 1 or (bool(apart(key)[1]) and apart(key)[0] in whole)
         if clash:
             raise UsageError(f"--over {key}: that parameter is moved twice")
-    return tuple(_axis(place, name, points, plans, models) for place, name in enumerate(names))
+    return tuple(_axis(place, name, points, bases) for place, name in enumerate(names))
 
 
-def _axis(place: int, name: str, points: Sequence[Point], plans: Sequence[Plan], models: Sequence[str]) -> Axis:
+def _axis(place: int, name: str, points: Sequence[Point], bases: Sequence[Base]) -> Axis:
     levels = list(dict.fromkeys(point.values[place][1] for point in points))
     bare = Axis(name, tuple(levels))
     for key in bare.keys:
-        _check(key, levels[0], plans, models)
+        _check(key, levels[0], bases)
     if isinstance(bare.values()[0], float):
         levels.sort(key=float)
-    defaults = {_default(key, plans) for key in bare.keys}
-    units = dict.fromkeys(filter(None, (_unit(key, plans, models) for key in bare.keys)))
+    defaults = {_default(key, bases) for key in bare.keys}
+    units = dict.fromkeys(filter(None, (_unit(key, bases) for key in bare.keys)))
     default = defaults.pop() if len(defaults) == 1 else None
     return Axis(name, tuple(levels), default, ", ".join(units))
 
 
-def _check(key: str, level: str, plans: Sequence[Plan], models: Sequence[str]) -> None:
+def _check(key: str, level: str, bases: Sequence[Base]) -> None:
     """Raise `UsageError` for a key that none of the experiments has, and for an end of a single value."""
     name, end = apart(key)
-    knowing = [plan for plan in plans if knows(plan.experiment, name)]
-    known = sections((knowing or plans)[0].experiment, models)
-    collect([f"{name}={level}"], known, option="--over")
-    if end and not isinstance(present((knowing or plans)[0], name), tuple):
+    check_assignments(bases, [f"{name}={level}"], "--over")
+    knowing = next(base for base in bases if base.knows(name))
+    if end and not isinstance(knowing.present(name), tuple):
         raise UsageError(f"--over {key}={level}: {name} has one value, neither a first nor a last")
 
 
-def knows(experiment: Experiment, key: str) -> bool:
-    """Whether a key can be one of this experiment: any key but that of a parameter that its design lacks."""
-    section, _, name = key.partition(".")
-    fields = dataclasses.fields(experiment.design)  # type: ignore[arg-type]
-    return section != "experiment" or name in {field.name for field in fields}
-
-
-def applying(experiment: Experiment, assignments: Iterable[str]) -> list[str]:
-    """Those ``KEY=VALUE`` texts whose key the experiment can have."""
-    return [text for text in assignments if knows(experiment, text.partition("=")[0])]
-
-
-def present(plan: Plan, key: str) -> Any:
-    """The value that a parameter has in a plan of one model."""
-    section, _, name = key.partition(".")
-    settings = plan.settings
-    owners = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene,
-              "experiment": plan.experiment.design}  # fmt: skip
-    owner = owners.get(section, settings.models[0].network)
-    return preset_of(owner) if name == PRESET else getattr(owner, name)
-
-
-def expanded(values: Values, plan: Plan) -> Values:
+def expanded(values: Values, base: Base) -> Values:
     """What a point sets in one experiment: parameters with their texts, each once, those that it lacks left out.
 
     Parameters
     ----------
     values
         Names of axes with a level each.
-    plan
-        The experiment's plan without the grid's values. It has the other end of a parameter of which one end moves.
+    base
+        The experiment. It has the other end of a parameter of which one end moves.
     """
     made: dict[str, list[str]] = {}
     for name, level in values:
         for parameter, end in map(apart, name.split("+")):
-            if not knows(plan.experiment, parameter):
+            if not base.knows(parameter):
                 continue
             if end:
-                parts = made.setdefault(parameter, [str(value) for value in present(plan, parameter)])
+                parts = made.setdefault(parameter, [str(value) for value in base.present(parameter)])
                 parts[ENDS[end]] = level
             else:
                 made[parameter] = [level]
     return tuple((parameter, ",".join(parts)) for parameter, parts in made.items())
 
 
-def moves(axis: Axis, plan: Plan) -> bool:
+def moves(axis: Axis, base: Base) -> bool:
     """Whether an axis moves anything in one experiment."""
-    return any(knows(plan.experiment, apart(key)[0]) for key in axis.keys)
+    return any(base.knows(apart(key)[0]) for key in axis.keys)
+
+
+def label(point: Point, axes_: Sequence[Axis], base: Base, model: str = "") -> str:
+    """What a model is called at a point in the trials of one experiment: by the values that move something there.
+
+    ``model`` begins it; without one it is the model judged, which goes by the values alone.
+    """
+    values = [f"{name}={value}" for axis, (name, value) in zip(axes_, point.values, strict=True) if moves(axis, base)]
+    return " ".join(filter(None, (model, *values))) or base.model
+
+
+def columns(
+    points: Sequence[Point], axes_: Sequence[Axis], bases: Sequence[Base], beside: Iterable[str] = ()
+) -> Parameters:
+    """The grid's values as columns of the table of trials: name of an axis -> label of a model -> value.
+
+    ``beside`` are the models shown beside the one judged.
+    """
+    found: dict[str, dict[str, Any]] = {axis.name: {} for axis in axes_}
+    for point in points:
+        for base in bases:
+            for axis, (_, level) in zip(axes_, point.values, strict=True):
+                value = axis.values()[axis.levels.index(level)] if moves(axis, base) else None
+                for model in ("", *beside):
+                    found[axis.name][label(point, axes_, base, model)] = value
+    return found
 
 
 def said(value: float | str) -> str:
@@ -182,27 +228,25 @@ def said(value: float | str) -> str:
     return f"{value:g}" if isinstance(value, float) else value
 
 
-def _default(key: str, plans: Sequence[Plan]) -> float | str | None:
-    """What a key stands for in the plans, as an axis has it; ``None`` where they differ or it is no single value."""
+def _default(key: str, bases: Sequence[Base]) -> float | str | None:
+    """What a key stands for in the experiments, as an axis has it; ``None`` where they differ or it has several."""
     name, end = apart(key)
-    values = {present(plan, name) for plan in plans if knows(plan.experiment, name)}
-    if len(values) != 1:
-        return None
-    value = values.pop()
-    if end:
+    values = {base.present(name) for base in bases if base.knows(name)}
+    value = values.pop() if len(values) == 1 else None
+    if end and value is not None:
         value = value[ENDS[end]]
     elif isinstance(value, tuple) and len(value) == 1:
         value = value[0]
-    if isinstance(value, tuple):
+    if value is None or isinstance(value, tuple):
         return None
     return str(value).lower() if isinstance(value, bool) else float(value) if isinstance(value, int | float) else value
 
 
-def _unit(key: str, plans: Sequence[Plan], models: Sequence[str]) -> str:
+def _unit(key: str, bases: Sequence[Base]) -> str:
     """The unit of a parameter, from the end of its name or from its description; empty where neither has one."""
     name, _ = apart(key)
-    known = [plan.experiment for plan in plans if knows(plan.experiment, name)]
-    said = next(each.description for each in described(sections(known[0], models)) if each.key == name)
+    knowing = next(base for base in bases if base.knows(name))
+    said = next(each.description for each in described(knowing.sections) if each.key == name)
     in_words = _IN_WORDS.search(said)
     if in_words:
         return in_words[1]

@@ -1,4 +1,4 @@
-"""A map on the terminal: a table for each claim, and how much of the grid it holds on."""
+"""A map on the terminal: a table for each claim and measure, and how much of the grid a claim holds on."""
 
 from __future__ import annotations
 
@@ -8,26 +8,33 @@ from rich.markup import escape
 from rich.table import Table
 
 from experiments.bench.core.terminal import out_console, show_places
-from experiments.bench.robot.map.judging import TOGETHER, Cell, by_claim, regions
-from experiments.bench.robot.map.plan import MapPlan
-from experiments.bench.robot.map.run import Map
+from experiments.bench.maps.judging import TOGETHER, Cell, Number, by_claim, by_measure, reaches, regions
+from experiments.bench.maps.plan import MapPlan
+from experiments.bench.maps.run import Map
 
 
 def show(made: Map) -> None:
-    """Print a table for each claim, the share of the grid that each holds on, and where everything is."""
+    """Print a table for each claim and measure, the share of the grid that each claim holds on, and where all is."""
     for claim, chosen in by_claim(made.cells).items():
         what = "all claims together" if claim == TOGETHER else f"{claim}, judged on {chosen[0].experiment}"
         out_console.print(f"{what}: held in n of {chosen[0].of}", markup=False, style="bold")
         out_console.print(_table(made.plan, chosen))
         out_console.print()
+    for name, own in by_measure(made.numbers).items():
+        unit = f", {own[0].measure.unit}" if own[0].measure.unit else ""
+        out_console.print(f"{name}{unit}: {own[0].measure.says}, in {own[0].experiment}", markup=False, style="bold")
+        out_console.print(_table(made.plan, own))
+        out_console.print()
     directions = zip(("across", "down"), made.plan.axes, strict=False)
     out_console.print(
         "; ".join(f"{way}: {' '.join(axis.words())}" for way, axis in directions), markup=False, soft_wrap=True
     )
-    for line in regions(made.cells):
+    for line in (*regions(made.cells), *reaches(made.numbers)):
         out_console.print(line, markup=False)
     if any(cell.untested for cell in made.cells):
         out_console.print("?: not judged in some replicate; map.csv says why", markup=False)
+    if any(each.mark for each in made.numbers):
+        out_console.print("*: what the lines above say of a number; map.csv has it for each point", markup=False)
     if any(cell.vacuous for cell in made.cells):
         out_console.print("v: vacuous in some replicate, as the network answers nothing there", markup=False)
     out_console.print()
@@ -39,8 +46,8 @@ def show(made: Map) -> None:
     show_places(places)
 
 
-def _table(plan: MapPlan, chosen: Sequence[Cell]) -> Table:
-    """Held in n of N: the first axis across, the second down from its highest level, as in the figure."""
+def _table(plan: MapPlan, chosen: Sequence[Cell] | Sequence[Number]) -> Table:
+    """Held in n of N, or a number: the first axis across, the second down from its highest level, as in the figure."""
     across, up = plan.axes[0], plan.axes[1] if len(plan.axes) > 1 else None
     table = Table(box=None, header_style="bold", pad_edge=False)
     for name in ("", *across.levels):
@@ -48,5 +55,12 @@ def _table(plan: MapPlan, chosen: Sequence[Cell]) -> Table:
     found = {cell.point.values: cell for cell in chosen}
     for level in reversed(up.levels) if up else ("",):
         own = [found[((across.name, each), *(((up.name, level),) if up else ()))] for each in across.levels]
-        table.add_row(escape(level), *(f"{cell.shown()}{'?' if cell.untested else ''}" for cell in own))
+        table.add_row(escape(level), *map(_shown, own))
     return table
+
+
+def _shown(cell: Cell | Number) -> str:
+    """A cell with what marks it."""
+    if isinstance(cell, Number):
+        return f"{cell.shown()}{'*' if cell.mark else ''}"
+    return f"{cell.shown()}{'?' if cell.untested else ''}"

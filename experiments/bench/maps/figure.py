@@ -1,4 +1,4 @@
-"""A map as a figure: a heat map for each claim, and one of all claims together."""
+"""A map as a figure: a heat map for each claim, one of all claims together, and one for each measure."""
 
 from __future__ import annotations
 
@@ -13,21 +13,24 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from experiments.bench.core.figures.plotting import STYLE, plain
-from experiments.bench.robot.map.axes import Axis, said
-from experiments.bench.robot.map.judging import TOGETHER, Cell, by_claim
-from experiments.bench.robot.map.plan import MapPlan
+from experiments.bench.maps.axes import Axis, said
+from experiments.bench.maps.judging import TOGETHER, Cell, Number, by_claim, by_measure
+from experiments.bench.maps.plan import MapPlan
 
-SHADES = "Blues"
+SHADES, SCALE = "Blues", "YlGnBu"
+"""Of counts, and of numbers."""
 UNTESTED = "#e3dccb"
 DEFAULT = "#c0392b"
 """Of what marks the default's place."""
+SHORT = {"at the end of the range": "at end"}
+"""Marks that are too long for a cell."""
 MOST_COLUMNS = 3
 WIDTH, HEIGHT = 0.55, 0.42
 """Of a cell, inches."""
 
 
-def draw(made: MapPlan, found: Sequence[Cell]) -> Figure:
-    """Draw the counts.
+def draw(made: MapPlan, found: Sequence[Cell], measured: Sequence[Number] = ()) -> Figure:
+    """Draw counts and numbers.
 
     Parameters
     ----------
@@ -35,16 +38,21 @@ def draw(made: MapPlan, found: Sequence[Cell]) -> Figure:
         The map's plan: its axes, the model, the numbers of repeats and replicates.
     found
         The counts of every claim at every point.
+    measured
+        Every measure at every point.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Cells say "held/all replicates", and are hatched where a replicate could not be judged. Triangles at the axes
-        mark the defaults; a frame marks the cell where both are.
+        Cells of a claim say "held/all replicates", and are hatched where a replicate could not be judged. Cells of a
+        measure have its value, its lowest and highest in a replicate where they differ, and what is to be known of it;
+        they are hatched where there is no value. The scale of each measure goes from its lowest to its highest value.
+        Triangles at the axes mark the defaults; a frame marks the cell where both are.
     """
-    panels = by_claim(found)
-    columns = min(len(panels), MOST_COLUMNS)
-    lines = math.ceil(len(panels) / columns)
+    panels, others = by_claim(found), by_measure(measured)
+    number = len(panels) + len(others)
+    columns = min(number, MOST_COLUMNS)
+    lines = math.ceil(number / columns)
     across, up = len(made.axes[0].levels), len(made.axes[1].levels) if len(made.axes) > 1 else 1
     size = (columns * (max(across * WIDTH, 2.2) + 0.5) + 1.2, lines * (max(up * HEIGHT, 0.5) + 0.7) + 1.0)
     with mpl.rc_context(STYLE):
@@ -54,15 +62,26 @@ def draw(made: MapPlan, found: Sequence[Cell]) -> Figure:
             _panel(place, made, chosen)
             title = "all together" if claim == TOGETHER else f"{claim}  ({chosen[0].experiment})"
             place.set_title(plain(title), fontsize=9, loc="left")
-        for place in places.flat[len(panels) :]:
+        for place, (name, own) in zip(places.flat[len(panels) :], others.items(), strict=False):
+            _numbers(place, made, own)
+            unit = f", {own[0].measure.unit}" if own[0].measure.unit else ""
+            place.set_title(plain(f"{name}{unit}  ({own[0].experiment})"), fontsize=9, loc="left")
+        for place in places.flat[number:]:
             place.set_axis_off()
         drawn.supxlabel(plain(" ".join(made.axes[0].words())), fontsize=8)
         if len(made.axes) > 1:
             drawn.supylabel(plain("\n".join(made.axes[1].words())), fontsize=8)
-        repeats = "/".join(str(each) for each in dict.fromkeys(base.repeats for base in made.plans))
-        counted = f"held in n/{made.replicates} replicates\n{repeats} repeats each, from seed {made.seed}"
+        counted = f"{_counted(made, bool(found))}, from seed {made.seed}"
         drawn.suptitle(plain(f"{made.model.label}: {counted}"), fontsize=9, x=0.01, ha="left")
     return drawn
+
+
+def _counted(made: MapPlan, claims: bool) -> str:
+    """What the cells have, and what a replicate has."""
+    number = f"{made.replicates} replicate{'s' if made.replicates > 1 else ''}"
+    counted = f"held in n/{made.replicates} replicates" if claims else number
+    repeats = "/".join(str(each) for each in dict.fromkeys(made.repeats))
+    return f"{counted}\n{'each clip once' if made.things == 'clips' else f'{repeats} repeats each'}"
 
 
 def _panel(axes: Axes, made: MapPlan, chosen: Sequence[Cell]) -> None:
@@ -78,11 +97,49 @@ def _panel(axes: Axes, made: MapPlan, chosen: Sequence[Cell]) -> None:
         axes.text(column, row, cell.shown(), ha="center", va="center", fontsize=8,
                   color="white" if dark else "black", zorder=3)  # fmt: skip
     axes.imshow(held, cmap=SHADES, vmin=0.0, vmax=1.15, origin="lower", aspect="auto", zorder=0)
+    _frame(axes, across, up)
+
+
+def _numbers(axes: Axes, made: MapPlan, chosen: Sequence[Number]) -> None:
+    """The cells of one measure; a second line has its spread over replicates, or its mark."""
+    across, up = made.axes[0], made.axes[1] if len(made.axes) > 1 else None
+    values = np.full((len(up.levels) if up else 1, len(across.levels)), np.nan)
+    for each in chosen:
+        at = dict(each.point.values)
+        column, row = across.levels.index(at[across.name]), up.levels.index(at[up.name]) if up else 0
+        if each.value is None:
+            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNTESTED, ec="#9a9078", hatch="///", lw=0))
+        else:
+            values[row, column] = each.value
+    known = values[np.isfinite(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    for each in chosen:
+        at = dict(each.point.values)
+        column, row = across.levels.index(at[across.name]), up.levels.index(at[up.name]) if up else 0
+        dark = each.value is not None and high > low and (each.value - low) / (high - low) > 0.6
+        style: dict[str, Any] = {"ha": "center", "va": "center", "color": "white" if dark else "black", "zorder": 3}
+        notes = _notes(each)
+        axes.text(column, row + (0.16 if notes else 0.0), each.shown(), fontsize=8, **style)
+        axes.text(column, row - 0.22, notes, fontsize=5.5, **style)
+    axes.imshow(values, cmap=SCALE, vmin=low, vmax=high + 0.15 * (high - low), origin="lower", aspect="auto", zorder=0)
+    _frame(axes, across, up)
+
+
+def _notes(each: Number) -> str:
+    """The second line of a cell: the replicates' lowest and highest value where they differ, and the mark's words."""
+    spread = ""
+    if each.lowest is not None and each.highest is not None and each.lowest != each.highest:
+        spread = f"{each.lowest:.3g}-{each.highest:.3g}"
+    return ", ".join(filter(None, (spread, SHORT.get(each.mark, each.mark))))
+
+
+def _frame(axes: Axes, across: Axis, up: Axis | None) -> None:
+    """Ticks, lines between the cells, the defaults."""
     axes.set_xticks(range(len(across.levels)), [plain(said(value)) for value in across.values()])
     axes.set_yticks(range(len(up.levels)) if up else [], [plain(said(value)) for value in up.values()] if up else [])
     axes.tick_params(length=0, labelbottom=True)
     axes.set_xticks(np.arange(len(across.levels) - 1) + 0.5, minor=True)
-    axes.set_yticks(np.arange(held.shape[0] - 1) + 0.5, minor=True)
+    axes.set_yticks(np.arange((len(up.levels) if up else 1) - 1) + 0.5, minor=True)
     axes.grid(which="minor", color="white", lw=1.2)
     axes.tick_params(which="minor", length=0)
     _mark_default(axes, across, up)

@@ -1,18 +1,22 @@
-"""Make a map: run the trials that its folder lacks, judge, tabulate and draw."""
+"""Make a map: run the trials, or show the clips, that its folder lacks, judge, tabulate and draw."""
 
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+from experiments.bench.clips.plan import pixels
+from experiments.bench.clips.rows import clip_contents
+from experiments.bench.clips.run import SCHEMAS
+from experiments.bench.clips.show import show_without_frames
 from experiments.bench.core.batch import Batch, Resources
 from experiments.bench.core.store.rows import Failure
+from experiments.bench.maps.judging import Cell, Number, cells, numbers, table
+from experiments.bench.maps.plan import MapPlan
 from experiments.bench.robot import run as robot_run
-from experiments.bench.robot.experiment import TrialSpec
-from experiments.bench.robot.map.judging import Cell, cells, table
-from experiments.bench.robot.map.plan import MapPlan
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
 
 
@@ -28,6 +32,8 @@ class Map:
         What was planned.
     cells
         The counts of every claim at every point.
+    numbers
+        Every measure at every point.
     failures
         Trials that failed, and models that failed in a trial.
     """
@@ -35,21 +41,28 @@ class Map:
     folder: Path
     plan: MapPlan
     cells: list[Cell]
+    numbers: list[Number]
     failures: list[Failure]
 
 
-def batch(made: MapPlan) -> Batch[TrialSpec]:
-    """Return all trials of a map as a batch. They leave neither recordings nor frames."""
+def batch(made: MapPlan) -> Batch[Any]:
+    """Return all trials, or clips, of a map as a batch. They leave neither recordings nor frames."""
     several = f", {made.replicates} replicates" if made.replicates > 1 else ""
+    clips = made.things == "clips"
+    if clips:
+        contents = replace(clip_contents(made.specs, frames=False), parameters=made.parameters)  # type: ignore[arg-type]
+    else:
+        contents = robot_contents(made.specs, recordings=False, frames=False, parameters=made.parameters)
     return Batch(
         name="map",
         specs=made.specs,
-        work=partial(robot_run.work, keep=robot_run.ROWS_ONLY),
-        description=made.describe(),
-        contents=robot_contents(made.specs, recordings=False, frames=False, parameters=made.parameters()),
-        schemas=(TRIAL_SCHEMA, FRAME_SCHEMA),
-        amount=lambda: f"{len(made.points)} points{several}, {len(made.specs)} trials",
-        size=robot_run.seconds,
+        work=show_without_frames if clips else partial(robot_run.work, keep=robot_run.ROWS_ONLY),
+        description=made.description,
+        contents=contents,
+        schemas=SCHEMAS if clips else (TRIAL_SCHEMA, FRAME_SCHEMA),
+        things=made.things,
+        amount=lambda: f"{len(made.points)} points{several}, {len(made.specs)} {made.things}",
+        size=pixels if clips else robot_run.seconds,
     )
 
 
@@ -59,7 +72,7 @@ def run(made: MapPlan, out: Path, resources: Resources, *, resume: bool) -> Map:
     Parameters
     ----------
     made
-        From `experiments.bench.robot.map.plan.planned`.
+        From `experiments.bench.maps.planning.planned`.
     out
         The map's folder: a new one, or with ``resume`` one that holds a part of this map.
     resources
@@ -78,9 +91,10 @@ def run(made: MapPlan, out: Path, resources: Resources, *, resume: bool) -> Map:
     with resources.pool() as pool, closing(whole.open(out, resources, resume)) as folder:
         failures = whole.fill(folder, pool, resources)
         from experiments.bench.core.figures import plotting  # not before: workers do without matplotlib
-        from experiments.bench.robot.map import figure
+        from experiments.bench.maps import figure
 
-        found = cells(made, folder.rows())
-        folder.write_rows("map.csv", table(made, found))
-        plotting.save(figure.draw(made, found), out, "map")
-        return Map(out, made, found, failures)
+        rows = folder.rows()
+        found, measured = cells(made, rows), numbers(made, rows)
+        folder.write_rows("map.csv", table(made, found, measured))
+        plotting.save(figure.draw(made, found, measured), out, "map")
+        return Map(out, made, found, measured, failures)

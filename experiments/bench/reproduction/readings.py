@@ -1,0 +1,189 @@
+"""The readings of the paper where one was taken of several: what its claims come to under each, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from experiments.bench.clips import claims as clips_claims
+from experiments.bench.clips.constants import SPEED
+from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.core.claims.replicates import counted
+from experiments.bench.core.claims.texts import Reading, readings
+from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.reproduction.replicates import Replicate
+from experiments.bench.robot import claims as robot_claims
+from experiments.bench.robot.mechanism.judges import FALLING, ROBOT_SPEEDS
+
+NOT_RUN = "not run"
+FALLING_IN, FRAMES_IN, WINDOW = "ensembles", "clutter-frames", "C29"
+"""Experiments that show the other reading of delays and of speeds, and the claim that is that of the time window."""
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """What a claim came to under one reading.
+
+    Parameters
+    ----------
+    verdict
+        That of its first replicate; `NOT_RUN` where there is none.
+    held
+        In how many replicates it held, in words; or why it was not run.
+    n
+        Trials or clips of the first replicate.
+    decided
+        The number that decided there.
+    where
+        The experiment, or what was moved.
+    """
+
+    verdict: str
+    held: str
+    n: int = 0
+    decided: str = ""
+    where: str = ""
+
+    def __str__(self) -> str:
+        """The side in words."""
+        if self.verdict == NOT_RUN:
+            return f"{NOT_RUN}: {self.held}"
+        decided = f"; decided by: {self.decided}" if self.decided else ""
+        return f"{self.held} ({self.where}; replicate 0: {self.verdict}, n = {self.n}{decided})"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A claim under a reading taken and under the others, in the order of `Reading.others`."""
+
+    claim: str
+    taken: Side
+    others: tuple[Side, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Chapter:
+    """One reading of the chapter, with a row a claim; of a reading chosen for all claims without any, see its note."""
+
+    reading: Reading
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What a reproduction ran.
+
+    Parameters
+    ----------
+    verdicts
+        Claim -> its verdict under the readings taken.
+    replicates
+        The experiments with the robot.
+    shows
+        The off-line experiments.
+    moved
+        What was moved -> claim -> its outcome in one replicate.
+    name
+        What a replicate with the robot is called.
+    """
+
+    verdicts: Mapping[str, Verdict]
+    replicates: Sequence[Replicate]
+    shows: Sequence[OfflineReport]
+    moved: Mapping[str, Mapping[str, Outcome]]
+    name: str = "replicate"
+
+
+def chapters(found: Evidence) -> list[Chapter]:
+    """Return the readings in their order, each with what its claims came to."""
+    return [
+        Chapter(
+            reading,
+            tuple(Row(claim, _taken(found.verdicts[claim]), _others(reading, claim, found)) for claim in reading.own),
+        )
+        for reading in readings()
+    ]
+
+
+def with_readings(claims: Sequence[Verdict], made: Sequence[Chapter]) -> list[Verdict]:
+    """The verdicts, each saying what it comes to under the readings that were not taken."""
+    return [replace(claim, other_reading=_said(claim.id, made)) for claim in claims]
+
+
+def _said(claim: str, made: Sequence[Chapter]) -> str:
+    """Every reading that bears on a claim, in words."""
+    parts = []
+    for chapter in made:
+        reading = chapter.reading
+        for row in (row for row in chapter.rows if row.claim == claim):
+            sides = zip((reading.taken, *reading.others), (row.taken, *row.others), strict=True)
+            parts.append(f"{reading.name}: {'; '.join(f'{name}: {side}' for name, side in sides)}")
+        if reading.of_all:
+            parts.append(f"{reading.name}: {reading.taken} was taken; {reading.others[0]}: {NOT_RUN}")
+    return ". ".join(parts)
+
+
+def _taken(verdict: Verdict) -> Side:
+    if not verdict.experiment:
+        return Side(NOT_RUN, verdict.measured)
+    return Side(verdict.verdict, verdict.held, verdict.n, verdict.decided, verdict.experiment)
+
+
+def _others(reading: Reading, claim: str, found: Evidence) -> tuple[Side, ...]:
+    made = _SIDES.get(reading.id)
+    if made is None:
+        return tuple(Side(NOT_RUN, "nothing here shows it") for _ in reading.others)
+    return tuple(made(claim, name, found) for name in reading.others)
+
+
+def _falling(claim: str, _: str, found: Evidence) -> Side:
+    """Judged in every replicate, on the variant of ensembles whose delays fall, at the paper's speeds."""
+    outcomes = []
+    for each in found.replicates:
+        lost = each.lost.get((FALLING_IN, FALLING), 0)
+        rows = [row for row in each.of(FALLING) if row["experiment"] == FALLING_IN]
+        own = [row for row in rows if row["speed_cm_s"] in ROBOT_SPEEDS]
+        if not own:
+            return Side(NOT_RUN, f"{FALLING_IN} was not shown to {FALLING}")
+        judged = robot_claims.outcome(claim, own, each.thresholds[FALLING])
+        outcomes.append(judged.untested(f"{lost} trials failed") if lost else judged)
+    return _side(outcomes, FALLING_IN, found.name)
+
+
+def _per_frame(claim: str, _: str, found: Evidence) -> Side:
+    """Judged at every seed of the clips whose speeds are px a frame."""
+    shown = next((show for show in found.shows if show.plan.experiment.name == FRAMES_IN), None)
+    if shown is None:
+        return Side(NOT_RUN, f"{FRAMES_IN} was not run")
+    own = [row for row in shown.rows if row["speed"] == SPEED.get(claim, row["speed"])]
+    outcomes = [
+        clips_claims.judge(claim, [row for row in own if row["repeat"] == repeat], shown.plan.thresholds, shown.rows)
+        for repeat in sorted({row["repeat"] for row in own})
+    ]
+    return _side(outcomes, FRAMES_IN) if outcomes else Side(NOT_RUN, f"{FRAMES_IN} has no clips")
+
+
+def _moved(claim: str, name: str, found: Evidence) -> Side:
+    """One replicate, of the page of sensitivity."""
+    if name not in found.moved:
+        return Side(NOT_RUN, "it takes a replicate with the starts moved (--quick moves nothing)")
+    return _side([found.moved[name][claim]], f"sensitivity, {name}", found.name)
+
+
+def _windowed(_: str, __: str, found: Evidence) -> Side:
+    return _taken(found.verdicts[WINDOW])
+
+
+def _side(outcomes: Sequence[Outcome], where: str, name: str = "replicate") -> Side:
+    first = outcomes[0]
+    held = str(counted([each.verdict for each in outcomes], name=name))
+    return Side(first.verdict, held, first.n, first.decided or first.measured.partition("; measured:")[0], where)
+
+
+_SIDES: Mapping[str, Callable[[str, str, Evidence], Side]] = {
+    "tau_s_rises_with_spacing": _falling,
+    "speeds_in_px_per_second": _per_frame,
+    "start_acceleration": _moved,
+    "whole_crossing": _windowed,
+}
+"""Reading -> how a claim is judged under another one."""

@@ -1,0 +1,28 @@
+"""Claims C5, C6 and C7 along the sigmoid scale of the model of 2017, whose own constants are not known.
+
+The paper compares the DSNN with its forerunner and gives none of its constants. With the DSNN's sigmoid scale, 0.01,
+the forerunner is at its ceiling in every clip before clutter. Not in the paper.
+"""
+
+if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
+    from experiments.bench.cli.entry import run_file
+
+    run_file(__file__)
+
+from experiments import Figure, OfflineExperiment, along_constants
+from experiments.clutter_depth import EXPERIMENT as DEPTH
+from experiments.clutter_speed import EXPERIMENT as SPEED
+
+SCALES = ("0.01", "0.1", "1", "3", "10", "30", "100", "1000")
+"""K_sig; the first is the DSNN's own, which is assumed elsewhere."""
+VARIANTS = tuple(f"dsn2017:k_sig={scale}" for scale in SCALES)
+
+EXPERIMENT = OfflineExperiment(
+    name="constants-2017",
+    summary="C5, C6 and C7 with the model of 2017 at sigmoid scales over five decades",
+    clips=(*DEPTH.clips, *SPEED.clips),
+    models=("dsnn", *VARIANTS),
+    claims=tuple(along_constants(claim, VARIANTS) for claim in ("C5", "C6", "C7")),
+    recorded=False,
+    figure=Figure("ranges"),
+)
