@@ -188,7 +188,7 @@ class Camera:
             cv2.add(light, noise, dst=luma, dtype=cv2.CV_8U)  # rounds and saturates
         else:
             scale = (VIDEO_WHITE - VIDEO_BLACK) / 255.0
-            cv2.add(np.clip(light + noise, 0.0, 255.0) * scale, VIDEO_BLACK, dst=luma, dtype=cv2.CV_8U)
+            cv2.convertScaleAbs(np.clip(light + noise, 0.0, 255.0), dst=luma, alpha=scale, beta=VIDEO_BLACK)
         # An array over immutable bytes: no model can make it writable again.
         picture = np.frombuffer(luma.tobytes(), np.uint8).reshape(luma.shape)
         age_ms = self.plan.early_steps * 1000.0 / (self._steps * config.fps)
@@ -265,7 +265,8 @@ class Camera:
             light *= 1.0 / exposures
         if self._kernel is None:
             return light
-        return cv2.sepFilter2D(light, cv2.CV_32F, self._kernel, self._kernel, borderType=cv2.BORDER_REPLICATE)
+        blurred = cv2.sepFilter2D(light, cv2.CV_32F, self._kernel, self._kernel, borderType=cv2.BORDER_REPLICATE)
+        return np.asarray(blurred, np.float32)
 
     def _draw_noise(self, light: Floats, rng: np.random.Generator) -> Floats:
         """Draw photon and read noise of one frame, both Gaussian, as photon noise is above some tens of electrons."""
