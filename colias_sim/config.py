@@ -96,6 +96,9 @@ class CameraConfig:
     supersample_columns: int = Field(
         default=1, ge=1, le=32, description="rendered pixels per camera pixel along a row, times supersample"
     )
+    still_background: bool = Field(
+        default=False, description="render only around robots that can move while the camera rests; global shutter only"
+    )
     shot_noise: float = Field(default=1.28, ge=0.0, le=64.0, description="photon noise at white, sd in grey levels")
     read_noise: float = Field(default=0.64, ge=0.0, le=64.0, description="read noise, sd in grey levels")
     row_time_us: float = Field(
