@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-import time
+from collections.abc import Iterator
 
+import mujoco
 import numpy as np
 from rich.table import Table
 
+from benchmarks.timing import interleaved
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
 from dsnn import DSNN, DSNNParams
 
@@ -15,44 +17,94 @@ FRAMES = 45
 STEP = 1 / 3  # px a frame, at 8 cm
 
 
-def crossing(multisample: int, supersample: int, columns: int = 1) -> tuple[np.ndarray, np.ndarray, float]:
-    """Frames (T, R, C) without noise, HS on them, and microseconds a render."""
-    camera = CameraConfig(
-        multisample=multisample, supersample=supersample, supersample_columns=columns, exposure_ms=0, shot_noise=0,
-        read_noise=0,
+def samples(multisample: int, supersample: int = 1, columns: int = 1, *, still: bool = False) -> CameraConfig:
+    """A camera without noise and with so many samples a pixel; ``still`` renders anew only what moves."""
+    return CameraConfig(
+        multisample=multisample, supersample=supersample, supersample_columns=columns, still_background=still,
+        exposure_ms=0, shot_noise=0, read_noise=0,
     )  # fmt: skip
-    frames, spent = [], []
-    with Simulation(camera=camera, scene=SceneConfig(light_sd=0, turn_wall=False)) as sim:
+
+
+def crossing(camera: CameraConfig) -> tuple[np.ndarray, np.ndarray]:
+    """Frames (T, R, C) without noise, and HS on them."""
+    with Crossing(camera) as crossed:
+        stack = np.stack(list(crossed.frames))
+    return stack.astype(float), DSNN((72, 99), DSNNParams.robot()).run(stack).hs[20:]
+
+
+class Crossing:
+    """The stimulus put a third of a pixel farther for each render, by hand, so that nothing but sampling differs."""
+
+    def __init__(self, camera: CameraConfig) -> None:
+        self._sim = Simulation(camera=camera, scene=SceneConfig(light_sd=0, turn_wall=False))
+        self._rng = np.random.default_rng(0)
+        self._place, self._step = camera.forward_cm / 100 + 0.08, STEP * 0.08 / camera.focal_px
+
+    def __enter__(self) -> Crossing:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._sim.close()
+
+    @property
+    def frames(self) -> Iterator[np.ndarray]:
+        """Each of its frames, (R, C)."""
+        for _ in self._renders():
+            yield self._sim.camera.develop(self._rng, 0.0).luma
+
+    def rendered(self) -> int:
+        """Render all of it, and return the number of frames."""
+        count = 0
+        for count, _ in enumerate(self._renders(), 1):  # noqa: B007
+            self._sim.camera.discard()
+        return count
+
+    def _renders(self) -> Iterator[None]:
+        sim = self._sim
         for i in range(FRAMES):
-            place = Pose(camera.forward_cm / 100 + 0.08, 0.006 - i * STEP * 0.08 / camera.focal_px, -math.pi / 2)
-            sim.reset({"stimulus": place}, np.random.default_rng(0))
-            began = time.perf_counter()
+            place = Pose(self._place, 0.006 - i * self._step, -math.pi / 2)
+            if i == 0:
+                sim.reset({"stimulus": place}, self._rng)
+            sim.robots["stimulus"].place(place)
+            mujoco.mj_forward(sim.model, sim.data)
             sim.camera.expose(sim.data)
-            spent.append(time.perf_counter() - began)
-            frames.append(sim.camera.develop(np.random.default_rng(0), 0.0).luma)
-    stack = np.stack(frames)
-    return stack.astype(float), DSNN((72, 99), DSNNParams.robot()).run(stack).hs[20:], float(np.median(spent)) * 1e6
+            yield
+
+
+COMPARED = {
+    "1 in 1x1": samples(0),
+    "* 4 in 1x1": samples(4),
+    "1 in 2x2": samples(0, 2),
+    "1 in 3x3": samples(0, 3),
+    "4 in 2x2": samples(4, 2),
+    "1 in 4x4": samples(0, 4),
+    "4 in 4x4": samples(4, 4),
+    "4 in 2x1": samples(4, columns=2),
+    "4 in 3x1": samples(4, columns=3),
+    "4 in 3x1, still background": samples(4, columns=3, still=True),
+    "4 in 3x3, still background": samples(4, 3, still=True),
+}
+DEFAULT = "* 4 in 1x1"
 
 
 def table() -> Table:
-    """Error of a frame's change against its true change, HS's error, and the cost."""
-    truth, hs_truth, _ = crossing(0, 16)
+    """Error of a frame's change against its true change, HS's error, and the cost, side by side."""
+    truth, hs_truth = crossing(samples(0, 16))
     change = np.diff(truth, axis=0)
     moving = np.abs(change).max(0) > 10
+    crossed = {name: Crossing(camera) for name, camera in COMPARED.items()}
+    times = interleaved({name: each.rendered for name, each in crossed.items()}, rounds=9)
+    for each in crossed.values():
+        each.__exit__()
     result = Table(
         title=f"Antialiasing against 16x16 samples a pixel, a third of a pixel a frame (true HS {hs_truth.mean():.4f})"
     )
-    for name in ("samples", "error of change", "HS", "rms error of HS", "render us"):
-        result.add_column(name, justify="right")
-    plain = [
-        (multisample, supersample, 1)
-        for multisample, supersample in ((0, 1), (4, 1), (0, 2), (0, 3), (4, 2), (0, 4), (4, 4))
-    ]
-    for multisample, supersample, columns in (*plain, (4, 1, 2), (4, 1, 3)):
-        frames, hs, us = crossing(multisample, supersample, columns)
+    for name in ("samples", "error of change", "HS", "rms error of HS", "render us", "times the default"):
+        result.add_column(name, justify="left" if name == "samples" else "right")
+    for name, camera in COMPARED.items():
+        frames, hs = crossing(camera)
         error = (np.diff(frames, axis=0) - change)[:, moving].std() / change[:, moving].std()
-        default = "* " if (multisample, supersample, columns) == (4, 1, 1) else ""
-        name = f"{default}{max(multisample, 1)} in {columns * supersample}x{supersample}"
         rms = float(np.sqrt(((hs - hs_truth) ** 2).mean()))
-        result.add_row(name, f"{error:.0%}", f"{hs.mean():.4f}", f"{rms:.4f}", f"{us:.0f}")
+        cost = f"{times.us(name):.0f}", f"{times.ratio(name, DEFAULT):.2f}"
+        result.add_row(name, f"{error:.0%}", f"{hs.mean():.4f}", f"{rms:.4f}", *cost)
     return result

@@ -42,7 +42,7 @@ def fixed(camera: CameraConfig, exposure_ms: float, samples: int = 0) -> CameraC
 def variants() -> dict[str, CameraConfig]:
     """The cameras compared: name -> settings."""
     made = {"default": CameraConfig(), "* ov7670": EYE}
-    for bands in (3, 4, 8, 12):
+    for bands in (3, 4, 6, 8, 12):
         made[f"  {bands} bands"] = dataclasses.replace(EYE, row_bands=bands)
     made["  (global shutter)"] = dataclasses.replace(EYE, row_time_us=0.0)
     return made

@@ -10,10 +10,12 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from colias_sim.background import Background, Box, from_above, slice_of
 from colias_sim.config import CameraConfig
 from colias_sim.exposure import LAG_SDS, WHOLE, FramePlan, Render, exposure_steps, next_exposure, plan_frame, settle
 from colias_sim.lamps import Lamps
 from colias_sim.lens import point_spread
+from colias_sim.noise import Noise
 from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP, FrameClock
 from colias_sim.strips import Strips
@@ -21,10 +23,8 @@ from colias_sim.strips import Strips
 __all__ = ["Camera", "Frame", "exposure_steps"]
 
 Floats = npt.NDArray[np.float32]
-WARM_UP_ROWS = 2
 VIDEO_BLACK, VIDEO_WHITE = 16.0, 235.0
 """The luma of black and white in the video range of ITU-R BT.601."""
-_STANDARD_NORMAL = np.zeros(1), np.ones(1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,11 +87,10 @@ class Camera:
         self._option.geomgroup[OWN_BODY_GROUP] = 0
         self._grey = np.empty((rows, columns), np.uint8)
         self._light = np.zeros((config.height, config.width), np.float32)
-        self._ahead = np.zeros_like(self._light)
-        self._noise, self._spread = np.empty_like(self._light), np.empty_like(self._light)
-        self._no_noise = np.zeros_like(self._light)
-        self._read_variance = np.full_like(self._light, (config.gain * config.read_noise) ** 2)
-        self._noise_tape = np.empty((config.height + WARM_UP_ROWS, config.width), np.float32)
+        self._ahead, self._small = np.zeros_like(self._light), np.zeros_like(self._light)
+        self._whole = Box(range(config.height), range(config.width))
+        self._scale = config.supersample, config.supersample * config.supersample_columns
+        self._noise = Noise(config)
         self._kernel = point_spread(config.blur_px) if config.blur_px > 0.0 else None
         self._exposures = 0
         self._last: Frame | None = None
@@ -100,6 +99,8 @@ class Camera:
         bands = config.row_time_us > 0.0
         slots = Strips.slots(config) if bands else 1
         self._offscreen = Offscreen(model, rows, columns, slots=slots, bright=self._lamps is not None)
+        still = config.still_background and not bands
+        self._background = Background(model, self._eye.fixedcamid, config, self._option) if still else None
         self._strips = Strips(self._offscreen, config, slots) if bands else None
         self.plan: FramePlan
         self.next_plan: FramePlan
@@ -127,6 +128,8 @@ class Camera:
         self._ahead[:] = 0.0
         self._last = None
         self._exposure_ms = self.config.exposure_ms
+        if self._background is not None:
+            self._background.forget()
         if self._lamps is not None:
             self._lamps.look()
         if self.config.auto_exposure and self.config.ae_start == "settled":
@@ -182,13 +185,12 @@ class Camera:
         """
         config, light = self.config, self._averaged()
         luma = np.empty(light.shape, np.uint8)
-        noisy = config.shot_noise > 0.0 or config.read_noise > 0.0
-        noise = self._draw_noise(light, rng) if noisy else self._no_noise
+        noise = self._noise.draw(light, rng)
         if config.luma_range == "full":
             cv2.add(light, noise, dst=luma, dtype=cv2.CV_8U)  # rounds and saturates
         else:
             scale = (VIDEO_WHITE - VIDEO_BLACK) / 255.0
-            cv2.add(np.clip(light + noise, 0.0, 255.0) * scale, VIDEO_BLACK, dst=luma, dtype=cv2.CV_8U)
+            cv2.convertScaleAbs(np.clip(light + noise, 0.0, 255.0), dst=luma, alpha=scale, beta=VIDEO_BLACK)
         # An array over immutable bytes: no model can make it writable again.
         picture = np.frombuffer(luma.tobytes(), np.uint8).reshape(luma.shape)
         age_ms = self.plan.early_steps * 1000.0 / (self._steps * config.fps)
@@ -235,20 +237,40 @@ class Camera:
             assert self._strips is not None, "only a rolling shutter renders bands of rows"
             self._strips.draw(data, self._eye, self._option, render, self._light, self._ahead)
             return
-        self._render(data)
+        box = self._render(data)
         if self._grey.shape != self._light.shape:
-            small = cv2.resize(self._grey.astype(np.float32), self._light.shape[::-1], interpolation=cv2.INTER_AREA)
-            self._light += render.parts * small
+            self._shrink(box)
+            self._light += render.parts * self._small
         else:
             for _ in range(render.parts):
                 cv2.accumulate(self._grey, self._light)
         self._exposures += render.parts
 
-    def _render(self, data: mujoco.MjData) -> None:
-        """Render the whole picture."""
+    def _render(self, data: mujoco.MjData) -> Box:
+        """Render the whole picture, or the box of it that has changed."""
+        if self._background is not None:
+            return self._render_box(data, self._background.changed(data))
         rgb = self._offscreen.render(data, self._eye, self._option)
         cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
         cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
+        return self._whole
+
+    def _render_box(self, data: mujoco.MjData, box: Box) -> Box:
+        """Render a part of the picture, and leave the others as they were."""
+        if box.rows and box.columns:
+            rows, columns = box.times(*self._scale)
+            self._offscreen.draw(data, self._eye, self._option, rows, columns=columns)
+            grey = cv2.cvtColor(self._offscreen.read(rows, columns=columns), cv2.COLOR_RGB2GRAY)
+            self._grey[from_above(rows, len(self._grey)), slice_of(columns)] = grey[::-1]
+        return box
+
+    def _shrink(self, box: Box) -> None:
+        """Average the render's pixels over those of the picture."""
+        if box.rows and box.columns:
+            rows, columns = box.times(*self._scale)
+            many = self._grey[from_above(rows, len(self._grey)), slice_of(columns)].astype(np.float32)
+            few = cv2.resize(many, (len(box.columns), len(box.rows)), interpolation=cv2.INTER_AREA)
+            self._small[from_above(box.rows, self.config.height), slice_of(box.columns)] = few
 
     def _mean(self, data: mujoco.MjData, exposure_ms: float) -> float:
         """Mean grey of the present scene at an exposure time, all rows at this moment."""
@@ -265,15 +287,5 @@ class Camera:
             light *= 1.0 / exposures
         if self._kernel is None:
             return light
-        return cv2.sepFilter2D(light, cv2.CV_32F, self._kernel, self._kernel, borderType=cv2.BORDER_REPLICATE)
-
-    def _draw_noise(self, light: Floats, rng: np.random.Generator) -> Floats:
-        """Draw photon and read noise of one frame, both Gaussian, as photon noise is above some tens of electrons."""
-        config, spread, noise = self.config, self._spread, self._noise
-        # OpenCV's generator, seeded for each frame from the trial's, is five times faster than NumPy's. Its first
-        # numbers after seeding correlate with the seed: they are drawn into rows above the picture and not used.
-        cv2.setRNGSeed(int(rng.bit_generator.random_raw()) & 0x7FFFFFFF)  # of 32 or 64 bits
-        cv2.randn(self._noise_tape, *_STANDARD_NORMAL)
-        cv2.scaleAdd(light, config.gain * config.shot_noise**2 / 255.0, self._read_variance, spread)
-        np.sqrt(spread, out=spread)
-        return np.multiply(self._noise_tape[WARM_UP_ROWS:], spread, out=noise)
+        blurred = cv2.sepFilter2D(light, cv2.CV_32F, self._kernel, self._kernel, borderType=cv2.BORDER_REPLICATE)
+        return np.asarray(blurred, np.float32)

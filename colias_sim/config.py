@@ -107,10 +107,10 @@ class RobotConfig:
         return _preset(cls.presets(), "robot", name)
 
 
-_OV7670: Mapping[str, float | str] = {
+_OV7670: Mapping[str, Any] = {
     # 480 rows of 2 x 784 pixel clocks at 25 MHz, 62.7 us each, over the 72 rows of the picture (data sheet, derived).
     "row_time_us": 418.0,
-    "row_bands": 6,
+    "row_bands": 5,
     # Colias's firmware: register GAIN 0x08, which is 1 + 8/16.
     "gain": 1.5,
     "exposure_samples": 8,
@@ -163,6 +163,9 @@ class CameraConfig:
     supersample_columns: int = Field(
         default=1, ge=1, le=32, description="rendered pixels per camera pixel along a row, times supersample"
     )
+    still_background: bool = Field(
+        default=False, description="render only around robots that can move while the camera rests; global shutter only"
+    )
     shot_noise: float = Field(default=1.28, ge=0.0, le=64.0, description="photon noise at white, sd in grey levels")
     read_noise: float = Field(default=0.64, ge=0.0, le=64.0, description="read noise, sd in grey levels")
     row_time_us: float = Field(
@@ -170,7 +173,7 @@ class CameraConfig:
         description="from the read-out of a row of the picture to the next row's (OV7670: 418); 0: a global shutter",
     )  # fmt: skip
     row_bands: int = Field(
-        default=6, ge=1, le=1080, description="bands of rows, each rendered at its own moment, where row_time_us > 0"
+        default=5, ge=1, le=1080, description="bands of rows, each rendered at its own moment, where row_time_us > 0"
     )
     gain: float = Field(
         default=1.0, ge=0.1, le=16.0, description="fixed gain, on light and noise (OV7670 on Colias: 1.5)"

@@ -31,4 +31,5 @@ def point_spread(sd_px: float) -> Floats:
     half = int(np.ceil(4.0 * sd_px)) + 1
     transfer = np.exp(sd_px**2 * (np.cos(2 * np.pi * np.fft.rfftfreq(256)) - 1.0))
     weights = np.roll(np.fft.irfft(transfer, 256), half)[: 2 * half + 1]
-    return (weights / weights.sum()).astype(np.float32)
+    kernel: Floats = (weights / weights.sum()).astype(np.float32)
+    return kernel

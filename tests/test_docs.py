@@ -15,10 +15,11 @@ from tests.test_imports import LEVELS
 __all__ = ["chapter"]
 
 JOURNEYS = {
-    "architecture.md", "behaviours-and-training.md", "footage.md", "index.md", "maps.md", "robot-trials.md",
+    "architecture.md", "behaviours-and-training.md", "eye.md", "footage.md", "index.md", "maps.md", "robot-trials.md",
     "what-the-numbers-mean.md", "your-own-experiment.md", "your-own-model.md",
 }  # fmt: skip
 OWN_TESTS = {
+    "eye.md",
     "robot-trials.md",
     "your-own-model.md",
     "your-own-experiment.md",

@@ -25,6 +25,6 @@ def draw(table: Fidelity) -> Figure:
         axes.set_xticks(range(len(CLAIMS)), CLAIMS)
         axes.set_yticks(range(len(CELLS)), [cell.name for cell in CELLS])
         axes.tick_params(length=0)
-        said = f"replicates of {table.replicates} in which a claim held; {table.repeats} repeats each, seed {table.seed} up"
-        drawn.suptitle(said, fontsize=9, x=0.01, ha="left")
+        counted = f"replicates of {table.replicates} in which a claim held (v: vacuous in some)"
+        drawn.suptitle(f"{counted}; {table.repeats} repeats each, from seed {table.seed}", fontsize=9, x=0.01, ha="left")
     return drawn
