@@ -13,7 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
-from experiments.bench.core.plotting import COLOURS, STYLE
+from experiments.bench.core.figures.palette import HUES
+from experiments.bench.core.figures.plotting import STYLE
 
 DOCS = Path(__file__).parents[1] / "docs"
 SPEED = 0.3
@@ -61,7 +62,7 @@ def drawn() -> Figure:
         axes.set_title(f"{title}\n{frame.exposure_ms:.1f} ms", fontsize=8)
         axes.set_axis_off()
     mean, exposure, lens = (figure.add_subplot(grid[1, 4 * i : 4 * i + 4]) for i in range(3))
-    for start, colour in zip((0.5, 8.0, 30.0), COLOURS, strict=False):
+    for start, colour in zip((0.5, 8.0, 30.0), HUES, strict=False):
         frames = settling(start)
         mean.plot([frame.luma.mean() for frame in frames], ".-", color=colour, label=f"from {start:g} ms")
         exposure.semilogy([frame.exposure_ms for frame in frames], ".-", color=colour)
@@ -70,7 +71,7 @@ def drawn() -> Figure:
     mean.legend(frameon=False, fontsize=7)
     exposure.set(xlabel="frame", ylabel="exposure, ms")
     f = np.linspace(0.0, 0.5, 100)
-    for sd, colour in zip((EYE.blur_px, 0.6, 1.0), COLOURS, strict=False):
+    for sd, colour in zip((EYE.blur_px, 0.6, 1.0), HUES, strict=False):
         lens.plot(f, np.exp(sd**2 * (np.cos(2 * np.pi * f) - 1)), color=colour, label=f"blur_px={sd:g}")
     lens.set(xlabel="cycles a pixel", ylabel="the lens's transfer", ylim=(0, 1.02))
     lens.legend(frameon=False, fontsize=7)

@@ -26,5 +26,6 @@ def draw(table: Fidelity) -> Figure:
         axes.set_yticks(range(len(CELLS)), [cell.name for cell in CELLS])
         axes.tick_params(length=0)
         counted = f"replicates of {table.replicates} in which a claim held (v: vacuous in some)"
-        drawn.suptitle(f"{counted}; {table.repeats} repeats each, from seed {table.seed}", fontsize=9, x=0.01, ha="left")
+        design = f"{table.repeats} repeats each, from seed {table.seed}"
+        drawn.suptitle(f"{counted}; {design}", fontsize=9, x=0.01, ha="left")
     return drawn
