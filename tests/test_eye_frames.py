@@ -205,7 +205,7 @@ def test_set_takes_a_preset_first_and_then_the_others():
         (["camera.preset=ov7670", "camera.exposure_ms=100"], "with auto_exposure legal is 0.0627..32"),
         (["camera.row_time_us=600"], "legal is up to 463.0"),
         (["camera.row_time_us=100", "camera.row_bands=80"], "legal is up to the 72 rows"),
-        (["robot.preset=default"], "no parameter"),
+        (["robot.preset=ov7670"], "legal is default, colias4"),
     ],
 )
 def test_settings_that_cannot_be_are_refused_by_name_and_range(assignments, said):

@@ -106,8 +106,9 @@ def reproduce(
 def _fidelity(quick: bool, others: bool, seed: int, out: Path | None, means: Resources) -> int:
     """The table of claims over eyes and drives, printed anew after every replicate."""
     from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.figures import plotting
     from experiments.bench.core.terminal import out_console, show_places
-    from experiments.bench.reproduction import fidelity, plan, table
+    from experiments.bench.reproduction import fidelity, fidelity_figure, plan, table
 
     if others:
         raise UsageError("--fidelity: goes with --quick, --seed, --out, --workers, --cluster and --quiet alone")
@@ -115,7 +116,8 @@ def _fidelity(quick: bool, others: bool, seed: int, out: Path | None, means: Res
     folder = new_folder(out, "fidelity")
     show = (lambda _: None) if means.quiet else table.show_fidelity
     result = fidelity.run(folder, count, repeats, seed, means, show)
+    picture = plotting.save(fidelity_figure.draw(result), folder, "fidelity")
     if not means.quiet:
         out_console.print()
-        show_places({"table": folder / "fidelity.json", "figure": folder / "fidelity.png"})
+        show_places({"table": folder / "fidelity.json", "figure": picture})
     return EXIT_FAILED if result.failures else 0

@@ -146,7 +146,7 @@ def run(
     Returns
     -------
     Fidelity
-        The table; ``fidelity.json`` and its figure are in the folder.
+        The table; ``fidelity.json`` in the folder has its rows.
     """
     example = plan(registry.load(robustness.judged_in()[CLAIMS[0]]), (MODEL,), (), repeats, seed)
     found: dict[Cell, list[Replicate]] = {cell: [] for cell in CELLS}
@@ -156,7 +156,7 @@ def run(
     with resources.pool() as pool:
         for number in range(replicates):
             own = cases(repeats, seed + number)
-            batch = robustness.batch(f"replicate {number} of {replicates}", own, example)
+            batch = robustness.batch(f"replicate {number}", own, example)
             with closing(batch.open(folder / f"replicate-{number}", resources)) as done:
                 failures += batch.fill(done, pool, resources)
                 for cell, each in zip(CELLS, studied(own, done.rows()), strict=True):
@@ -164,10 +164,6 @@ def run(
             table = judged(found, repeats, seed, failures)
             files.write_json("fidelity.json", table.rows())
             show(table)
-    from experiments.bench.core.figures import plotting  # not before: workers do without matplotlib
-    from experiments.bench.reproduction import fidelity_figure
-
-    plotting.save(fidelity_figure.draw(table), folder, "fidelity")
     return table
 
 

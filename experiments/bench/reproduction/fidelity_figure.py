@@ -7,22 +7,23 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from experiments.bench.core.figures.plotting import STYLE
-from experiments.bench.reproduction.fidelity import CELLS, CLAIMS, Fidelity
+from experiments.bench.reproduction import fidelity
+from experiments.bench.reproduction.fidelity import CELLS, Fidelity
 
 
 def draw(table: Fidelity) -> Figure:
     """Draw in how many replicates each claim held in each cell; a ``v`` marks cells where it is vacuous in some."""
-    held = np.array([[table.counted(cell, claim) / table.replicates for claim in CLAIMS] for cell in CELLS])
+    held = np.array([[table.counted(cell, claim) / table.replicates for claim in fidelity.CLAIMS] for cell in CELLS])
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(8.4, 2.6), layout="constrained")
         axes = drawn.subplots()
         axes.imshow(held, cmap="Blues", vmin=0.0, vmax=1.15, aspect="auto")
         for row, cell in enumerate(CELLS):
-            for column, claim in enumerate(CLAIMS):
+            for column, claim in enumerate(fidelity.CLAIMS):
                 vacuous = "v" if table.counted(cell, claim, "vacuous") else ""
                 axes.text(column, row, f"{table.counted(cell, claim)}{vacuous}", ha="center", va="center",
                           color="white" if held[row, column] > 0.6 else "black")  # fmt: skip
-        axes.set_xticks(range(len(CLAIMS)), CLAIMS)
+        axes.set_xticks(range(len(fidelity.CLAIMS)), fidelity.CLAIMS)
         axes.set_yticks(range(len(CELLS)), [cell.name for cell in CELLS])
         axes.tick_params(length=0)
         counted = f"replicates of {table.replicates} in which a claim held (v: vacuous in some)"
