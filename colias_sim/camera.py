@@ -205,7 +205,10 @@ class Camera:
             if dropped and self._last is not None:
                 frame = self._again(self._last, time)
             self._last = frame
-        self._turn(self._planned(rng.standard_normal() if config.jitter_ms > 0.0 else 0.0))
+        if config.auto_exposure or config.jitter_ms > 0.0:
+            self._turn(self._planned(rng.standard_normal() if config.jitter_ms > 0.0 else 0.0))
+        else:
+            self._turn(self.next_plan)
         return frame
 
     def discard(self) -> None:

@@ -110,7 +110,7 @@ class RobotConfig:
 _OV7670: Mapping[str, Any] = {
     # 480 rows of 2 x 784 pixel clocks at 25 MHz, 62.7 us each, over the 72 rows of the picture (data sheet, derived).
     "row_time_us": 418.0,
-    "row_bands": 5,
+    "row_bands": 6,
     # Colias's firmware: register GAIN 0x08, which is 1 + 8/16.
     "gain": 1.5,
     "exposure_samples": 8,
@@ -173,7 +173,7 @@ class CameraConfig:
         description="from the read-out of a row of the picture to the next row's (OV7670: 418); 0: a global shutter",
     )  # fmt: skip
     row_bands: int = Field(
-        default=5, ge=1, le=1080, description="bands of rows, each rendered at its own moment, where row_time_us > 0"
+        default=6, ge=1, le=1080, description="bands of rows, each rendered at its own moment, where row_time_us > 0"
     )
     gain: float = Field(
         default=1.0, ge=0.1, le=16.0, description="fixed gain, on light and noise (OV7670 on Colias: 1.5)"
