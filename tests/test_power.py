@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from experiments.behaviours import AVOIDANCE
 from experiments.bench.closed_loop import claims as closed_loop_claims
+from experiments.bench.closed_loop import table
 from experiments.bench.closed_loop.power import Pilot, episodes_needed, pilot, power
-from experiments.bench.closed_loop.scores import rate_ratio
+from experiments.bench.closed_loop.run import Played
+from experiments.bench.closed_loop.run import plan as planned
+from experiments.bench.closed_loop.scores import STEP_SCHEMA, rate_ratio
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.scores import Standing
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL
 from tests.test_behaviour_claims import judged
 from tests.test_behaviours import rows
@@ -31,6 +36,10 @@ def summed(rarer, other, bound, episodes):
             if rate_ratio(*sides).low > bound:
                 found += chances[0].pmf(more) * chances[1].pmf(fewer)
     return found
+
+
+def needed(bound=1.0, target=0.8):
+    return episodes_needed(RARER, OTHER, bound, target)
 
 
 @pytest.mark.parametrize(("bound", "episodes"), [(1.0, 20), (1.0, 60), (2.0, 50)])
@@ -70,11 +79,11 @@ def test_the_power_is_the_share_of_simulated_experiments_that_show_it():
 
 
 def test_the_number_needed_is_the_first_with_the_power():
-    needed = episodes_needed(RARER, OTHER, 1.0)
-    assert power(RARER, OTHER, 1.0, needed) >= 0.8 > power(RARER, OTHER, 1.0, needed - 1)
-    assert all(power(RARER, OTHER, 1.0, n) >= 0.8 for n in range(needed, needed + 40))
-    assert episodes_needed(RARER, OTHER, 2.0) > needed, "a stricter bound takes more"
-    assert episodes_needed(RARER, OTHER, 1.0, 0.95) > needed
+    first = needed()
+    assert power(RARER, OTHER, 1.0, first) >= 0.8 > power(RARER, OTHER, 1.0, first - 1)
+    assert all(power(RARER, OTHER, 1.0, n) >= 0.8 for n in range(first, first + 40))
+    assert needed(bound=2.0) > first, "a stricter bound takes more"
+    assert needed(target=0.95) > first
 
 
 def test_equal_rates_are_shown_as_seldom_as_the_interval_errs():
@@ -94,19 +103,18 @@ def test_a_pilot_that_says_nothing_is_refused():
 
 
 def test_a_full_reproduction_has_the_episodes_that_b2_takes_and_others_say_how_few_they_have():
-    needed = closed_loop_claims.lgmd_episodes()
-    assert FULL.episodes >= needed > USUAL.episodes > QUICK.episodes
+    assert FULL.episodes >= closed_loop_claims.lgmd_episodes() > USUAL.episodes > QUICK.episodes
     assert FULL.steps is None, "whole episodes, as the pilot's"
 
 
 def test_b2_says_where_it_is_underpowered():
-    needed = closed_loop_claims.lgmd_episodes()
+    enough = closed_loop_claims.lgmd_episodes()
     played = {"hybrid": rows(1, 19, metres=4.0, seconds=60.0), "lgmd": rows(12, 8, metres=3.0, seconds=60.0)}
-    assert judged(**played)["B2"].decided.endswith(f"(needs above 1); underpowered: 20 of {needed} episodes")
-    many = {"hybrid": rows(1, needed - 1, seconds=60.0), "lgmd": rows(12, needed - 12, seconds=60.0)}
+    assert judged(**played)["B2"].decided.endswith(f"(needs above 1); underpowered: 20 of {enough} episodes")
+    many = {"hybrid": rows(1, enough - 1, seconds=60.0), "lgmd": rows(12, enough - 12, seconds=60.0)}
     assert "underpowered" not in judged(**many)["B2"].decided
     half = {name: [row | {"seconds": 30.0} for row in side] for name, side in many.items()}
-    said = f"underpowered: {needed} of {needed} episodes, of 30 s in place of 60"
+    said = f"underpowered: {enough} of {enough} episodes, of 30 s in place of 60"
     assert judged(**half)["B2"].decided.endswith(said)
     few = {name: side[:5] for name, side in played.items()}
     assert "underpowered" not in judged(**few)["B2"].decided, "it is untested, which is told"
@@ -116,31 +124,38 @@ def test_b2_says_where_it_is_underpowered():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("name", "other", "said"),
     [
-        (("optomotor", "--power", "still"), "colias: --power still: Optomotor-v0 counts no collisions; legal is"),
-        (("hybrid", "--power", "hybrid"), "colias: --power hybrid: that is the behaviour itself"),
-        (("hybrid", "--power", "hybird"), "colias: no behaviour 'hybird'"),
+        (
+            "optomotor",
+            "still",
+            "--power still: Optomotor-v0 counts no collisions; legal is a behaviour in Avoidance-v0",
+        ),
+        ("hybrid", "hybrid", "--power hybrid: that is the behaviour itself; legal is another one"),
+        ("hybrid", "hybird", "no behaviour 'hybird'"),
     ],
 )
-def test_wrong_uses_of_power_end_in_a_line(colias, arguments, said):
-    done = colias("behave", *arguments)
-    assert done.returncode == 2 and done.stderr.startswith(said) and done.stderr.count("\n") == 1
-    assert not list(colias.folder.iterdir())
+def test_wrong_uses_of_power_are_refused(name, other, said):
+    with pytest.raises(UsageError) as caught:
+        planned(name, None, (), 3, 0, True, other)
+    assert str(caught.value).startswith(said) and "\n" not in str(caught.value)
 
 
-def test_the_command_computes_the_power_from_its_episodes_as_a_pilot(colias):
-    done = colias("behave", "hybrid", "--power", "straight", "--episodes", "3", "--set", "robots=8", "--seed", "1000",
-                  "--no-recordings", "--workers", "0", "--out", "pilot")  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert "straight: 3 collisions in" in done.stdout and "hybrid: " in done.stdout
-    assert "For a power of 80% to show that hybrid collides less often a metre than straight" in " ".join(
-        done.stdout.split()
-    )
+def test_a_pilot_plays_the_other_in_place_of_the_baselines():
+    made = planned("hybrid", None, ("robots=3",), 3, 1000, True, "lgmd")
+    assert [setting.behaviour for setting in made.settings] == ["hybrid", "lgmd"]
+    assert {setting.options for setting in made.settings} == {(("robots", 3),)}
 
 
-def test_without_a_collision_there_is_nothing_to_compare():
-    from experiments.bench.closed_loop.power import check_pilot
-
+def test_the_power_is_told_from_the_episodes_played_as_a_pilot(tmp_path, capsys):
+    """The command itself runs in tests/test_docs_behaviours.py."""
+    sides = {"hybrid": rows(4, 56, metres=250 / 60), "lgmd": rows(19, 41, metres=200 / 60)}
+    standings = [Standing(name, {}, side) for name, side in sides.items()]
+    table.show_power(Played(tmp_path, AVOIDANCE, standings, STEP_SCHEMA.empty_table(), []), "lgmd")
+    said = " ".join(capsys.readouterr().out.split())
+    assert "hybrid: 4 collisions in 250.0 m, 60 episodes lgmd: 19 collisions in 200.0 m, 60 episodes" in said
+    assert f"that hybrid collides less often a metre than lgmd, by a whole 95 % interval: {needed()} episodes" in said
+    assert f"{power(RARER, OTHER, 1.0, 60):.0%} with 60" in said
+    few = [standings[0], Standing("lgmd", {}, rows(0, 9))]
     with pytest.raises(UsageError, match="--power lgmd: it touched nothing in 9 episodes"):
-        check_pilot("lgmd", Pilot(0, 3.0, 9))
+        table.show_power(Played(tmp_path, AVOIDANCE, few, STEP_SCHEMA.empty_table(), []), "lgmd")

@@ -11,7 +11,7 @@ from experiments.bench.training.scores import TRAINED
 from experiments.bench.training.study import Studied
 
 FEW = 10
-"""Training seeds below which the interval is said to be narrow."""
+"""Training seeds below which the interval is said to be too narrow."""
 
 
 def show(studied: Studied) -> None:
@@ -58,5 +58,5 @@ def _notes(studied: Studied) -> list[str]:
         "The others: mean over the same episodes, 95 % interval over episodes.",
     ]
     if studied.study.runs < FEW:
-        notes.append(f"{count(studied.study.runs, 'training seed')} are few: the interval is narrower than 95 %.")
+        notes.append(f"{count(studied.study.runs, 'training seed')} are few: such intervals are too narrow.")
     return [*notes, *filter(None, [ENVS[studied.env].note.strip()])]
