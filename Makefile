@@ -19,7 +19,7 @@ train: $(READY) ## A policy by PPO on neural observations, after setting up the 
 	sh tools/setup.sh --train
 	$(BIN)/colias train
 
-policies: $(READY) ## Policies of five training seeds in either env and their tables, after setting up the extra [train]; about an hour
+policies: $(READY) ## Policies of five training seeds in either env and their tables, after setting up the extra [train]; some half an hour
 	sh tools/setup.sh --train
 	$(BIN)/colias train --env Optomotor --seeds 5
 	$(BIN)/colias train --env Fixation --seeds 5

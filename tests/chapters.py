@@ -45,7 +45,7 @@ SKIPPED = {
     "README.md": ("downloads packages",),
     "behaviours-and-training.md": (
         "needs PyTorch and minutes: tests/test_train.py",
-        "needs PyTorch and an hour: tests/test_training_seeds.py",
+        "needs PyTorch and half an hour: tests/test_training_seeds.py",
         "needs a screen",
     ),
     "footage.md": ("needs a screen", "needs a camera", "takes a minute: tests/test_street.py shows a clip of it"),

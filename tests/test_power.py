@@ -16,6 +16,7 @@ from experiments.bench.closed_loop.scores import STEP_SCHEMA, rate_ratio
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.scores import Standing
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL
+from tests.chapters import ROOT
 from tests.test_behaviour_claims import judged
 from tests.test_behaviours import rows
 
@@ -118,6 +119,25 @@ def test_b2_says_where_it_is_underpowered():
     assert judged(**half)["B2"].decided.endswith(said)
     few = {name: side[:5] for name, side in played.items()}
     assert "underpowered" not in judged(**few)["B2"].decided, "it is untested, which is told"
+
+
+def test_the_documentation_has_the_numbers_of_the_pilot():
+    text = (ROOT / "docs" / "behaviours-and-training.md").read_text()
+    hybrid, lgmd = closed_loop_claims.PILOT["hybrid"], closed_loop_claims.PILOT["lgmd"]
+    for said in (
+        f"the hybrid collided {hybrid.collisions} times in {hybrid.metres} m, and LGMD alone {lgmd.collisions} times in"
+        f" {lgmd.metres} m: a ratio of rates of {lgmd.rate / hybrid.rate:.3g} [",
+        f"B2 takes {closed_loop_claims.lgmd_episodes()} episodes of each",
+        "| power | " + " | ".join(f"{power(hybrid, lgmd, 1.0, n):.0%}"[:-1] + " %" for n in (10, 20, 33, 60, 120)),
+        f"The {FULL.episodes} episodes of `colias reproduce --full` suffice",
+    ):
+        assert said in text, said
+    sides = [[{"touched": i < each.collisions, "driven_m": each.metres / each.episodes} for i in range(each.episodes)]
+             for each in (lgmd, hybrid)]  # fmt: skip
+    low = rate_ratio(*sides).low
+    nearer = Pilot(round(1e6 * lgmd.rate / low * hybrid.length), 1e6 * hybrid.length, 1_000_000)
+    assert f"if the ratio were {low:.3g}, the lower end" in text
+    assert f"that takes {episodes_needed(nearer, lgmd, 1.0)}." in text
 
 
 # The command.

@@ -16,6 +16,8 @@ FEW = 10
 
 def show(studied: Studied) -> None:
     """Print each measure with its interval, and below the table what the intervals are of."""
+    out_console.print(described(studied), soft_wrap=True, markup=False)
+    out_console.print()
     out_console.print(_table(studied))
     out_console.print()
     for line in _notes(studied):
@@ -39,7 +41,7 @@ def described(studied: Studied) -> str:
 
 def _table(studied: Studied) -> Table:
     """Two lines a behaviour: the values, and below them their intervals."""
-    table = Table(title=described(studied), title_justify="left", box=None, header_style="bold", pad_edge=False)
+    table = Table(box=None, header_style="bold", pad_edge=False)
     table.add_column("behaviour", no_wrap=True)
     measures = list(studied.standings[0].scores)
     for name in measures:
