@@ -2,7 +2,7 @@
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run reproduce numbers train test test-train attack fuzz lint types bench setup lock clean
+.PHONY: run reproduce numbers train policies test test-train attack fuzz lint types bench setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -18,6 +18,11 @@ numbers: $(READY) ## The documentation's measured figures anew: the whole reprod
 train: $(READY) ## A policy by PPO on neural observations, after setting up the extra [train]
 	sh tools/setup.sh --train
 	$(BIN)/colias train
+
+policies: $(READY) ## Policies of five training seeds in either env and their tables, after setting up the extra [train]; some half an hour
+	sh tools/setup.sh --train
+	$(BIN)/colias train --env Optomotor --seeds 5
+	$(BIN)/colias train --env Fixation --seeds 5
 
 test: $(READY) ## Every test; the report's needs Debian's chromium, and is skipped where that cannot be had
 	sh tools/setup.sh --browser

@@ -43,7 +43,11 @@ PAGES = (README, *CHAPTERS)
 
 SKIPPED = {
     "README.md": ("downloads packages",),
-    "behaviours-and-training.md": ("needs PyTorch and minutes: tests/test_train.py", "needs a screen"),
+    "behaviours-and-training.md": (
+        "needs PyTorch and minutes: tests/test_train.py",
+        "needs PyTorch and half an hour: tests/test_training_seeds.py",
+        "needs a screen",
+    ),
     "footage.md": ("needs a screen", "needs a camera", "takes a minute: tests/test_street.py shows a clip of it"),
     "maps.md": ("takes minutes: tests/test_map.py",),
     "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/test_pool.py"),

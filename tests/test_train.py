@@ -352,3 +352,30 @@ def test_the_command_trains_judges_and_replays(tmp_path):
     assert policy_file.load(tmp_path / "learnt" / "policy.npz").about.steps == 512
     again = run("--envs", "2", "--steps", "512", "--out", "learnt")
     assert again.returncode == 2 and "holds something already" in again.stderr
+
+
+def test_several_seeds_are_trained_each_as_alone_and_a_study_is_gone_on_with(tmp_path, monkeypatch):
+    pytest.importorskip("stable_baselines3")
+    from contextlib import nullcontext
+
+    from experiments.bench.cli import train as command
+    from experiments.bench.training import evaluate
+    from experiments.bench.training.ppo import train
+
+    monkeypatch.setattr(evaluate, "JUDGED", 1)
+    asked = {"seed": 1, "seeds": 2, "steps": 256, "envs": 1, "workers": 0, "quiet": True}
+    folder = tmp_path / "study"
+    assert command.train(**asked, out=folder) == 0
+    files = [folder / f"seed-{seed}" / f"policy-{seed}.npz" for seed in (1, 2)]
+    first, second = (file.read_bytes() for file in files)
+    assert first != second
+    alone = train(About(OPTOMOTOR, seed=2, steps=256, envs=1), lambda: nullcontext(lambda: None)).policy
+    for ours, theirs in zip(policy_file.load(files[1]).layers, alone.layers, strict=True):
+        assert all(np.array_equal(a, b) for a, b in zip(ours, theirs, strict=True))
+    files[1].unlink()
+    files[1].parent.joinpath("learning.csv").unlink()
+    files[1].parent.rmdir()
+    table = (folder / "policies.csv").read_bytes()
+    assert command.train(**asked, resume=folder) == 0
+    assert [file.read_bytes() for file in files] == [first, second]
+    assert (folder / "policies.csv").read_bytes() == table

@@ -7,7 +7,8 @@ env's world and film from `colias_sim.streams`.
   (`experiments.bench.robot.experiment.trial_seed`), and draws from three streams at that seed.
 - Repeat r of a **clip**, and episode r of a **behaviour**, have the run's seed plus r. So repeat 1 of a run with seed 0
   shows what repeat 0 of a run with seed 1 does; within a run no two repeats are alike.
-- **Bootstrap** and **permutations** always start at seed 0: equal tables get equal intervals and p values.
+- **Bootstrap** and **permutations** always start at seed 0: equal tables get equal intervals and p values. The
+  bootstrap over training seeds starts at the first of them.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ KEYS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "permutations.order": (ROOM, 2),  # of trials among groups
         "bootstrap.blocks": (ROOM, 3),  # of footage
         "permutations.signs": (ROOM, 5),  # of differences
+        "bootstrap.training": (ROOM, 6),  # of training seeds
         "course.nominal": (ROOM, 4),  # the errors of a start pose whose spread is 0
     }
 )

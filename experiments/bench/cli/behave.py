@@ -29,6 +29,14 @@ def behave(
     baselines: Annotated[
         bool, typer.Option(help="Play random walk, straight drive and the privileged one too.")
     ] = True,
+    power: Annotated[
+        str | None,
+        typer.Option(
+            metavar="OTHER",
+            help="Play OTHER in place of the baselines, and say how many episodes it takes to show that NAME collides"
+            " less often.",
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder of the results, otherwise runs/behave-NAME-TIME; goes on with one begun."),
@@ -45,13 +53,14 @@ def behave(
 
     The robot is the observer of the trials, with its camera, wheels and motors; the network runs on every frame.
     Equal seeds are equal worlds, whoever plays in them. Recordings show the observer's view, the arena from above
-    with tracks, the neurons, the wheels and the reward. Exit status: 1 if episodes failed; the others count.
+    with tracks, the neurons, the wheels and the reward. With --power these episodes are a pilot: use other seeds for
+    it than for what is judged. Exit status: 1 if episodes failed; the others count.
     """
     from experiments.bench.closed_loop import figure as closed_loop_figure
     from experiments.bench.closed_loop import run as behaving
     from experiments.bench.closed_loop import table as closed_loop_table
 
-    made = behaving.plan(name, env, assignments or (), episodes, seed, baselines)
+    made = behaving.plan(name, env, assignments or (), episodes, seed, baselines, power)
     folder = new_folder(out, f"behave-{Path(name).stem}")
     means = resources(workers, cluster, quiet, other_code)
     with means.pool() as pool:
@@ -59,4 +68,6 @@ def behave(
     closed_loop_figure.write(played)
     if not quiet:
         closed_loop_table.show(played, recordings)
+    if power is not None:
+        closed_loop_table.show_power(played, power)
     return EXIT_FAILED if played.failures else 0

@@ -8,15 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, Quiet, Seed, Workers, new_folder, resources
+from experiments.bench.cli.options import EXIT_FAILED, OtherCode, Quiet, Seed, Workers, new_folder, resources
 from experiments.bench.core import interrupts
 
 if TYPE_CHECKING:
     from experiments.bench.closed_loop.policy import About
     from experiments.bench.closed_loop.run import Played
     from experiments.bench.core.batch import Resources
+    from experiments.bench.training.study import Study
 
 STEPS, ENVS, REPLAYED = 40_960, 8, 5
+MOST_SEED = 2**32 - 1
+LEAST_SEEDS, MOST_SEEDS = 2, 100
+"""Training seeds of a study."""
 
 
 def register(app: typer.Typer) -> None:
@@ -29,9 +33,17 @@ def train(
     steps: Annotated[int | None, typer.Option(help=f"Steps of all envs together; otherwise {STEPS}.")] = None,
     seed: Seed = 0,
     envs: Annotated[int | None, typer.Option(help=f"Envs that are stepped together; otherwise {ENVS}.")] = None,
+    seeds: Annotated[
+        int | None,
+        typer.Option(help="Train at so many seeds, from --seed up, and judge them together; otherwise at one."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/NAME-TIME.")] = None,
+    resume: Annotated[
+        Path | None, typer.Option(help="With --seeds: go on in this folder; what is trained there is kept.")
+    ] = None,
     replay: Annotated[Path | None, typer.Option(help="Do not train: play the policy in this file.")] = None,
     episodes: Annotated[int | None, typer.Option(help=f"With --replay: how many; otherwise {REPLAYED}.")] = None,
+    other_code: OtherCode = False,
     workers: Workers = None,
     quiet: Quiet = False,
 ) -> int:
@@ -41,19 +53,28 @@ def train(
     learning.csv (the mean return as it grew), the 20 episodes that each was judged by, in worlds not trained in, and
     their table and figure. --replay also leaves Rerun recordings, for [b]colias view OUT[/b]. On one version of
     PyTorch, equal --seed, --steps and --envs give equal policies. A policy's file is plain numbers: reading one runs
-    nothing, and [b]colias behave FILE[/b] plays it too.
+    nothing, and [b]colias behave FILE[/b] plays it too. With --seeds, OUT gets a folder seed-K for each training seed,
+    and policies.csv and its figure with interquartile means over the training seeds.
     """
     from experiments.bench.core.errors import UsageError
 
-    means = resources(workers, None, quiet, False)
+    means = resources(workers, None, quiet, other_code)
+    given = {"--env": env, "--steps": steps, "--envs": envs, "--seeds": seeds, "--resume": resume}
     if replay is not None:
-        for name, value in {"--env": env, "--steps": steps, "--envs": envs}.items():
+        for name, value in given.items():
             if value is not None:
-                raise UsageError(f"{name} {value}: the policy's file says that; leave it out with --replay")
+                reason = (
+                    "the policy's file says that" if name in ("--env", "--steps", "--envs") else "it trains nothing"
+                )
+                raise UsageError(f"{name} {value}: {reason}; leave it out with --replay")
         return _replay(replay, REPLAYED if episodes is None else episodes, seed, out, means)
     if episodes is not None:
         raise UsageError(f"--episodes {episodes}: goes with --replay")
     about = _about(env or "Optomotor", STEPS if steps is None else steps, seed, ENVS if envs is None else envs)
+    if seeds is not None:
+        return _study(about, seeds, out, resume, means)
+    if resume is not None:
+        raise UsageError(f"--resume {resume}: goes with --seeds")
     return _train(about, out, means)
 
 
@@ -66,7 +87,7 @@ def _about(env: str, steps: int, seed: int, envs: int) -> About:
     where = env_id(env)
     if where not in TRAINABLE:
         raise UsageError(f"--env {env}: a policy learns Optomotor or Fixation")
-    for name, value, least, most in (("--seed", seed, 0, 2**32 - 1), ("--envs", envs, 1, 64),
+    for name, value, least, most in (("--seed", seed, 0, MOST_SEED), ("--envs", envs, 1, 64),
                                      ("--steps", steps, ROLLOUT * max(envs, 1), 10**8)):  # fmt: skip
         if not least <= value <= most:
             why = f" ({ROLLOUT} for each of {envs} envs at least)" if name == "--steps" else ""
@@ -74,16 +95,65 @@ def _about(env: str, steps: int, seed: int, envs: int) -> About:
     return About(where, seed, steps, envs)
 
 
-def _train(about: About, out: Path | None, means: Resources) -> int:
+def _study(about: About, seeds: int, out: Path | None, resume: Path | None, means: Resources) -> int:
+    """Train what is missing of several seeds, judge all, draw and print; the exit status."""
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.training import figure, study, table
+
+    most = min(MOST_SEEDS, MOST_SEED + 1 - about.seed)
+    if not LEAST_SEEDS <= seeds <= most:
+        raise UsageError(
+            f"--seeds {seeds}: legal is a whole number from {LEAST_SEEDS} to {most}; without it one is trained"
+        )
+    if resume is not None and out is not None:
+        raise UsageError("--out and --resume name one folder each: give one of them")
+    asked = study.Study(about, seeds)
+    if resume is None:
+        _require_training()
+    folder = resume or new_folder(out, f"train-{about.env.partition('/')[2]}")
+    done = study.open_folder(asked, folder, resume=resume is not None)
+    missing = [seed for seed in asked.seeds if seed not in done]
+    if missing:
+        _require_training()
+        study.check_installed(study.versions(asked, folder, done), folder)
+    if not means.quiet:
+        _announce(asked, len(done), folder)
+    for seed in missing:
+        study.train(asked, folder, seed, means)
+    studied = study.judge(asked, folder, means)
+    figure.write(studied)
+    if not means.quiet and studied.runs:
+        table.show(studied)
+    return EXIT_FAILED if studied.failures else 0
+
+
+def _announce(asked: Study, done: int, folder: Path) -> None:
+    from experiments.bench.core.terminal import error_console
+
+    trained = f"; {done} of them trained already" if done else ""
+    error_console.print(
+        f"{asked.first.env}: {asked.runs} training seeds, {asked.seeds[0]} to {asked.seeds[-1]}, of"
+        f" {asked.first.steps} steps each in {asked.first.envs} envs{trained}, into {folder}",
+        soft_wrap=True, markup=False,
+    )  # fmt: skip
+
+
+def _require_training() -> None:
+    """Raise `UsageError` where the extra is not installed, `GLUnavailable` where nothing can be rendered."""
     from colias_sim.gl import require_backend
     from experiments.bench.core.errors import UsageError
-    from experiments.bench.core.terminal import error_console, progress, show_places
 
     for module in ("torch", "stable_baselines3"):
         if importlib.util.find_spec(module) is None:
             raise UsageError(f"training needs {module}, which is not installed: run 'make train', or install PyTorch's"
                              " CPU build and then colias-sim[train]")  # fmt: skip
     require_backend()
+
+
+def _train(about: About, out: Path | None, means: Resources) -> int:
+    from experiments.bench.core.terminal import error_console, progress, show_places
+
+    _require_training()
     folder = _new_folder(out, f"train-{about.env.partition('/')[2]}")
     rounds = -(-about.steps // about.envs)
     if not means.quiet:
@@ -104,7 +174,7 @@ def _train(about: About, out: Path | None, means: Resources) -> int:
         error_console.print(f"stopped after {made} of {about.steps} steps; {file} has what was learnt so far",
                                     soft_wrap=True, markup=False)  # fmt: skip
         raise KeyboardInterrupt
-    status = _show(evaluate.judge(file, folder, means), means, recordings=False)
+    status = _show(evaluate.judge([file], folder, means), means, recordings=False)
     if not means.quiet:
         show_places({"policy": file})
     return status

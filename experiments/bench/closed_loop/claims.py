@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 from colias_sim.envs import ENVS
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.bench.closed_loop.episode import Setting
+from experiments.bench.closed_loop.power import MOST_EPISODES, Pilot, episodes_needed
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
 from experiments.bench.closed_loop.scores import Row, mean, rate, rate_ratio
 from experiments.bench.core.claims.texts import tried
@@ -26,6 +27,18 @@ PLAYED: Mapping[str, tuple[str, ...]] = {
 
 LEAST_SEEDS = 20
 """Seeds that each behaviour of a claim is played at, below which it is untested: the worlds vary that much."""
+
+PILOT: Mapping[str, Pilot] = {
+    "hybrid": Pilot(collisions=14, metres=543.05, episodes=120),
+    "lgmd": Pilot(collisions=50, metres=394.73, episodes=120),
+}
+"""What B2's number of episodes is computed from: whole episodes at seeds 1000 to 1119, which no reproduction judges.
+
+``colias behave hybrid --power lgmd --seed 1000 --episodes 120`` plays them and prints these numbers.
+"""
+FRAMES_A_SECOND = 30
+LGMD_RATIO = 1.0
+"""B2's bound: LGMD alone over the hybrid, in collisions a metre."""
 
 Episodes = Mapping[str, Sequence[Row]]
 """Behaviour -> its rows."""
@@ -75,12 +88,36 @@ def rarer(played: Episodes, against: str, times: float) -> Outcome:
 
 def rarer_than_lgmd(played: Episodes) -> Outcome:
     """Judge ``hybrid`` against LGMD alone, and tell what the hybrid without direction does."""
-    found = rarer(played, "lgmd", 1.0)
-    if found.verdict == "untested" or not played.get("lgmd-hybrid"):
+    found = rarer(played, "lgmd", LGMD_RATIO)
+    if found.verdict == "untested":
+        return found
+    found = replace(found, decided=found.decided + _underpowered(played))
+    if not played.get("lgmd-hybrid"):
         return found
     blind = rate_ratio(played["lgmd-hybrid"], played["hybrid"])
     said = f"the hybrid without direction, a side by chance, {_hits(played['lgmd-hybrid'])}: {blind} times"
     return replace(found, measured=f"{found.measured}; {said}")
+
+
+@cache
+def lgmd_episodes() -> int:
+    """Episodes of each behaviour that B2 takes for a power of 80 %, by the `PILOT`; see `episodes_needed`."""
+    return episodes_needed(PILOT["hybrid"], PILOT["lgmd"], LGMD_RATIO) or MOST_EPISODES
+
+
+def _underpowered(played: Episodes) -> str:
+    """What is to be said of B2 where its episodes are too few, or too short, for a power of 80 %; otherwise empty.
+
+    Episodes that are cut short are worth as many whole ones as they are long together.
+    """
+    sides = [played["hybrid"], played["lgmd"]]
+    whole = ENVS[AVOIDANCE].max_episode_steps / FRAMES_A_SECOND
+    longest = max(row["seconds"] for rows in sides for row in rows)  # some episode goes on to the end
+    there, needed = min(len(rows) for rows in sides), lgmd_episodes()
+    if there * min(longest / whole, 1.0) >= needed:
+        return ""
+    short = f", of {longest:.0f} s in place of {whole:.0f}" if longest < whole else ""
+    return f"; underpowered: {there} of {needed} episodes{short}"
 
 
 def above(played: Episodes, name: str, column: str, bound: float) -> Outcome:

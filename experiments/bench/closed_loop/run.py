@@ -92,17 +92,42 @@ class Played:
 
 
 def plan(
-    behaviour: str, env: str | None, assignments: Sequence[str], episodes: int, seed: int, baselines: bool
-) -> BehaviourPlan:
-    """A checked plan of one behaviour and its baselines; `UsageError` for what cannot be played."""
+    behaviour: str, env: str | None, assignments: Sequence[str], episodes: int, seed: int, baselines: bool,
+    against: str | None = None,
+) -> BehaviourPlan:  # fmt: skip
+    """A checked plan of one behaviour and its baselines; `UsageError` for what cannot be played.
+
+    ``against`` is another behaviour, whose collisions are compared with the first one's. It takes the place of the
+    baselines.
+    """
     check_counts(seed, episodes, "--episodes")
     entry = load_behaviour(behaviour)
     where = env_id(env) if env is not None else env_id(entry.env)
     options = _options(where, assignments)
-    source = str(Path(behaviour).resolve()) if is_own(behaviour) else behaviour
     others = [name for name in ENVS[where].baselines if name != behaviour] if baselines else []
-    settings = tuple(Setting(name, where, options) for name in (source, *others))
+    if against is not None:
+        others = [_comparable(against, entry.name, where)]
+    settings = tuple(Setting(_source(name), where, options) for name in (behaviour, *others))
     return BehaviourPlan(settings, episodes, seed)
+
+
+def _source(name: str) -> str:
+    """The behaviour as a worker finds it: a file by its absolute path."""
+    return str(Path(name).resolve()) if is_own(name) else name
+
+
+def _comparable(against: str, name: str, env: str) -> str:
+    """The behaviour after ``--power``, checked: another one, where collisions are counted."""
+    if all(measure.kind != "collision_rate" for measure in ENVS[env].all_measures):
+        counted = ", ".join(
+            known.partition("/")[2] for known, entry in ENVS.items()
+            if any(measure.kind == "collision_rate" for measure in entry.all_measures)
+        )  # fmt: skip
+        short = env.partition("/")[2]
+        raise UsageError(f"--power {against}: {short} counts no collisions; legal is a behaviour in {counted}")
+    if load_behaviour(against).name == name:
+        raise UsageError(f"--power {against}: that is the behaviour itself; legal is another one")
+    return against
 
 
 def _options(env: str, assignments: Sequence[str]) -> tuple[tuple[str, Any], ...]:

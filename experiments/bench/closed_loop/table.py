@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from colias_sim.envs import ENVS
+from experiments.bench.closed_loop.power import MOST_EPISODES, TARGET, check_pilot, episodes_needed, pilot, power
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.scores import Score, written
 from experiments.bench.core.terminal import coloured, count, out_console
@@ -30,6 +31,33 @@ def show(played: Played, recorded: bool) -> None:
         places["recordings"] = f"colias view {shlex.quote(str(played.folder))}  (the episodes of {own})"
     for name, place in places.items():
         out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
+
+
+EQUAL = 1.0
+"""The ratio of two rates that is to be excluded."""
+TRIED_EPISODES = (20, 60, 120, 240)
+"""Numbers of episodes whose power is told beside the number that is needed."""
+
+
+def show_power(played: Played, other: str) -> None:
+    """Print how many episodes the comparison of two behaviours' collisions takes, by those played as a pilot.
+
+    Raises `UsageError` where the pilot says nothing: the behaviour ``other`` touched nothing, or played no episode.
+    """
+    if len(played.standings) < 2:
+        return  # its episodes failed, which is told already
+    names = [standing.name for standing in played.standings]
+    rarer, often = (pilot(standing.rows) for standing in played.standings)
+    check_pilot(other, often)
+    for name, each in zip(names, (rarer, often), strict=True):
+        said = f"{name}: {each.collisions} collisions in {each.metres:.1f} m, {each.episodes} episodes"
+        out_console.print(said, markup=False)
+    needed = episodes_needed(rarer, often, EQUAL)
+    enough = f"{needed} episodes of each" if needed else f"more than {MOST_EPISODES} episodes of each"
+    aim = f"that {names[0]} collides less often a metre than {names[1]}, by a whole 95 % interval"
+    out_console.print(f"For a power of {TARGET:.0%} to show {aim}: {enough}.", markup=False)
+    chances = ", ".join(f"{power(rarer, often, EQUAL, episodes):.0%} with {episodes}" for episodes in TRIED_EPISODES)
+    out_console.print(f"The power is {chances} episodes.", markup=False)
 
 
 def show_claims(claims: Sequence[Verdict]) -> None:

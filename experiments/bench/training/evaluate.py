@@ -25,9 +25,9 @@ REFLEX: Mapping[str, str] = MappingProxyType(
 """Env -> the hand-written reflex that a policy is held against, beside chance and rest."""
 
 
-def keep(policy: Policy, curve: Sequence[Mapping[str, float]], folder: Path) -> Path:
-    """Write ``policy.npz`` and ``learning.csv``; return the path of the former."""
-    file = folder / f"policy{policy_file.ENDING}"
+def keep(policy: Policy, curve: Sequence[Mapping[str, float]], folder: Path, name: str = "policy") -> Path:
+    """Write ``NAME.npz`` and ``learning.csv``; return the path of the former."""
+    file = folder / f"{name}{policy_file.ENDING}"
     policy_file.save(policy, file)
     with (folder / "learning.csv").open("x", newline="", encoding="utf-8") as table:
         writer = csv.DictWriter(table, ("steps", "episodes", "return"))
@@ -36,24 +36,27 @@ def keep(policy: Policy, curve: Sequence[Mapping[str, float]], folder: Path) -> 
     return file
 
 
-def judge(file: Path, folder: Path, resources: Resources) -> Played:
-    """Play the policy, as read back from its file, and its opponents in the same worlds, none of them trained in."""
-    env = policy_file.load(file).about.env
-    return _play(file, env, ("random", "still", REFLEX[env]), folder, JUDGED, 0, resources, recordings=0)
+def judge(files: Sequence[Path], folder: Path, resources: Resources) -> Played:
+    """Play policies of one env, as read back from their files, and their opponents in the same worlds.
+
+    Nobody was trained in these worlds. The standings begin with the policies, in their order.
+    """
+    env = policy_file.load(files[0]).about.env
+    return _play(files, env, ("random", "still", REFLEX[env]), folder, JUDGED, 0, resources, recordings=0)
 
 
 def replay(file: Path, folder: Path, episodes: int, seed: int, resources: Resources) -> Played:
     """Play the policy in worlds from ``seed`` up, and leave a recording of each."""
     check_counts(seed, episodes)
     env = policy_file.load(file).about.env
-    return _play(file, env, (), folder, episodes, seed, resources, recordings=episodes)
+    return _play([file], env, (), folder, episodes, seed, resources, recordings=episodes)
 
 
 def _play(
-    file: Path, env: str, opponents: Sequence[str], folder: Path, episodes: int, seed: int, resources: Resources,
-    *, recordings: int,
+    files: Sequence[Path], env: str, opponents: Sequence[str], folder: Path, episodes: int, seed: int,
+    resources: Resources, *, recordings: int,
 ) -> Played:  # fmt: skip
-    settings = tuple(Setting(name, env) for name in (str(file.resolve()), *opponents))
+    settings = tuple(Setting(name, env) for name in (*(str(file.resolve()) for file in files), *opponents))
     made = closed_loop_run.BehaviourPlan(settings, episodes, seed)
     with resources.pool() as pool:
         return closed_loop_run.run(made, folder, pool, resources, recordings=recordings)

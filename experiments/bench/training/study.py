@@ -1,0 +1,232 @@
+"""One training at several seeds, in one folder: what is there is checked, the rest is trained, all are judged."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from experiments.bench.closed_loop import policy_file
+from experiments.bench.closed_loop.policy import ROLLOUT, About
+from experiments.bench.core import interrupts
+from experiments.bench.core.batch import Resources
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.scores import Standing
+from experiments.bench.core.store.files import Files
+from experiments.bench.core.store.rows import Failure
+from experiments.bench.core.terminal import error_console, progress
+from experiments.bench.training import evaluate, scores
+
+NAME = "training.json"
+"""What a study's folder says of its design."""
+LEARNT_BY = ("stable-baselines3", "torch")
+"""The libraries that decide what a policy becomes."""
+OF_A_SEED = ("env", "model", "envs", "hidden", "steering")
+"""What all seeds of a study share, beside the steps."""
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """The same training at ``runs`` seeds: that of ``first`` and those after it."""
+
+    first: About
+    runs: int
+
+    @property
+    def seeds(self) -> range:
+        """The training seeds."""
+        return range(self.first.seed, self.first.seed + self.runs)
+
+    def about(self, seed: int) -> About:
+        """What is asked of one training seed."""
+        return replace(self.first, seed=seed)
+
+    def steps(self) -> int:
+        """Steps of each training, rounded up to whole rollouts as PPO does."""
+        rollout = ROLLOUT * self.first.envs
+        return -(-self.first.steps // rollout) * rollout
+
+    def describe(self) -> dict[str, Any]:
+        """What ``training.json`` holds, and what a study that is gone on with must be equal in."""
+        shared = TypeAdapter(About).dump_python(self.first, mode="json")
+        return {
+            "training": "PPO", "seeds": list(self.seeds), "steps": self.first.steps,
+            **{name: shared[name] for name in OF_A_SEED},
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Studied:
+    """What became of a study.
+
+    Attributes
+    ----------
+    study, folder, env
+        What was asked, where everything is, and the env's id.
+    runs
+        The policy of each training seed, as it was judged.
+    standings
+        The policies of all seeds together, then their opponents.
+    episodes
+        That each was judged by.
+    versions
+        Of the libraries that all policies were learnt with.
+    failures
+        Episodes that could not be played.
+    """
+
+    study: Study
+    folder: Path
+    env: str
+    runs: Sequence[Standing]
+    standings: Sequence[Standing]
+    episodes: int
+    versions: Mapping[str, str]
+    failures: Sequence[Failure]
+
+
+def open_folder(study: Study, folder: Path, *, resume: bool) -> list[int]:
+    """Make the study's folder, or check the one there is.
+
+    Returns
+    -------
+    list of int
+        The training seeds that are finished.
+
+    Raises
+    ------
+    FileExistsError
+        A new folder is asked for, and there is something in it.
+    UsageError
+        There is no study to go on with, another one, or a policy in it that is not of this study.
+    """
+    here = study.describe()
+    if not resume:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise FileExistsError(f"--out {folder}: holds something already; choose another, or --resume it")
+        Files(folder).write_json(NAME, here)
+        return []
+    there = _read(folder)
+    for name in here:
+        if there.get(name) != here[name]:
+            raise UsageError(
+                f"--resume {folder}: has {name} {_said(there.get(name))}, asked for is {_said(here[name])}"
+            )
+    done = [seed for seed in study.seeds if _finished(study, folder, seed)]
+    versions(study, folder, done)
+    return done
+
+
+def versions(study: Study, folder: Path, seeds: Sequence[int]) -> dict[str, str]:
+    """Of what the policies of ``seeds`` were learnt with; `UsageError` if of several."""
+    found: dict[str, str] = {}
+    for seed in seeds:
+        own = policy_file.load(_policy(folder, seed)).about.versions
+        for name in LEARNT_BY:
+            version = own.get(name, "unknown")
+            if found.setdefault(name, version) != version:
+                raise UsageError(
+                    f"{_policy(folder, seed)}: learnt by {name} {version}, earlier seeds by {found[name]};"
+                    f" remove {folder / f'seed-{seed}'} to train it anew"
+                )
+    return found
+
+
+def installed() -> dict[str, str]:
+    """Versions here of what decides a policy; ``PackageNotFoundError`` without the extra."""
+    return {name: importlib.metadata.version(name) for name in LEARNT_BY}
+
+
+def check_installed(learnt: Mapping[str, str], folder: Path) -> None:
+    """Raise `UsageError` if the libraries here are not those that the study's finished seeds were learnt with."""
+    here = installed()
+    for name, version in learnt.items():
+        if here[name] != version:
+            raise UsageError(f"--resume {folder}: its seeds were learnt by {name} {version}, installed is {here[name]}")
+
+
+def train(study: Study, folder: Path, seed: int, resources: Resources) -> None:
+    """Train one seed, with progress, and keep its policy; nothing is kept of a training that Ctrl-C ends."""
+    from experiments.bench.training import ppo
+
+    rounds, place = -(-study.first.steps // study.first.envs), study.seeds.index(seed) + 1
+    name = f"training seed {seed} ({place} of {study.runs})"
+    if not resources.quiet:
+        error_console.print(f"{name}: its {study.first.envs} envs are starting", markup=False)
+    learnt = ppo.train(
+        study.about(seed),
+        lambda: progress(name, rounds, resources.quiet, f"steps of {study.first.envs} envs", width=ROLLOUT),
+    )
+    if learnt.stopped:
+        said = f"stopped in training seed {seed}; finished ones are in {folder}: go on by --resume {folder}"
+        error_console.print(said, soft_wrap=True, markup=False)
+        raise KeyboardInterrupt
+    whole = _policy(folder, seed).parent
+    with interrupts.held():
+        partial = whole.with_name(f"{whole.name}.part")
+        shutil.rmtree(partial, ignore_errors=True)  # of a process that was killed as it wrote
+        partial.mkdir()
+        evaluate.keep(learnt.policy, learnt.curve, partial, _policy(folder, seed).stem)
+        partial.replace(whole)
+
+
+def judge(study: Study, folder: Path, resources: Resources) -> Studied:
+    """Play all policies and their opponents in the same held-out worlds; write ``policies.csv``."""
+    files = [_policy(folder, seed) for seed in study.seeds]
+    played = evaluate.judge(files, folder, resources)
+    names = {file.stem for file in files}
+    runs = [standing for standing in played.standings if standing.name in names]
+    others = [standing for standing in played.standings if standing.name not in names]
+    found = [scores.together(runs, study.first.seed), *others] if runs else others
+    made = versions(study, folder, study.seeds)
+    columns = {
+        "training_seeds": f"{study.seeds[0]} to {study.seeds[-1]}", "steps": study.steps(), "envs": study.first.envs,
+        **{name.replace("-", "_"): made[name] for name in LEARNT_BY},
+    }  # fmt: skip
+    if found:
+        Files(folder).write_rows("policies.csv", scores.rows(found, played.env, evaluate.JUDGED, columns))
+    return Studied(study, folder, played.env, runs, found, evaluate.JUDGED, made, played.failures)
+
+
+def _policy(folder: Path, seed: int) -> Path:
+    return folder / f"seed-{seed}" / f"policy-{seed}{policy_file.ENDING}"
+
+
+def _read(folder: Path) -> dict[str, Any]:
+    """What the folder says of its study; `UsageError` if it says nothing."""
+    try:
+        there = json.loads((folder / NAME).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UsageError(f"--resume {folder}: no training of several seeds there ({NAME} is missing)") from None
+    except (ValueError, RecursionError):
+        raise UsageError(f"--resume {folder}: {NAME} cannot be read") from None
+    if not isinstance(there, dict):
+        raise UsageError(f"--resume {folder}: {NAME} cannot be read")
+    return there
+
+
+def _finished(study: Study, folder: Path, seed: int) -> bool:
+    """Whether the policy of a seed is there; `UsageError` if what is there is none of this study."""
+    file = _policy(folder, seed)
+    if not file.parent.exists():
+        return False
+    made, wanted = policy_file.load(file).about, replace(study.about(seed), steps=study.steps())
+    for name in ("seed", "steps", *OF_A_SEED):
+        if getattr(made, name) != getattr(wanted, name):
+            said = f"has {name} {getattr(made, name)}, asked for is {getattr(wanted, name)}"
+            raise UsageError(f"{file}: {said}; remove {file.parent} to train it anew")
+    return True
+
+
+def _said(value: object) -> str:
+    """A value in few words: seeds by their ends."""
+    if isinstance(value, list) and len(value) > 2:
+        return f"{value[0]} to {value[-1]}"
+    return str(value)

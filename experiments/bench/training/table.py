@@ -1,0 +1,64 @@
+"""Several training seeds on the terminal."""
+
+from __future__ import annotations
+
+from rich.table import Table
+
+from colias_sim.envs import ENVS
+from experiments.bench.core.scores import written
+from experiments.bench.core.terminal import count, out_console, show_places
+from experiments.bench.training.scores import TRAINED
+from experiments.bench.training.study import Studied
+
+FEW = 10
+"""Training seeds below which the interval is said to be too narrow."""
+
+
+def show(studied: Studied) -> None:
+    """Print each measure with its interval, and below the table what the intervals are of."""
+    out_console.print(described(studied), soft_wrap=True, markup=False)
+    out_console.print()
+    out_console.print(_table(studied))
+    out_console.print()
+    for line in _notes(studied):
+        out_console.print(line, markup=False)
+    out_console.print()
+    folder = studied.folder
+    show_places({
+        "table": folder / "policies.csv", "each seed": folder / "scores.csv", "figure": folder / "policies.png",
+        "episodes": folder / "trials.parquet",
+    })  # fmt: skip
+
+
+def described(studied: Studied) -> str:
+    """What the numbers are of, in a line: env, training seeds, steps, episodes, libraries."""
+    study, libraries = studied.study, ", ".join(f"{name} {made}" for name, made in studied.versions.items())
+    return (
+        f"{studied.env.partition('/')[2]}: {study.runs} training seeds ({study.seeds[0]} to {study.seeds[-1]}) of"
+        f" {study.steps():,} steps in {study.first.envs} envs; {count(studied.episodes, 'episode')} each; {libraries}"
+    )
+
+
+def _table(studied: Studied) -> Table:
+    """Two lines a behaviour: the values, and below them their intervals."""
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    table.add_column("behaviour", no_wrap=True)
+    measures = list(studied.standings[0].scores)
+    for name in measures:
+        table.add_column(name, justify="right", no_wrap=True)
+    for standing in studied.standings:
+        found = [standing.scores.get(name) for name in measures]
+        cells = ["-" if score is None else f"{written(score.value)}\n[dim]{score.interval()}[/dim]" for score in found]
+        table.add_row(standing.name, *cells)
+    return table
+
+
+def _notes(studied: Studied) -> list[str]:
+    notes = [
+        f"{TRAINED}: interquartile mean over training seeds, a seed's score being its mean over the episodes;"
+        " 95 % interval by bootstrap over training seeds.",
+        "The others: mean over the same episodes, 95 % interval over episodes.",
+    ]
+    if studied.study.runs < FEW:
+        notes.append(f"{count(studied.study.runs, 'training seed')} are few: such intervals are too narrow.")
+    return [*notes, *filter(None, [ENVS[studied.env].note.strip()])]
