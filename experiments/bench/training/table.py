@@ -35,7 +35,7 @@ def described(studied: Studied) -> str:
     study, libraries = studied.study, ", ".join(f"{name} {made}" for name, made in studied.versions.items())
     return (
         f"{studied.env.partition('/')[2]}: {study.runs} training seeds ({study.seeds[0]} to {study.seeds[-1]}) of"
-        f" {study.steps():,} steps in {study.first.envs} envs; {count(studied.episodes, 'episode')} each; {libraries}"
+        f" {study.steps():,} steps in {count(study.first.envs, 'env')}; {count(studied.episodes, 'episode')} each; {libraries}"
     )
 
 
