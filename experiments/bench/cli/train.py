@@ -128,12 +128,12 @@ def _study(about: About, seeds: int, out: Path | None, resume: Path | None, mean
 
 
 def _announce(asked: Study, done: int, folder: Path) -> None:
-    from experiments.bench.core.terminal import error_console
+    from experiments.bench.core.terminal import count, error_console
 
     trained = f"; {done} of them trained already" if done else ""
     error_console.print(
         f"{asked.first.env}: {asked.runs} training seeds, {asked.seeds[0]} to {asked.seeds[-1]}, of"
-        f" {asked.first.steps} steps each in {asked.first.envs} envs{trained}, into {folder}",
+        f" {asked.first.steps} steps each in {count(asked.first.envs, 'env')}{trained}, into {folder}",
         soft_wrap=True, markup=False,
     )  # fmt: skip
 

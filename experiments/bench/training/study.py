@@ -20,7 +20,7 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.scores import Standing
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.store.rows import Failure
-from experiments.bench.core.terminal import error_console, progress
+from experiments.bench.core.terminal import count, error_console, progress
 from experiments.bench.training import evaluate, scores
 
 NAME = "training.json"
@@ -159,10 +159,10 @@ def train(study: Study, folder: Path, seed: int, resources: Resources) -> None:
     rounds, place = -(-study.first.steps // study.first.envs), study.seeds.index(seed) + 1
     name = f"training seed {seed} ({place} of {study.runs})"
     if not resources.quiet:
-        error_console.print(f"{name}: its {study.first.envs} envs are starting", markup=False)
+        error_console.print(f"{name}: starting {count(study.first.envs, 'env')}", markup=False)
     learnt = ppo.train(
         study.about(seed),
-        lambda: progress(name, rounds, resources.quiet, f"steps of {study.first.envs} envs", width=ROLLOUT),
+        lambda: progress(name, rounds, resources.quiet, f"steps of {count(study.first.envs, 'env')}", width=ROLLOUT),
     )
     if learnt.stopped:
         said = f"stopped in training seed {seed}; finished ones are in {folder}: go on by --resume {folder}"

@@ -33,10 +33,10 @@ def show(studied: Studied) -> None:
 def described(studied: Studied) -> str:
     """What the numbers are of, in a line: env, training seeds, steps, episodes, libraries."""
     study, libraries = studied.study, ", ".join(f"{name} {made}" for name, made in studied.versions.items())
-    return (
-        f"{studied.env.partition('/')[2]}: {study.runs} training seeds ({study.seeds[0]} to {study.seeds[-1]}) of"
-        f" {study.steps():,} steps in {study.first.envs} envs; {count(studied.episodes, 'episode')} each; {libraries}"
-    )
+    seeds = f"{study.runs} training seeds ({study.seeds[0]} to {study.seeds[-1]})"
+    trained = f"{study.steps():,} steps in {count(study.first.envs, 'env')}"
+    judged = f"{count(studied.episodes, 'episode')} each"
+    return f"{studied.env.partition('/')[2]}: {seeds} of {trained}; {judged}; {libraries}"
 
 
 def _table(studied: Studied) -> Table:
