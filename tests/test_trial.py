@@ -58,7 +58,7 @@ def test_a_crossing_starts_and_ends_outside_the_view():
     """Less than the noise tells its first and last frames from one another's background."""
     quiet = CameraConfig(shot_noise=0, read_noise=0)
     result = run_trial(spec(camera=quiet), keep_media=True)
-    frames = result.media.camera.astype(int)
+    frames = result.media.pictures[""].astype(int)
     assert np.abs(frames[0] - frames[-1]).max() <= 2
     assert np.abs(frames[0] - frames[len(frames) // 2]).max() > 150
     assert result.columns.stimulus_bearing_deg[0] > 35 > -35 > result.columns.stimulus_bearing_deg[-1]
@@ -77,7 +77,7 @@ def test_direction_decides_the_sign():
 def test_the_response_is_the_model_s_on_the_recorded_frames():
     """What the recording shows is what the network saw: a fresh model on those frames answers the same."""
     result = run_trial(spec(), keep_media=True)
-    series = DSNN((72, 99), DSNNParams.robot()).run(result.media.camera)
+    series = DSNN((72, 99), DSNNParams.robot()).run(result.media.pictures[""])
     np.testing.assert_array_equal(series.hs, result.answers[0].series.hs)
     np.testing.assert_array_equal(series.hs_spikes, result.answers[0].series.hs_spikes)
 
@@ -112,7 +112,7 @@ def test_a_model_without_the_layers_is_recorded_all_the_same(name, channel, tmp_
     from experiments.bench.robot.recording import record
 
     result = run_trial(spec(models=(choose(name), choose("dsnn"))), keep_media=True)
-    assert result.media.camera.any() and not result.media.maps
+    assert result.media.pictures[""].any() and not result.media.maps
     (tmp_path / "trial.rrd").write_bytes(record(result))
     rows = rr.chunk.RrdReader(tmp_path / "trial.rrd").stream()
     (potential,) = rows.filter(content=f"/potential/{name}/{channel}", is_static=False).to_chunks()
@@ -251,10 +251,8 @@ def test_without_a_stimulus_in_view_noise_alone_fires_nothing():
 def test_light_and_wall_vary_with_the_seed_and_switch_off():
     def first_frames(**scene):
         quiet = CameraConfig(shot_noise=0, read_noise=0)
-        return [
-            run_trial(spec(30.0, seed=s, camera=quiet, scene=SceneConfig(**scene)), keep_media=True).media.camera[0]
-            for s in (1, 2)
-        ]
+        specs = [spec(30.0, seed=s, camera=quiet, scene=SceneConfig(**scene)) for s in (1, 2)]
+        return [run_trial(each, keep_media=True).media.pictures[""][0] for each in specs]
 
     varied, fixed = first_frames(), first_frames(light_sd=0, turn_wall=False)
     assert not np.array_equal(*varied)

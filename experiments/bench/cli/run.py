@@ -43,6 +43,10 @@ def run_experiment(
     assignments: Assignments = None,
     model: Models = None,
     only: Only = False,
+    eyes: Annotated[
+        str,
+        typer.Option(help="both: each model sees the same physics through the robot's true eye too (MODEL@ov7670)."),
+    ] = "one",
     recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
     other_code: OtherCode = False,
     workers: Workers = None,
@@ -65,7 +69,7 @@ def run_experiment(
         raise UsageError("--out and --resume name one folder each: give one of them")
     means = resources(workers, cluster, quiet, other_code)
     folder = resume or new_folder(out, declared.name)
-    asked = Asked(model or (), only, assignments or (), repeats, seed)
+    asked = Asked(model or (), only, assignments or (), repeats, seed, eyes)
     report = perform(declared, asked, folder, means, resume=resume is not None, recordings=recordings)
     if not quiet:
         _show(report, recordings and (not isinstance(declared, OfflineExperiment) or declared.recorded))

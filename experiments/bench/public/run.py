@@ -19,12 +19,16 @@ from experiments.bench.core.terminal import error_console
 from experiments.bench.public.arguments import assignments, model_texts, whole
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import Experiment
+from experiments.bench.robot.pictures.eyes import both
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.plan import plan as robot_plan
 
 if TYPE_CHECKING:
     from experiments.bench.clips.summary import OfflineReport
     from experiments.bench.robot.summary import Report
+
+
+ONE_EYE, BOTH_EYES = "one", "both"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +45,8 @@ class Asked:
         Of each condition; ``None``: the experiment's own number.
     seed
         Of the whole run.
+    eyes
+        ``one``: the camera as it is set. ``both``: each model sees through the robot's true eye too.
     """
 
     models: Sequence[str] = ()
@@ -48,6 +54,7 @@ class Asked:
     assignments: Sequence[str] = ()
     repeats: int | None = None
     seed: int = 0
+    eyes: str = ONE_EYE
 
 
 def perform(
@@ -63,7 +70,11 @@ def perform(
     FileExistsError
         There is a run in ``folder``, and ``resume`` is False.
     """
+    if asked.eyes not in (ONE_EYE, BOTH_EYES):
+        raise UsageError(f"--eyes {asked.eyes}: legal is {ONE_EYE}, {BOTH_EYES}")
     if isinstance(experiment, OfflineExperiment):
+        if asked.eyes == BOTH_EYES:
+            raise UsageError(f"--eyes {BOTH_EYES}: {experiment.name} shows clips, which no camera sees")
         models = shown_models(experiment.models, asked.models, asked.only)
         clips = clips_plan(experiment, models, asked.assignments, asked.repeats, asked.seed, only=True)
         from experiments.bench.clips import run as clips_run  # not before: it draws, and a wrong use should be quick
@@ -73,6 +84,8 @@ def perform(
             return clips_run.run(clips, folder, pool, resources, resume=resume, record=record)
     models = shown_models(experiment.models, asked.models, asked.only)
     trials = robot_plan(experiment, models, asked.assignments, asked.repeats, asked.seed)
+    if asked.eyes == BOTH_EYES:
+        trials = both(trials)
     _note_rates(trials)
     from experiments.bench.robot import run as robot_run
 
@@ -94,6 +107,7 @@ def run(
     *,
     seed: int = 0,
     repeats: int | None = None,
+    eyes: str = ONE_EYE,
     models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     only: bool = False,
     settings: Mapping[str, Any] | None = None,
@@ -118,6 +132,8 @@ def run(
         Of the whole run, 0 or more.
     repeats
         Trials of each condition; otherwise the experiment's own number.
+    eyes
+        ``"both"``: each model sees the same physics through the robot's true eye too, as ``dsnn@ov7670``.
     models
         Models to show beside those that the experiment declares, which is ``dsnn`` for most: names, or paths of .py
         files that declare ``MODEL``; with settings of their own as ``"dsnn:w_i=1,n_con=6"``.
@@ -166,7 +182,7 @@ def run(
     if resume and out is None:
         raise UsageError("resume=True: say by out= which run to go on with")
     count = None if repeats is None else whole("repeats", repeats)
-    asked = Asked(model_texts(models), only, assignments(settings), count, whole("seed", seed))
+    asked = Asked(model_texts(models), only, assignments(settings), count, whole("seed", seed), eyes)
     folder = new_folder(declared.name) if out is None else Path(out)
     resources = Resources(worker_count(workers), cluster, quiet, other_code)
     perform(declared, asked, folder, resources, resume=resume, recordings=recordings)

@@ -28,7 +28,7 @@ from experiments.bench.core.recording import (
     timelines,
     video,
 )
-from experiments.bench.robot.media import Media
+from experiments.bench.robot.pictures.media import Media
 from experiments.bench.robot.trial import TrialResult
 from scenes import ARENA_RADIUS_CM
 
@@ -51,10 +51,26 @@ def record(result: TrialResult) -> bytes:
 def _write(result: TrialResult, media: Media, recording: rr.RecordingStream) -> None:
     _properties(recording, result)
     times = timelines(result.columns.sim_time_s, np.arange(result.frames))
-    for entity, images in {"camera": media.camera, **{f"maps/{k}": v for k, v in media.maps.items()}}.items():
+    eyes = {eye_entity(eye): images for eye, images in media.pictures.items()}
+    for entity, images in {**eyes, **{f"maps/{k}": v for k, v in media.maps.items()}}.items():
         video(recording, entity, images, times)
+    for eye in exposing(media):
+        entity = f"exposure/{eye or 'camera'}"
+        name = f"exposure time{f' of {eye}' if eye else ''}, ms; a row each {media.row_time_us[eye]:g} us"
+        recording.log(entity, rr.SeriesLines(names=name, widths=1.5), static=True)
+        recording.send_columns(entity, times, rr.Scalars.columns(scalars=media.exposure_ms[eye]))
     potentials(recording, result.answers, result.columns.sim_time_s)
     _scene(recording, result, times)
+
+
+def eye_entity(eye: str) -> str:
+    """Where the frames of an eye are logged."""
+    return f"camera_{eye}" if eye else "camera"
+
+
+def exposing(media: Media) -> list[str]:
+    """The eyes of which there is something to tell: a rolling shutter, or an exposure time that a loop controls."""
+    return [eye for eye, exposure in media.exposure_ms.items() if media.row_time_us[eye] or np.ptp(exposure) > 0]
 
 
 def _identity(result: TrialResult) -> str:
@@ -139,24 +155,34 @@ def _floor() -> rr.LineStrips3D:
 
 def blueprint(result: TrialResult) -> rrb.Blueprint:
     """A layout that opens ready to read: what the robot sees, where things are, what the network says."""
-    views = [
+    media = result.media
+    eyes = [
+        rrb.Spatial2DView(origin=eye_entity(eye), name=f"{eye or 'camera'} (Y, 8 bit)")
+        for eye in (media.pictures if media else ("",))
+    ]
+    views: list[rrb.Horizontal | rrb.TimeSeriesView] = [
         rrb.Horizontal(
-            rrb.Spatial2DView(origin="camera", name="camera (Y, 8 bit)"),
+            *eyes,
             rrb.Spatial3DView(
                 origin="scene",
                 name="arena (cm)",
                 background=(214, 214, 210),
                 eye_controls=rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1)),
             ),
-            column_shares=[2, 3],
+            column_shares=[*[2] * len(eyes), 3],
         ),
         plots(result.answers),
     ]
-    if result.media is not None and result.media.maps:
-        maps = [rrb.Spatial2DView(origin=f"maps/{name}", name=MAP_TITLES[name]) for name in result.media.maps]
+    shares = [3, 2]
+    if media is not None and exposing(media):
+        views.append(rrb.TimeSeriesView(origin="exposure", name="exposure time of each row (ms)"))
+        shares.append(1)
+    if media is not None and media.maps:
+        maps = [rrb.Spatial2DView(origin=f"maps/{name}", name=MAP_TITLES[name]) for name in media.maps]
         views.append(rrb.Horizontal(*maps))
+        shares.append(2)
     return rrb.Blueprint(
-        rrb.Vertical(*views, row_shares=[3, 2, 2][: len(views)]),
+        rrb.Vertical(*views, row_shares=shares),
         rrb.TimePanel(state="collapsed", timeline="sim_time"),
         collapse_panels=True,
     )

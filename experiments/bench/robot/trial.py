@@ -7,25 +7,26 @@ import math
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim import Frame, OpenLoop, PathFollower, Pose, Simulation, SpeedProfile, WheelSpeeds, bearing
+from colias_sim import Frame, Pose, Simulation, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from dsnn import ResponseSeries
 from experiments.bench.core.model_runner import ModelRunner, spike_counts
 from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.robot.control import Drive
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
 from experiments.bench.robot.mechanism.windows import InWindows, Windows, measure, windows
-from experiments.bench.robot.media import Media, collect
+from experiments.bench.robot.pictures.eyes import camera, models_by_eye
+from experiments.bench.robot.pictures.media import Media, collect
 from experiments.bench.robot.trajectory import Course, course
 from experiments.bench.streams import stream
 
 KEPT_SCENES = 6
-AT_REST_M_S = 0.002
 
 
 class TrialError(RuntimeError):
@@ -126,82 +127,68 @@ def scene_of(condition: Condition, settings: Settings) -> SceneConfig:
     return dataclasses.replace(settings.scene, **{name: value for name, value in own.items() if value is not None})
 
 
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """A trial as it was seen through one eye, and what the models made of it."""
+
+    route: Course
+    frames: list[Frame]
+    poses: list[tuple[Pose, Pose]]
+    """Of stimulus and observer."""
+    watching: list[ModelRunner]
+
+
 def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     """Run one trial; the same specification gives the same result, wall time aside, in any process.
 
     ``keep_media`` also returns camera frames and the first model's layer maps, for a recording. Raises
     `TrialError` if the stimulus does not get to the end of its path, or every model breaks. A stimulus that drives
-    open loop stops by time, wherever it is then.
+    open loop stops by time, wherever it is then. Where models see through other eyes
+    (`experiments.bench.robot.pictures.eyes`), the trial is simulated for each.
     """
     began = time.perf_counter()
     settings = spec.settings
-    sim = simulation(settings.robot, settings.camera, scene_of(spec.condition, settings))
-    placing, scenery, noise = (stream(f"trial.{part}", spec.seed) for part in ("placing", "scenery", "noise"))
-    route = course(spec.condition, settings, placing)
-    sim.reset({"observer": route.observer, "stimulus": route.start}, scenery)
-    shape = (settings.camera.height, settings.camera.width)
-    watching = [ModelRunner(chosen, shape) for chosen in settings.models]
-    drive = _Drive(sim, route, spec.condition)
-    frames: list[Frame] = []
-    poses: list[tuple[Pose, Pose]] = []
-    while not drive.over:
-        if sim.data.time > 3.0 + 2.0 * route.seconds:
-            raise TrialError("the stimulus got stuck on its way")
-        frame = sim.step(noise, drive)
-        for i, each in enumerate(watching):
-            each.see(frame.luma, maps=keep_media and i == 0)
-        frames.append(frame)
-        poses.append((sim.robots["stimulus"].pose, sim.robots["observer"].pose))
-        drive.look()
+    by_eye = models_by_eye(settings.models)
+    seen = {eye: _see(spec, camera(settings, eye), models, keep_media) for eye, models in by_eye.items()}
     wall_s = time.perf_counter() - began
-    columns = _columns(frames, poses, settings)
+    first = next(iter(seen.values()))
+    if any(each.poses != first.poses for each in seen.values()):
+        raise TrialError("the robots moved otherwise before the other eye: this is a defect of the bench")
+    columns = _columns(first.frames, first.poses, settings)
     parts = _parts(spec, columns)
+    runners = {each.label: each for eye in seen.values() for each in eye.watching}
+    watching = [runners[model.label] for model in settings.models]
     series = [(each.chosen, given) for each in watching if (given := each.series()) is not None]
     answers = tuple(_answer(chosen, given, parts, settings.camera.fps) for chosen, given in series)
     broken = {each.label: each.trouble for each in watching if each.trouble}
     if not answers:
         raise TrialError("; ".join(f"{label}: {trouble}" for label, trouble in broken.items()))
-    shown = collect(frames, [] if watching[0].trouble else watching[0].responses) if keep_media else None
-    return _result(spec, route, columns, [p for p, _ in poses], parts, answers, broken, shown, wall_s)
+    shown = None
+    if keep_media:
+        pictures = {eye: each.frames for eye, each in seen.items()}
+        shown = collect(pictures, [] if watching[0].trouble else watching[0].responses)
+    return _result(spec, first.route, columns, [p for p, _ in first.poses], parts, answers, broken, shown, wall_s)
 
 
-class _Drive:
-    """Commands both robots over a trial, and says when it is over."""
-
-    def __init__(self, sim: Simulation, route: Course, condition: Condition) -> None:
-        self._sim, self._route = sim, route
-        self._stimulus, observer = sim.robots["stimulus"], sim.robots["observer"]
-        profile = SpeedProfile(route.line.length, route.speed, route.acceleration, route.stop, route.wait)
-        self._by_time = OpenLoop(self._stimulus, profile) if self._stimulus.config.open_loop else None
-        self._ends = self._stimulus.begins() + self._by_time.seconds + route.rest if self._by_time else 0.0
-        self._follower = PathFollower(
-            self._stimulus, route.line, route.speed, acceleration=route.acceleration, stop=route.stop
-        )
-        speed, turn = condition.observer_speed_cm_s / 100, np.radians(condition.observer_turn_deg_s)
-        if speed or turn:
-            observer.drive(observer.wheels_for(speed, float(turn)))
-        self._arrived: float | None = None
-        self.over = False
-
-    def __call__(self, dt: float) -> None:
-        if self._by_time is not None:
-            self._by_time.drive(dt)
-            return
-        still = self._sim.data.time < self._route.wait - 1e-9
-        self._stimulus.drive(WheelSpeeds(0.0, 0.0) if still else self._follower.wheels(dt))
-
-    def look(self) -> None:
-        """Once a frame: has the stimulus passed the end, or stopped there and rested? Is its time over?"""
-        along, now = self._route.line.along(self._stimulus.pose), self._sim.data.time
-        if self._by_time is not None:
-            self.over = now >= self._ends - 1e-9
-        elif not self._route.stop:
-            self.over = along >= self._route.leave
-        elif self._arrived is None:
-            at_rest = float(np.hypot(*self._stimulus.velocity)) < AT_REST_M_S
-            self._arrived = now if at_rest and along > self._route.leave else None
-        else:
-            self.over = now >= self._arrived + self._route.rest - 1e-9
+def _see(spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], keep_media: bool) -> _Seen:
+    """Simulate the trial before one eye. Only the first model of the trial keeps its layer maps."""
+    settings = spec.settings
+    sim = simulation(settings.robot, eye, scene_of(spec.condition, settings))
+    placing, scenery, noise = (stream(f"trial.{part}", spec.seed) for part in ("placing", "scenery", "noise"))
+    route = course(spec.condition, settings, placing)
+    sim.reset({"observer": route.observer, "stimulus": route.start}, scenery)
+    seen = _Seen(route, [], [], [ModelRunner(chosen, (eye.height, eye.width)) for chosen in models])
+    drive = Drive(sim, route, spec.condition)
+    while not drive.over:
+        if sim.data.time > 3.0 + 2.0 * route.seconds:
+            raise TrialError("the stimulus got stuck on its way")
+        frame = sim.step(noise, drive)
+        for each in seen.watching:
+            each.see(frame.luma, maps=keep_media and each.chosen == settings.models[0])
+        seen.frames.append(frame)
+        seen.poses.append((sim.robots["stimulus"].pose, sim.robots["observer"].pose))
+        drive.look()
+    return seen
 
 
 def _result(

@@ -1,0 +1,59 @@
+"""Two eyes on the same physics: models that see a trial through the robot's true eye beside those that see it as set.
+
+A model whose label ends with ``@NAME`` sees the frames of the camera preset ``NAME``. The trial is then simulated once
+for each eye. A camera changes nothing in the physics, and that is checked.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+from colias_sim.config import CameraConfig
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.robot.experiment import Settings
+from experiments.bench.robot.plan import Plan
+
+MARK = "@"
+TRUE = "ov7670"
+"""The preset that is the robot's own eye."""
+GEOMETRY = ("width", "height", "hfov_deg", "fps", "forward_cm", "up_cm")
+"""What both eyes have in common: size, field of view, clock and place."""
+
+
+def through(label: str) -> str:
+    """Return the camera preset that a model sees through; empty: the camera of the settings."""
+    _, mark, name = label.rpartition(MARK)
+    return name if mark and name in CameraConfig.presets() else ""
+
+
+def camera(settings: Settings, eye: str) -> CameraConfig:
+    """Return an eye's settings, with the size, field of view, clock and place of the camera as it is set."""
+    if not eye:
+        return settings.camera
+    common = {name: getattr(settings.camera, name) for name in GEOMETRY}
+    return dataclasses.replace(CameraConfig.preset(eye), **common)
+
+
+def models_by_eye(models: Sequence[ConfiguredModel]) -> Mapping[str, list[ConfiguredModel]]:
+    """Return the models of each eye, the eye of the first model first."""
+    found: dict[str, list[ConfiguredModel]] = {}
+    for model in models:
+        found.setdefault(through(model.label), []).append(model)
+    return found
+
+
+def both(plan: Plan) -> Plan:
+    """Return the plan with each of its models seeing through the robot's true eye too.
+
+    Raises
+    ------
+    UsageError
+        The camera of the plan is that eye already.
+    """
+    settings = plan.settings
+    if camera(settings, TRUE) == settings.camera:
+        raise UsageError(f"--eyes both: the camera is that of preset {TRUE} already; leave out --set camera.*")
+    more = tuple(dataclasses.replace(model, label=f"{model.label}{MARK}{TRUE}") for model in settings.models)
+    return dataclasses.replace(plan, settings=dataclasses.replace(settings, models=(*settings.models, *more)))

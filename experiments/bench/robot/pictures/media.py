@@ -1,0 +1,60 @@
+"""What only a recording shows: camera frames and layer maps, as 8-bit images."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from colias_sim import Frame
+from dsnn import Response
+
+Images = npt.NDArray[np.uint8]
+MAP_SCALES = {"p": (0.25, 128.0), "la": (1.0, 128.0), "f_on": (128.0, -16.0), "f_off": (128.0, -16.0)}
+"""Layer map -> (gain, grey of zero): signed maps stand about mid grey, and all saturate.
+
+F is some thirty times smaller than LA, hence its gain; its offset clips the noise, which would fill the file.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Media:
+    """What a recording shows of one trial's pictures.
+
+    Parameters
+    ----------
+    pictures
+        Eye -> its frames, (T, R, C) uint8; the camera of the settings is called ``""``.
+    exposure_ms
+        Eye -> exposure time of each frame, (T,).
+    row_time_us
+        Eye -> from the end of a row's exposure to that of the next; 0 of a global shutter.
+    maps
+        The first model's layer maps, each (T, R, C); empty of a model that shows none.
+    """
+
+    pictures: Mapping[str, Images]
+    exposure_ms: Mapping[str, npt.NDArray[np.float64]]
+    row_time_us: Mapping[str, float]
+    maps: Mapping[str, Images]
+
+
+def collect(frames: Mapping[str, Sequence[Frame]], responses: Sequence[Response]) -> Media:
+    """Stack a trial's frames of each eye, and turn its layer maps into grey images by `MAP_SCALES`."""
+    pictures = {eye: np.stack([frame.luma for frame in own]) for eye, own in frames.items()}
+    shown = [response.maps for response in responses if response.maps is not None]
+    like = next(iter(pictures.values()))
+    maps = {name: np.empty_like(like) for name in MAP_SCALES} if shown else {}
+    for name, images in maps.items():
+        gain, zero = MAP_SCALES[name]
+        for image, layers in zip(images, shown, strict=True):
+            cv2.addWeighted(getattr(layers, name), gain, getattr(layers, name), 0.0, zero, dst=image, dtype=cv2.CV_8U)
+    return Media(
+        pictures,
+        {eye: np.array([frame.exposure_ms for frame in own]) for eye, own in frames.items()},
+        {eye: own[0].row_time_us for eye, own in frames.items()},
+        maps,
+    )

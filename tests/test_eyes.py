@@ -1,0 +1,77 @@
+"""Two eyes on one trial: the same physics, the answer of each eye as of a run with that camera alone."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from experiments.bench import registry
+from experiments.bench.core.errors import UsageError
+from experiments.bench.robot.pictures.eyes import both, through
+from experiments.bench.robot.plan import plan
+from experiments.bench.robot.recording import blueprint, exposing, record
+from experiments.bench.robot.trial import run_trial
+
+
+def planned(*changes):
+    return plan(registry.load("distance"), ("dsnn",), changes, 1, 0)
+
+
+@pytest.fixture(scope="module")
+def seen():
+    (spec, *_) = both(planned()).specs()
+    return run_trial(spec, keep_media=True)
+
+
+def alone(*changes):
+    (spec, *_) = planned(*changes).specs()
+    return run_trial(spec)
+
+
+def test_each_eye_answers_as_in_a_run_with_that_camera_alone(seen):
+    default, true = seen.answers
+    assert (default.model, true.model) == ("dsnn", "dsnn@ov7670")
+    for answer, single in ((default, alone()), (true, alone("camera.preset=ov7670"))):
+        assert np.array_equal(answer.series.hs, single.answers[0].series.hs)
+        assert np.array_equal(seen.columns.stimulus_x_cm, single.columns.stimulus_x_cm)
+    assert not np.array_equal(default.series.hs, true.series.hs)
+
+
+def test_the_recording_shows_both_eyes_and_the_exposure(seen):
+    assert list(seen.media.pictures) == ["", "ov7670"]
+    assert seen.media.row_time_us == {"": 0.0, "ov7670": 418.0}
+    assert exposing(seen.media) == ["ov7670"], "of a fixed exposure of all rows there is nothing to tell"
+    assert (seen.media.exposure_ms["ov7670"] > 0).all()
+    content = record(seen)
+    for entity in (b"camera_ov7670", b"exposure/ov7670", b"/camera"):
+        assert entity in content
+    assert blueprint(seen) is not None
+
+
+def test_only_the_name_of_a_preset_is_an_eye():
+    assert [through(label) for label in ("dsnn", "dsnn@ov7670", "me@home", "dsnn:w_i=1@ov7670")] == [
+        "", "ov7670", "", "ov7670"
+    ]  # fmt: skip
+
+
+def test_the_eyes_have_size_and_clock_in_common():
+    made = both(planned("camera.width=50", "camera.fps=25"))
+    result = run_trial(made.specs()[0], keep_media=True)
+    assert {each.shape[1:] for each in result.media.pictures.values()} == {(72, 50)}
+
+
+def test_the_true_eye_twice_is_refused():
+    with pytest.raises(UsageError, match="--eyes both: the camera is that of preset ov7670 already"):
+        both(planned("camera.preset=ov7670"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [(["distance", "--eyes", "three"], "--eyes three: legal is one, both"),
+     (["clean", "--eyes", "both"], "--eyes both: clean shows clips, which no camera sees")],
+)  # fmt: skip
+def test_bad_eyes_are_refused_in_a_line(tmp_path, arguments, said):
+    command = [sys.executable, "-m", "experiments.bench.cli", "run", *arguments, "--out", str(tmp_path / "run")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
