@@ -7,12 +7,14 @@ import math
 from itertools import pairwise
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
 from colias_sim.exposure import LAG_SDS
 from colias_sim.offscreen import shared_contexts
 from colias_sim.scene import FrameClock
+from experiments import run
 from experiments.bench import registry
 from experiments.bench.core.errors import UsageError
 from experiments.bench.robot.plan import configure, parameters
@@ -124,6 +126,18 @@ def test_a_still_background_is_rendered_once_and_anew_when_it_changes():
         assert np.abs(whole - part).max() <= 2
     changes = [np.abs(a - b).mean() for a, b in pairwise(pictures[False])]
     assert min(changes) > 0.0
+
+
+def test_any_number_of_workers_sees_the_same(tmp_path):
+    """All parts of the robot's eye together, drops and jitter too, in this process and in two others."""
+    parts = {"camera.preset": "ov7670", "camera.jitter_ms": 1.0, "camera.drop_probability": 0.1}
+    settings = {**parts, "experiment.speeds_cm_s": "20,30"}
+    tables = []
+    for workers in (0, 2):
+        out = tmp_path / str(workers)
+        run("speed", repeats=1, settings=settings, out=out, workers=workers, recordings=False, quiet=True)
+        tables.append(pq.read_table(out / "frames.parquet"))
+    assert tables[0].equals(tables[1]) and tables[0].num_rows > 50
 
 
 def share_dropped(probability: float) -> float:
