@@ -177,7 +177,7 @@ def test_the_clock_jitters_as_set():
     assert spread_of_ages(2.2) != pytest.approx(2.0, rel=0.04)
 
 
-def test_video_range_is_16_to_235():
+def check_video_range() -> None:
     """Y' = 16 + 219 Y / 255, of the sensor's clipped grey, rounded once."""
     pictures = []
     for luma_range in ("full", "video"):
@@ -189,6 +189,15 @@ def test_video_range_is_16_to_235():
     with Simulation(camera=loud, scene=STILL) as sim:
         luma = crossing(sim, count=1)[0].luma
     assert (luma.min(), luma.max()) == (16, 235)
+
+
+def test_video_range_is_16_to_235(monkeypatch):
+    check_video_range()
+    for constant, wrong in (("VIDEO_BLACK", 17.6), ("VIDEO_WHITE", 211.5)):
+        with monkeypatch.context() as changed:
+            changed.setattr(f"colias_sim.camera.{constant}", wrong)
+            with pytest.raises(AssertionError):
+                check_video_range()
 
 
 def test_presets():
@@ -219,7 +228,7 @@ def test_set_takes_a_preset_first_and_then_the_others():
         (["camera.preset=ov7670", "camera.exposure_ms=100"], "with auto_exposure legal is 0.0627..32"),
         (["camera.row_time_us=600"], "legal is up to 463.0"),
         (["camera.row_time_us=100", "camera.row_bands=80"], "legal is up to the 72 rows"),
-        (["robot.preset=default"], "no parameter"),
+        (["camera.preset=ov7670", "camera.still_background=true"], "legal is a global shutter, row_time_us=0"),
     ],
 )
 def test_settings_that_cannot_be_are_refused_by_name_and_range(assignments, said):
