@@ -99,8 +99,8 @@ class Camera:
         bands = config.row_time_us > 0.0
         slots = Strips.slots(config) if bands else 1
         self._offscreen = Offscreen(model, rows, columns, slots=slots, bright=self._lamps is not None)
-        still = config.still_background and not bands
-        self._background = Background(model, self._eye.fixedcamid, config, self._option) if still else None
+        eye = self._eye.fixedcamid
+        self._background = Background(model, eye, config, self._option) if config.still_background else None
         self._strips = Strips(self._offscreen, config, slots) if bands else None
         self.plan: FramePlan
         self.next_plan: FramePlan

@@ -214,6 +214,8 @@ class CameraConfig:
     @model_validator(mode="after")
     def _check(self) -> CameraConfig:
         if self.row_time_us > 0.0:
+            if self.still_background:
+                raise ValueError("still_background=true: legal is a global shutter, row_time_us=0")
             if self.row_bands > self.height:
                 raise ValueError(f"row_bands={self.row_bands}: legal is up to the {self.height} rows of the picture")
             if self.row_time_us * self.height * self.fps > 1e6:

@@ -7,12 +7,14 @@ import math
 from itertools import pairwise
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
 from colias_sim.exposure import LAG_SDS
 from colias_sim.offscreen import shared_contexts
 from colias_sim.scene import FrameClock
+from experiments import run
 from experiments.bench import registry
 from experiments.bench.core.errors import UsageError
 from experiments.bench.robot.plan import configure, parameters
@@ -126,6 +128,18 @@ def test_a_still_background_is_rendered_once_and_anew_when_it_changes():
     assert min(changes) > 0.0
 
 
+def test_any_number_of_workers_sees_the_same(tmp_path):
+    """All parts of the robot's eye together, drops and jitter too, in this process and in two others."""
+    parts = {"camera.preset": "ov7670", "camera.jitter_ms": 1.0, "camera.drop_probability": 0.1}
+    settings = {**parts, "experiment.speeds_cm_s": "20,30"}
+    tables = []
+    for workers in (0, 2):
+        out = tmp_path / str(workers)
+        run("speed", repeats=1, settings=settings, out=out, workers=workers, recordings=False, quiet=True)
+        tables.append(pq.read_table(out / "frames.parquet"))
+    assert tables[0].equals(tables[1]) and tables[0].num_rows > 50
+
+
 def share_dropped(probability: float) -> float:
     """The share of dropped frames, each of which has to be the one before again, older by a frame."""
     with Simulation(camera=CameraConfig(drop_probability=probability)) as sim:
@@ -163,7 +177,7 @@ def test_the_clock_jitters_as_set():
     assert spread_of_ages(2.2) != pytest.approx(2.0, rel=0.04)
 
 
-def test_video_range_is_16_to_235():
+def check_video_range() -> None:
     """Y' = 16 + 219 Y / 255, of the sensor's clipped grey, rounded once."""
     pictures = []
     for luma_range in ("full", "video"):
@@ -175,6 +189,15 @@ def test_video_range_is_16_to_235():
     with Simulation(camera=loud, scene=STILL) as sim:
         luma = crossing(sim, count=1)[0].luma
     assert (luma.min(), luma.max()) == (16, 235)
+
+
+def test_video_range_is_16_to_235(monkeypatch):
+    check_video_range()
+    for constant, wrong in (("VIDEO_BLACK", 17.6), ("VIDEO_WHITE", 211.5)):
+        with monkeypatch.context() as changed:
+            changed.setattr(f"colias_sim.camera.{constant}", wrong)
+            with pytest.raises(AssertionError):
+                check_video_range()
 
 
 def test_presets():
@@ -206,6 +229,7 @@ def test_set_takes_a_preset_first_and_then_the_others():
         (["camera.row_time_us=600"], "legal is up to 463.0"),
         (["camera.row_time_us=100", "camera.row_bands=80"], "legal is up to the 72 rows"),
         (["robot.preset=ov7670"], "legal is default, colias4"),
+        (["camera.preset=ov7670", "camera.still_background=true"], "legal is a global shutter, row_time_us=0"),
     ],
 )
 def test_settings_that_cannot_be_are_refused_by_name_and_range(assignments, said):
