@@ -48,6 +48,7 @@ SKIPPED = {
         "needs PyTorch and half an hour: tests/test_training_seeds.py",
         "needs a screen",
     ),
+    "eye.md": ("takes half an hour: tests/test_fidelity.py",),
     "footage.md": ("needs a screen", "needs a camera", "takes a minute: tests/test_street.py shows a clip of it"),
     "maps.md": ("takes minutes: tests/test_map.py",),
     "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/test_pool.py"),
