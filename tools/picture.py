@@ -1,4 +1,4 @@
-"""Draw docs/speed.png, the README's picture, from a finished run: ``python tools/picture.py RUN_FOLDER``.
+"""Draw docs/speed.png, the README's picture, from a finished run: ``python -m tools.picture RUN_FOLDER``.
 
 Above, the scene from outside and what the observer's camera sees; below, the run's own figure.
 """
