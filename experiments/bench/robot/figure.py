@@ -53,7 +53,7 @@ ACROSS = 4
 """Most panels of traces in a row."""
 MOST_DOTTED = 4
 """Series beyond which single trials are left out of the panel of counts: means and intervals stay readable."""
-SPREAD, NARROW = 0.62, 0.24
+SPREAD, NARROW = 0.62, 0.34
 """Width of all series at one level, as a share of the smallest gap between levels: of words, and of numbers."""
 
 
@@ -206,7 +206,7 @@ def _counts(
     width = (SPREAD if ordinal else NARROW) * (min(gaps) if gaps else 1.0)
     for index, each in enumerate(series):
         shift = 0.0 if len(series) == 1 else width * (index / (len(series) - 1) - 0.5)
-        step = width / max(len(series), 3)
+        step = width / len(series)
         means = []
         for level, tick in ticks.items():
             spikes = [row["spikes"] for row in each.rows if row[varies] == level]
@@ -216,7 +216,7 @@ def _counts(
         style = "none" if ordinal else each.mark.line
         line = "black" if colours else each.mark.colour
         axes.plot(*zip(*means, strict=True), color=line, lw=0.9, ls=style, label=each.label, zorder=2,
-                  marker=None if colours else each.mark.marker, ms=4)  # fmt: skip
+                  marker=each.mark.marker if len(series) > 1 else None, ms=4)  # fmt: skip
     axes.set_xticks(list(ticks.values()), [said(level) for level in levels], fontsize=7 if len(levels) > 6 else 9)
     axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial")
     axes.set_ylim(bottom=min(-2.0, -0.04 * axes.get_ylim()[1]))
@@ -232,8 +232,8 @@ def _level(
 ) -> float:
     """Draw the trials of one series at one level; return their mean."""
     if several <= MOST_DOTTED:
-        wobble = np.linspace(-0.2, 0.2, len(spikes)) * step if len(spikes) > 1 else np.zeros(1)
-        axes.scatter(place + wobble, spikes, s=11, color=tint, alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)
+        beside = place - np.linspace(0.2, 0.55, len(spikes)) * step  # left of the mean, so that neither hides the other
+        axes.scatter(beside, spikes, s=11, color=tint, alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)
     summary = summarise(spikes)
     if summary.n > 1:
         error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
