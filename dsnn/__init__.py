@@ -7,16 +7,16 @@
 """
 
 from dsnn.answers import AnswerError, checked_answer
-from dsnn.emd import EMD, EMDParams
-from dsnn.flow import Flow, FlowParams
+from dsnn.direction.emd import EMD, EMDParams
+from dsnn.direction.flow import Flow, FlowParams
+from dsnn.direction.network import DSNN
+from dsnn.direction.reference import ReferenceDSNN
 from dsnn.frames import FrameError
 from dsnn.hybrid import Hybrid, HybridParams
-from dsnn.lgmd1 import LGMD1, LGMD1Params
-from dsnn.lgmd2 import LGMD2, LGMD2Params
+from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
+from dsnn.looming.lgmd2 import LGMD2, LGMD2Params
 from dsnn.model import CHANNELS, LayerMaps, Response, ResponseSeries, VisionModel
-from dsnn.network import DSNN
 from dsnn.params import DSNNParams
-from dsnn.reference import ReferenceDSNN
 from dsnn.registry import MODELS, ModelEntry, model_entry
 
 __all__ = [
