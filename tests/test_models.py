@@ -491,8 +491,8 @@ def test_colour_and_float_frames_mean_the_same_grey(entry, model):
 
 
 def test_rgb_and_bgr_differ_by_their_order(entry, model):
-    grey = answered(entry)[-40:]
-    rgb = np.stack([grey, grey // 2 + 64, 255 - grey], axis=-1)
+    grey = answered(entry)
+    rgb = np.stack([grey, grey, 255 - grey], axis=-1)
     there = model.run(rgb, channels="rgb")
     assert_same(there, model.run(rgb[..., ::-1].copy(), channels="bgr"))
     swapped = model.run(rgb, channels="bgr")
