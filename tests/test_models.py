@@ -9,7 +9,11 @@ from dsnn import (
     EMD,
     LGMD1,
     LGMD2,
+    LPLC2,
+    LPLC2GF,
     MODELS,
+    SILGMD1,
+    T4T5,
     DSNNParams,
     EMDParams,
     Flow,
@@ -133,7 +137,14 @@ def test_comes_to_rest_when_the_scene_does(entry, model):
 
 @pytest.mark.parametrize(
     ("cls", "states"),
-    [(EMD, lambda m: (m._h, m._d)), (LGMD2, lambda m: (m._on._states, m._off._states))],
+    [
+        (EMD, lambda m: (m._h, m._d)),
+        (LGMD2, lambda m: (m._on._states, m._off._states)),
+        (T4T5, lambda m: (m._local._signals, m._local._delayed, m._local._cells)),
+        (LPLC2, lambda m: (m._signals, m._delayed, m._cells)),
+        (LPLC2GF, lambda m: (m._h, m._delayed)),
+        (SILGMD1, lambda m: (m._delayed,)),
+    ],
 )
 def test_a_clip_that_goes_still_leaves_no_subnormals(cls, states):
     """In which states that fade would linger, and take a processor many times longer."""

@@ -15,7 +15,7 @@ from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import with_field_docs
-from dsnn.filters import FLUSH_EVERY, alpha, blur, flush
+from dsnn.filters import FACTOR, FADED, FLUSH_OFTEN, alpha, blur, flush
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -99,9 +99,9 @@ class LocalMotion:
         self._correlate()
         cv2.accumulateWeighted(self._drive, self._cells, self._follow)
         self._steps += 1
-        if self._steps % FLUSH_EVERY == 0:
-            for state in (self._signals, self._delayed, self._cells):
-                flush(state)
+        if self._steps % FLUSH_OFTEN == 0:
+            for state in (self._delayed, self._cells):
+                flush(state, FACTOR)
         cells = self._cells.reshape(4, *self._planes)[(slice(None), *self._window)]
         t4, t5 = cells.swapaxes(0, 1)
         np.add(power(t4, self._q.exp_on), power(t5, self._q.exp_off), out=self._motion)
@@ -115,6 +115,7 @@ class LocalMotion:
         self._signals *= np.float32(q.remain_rec)
         for signal, polarity in zip(self._signals, split(centre, around), strict=True):
             signal += contrast * polarity
+        self._signals[self._signals < FADED] = 0.0
         for signal, plane in zip(self._signals, self._c.reshape(self._planes)[self._window], strict=True):
             local = blur(signal, self._local)
             local += np.float32(q.coe_cn)

@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.direction.local_motion import power, split
 from dsnn.field_docs import with_field_docs
-from dsnn.filters import FLUSH_EVERY, alpha, blur, flush
+from dsnn.filters import FACTOR, FADED, FLUSH_OFTEN, alpha, blur, flush
 from dsnn.looming.detector import Detector
 from dsnn.looming.grouping import ring, sigmoid
 from dsnn.looming.quadrants import by_quadrant
@@ -105,9 +105,9 @@ class LPLC2(Detector):
         self._split(self._retina.step(luminance))
         motion = self._pathway(0, q.exp_on) + self._pathway(1, q.exp_off)
         self._steps += 1
-        if self._steps % FLUSH_EVERY == 0:
-            for state in (self._signals, self._delayed, self._contrast, self._cells):
-                flush(state)
+        if self._steps % FLUSH_OFTEN == 0:
+            for state in (self._delayed, self._cells):
+                flush(state, FACTOR)
         quadrants = np.maximum(self._quadrants(motion), 0.0)
         self._outputs.append(float(quadrants.prod()))
         mean = (sum(self._outputs) / q.length) ** 0.25
@@ -121,6 +121,7 @@ class LPLC2(Detector):
         self._signals *= np.float32(self.params.residue)
         for signal, polarity in zip(self._signals, split(centre, around), strict=True):
             signal += contrast * polarity
+        self._signals[self._signals < FADED] = 0.0
 
     def _pathway(self, number: int, exponent: float) -> Floats:
         """Motion in four directions of ON (0) or OFF (1), (4, R, C): right, left, down, up."""

@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.exponential import exp
 from dsnn.field_docs import with_field_docs
-from dsnn.filters import FLUSH_EVERY, alpha, flush
+from dsnn.filters import FACTOR, FLUSH_OFTEN, alpha, flush
 from dsnn.looming.detector import Detector
 from dsnn.looming.grouping import REST
 from dsnn.params import Milliseconds
@@ -155,9 +155,9 @@ class LPLC2GF(Detector):
             horizontal += d[:, :-1] * x[:, 1:] - x[:, :-1] * d[:, 1:]
             vertical += d[:-1] * x[1:] - x[:-1] * d[1:]
         self._steps += 1
-        if self._steps % FLUSH_EVERY == 0:
-            flush(self._h)
-            flush(self._delayed)
+        if self._steps % FLUSH_OFTEN == 0:
+            flush(self._h, FACTOR)
+            flush(self._delayed, FACTOR)
         return int(np.count_nonzero(self._arms(horizontal) & self._arms(vertical.T).T))
 
     def _arms(self, motion: Floats) -> npt.NDArray[np.bool_]:

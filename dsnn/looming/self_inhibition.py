@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from dsnn.filters import FADED
 from dsnn.retina import Floats
 
 MOST_CHANGE, MOST_STATE = 127.0, 255.0
@@ -28,8 +29,8 @@ def truncated(values: Floats) -> Floats:
 
 
 def exact(values: Floats) -> Floats:
-    """The same in floating point: no truncation, but nothing negative."""
-    kept: Floats = np.maximum(values, np.float32(0.0))
+    """The same in floating point: no truncation, but nothing negative, and nothing of what has faded."""
+    kept: Floats = values * (values > FADED)
     return kept
 
 

@@ -11,7 +11,7 @@ from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import with_field_docs
-from dsnn.filters import FLUSH_EVERY, alpha, flush
+from dsnn.filters import alpha
 from dsnn.looming.detector import Detector
 from dsnn.looming.grouping import convolve, ring, sigmoid
 from dsnn.looming.self_inhibition import Blocks, exact, halved, truncated
@@ -98,7 +98,6 @@ class SILGMD1(Detector):
         self._retina.reset()
         self._delayed[:] = 0.0
         self._mean_before = 0.0
-        self._steps = 0
 
     def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
@@ -110,9 +109,6 @@ class SILGMD1(Detector):
         s[s < np.float32(q.t_s)] = 0.0
         total = float(self._kept(s[1:-1, 1:-1]).sum(dtype=np.float64))
         silenced, self._mean_before = self._mean_before > q.t_ffi, float(p.mean(dtype=np.float64))
-        self._steps += 1
-        if self._steps % FLUSH_EVERY == 0:
-            flush(self._delayed)
         k = sigmoid(0.0 if silenced else total / (q.k_spi * s.size))
         return k, int(k >= q.t_sp)
 

@@ -45,11 +45,13 @@ def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
 
 MODEL_COLOURS = dict(
     zip(
-        ("dsnn", "dsn2017", "dsnn-on-blocked", "dsnn-off-blocked", "emd", "lgmd1", "lgmd2", "flow"),
-        (*COLOURS, "#111111", "#8c564b"),
-        strict=False,
+        ("dsnn", "dsn2017", "dsnn-on-blocked", "dsnn-off-blocked", "emd", "lgmd1", "lgmd2", "flow",
+         "t4t5", "lplc2", "mlplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "pon-lgmd"),
+        (*COLOURS, "#111111", "#8c564b",
+         "#5fb0b7", "#c2479e", "#a0c15a", "#b8860b", "#4b0082", "#e9967a", "#00696b"),
+        strict=True,
     )
-)
+)  # fmt: skip
 """One colour a model, in every figure."""
 
 OTHER_COLOURS = ("#999999", "#e377c2", "#8a8a00", "#17becf", "#d62728", "#1f3fd6", "#7fbf3f", "#5a2d0c")
