@@ -187,7 +187,6 @@ _ENTRIES = (
         SILGMD1Params.firmware(),
         _SELF_INHIBITION,
         LOOMING,
-        SILGMD1Params.paper(),
     ),
     ModelEntry(
         "si-lgmd2",
@@ -196,7 +195,6 @@ _ENTRIES = (
         SILGMD2Params.firmware(),
         _SELF_INHIBITION,
         LOOMING,
-        SILGMD2Params.paper(),
     ),
     ModelEntry(
         "pon-lgmd",

@@ -97,9 +97,9 @@ def test_a_claim_that_lacks_what_its_check_needs_is_refused(check, lacks):
 
 
 def test_settings_go_to_every_variant_of_a_model():
-    found = running.asked(["si-lgmd1:integer=true", "lplc2-gf"])
-    assert {each.than for each in found} == {"", "si-lgmd1:beta_3=0,integer=true"}
-    assert {each.label for each in found} == {"si-lgmd1:integer=true", "lplc2-gf", "lplc2-gf:fps=100"}
+    found = running.asked(["si-lgmd1:integer=false", "lplc2-gf"])
+    assert {each.than for each in found} == {"", "si-lgmd1:beta_3=0,integer=false"}
+    assert {each.label for each in found} == {"si-lgmd1:integer=false", "lplc2-gf", "lplc2-gf:fps=100"}
     assert {each.asked for each in running.asked(["all"])} == set(model_claims())
     with pytest.raises(UsageError, match="--models emd: no claims"):
         running.asked(["emd"])

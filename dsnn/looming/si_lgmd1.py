@@ -41,18 +41,18 @@ class SILGMD1Params:
     k_spi: float = Field(default=1.0, gt=0.0, le=1e3, description="sigmoid scale, halved grey levels a cell")
     t_sp: float = Field(default=0.72, gt=0.5, le=1.0, description="spike threshold on the potential (arena: 0.65)")
     n_sp: int = Field(default=4, ge=1, le=1000, description="spikes in a row that mean a collision")
-    integer: bool = Field(default=False, description="bytes, truncated at every step, as in the firmware")
+    integer: bool = Field(default=True, description="bytes, truncated at every step; false: floating point")
     fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
 
     @classmethod
-    def paper(cls, **changes: Any) -> SILGMD1Params:
-        """The published constants in floating point."""
+    def firmware(cls, **changes: Any) -> SILGMD1Params:
+        """The public firmware: its constants in its arithmetic."""
         return dataclasses.replace(cls(), **changes)
 
     @classmethod
-    def firmware(cls, **changes: Any) -> SILGMD1Params:
-        """The same constants in the arithmetic of the firmware."""
-        return dataclasses.replace(cls(integer=True), **changes)
+    def paper(cls, **changes: Any) -> SILGMD1Params:
+        """The same constants in floating point, as the equations read."""
+        return dataclasses.replace(cls(integer=False), **changes)
 
 
 class SILGMD1(Detector):
@@ -67,9 +67,9 @@ class SILGMD1(Detector):
     exceeds ``t_ffi``. Channel: ``looming``, k from 0.5 up to 1, with one spike in a frame whose k reaches ``t_sp``;
     ``collision`` says whether the last ``n_sp`` frames all had one.
 
-    Presets: ``paper`` computes in floating point. ``firmware`` truncates every state to a byte, as the robot does:
-    there the factor ``beta_2`` is cast to a whole number before it multiplies, so that 0.04 is 0, and self-inhibition
-    is left only where next to nothing moves.
+    Presets: ``firmware``, the default, truncates every state to a byte, as the robot does: there the factor ``beta_2``
+    is cast to a whole number before it multiplies, so that 0.04 is 0, and self-inhibition is left only where next to
+    nothing moves. ``paper`` computes the equations in floating point with the same constants.
 
     Assumed: cells of the border are not summed (as in the firmware); a sum too large for a byte stays at 255, where the
     firmware wraps; two corners that the firmware weighs 1/4 weigh 1/8 as the others do. Blocks are counted from the

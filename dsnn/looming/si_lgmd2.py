@@ -56,18 +56,18 @@ class SILGMD2Params:
     k_sp: float = Field(default=4.0, gt=0.0, le=20.0, description="spike gain")
     t_sp: float = Field(default=0.64, gt=0.5, le=1.0, description="spike threshold on the adapted potential")
     n_sp: int = Field(default=4, ge=1, le=1000, description="spikes without a silent frame that mean a collision")
-    integer: bool = Field(default=False, description="bytes, truncated at every step, as in the firmware")
+    integer: bool = Field(default=True, description="bytes, truncated at every step; false: floating point")
     fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
 
     @classmethod
-    def paper(cls, **changes: Any) -> SILGMD2Params:
-        """The published constants in floating point."""
+    def firmware(cls, **changes: Any) -> SILGMD2Params:
+        """The public firmware: its constants in its arithmetic."""
         return dataclasses.replace(cls(), **changes)
 
     @classmethod
-    def firmware(cls, **changes: Any) -> SILGMD2Params:
-        """The same constants in the arithmetic of the firmware."""
-        return dataclasses.replace(cls(integer=True), **changes)
+    def paper(cls, **changes: Any) -> SILGMD2Params:
+        """The same constants in floating point, as the equations read."""
+        return dataclasses.replace(cls(integer=False), **changes)
 
 
 class _Pathway:
@@ -121,9 +121,10 @@ class SILGMD2(Detector):
     Channel: ``looming``, the adapted potential from 0.5 up to 1; ``collision`` says whether ``n_sp`` spikes have come
     since the last silent frame.
 
-    Presets: ``paper`` computes in floating point. ``firmware`` truncates every state to a byte, as the robot does:
-    there ``beta_1`` and ``beta_2`` are cast to whole numbers before they multiply, so that both are 0, and
-    self-inhibition is left only where next to nothing moves.
+    Presets: ``firmware``, the default, truncates every state to a byte, as the robot does: there ``beta_1`` and
+    ``beta_2`` are cast to whole numbers before they multiply, so that both are 0, and self-inhibition is left only
+    where next to nothing moves. ``paper`` computes the equations in floating point with the same constants, which then
+    silence looming too: they belong to the firmware's arithmetic.
 
     Assumed: cells outside the field are 0; what is too large for a byte, or negative, stays at 255 or 0, where the
     firmware wraps. Blocks are counted from the upper left corner, so that a mirrored clip gives the mirrored answer
