@@ -36,10 +36,10 @@ class T4T5:
     directions. ``M = T4^exp_on + T5^exp_off``. Channels: ``hs`` and ``vs``, right less left and down less up, summed
     over the field and put through the DSNN's odd sigmoid with the scale ``k_sig R C``: in (-0.5, 0.5). No spikes.
 
-    Assumed where the source as read leaves it open: the sign rule and border of the DSNN's difference of Gaussians; the
-    low-passes are recursive; what is summed over the field, and its sigmoid, as the DSNN's; time constants in ms hold
-    at any frame rate. The published form was shown videos of 30 frames/s. No published number was found that could be
-    reproduced without its clips.
+    Assumed where the source as read leaves it open: the sign rule and border of the DSNN's difference of Gaussians, but
+    what cancels to within a thousandth of a grey level has no sign; the low-passes are recursive; what is summed over
+    the field, and its sigmoid, as the DSNN's; time constants in ms hold at any frame rate. The published form was shown
+    videos of 30 frames/s. No published number was found that could be reproduced without its clips.
 
     Costs about 15 DSNN steps (0.5 ms) at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
     frame it cannot take.

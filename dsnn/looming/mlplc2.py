@@ -49,8 +49,10 @@ class MLPLC2(Detector):
     Assumed where the source as read leaves it open: one attention field, not several, its quadrants as large as the
     field; a column or row that the centre lies in counts to both sides by its share; the slope ``leak``; the output is
     the sum of the quadrants, by which four quadrants at 50 in five frames make just the published 1000; the sigmoid.
-    Sums go with the size of the image, of which the source has larger ones. No published number was found that could be
-    reproduced without its clips.
+    Sums go with the size of the image, of which the source has larger ones. The normalisation lifts whatever stands out
+    by a few tenths of a grey level to its full height: camera noise of a standard deviation of 1.3 grey levels, as the
+    robot's has, makes it spike in every frame; the source's videos have none. No published number was found that could
+    be reproduced without its clips.
 
     Costs about 16 DSNN steps (0.6 ms) at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
     frame it cannot take.
