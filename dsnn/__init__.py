@@ -7,16 +7,23 @@
 """
 
 from dsnn.answers import AnswerError, checked_answer
-from dsnn.emd import EMD, EMDParams
-from dsnn.flow import Flow, FlowParams
+from dsnn.direction.emd import EMD, EMDParams
+from dsnn.direction.flow import Flow, FlowParams
+from dsnn.direction.network import DSNN
+from dsnn.direction.reference import ReferenceDSNN
+from dsnn.direction.t4t5 import T4T5, T4T5Params
 from dsnn.frames import FrameError
 from dsnn.hybrid import Hybrid, HybridParams
-from dsnn.lgmd1 import LGMD1, LGMD1Params
-from dsnn.lgmd2 import LGMD2, LGMD2Params
+from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
+from dsnn.looming.lgmd2 import LGMD2, LGMD2Params
+from dsnn.looming.lplc2 import LPLC2, LPLC2Params
+from dsnn.looming.lplc2_gf import LPLC2GF, LPLC2GFParams
+from dsnn.looming.mlplc2 import MLPLC2, MLPLC2Params
+from dsnn.looming.pon_lgmd import PONLGMD, PONLGMDParams
+from dsnn.looming.si_lgmd1 import SILGMD1, SILGMD1Params
+from dsnn.looming.si_lgmd2 import SILGMD2, SILGMD2Params
 from dsnn.model import CHANNELS, LayerMaps, Response, ResponseSeries, VisionModel
-from dsnn.network import DSNN
 from dsnn.params import DSNNParams
-from dsnn.reference import ReferenceDSNN
 from dsnn.registry import MODELS, ModelEntry, model_entry
 
 __all__ = [
@@ -25,7 +32,14 @@ __all__ = [
     "EMD",
     "LGMD1",
     "LGMD2",
+    "LPLC2",
+    "LPLC2GF",
+    "MLPLC2",
     "MODELS",
+    "PONLGMD",
+    "SILGMD1",
+    "SILGMD2",
+    "T4T5",
     "AnswerError",
     "DSNNParams",
     "EMDParams",
@@ -36,11 +50,18 @@ __all__ = [
     "HybridParams",
     "LGMD1Params",
     "LGMD2Params",
+    "LPLC2GFParams",
+    "LPLC2Params",
     "LayerMaps",
+    "MLPLC2Params",
     "ModelEntry",
+    "PONLGMDParams",
     "ReferenceDSNN",
     "Response",
     "ResponseSeries",
+    "SILGMD1Params",
+    "SILGMD2Params",
+    "T4T5Params",
     "VisionModel",
     "checked_answer",
     "model_entry",

@@ -38,12 +38,18 @@ def blur(image: FloatArray, kernel: FloatArray, out: FloatArray | None = None) -
 
 
 FLUSH_EVERY = 64
+FLUSH_OFTEN = 16
+"""For low-passes of 40 ms and less, which fade from 1e-30 to subnormal numbers in under 64 frames."""
+FACTOR = 1e-9
+"""Where states are multiplied with one another nothing below this is kept: products of less are subnormal."""
+FADED = np.float32(1e-6)
+"""Of a signal in grey levels that keeps a residue of its last value: nothing is left of what is smaller."""
 
 
-def flush(state: npt.NDArray[np.float32]) -> None:
-    """Set what has decayed below 1e-30 to zero, in place.
+def flush(state: npt.NDArray[np.float32], below: float = 1e-30) -> None:
+    """Set what has decayed below 1e-30, or ``below`` another value, to zero, in place.
 
     In a still scene a low-pass decays into subnormal numbers, on which a processor takes many
     times longer; called every `FLUSH_EVERY` steps this keeps them out and costs next to nothing.
     """
-    state[np.abs(state) < 1e-30] = 0.0
+    state[np.abs(state) < below] = 0.0

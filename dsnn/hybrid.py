@@ -10,18 +10,18 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from dsnn.direction.network import DSNN
 from dsnn.field_docs import with_field_docs
 from dsnn.frames import Channels, checked_shape, luma
-from dsnn.lgmd1 import LGMD1, LGMD1Params
+from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
 from dsnn.model import Response, ResponseSeries, run_model
-from dsnn.network import DSNN
 from dsnn.params import DSNNParams, Milliseconds
 
 
 @with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class HybridParams(DSNNParams):
-    """The DSNN's parameters, those of `dsnn.lgmd1.LGMD1Params` that matter under ``lgmd_``, and the gate's."""
+    """The DSNN's parameters, those of `dsnn.looming.lgmd1.LGMD1Params` that matter under ``lgmd_``, and the gate's."""
 
     lgmd_w_i: float = Field(default=0.6, ge=0.0, le=10.0, description="weight of the LGMD1's inhibition")
     lgmd_t_g: float = Field(default=30.0, ge=0.0, le=1e6, description="threshold of its grouped excitation")
@@ -52,7 +52,7 @@ class Hybrid:
       Poggio 1976).
 
     Costs about 1.4 steps of the DSNN at 99x72. ``shape`` is (R, C), ``form`` as in
-    `dsnn.network.DSNN`; raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
+    `dsnn.direction.network.DSNN`; raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
     """
 
     def __init__(self, shape: tuple[int, int], params: HybridParams | None = None, *, form: str | None = None) -> None:

@@ -10,15 +10,22 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Literal
 
-from dsnn.emd import EMD, EMDParams
-from dsnn.flow import Flow, FlowParams
+from dsnn.direction.emd import EMD, EMDParams
+from dsnn.direction.flow import Flow, FlowParams
+from dsnn.direction.network import DSNN
+from dsnn.direction.reference import ReferenceDSNN
+from dsnn.direction.t4t5 import T4T5, T4T5Params
 from dsnn.hybrid import Hybrid, HybridParams
-from dsnn.lgmd1 import LGMD1, LGMD1Params
-from dsnn.lgmd2 import LGMD2, LGMD2Params
+from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
+from dsnn.looming.lgmd2 import LGMD2, LGMD2Params
+from dsnn.looming.lplc2 import LPLC2, LPLC2Params
+from dsnn.looming.lplc2_gf import LPLC2GF, LPLC2GFParams
+from dsnn.looming.mlplc2 import MLPLC2, MLPLC2Params
+from dsnn.looming.pon_lgmd import PONLGMD, PONLGMDParams
+from dsnn.looming.si_lgmd1 import SILGMD1, SILGMD1Params
+from dsnn.looming.si_lgmd2 import SILGMD2, SILGMD2Params
 from dsnn.model import CHANNELS, SPIKING, VisionModel
-from dsnn.network import DSNN
 from dsnn.params import DSNNParams
-from dsnn.reference import ReferenceDSNN
 
 DIRECTION = ("hs", "vs")
 LOOMING = ("looming",)
@@ -101,6 +108,11 @@ def _dsnn(
     return ModelEntry(name, summary, build, robot, source, DIRECTION, offline)
 
 
+_SELF_INHIBITION = (
+    "Modeling self-inhibition in neural networks for collision perception against translating motion, public firmware"
+)
+
+
 _ENTRIES = (
     _dsnn("dsnn", "directionally selective neural network (Fu et al. 2018)"),
     _dsnn("dsnn-on-blocked", "the DSNN with its ON pathway blocked", on=False),
@@ -135,6 +147,61 @@ _ENTRIES = (
         LGMD2,
         LGMD2Params(),
         "Fu, Hu and Yue 2018, arXiv 1801.06452",
+        LOOMING,
+    ),
+    ModelEntry(
+        "t4t5",
+        "contrast-normalised T4 and T5 cells at several spacings (Liu and Fu 2025)",
+        T4T5,
+        T4T5Params(),
+        "Liu and Fu 2025, arXiv 2504.04477",
+    ),
+    ModelEntry(
+        "lplc2",
+        "the fly's looming detector for the centre of the view (Hua and others 2022)",
+        LPLC2,
+        LPLC2Params(),
+        "Hua, Fu, Peng, Yue and Luan 2022, IJCNN",
+        LOOMING,
+    ),
+    ModelEntry(
+        "mlplc2",
+        "the same about where the motion is, on T4 and T5 cells (Liu and Fu 2025)",
+        MLPLC2,
+        MLPLC2Params(),
+        "Liu and Fu 2025, arXiv 2504.04477",
+        LOOMING,
+    ),
+    ModelEntry(
+        "lplc2-gf",
+        "an array of LPLC2 cells and a giant fibre that fires (Zhao and others 2023)",
+        LPLC2GF,
+        LPLC2GFParams.robot(),
+        "Zhao, Xi, Li, Guo and Wu 2023, iScience 26:106337",
+        LOOMING,
+    ),
+    ModelEntry(
+        "si-lgmd1",
+        "LGMD1 with self-inhibition against translation, as on Colias",
+        SILGMD1,
+        SILGMD1Params.firmware(),
+        _SELF_INHIBITION,
+        LOOMING,
+    ),
+    ModelEntry(
+        "si-lgmd2",
+        "LGMD2 with self-inhibition against translation, as on Colias",
+        SILGMD2,
+        SILGMD2Params.firmware(),
+        _SELF_INHIBITION,
+        LOOMING,
+    ),
+    ModelEntry(
+        "pon-lgmd",
+        "LGMD of motion harmonised with contrast (Fu and Li 2022)",
+        PONLGMD,
+        PONLGMDParams(),
+        "Fu and Li 2022, Harmonizing motion and contrast vision for robust looming detection",
         LOOMING,
     ),
     ModelEntry(

@@ -8,6 +8,7 @@ from colias_sim import RobotConfig
 from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import family
 from experiments.bench.robot.plan import configure, parameters, plan
 
 
@@ -124,3 +125,8 @@ def test_models_have_sections_of_their_own_and_families_share_one():
 def test_every_experiment_can_run_as_declared(name):
     made = plan(registry.load(name), ["dsnn"], [], 1, 0)
     assert made.frames() > 30 * len(made.specs())
+
+
+def test_a_model_with_parameters_of_its_own_is_a_family_of_its_own():
+    names = ("dsnn-reference", "dsnn:w_i=1", "lplc2", "lplc2-gf:fps=100", "si-lgmd1", "si-lgmd2", "of-a-user")
+    assert [family(name) for name in names] == ["dsnn", "dsnn", "lplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "of"]

@@ -84,7 +84,7 @@ class _NativeModel:
 
 
 class NativeNetwork(_NativeModel):
-    """The DSNN's layers in C; see `dsnn.network.DSNN`, which checks what goes in."""
+    """The DSNN's layers in C; see `dsnn.direction.network.DSNN`, which checks what goes in."""
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
         self._shape = shape
@@ -98,7 +98,7 @@ class NativeNetwork(_NativeModel):
         return Response(answer.hs, answer.vs, answer.hs_spikes, answer.vs_spikes, self._maps() if maps else None)
 
     def azimuth(self) -> float:
-        """See `dsnn.network.DSNN.azimuth`."""
+        """See `dsnn.direction.network.DSNN.azimuth`."""
         return float(self._lib.dsnn_azimuth(self._model))
 
     def _maps(self) -> LayerMaps:
@@ -130,7 +130,7 @@ def _network_config(shape: tuple[int, int], params: DSNNParams) -> tuple[Any, li
 
 
 class NativeLGMD1(_NativeModel):
-    """The LGMD1's layers in C; see `dsnn.lgmd1.LGMD1`, which checks what goes in."""
+    """The LGMD1's layers in C; see `dsnn.looming.lgmd1.LGMD1`, which checks what goes in."""
 
     def __init__(self, shape: tuple[int, int], **parameters: float) -> None:
         config = kernel().ffi.new("lgmd1_config *", dict(rows=shape[0], columns=shape[1], **parameters))

@@ -16,6 +16,7 @@ from dsnn.stimuli.dots import Dots, DotsParams
 from dsnn.stimuli.edge import Bar, BarParams, Edge, EdgeParams
 from dsnn.stimuli.foliage import Foliage, FoliageParams
 from dsnn.stimuli.grating import Grating, GratingParams
+from dsnn.stimuli.looming import Looming, LoomingParams
 from dsnn.stimuli.plain import Plain, PlainParams
 from dsnn.stimuli.reverse_phi import ReversePhi, ReversePhiParams
 from dsnn.stimuli.stimulus import ClipParams, Stimulus
@@ -35,6 +36,7 @@ class StimulusEntry:
 _ENTRIES = (
     StimulusEntry("plain", "an object on an even ground: translating, looming, receding", Plain, PlainParams()),
     StimulusEntry("cluttered", "the same before a natural image that shifts", Cluttered, ClutteredParams()),
+    StimulusEntry("looming", "a square on a collision course, by half-size over speed", Looming, LoomingParams()),
     StimulusEntry("grating", "a drifting sine or square grating, in any direction", Grating, GratingParams()),
     StimulusEntry("dots", "random dots, a share of which moves together", Dots, DotsParams()),
     StimulusEntry("edge", "one edge that only brightens (ON) or only darkens (OFF)", Edge, EdgeParams()),

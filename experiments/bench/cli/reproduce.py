@@ -61,6 +61,12 @@ def reproduce(
     experiment: Annotated[
         list[str] | None, typer.Option(help="An experiment to add: a name or a .py file. Repeatable.")
     ] = None,
+    models: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--models", help="Instead: the claims of these models' own papers, on clips. A name, or all. Repeatable."
+        ),
+    ] = None,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -72,6 +78,7 @@ def reproduce(
 
     The command's own models, in the trials with the robot, are dsnn and dsn2017, beside the looming detectors where a
     claim is about them. Most claims are about dsnn: --only needs it among the models.
+    With --models none of this is run: the clips that the named models' own papers are about are shown to them instead.
     The reflexes of [b]colias behave[/b] are played too, and claims of our own about them judged. report.html needs no
     network; claims.json, sensitivity.json and behaviours.json have the verdicts. The exit status is 0 whatever they
     are, and 1 if trials failed.
@@ -83,6 +90,13 @@ def reproduce(
         raise UsageError("--quick and --full: give one of them")
     check_counts(seed)
     means = resources(workers, cluster, quiet, other_code)
+    if models:
+        given = {"--quick": quick, "--full": full, "--robot-only": robot_only, "--model": model, "--only": only,
+                 "--experiment": experiment, "--fidelity": fidelity}  # fmt: skip
+        for option, used in given.items():
+            if used:
+                raise UsageError(f"--models and {option}: the claims of models have clips of their own")
+        return _models(models, new_folder(out, "model-claims"), seed, means)
     if fidelity:
         return _fidelity(quick, full or robot_only or bool(model or experiment or only), seed, out, means)
     from experiments.bench.closed_loop import table as closed_loop_table
@@ -91,9 +105,9 @@ def reproduce(
     from experiments.bench.reproduction import reproduce as whole
 
     scale = plan.QUICK if quick else plan.FULL if full else plan.USUAL
-    models = whole.models_shown(model, only)
+    shown = whole.models_shown(model, only)
     folder = new_folder(out, "reproduce")
-    result = whole.reproduce(folder, scale, seed, models, means, experiment or (), robot_only, only)
+    result = whole.reproduce(folder, scale, seed, shown, means, experiment or (), robot_only, only)
     page = report.write(result)
     if not quiet:
         table.show_claims(result.claims)
@@ -121,3 +135,16 @@ def _fidelity(quick: bool, others: bool, seed: int, out: Path | None, means: Res
         out_console.print()
         show_places({"table": folder / "fidelity.json", "figure": picture})
     return EXIT_FAILED if result.failures else 0
+
+
+def _models(names: list[str], folder: Path, seed: int, means: Resources) -> int:
+    """Judge the claims of models' own papers, and show them."""
+    from experiments.bench.core.terminal import out_console, show_places
+    from experiments.bench.reproduction import model_claims, table
+
+    verdicts, failures = model_claims.run(folder, names, seed, means)
+    if not means.quiet:
+        table.show_model_claims(verdicts)
+        out_console.print()
+        show_places({"verdicts": folder / "model_claims.json"})
+    return EXIT_FAILED if failures else 0

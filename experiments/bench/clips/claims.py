@@ -88,6 +88,8 @@ class ClipClaim(Claim):
         Without any, all clips count.
     of_every_clip
         Whether it is about every single clip: then one that breaks it refutes it, whichever others are missing.
+    of_potentials
+        Whether it is about potentials alone: then a model without a spiking threshold is judged too, by one of 0.
 
     Raises
     ------
@@ -108,6 +110,7 @@ class ClipClaim(Claim):
     models: frozenset[str] = frozenset({DSNN})
     conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     of_every_clip: bool = False
+    of_potentials: bool = False
 
     def __post_init__(self) -> None:
         Claim.__post_init__(self)
@@ -202,7 +205,7 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
     if missing:
         return Outcome("untested", f"needs {' and '.join(missing)}")
     threshold = thresholds[asked.spiking]
-    if threshold is None:
+    if threshold is None and not asked.of_potentials:
         return Outcome("untested", "this model does not spike")
     unknown = [name for name in asked.conditions if name not in ("shade", *rows[0])]
     if unknown:
@@ -214,7 +217,7 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
     lacking = _lacking(asked, own)
     if lacking and not (own and asked.of_every_clip):
         return Outcome("untested", lacking)
-    found = asked.ask(own, threshold)
+    found = asked.ask(own, 0.0 if threshold is None else threshold)
     told = replace(found, measured="; ".join(filter(None, (found.measured, "" if asked.own else _shift(asked, own)))))
     return told.untested(lacking) if lacking and told.verdict in ("holds", "untestable") else told
 

@@ -101,9 +101,13 @@ def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> Configu
 def family(name: str) -> str:
     """The section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``.
 
-    ``name`` may be a label with settings (``dsnn:w_i=1``).
+    ``name`` may be a label with settings (``dsnn:w_i=1``). A registered model whose parameters are not those of the
+    model that its name begins with is a family of its own: ``lplc2-gf`` is none of the ``lplc2``.
     """
-    return name.partition(":")[0].split("-")[0]
+    own = name.partition(":")[0]
+    first = own.split("-")[0]
+    kinds = [type(MODELS[each].robot) if each in MODELS else None for each in (own, first)]
+    return own if kinds[0] is not None and kinds[0] is not kinds[1] else first
 
 
 LEFT_OUT = ("dsnn-reference",)

@@ -30,6 +30,21 @@ def show_fidelity(table: Fidelity) -> None:
     out_console.print(shown)
 
 
+def show_model_claims(claims: Sequence[Verdict]) -> None:
+    """Print the claims of the models' own papers: verdict, replicates, number of clips, and what was measured."""
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    for name in ("model", "claim", "verdict"):
+        table.add_column(name, no_wrap=True)
+    table.add_column("clips", justify="right")
+    table.add_column("its paper says")
+    for claim in claims:
+        said = claim.decided or claim.measured
+        held = f"; {claim.held}" if claim.experiment and claim.verdict != "untested" else ""
+        words = f"{claim.says}\n[dim]{escape(said + held)}[/dim]"
+        table.add_row(escape(claim.model), claim.id, coloured(claim.verdict), str(claim.n or "-"), words)
+    out_console.print(table)
+
+
 def show_claims(claims: Sequence[Verdict]) -> None:
     """Print the claims tested, each with its replicates and the number that decided; then those not tested."""
     table = Table(box=None, header_style="bold", pad_edge=False)

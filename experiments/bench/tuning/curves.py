@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from dsnn.looming import REST
+from dsnn.looming.grouping import REST
 from dsnn.stimuli import ClipParams, Stimulus
 from experiments.bench.tuning.probes import Family, Probe
 

@@ -1,4 +1,4 @@
-"""The DSNN, in the form that is there: its layers in C (`dsnn.native`) or in NumPy (`dsnn.numpy_form`)."""
+"""The DSNN, in the form that is there: its layers in C (`dsnn.native`) or in NumPy (`dsnn.direction.numpy_form`)."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any, NoReturn
 import numpy.typing as npt
 
 from dsnn import forms
+from dsnn.direction.numpy_form import NumpyNetwork
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.native import NativeNetwork
-from dsnn.numpy_form import NumpyNetwork
 from dsnn.params import DSNNParams
 
 

@@ -31,7 +31,12 @@ class Grouping:
         scale = self._delta_c + float(self._ce.max()) / self._c_w
         cv2.multiply(s, self._ce, dst=self._g, scale=1.0 / scale)
         cv2.threshold(self._g, self._below, 0.0, cv2.THRESH_TOZERO, dst=self._g)
-        return 1.0 / (1.0 + exp(-cv2.sumElems(self._g)[0] / s.size))
+        return sigmoid(cv2.sumElems(self._g)[0] / s.size)
+
+
+def sigmoid(drive: float) -> float:
+    """The membrane potential of a drive of 0 or more: `REST` at 0, 1 at infinity."""
+    return 1.0 / (1.0 + exp(-drive))
 
 
 def ring(side: float, corner: float, centre: float = 0.0) -> Floats:

@@ -1,10 +1,10 @@
 """The DSNN's layers in NumPy and OpenCV: float32, ON and OFF stacked, every buffer made once.
 
-This form runs where the C kernel is not built. It computes what `dsnn.reference.ReferenceDSNN` computes. The masks of
-the lamina and of FDSR are the sign bits of float32 values, spread over the word by an arithmetic shift and applied with
-AND: several times cheaper than `np.where`. (A sign bit also marks -0.0, but equal numbers differ by +0.0 and a sum of
-such differences is +0.0, so a still pixel is never taken for a darkening one.) Scratch is reused, because at 99x72 the
-whole state only just fits a small core's second-level cache.
+This form runs where the C kernel is not built. It computes what `dsnn.direction.reference.ReferenceDSNN` computes. The
+masks of the lamina and of FDSR are the sign bits of float32 values, spread over the word by an arithmetic shift and
+applied with AND: several times cheaper than `np.where`. (A sign bit also marks -0.0, but equal numbers differ by +0.0
+and a sum of such differences is +0.0, so a still pixel is never taken for a darkening one.) Scratch is reused, because
+at 99x72 the whole state only just fits a small core's second-level cache.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dsnn import layers
-from dsnn.correlator import Correlators
+from dsnn.direction import layers
+from dsnn.direction.correlator import Correlators
 from dsnn.filters import alpha, blur, gaussian_kernel, residue
 from dsnn.model import LayerMaps, Response
 from dsnn.params import DSNNParams
@@ -120,7 +120,7 @@ class LobulaPlate:
 
 
 class NumpyNetwork:
-    """The DSNN's layers in NumPy; see `dsnn.network.DSNN`, which checks what goes in."""
+    """The DSNN's layers in NumPy; see `dsnn.direction.network.DSNN`, which checks what goes in."""
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
         self._params = params
@@ -159,7 +159,7 @@ class NumpyNetwork:
         )
 
     def azimuth(self) -> float:
-        """See `dsnn.network.DSNN.azimuth`."""
+        """See `dsnn.direction.network.DSNN.azimuth`."""
         on, off = self._correlators.f
         energy = np.einsum("rc,rc->c", on, on) + np.einsum("rc,rc->c", off, off)
         return float(energy @ self._columns) / (float(energy.sum()) + LEAST_ENERGY)

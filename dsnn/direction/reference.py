@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dsnn import layers
+from dsnn.direction import layers
 from dsnn.filters import alpha, gaussian_kernel
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.model import LayerMaps, Response, ResponseSeries, run_model

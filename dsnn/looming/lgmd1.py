@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 from dsnn import forms
 from dsnn.field_docs import with_field_docs
 from dsnn.frames import Channels, checked_shape, luma
-from dsnn.looming import Grouping, convolve, ring
+from dsnn.looming.grouping import Grouping, convolve, ring
 from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.native import NativeLGMD1
 from dsnn.retina import Floats, Retina
@@ -41,17 +41,17 @@ class LGMD1Params:
 class LGMD1:
     """Excitation, delayed lateral inhibition, grouping, and a feed-forward veto.
 
-    Source: Yue and Rind 2006. With P the change of luminance: ``S = max(|P(t)| - w_i |W * P(t-1)|, 0)``, W the ring
-    of a cell's eight neighbours; S goes through `dsnn.looming.Grouping` to k. Channel: ``looming``, k from 0.5 up to
-    1, with one spike in a frame whose k reaches ``t_sp``; ``collision`` says whether the last ``n_sp`` frames all had
-    one. Feed-forward inhibition: no spike where the mean of |P(t-1)| reaches ``t_ffi``.
+    Source: Yue and Rind 2006. With P the change of luminance: ``S = max(|P(t)| - w_i |W * P(t-1)|, 0)``, W the ring of
+    a cell's eight neighbours; S goes through `dsnn.looming.grouping.Grouping` to k. Channel: ``looming``, k from 0.5 up
+    to 1, with one spike in a frame whose k reaches ``t_sp``; ``collision`` says whether the last ``n_sp`` frames all
+    had one. Feed-forward inhibition: no spike where the mean of |P(t-1)| reaches ``t_ffi``.
 
     Assumed where the source as read leaves it open: no residue of older changes in P; cells outside the field are 0;
     feed-forward inhibition stops the spike and leaves k as it is. There is no time constant: all is by frames, and
     P, so every threshold, goes with frame rate and image size.
 
     Costs about 0.2 of a DSNN step at 99x72. ``shape`` is (R, C), ``form`` as in
-    `dsnn.network.DSNN`; raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
+    `dsnn.direction.network.DSNN`; raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
     """
 
     def __init__(self, shape: tuple[int, int], params: LGMD1Params | None = None, *, form: str | None = None) -> None:

@@ -16,7 +16,7 @@ from dsnn.exponential import exp
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush
 from dsnn.frames import Channels, checked_shape, luma
-from dsnn.looming import REST, Grouping, convolve, ring
+from dsnn.looming.grouping import REST, Grouping, convolve, ring
 from dsnn.model import Response, ResponseSeries, run_model
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
@@ -91,10 +91,10 @@ class LGMD2:
     Source: Fu, Hu and Yue 2018. Each pathway takes one sign of the change of luminance P (plus ``sigma`` of its last
     signal) and loses ``w`` times its inhibition: itself and its eight neighbours, low-passed. The weights follow the
     low-passed mean change PM, ``w = max(least, PM / t_pm)``. ``S = S_on + S_off + S_on S_off`` goes through
-    `dsnn.looming.Grouping` to k. Spike-frequency adaptation, with ``h = tau_sfa / (tau_sfa + dt)`` and dk the change
-    of k: ``s = h (s(t-1) + dk)`` where dk is at most ``t_sfa``, else ``h k``; at least 0.5. Channel: ``looming``, that
-    s from 0.5 up to 1, with ``floor(exp(k_sp (s - t_sp)))`` spikes; ``collision`` says whether ``n_sp`` spikes have
-    come since the last silent frame.
+    `dsnn.looming.grouping.Grouping` to k. Spike-frequency adaptation, with ``h = tau_sfa / (tau_sfa + dt)`` and dk the
+    change of k: ``s = h (s(t-1) + dk)`` where dk is at most ``t_sfa``, else ``h k``; at least 0.5. Channel:
+    ``looming``, that s from 0.5 up to 1, with ``floor(exp(k_sp (s - t_sp)))`` spikes; ``collision`` says whether
+    ``n_sp`` spikes have come since the last silent frame.
 
     Assumed where the source as read leaves it open: no spatial filter before the split, and no residue of older
     changes in P; cells outside the field are 0; a delayed signal holds this frame's part already; PM holds this

@@ -1,0 +1,163 @@
+"""T4 and T5 cells: local motion in four directions from contrast-normalised ON and OFF signals at several spacings.
+
+Both polarities lie in one flat buffer. Rows end in as many zeros as the widest spacing and planes in as many rows of
+zeros, so that a pair along x or y is one offset in flat memory, and a pair that leaves the image meets a zero.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from dsnn.field_docs import with_field_docs
+from dsnn.filters import FACTOR, FADED, FLUSH_OFTEN, alpha, blur, flush
+from dsnn.params import Milliseconds
+from dsnn.retina import Floats, Retina
+
+RIGHT, LEFT, DOWN, UP = range(4)
+"""The order of directions in arrays of four."""
+NO_CHANGE = np.float32(1e-3)
+"""Grey levels, below which a sum of changes is a rounding error."""
+
+
+@with_field_docs
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+class LocalMotionParams:
+    """The constants of T4 and T5 cells; the defaults are the literature's."""
+
+    width_exc: int = Field(default=3, ge=1, le=63, description="side of the excitatory field, px, odd")
+    width_inh: int = Field(default=5, ge=1, le=63, description="side of the inhibitory field, px, odd")
+    width_cn: int = Field(default=5, ge=1, le=63, description="side of the field that normalises contrast, px, odd")
+    std_exc: float = Field(default=10.0, gt=0.0, le=1e3, description="sigma of the excitatory field, px")
+    std_inh: float = Field(default=20.0, gt=0.0, le=1e3, description="sigma of the inhibitory field, px")
+    std_cn: float = Field(default=20.0, gt=0.0, le=1e3, description="sigma of the field that normalises contrast, px")
+    coe_inh: float = Field(default=1.2, ge=0.0, le=10.0, description="weight of the inhibitory field")
+    remain_rec: float = Field(default=0.1, ge=0.0, lt=1.0, description="residue of the ON and OFF signals")
+    coe_cn: float = Field(default=0.2, gt=0.0, le=255.0, description="baseline of the normalisation, grey levels")
+    cn_threshold: float = Field(default=0.75, ge=0.0, lt=1.0, description="normalised signals below this are 0")
+    sd: int = Field(default=1, ge=1, le=16, description="sampling distance, px")
+    n_con: int = Field(default=5, ge=1, le=32, description="connected cells per cell and direction")
+    tau_d: tuple[Milliseconds, Milliseconds] = Field(
+        default=(80.0, 40.0), description="delay at the nearest and the farthest pair, ms"
+    )
+    emd_bias: float = Field(default=1.0, ge=0.0, le=10.0, description="weight of the null direction (1.5 in one build)")
+    tau_t: Milliseconds = Field(default=30.0, description="low-pass of T4 and T5 cells, ms")
+    exp_on: float = Field(default=0.9, gt=0.0, le=4.0, description="exponent of T4 cells")
+    exp_off: float = Field(default=0.5, gt=0.0, le=4.0, description="exponent of T5 cells")
+    fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
+
+    def delays(self) -> tuple[float, ...]:
+        """The delay of each of the ``n_con`` spacings in ms, linear from the nearest pair to the farthest."""
+        near, far = self.tau_d
+        return tuple(near + (far - near) * j / max(self.n_con - 1, 1) for j in range(self.n_con))
+
+
+class LocalMotion:
+    """The layers from luminance to local motion. ``shape`` is (R, C)."""
+
+    def __init__(self, shape: tuple[int, int], q: LocalMotionParams) -> None:
+        rows, columns = shape
+        self._q, dt = q, 1000.0 / q.fps
+        self._retina = Retina(shape)
+        self._excitatory, self._inhibitory, self._local = (
+            np.asarray(cv2.getGaussianKernel(width | 1, std, cv2.CV_32F), np.float32)
+            for width, std in ((q.width_exc, q.std_exc), (q.width_inh, q.std_inh), (q.width_cn, q.std_cn))
+        )
+        reach = q.n_con * q.sd
+        wide, high = columns + reach, rows + reach
+        plane = high * wide
+        self._offsets = [(j * q.sd * step, axis) for j in range(1, q.n_con + 1) for axis, step in ((0, 1), (2, wide))]
+        self._alphas = [alpha(tau, dt) for tau in q.delays()]
+        self._follow = alpha(q.tau_t, dt)
+        self._signals = np.zeros((2, *shape), np.float32)
+        self._c = np.zeros(2 * plane, np.float32)
+        self._delayed = np.zeros((q.n_con, 2 * plane), np.float32)
+        self._cells, self._drive = np.zeros((2, 4, 2 * plane), np.float32)
+        self._product, self._scratch = np.zeros((2, 2 * plane), np.float32)
+        self._window = (slice(None), slice(rows), slice(columns))
+        self._planes = (2, high, wide)
+        self._motion = np.zeros((4, *shape), np.float32)
+        self._steps = 0
+
+    def reset(self) -> None:
+        """Return to the state before the first frame."""
+        self._retina.reset()
+        for state in (self._signals, self._delayed, self._cells):
+            state[:] = 0.0
+        self._steps = 0
+
+    def step(self, luminance: npt.NDArray[Any]) -> Floats:
+        """Local motion of the next frame, (4, R, C): right, left, down, up. Valid until the next step."""
+        self._normalise(self._retina.step(luminance))
+        for state, gain in zip(self._delayed, self._alphas, strict=True):
+            cv2.accumulateWeighted(self._c, state, gain)
+        self._correlate()
+        cv2.accumulateWeighted(self._drive, self._cells, self._follow)
+        self._steps += 1
+        if self._steps % FLUSH_OFTEN == 0:
+            for state in (self._delayed, self._cells):
+                flush(state, FACTOR)
+        cells = self._cells.reshape(4, *self._planes)[(slice(None), *self._window)]
+        t4, t5 = cells.swapaxes(0, 1)
+        np.add(power(t4, self._q.exp_on), power(t5, self._q.exp_off), out=self._motion)
+        return self._motion
+
+    def _normalise(self, p: Floats) -> None:
+        """Difference of Gaussians by sign, residue, normalisation by the neighbourhood: into `_c`."""
+        q = self._q
+        centre, around = blur(p, self._excitatory), blur(p, self._inhibitory)
+        contrast = np.abs(centre - np.float32(q.coe_inh) * around)
+        self._signals *= np.float32(q.remain_rec)
+        for signal, polarity in zip(self._signals, split(centre, around), strict=True):
+            signal += contrast * polarity
+        self._signals[self._signals < FADED] = 0.0
+        for signal, plane in zip(self._signals, self._c.reshape(self._planes)[self._window], strict=True):
+            local = blur(signal, self._local)
+            local += np.float32(q.coe_cn)
+            c = np.tanh(np.divide(signal, local, out=local), out=local)
+            c[c < np.float32(q.cn_threshold)] = 0.0
+            plane[:] = c
+
+    def _correlate(self) -> None:
+        """The sum over spacings of D(x) D(x + j) [c(x + j) - b c(x)], no term negative: into `_drive`."""
+        bias = np.float32(self._q.emd_bias)
+        self._drive[:] = 0.0
+        weighted = bias * self._c
+        for number, (offset, axis) in enumerate(self._offsets):
+            d = self._delayed[number // 2]
+            both = np.multiply(d[:-offset], d[offset:], out=self._product[:-offset])
+            term = self._scratch[:-offset]
+            for here, there, cells in (
+                (self._c[offset:], weighted[:-offset], self._drive[axis, :-offset]),
+                (self._c[:-offset], weighted[offset:], self._drive[axis + 1, offset:]),
+            ):
+                np.subtract(here, there, out=term)
+                np.multiply(term, both, out=term)
+                np.maximum(term, np.float32(0.0), out=term)
+                cells += term
+
+
+def split(centre: Floats, around: Floats) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Where both fields brighten, and where both darken, each (R, C).
+
+    What cancels but for rounding has no sign: it would depend on the order of the additions.
+    """
+    low, high = np.minimum(centre, around), np.maximum(centre, around)
+    return low > NO_CHANGE, high < -NO_CHANGE
+
+
+def power(values: Floats, exponent: float) -> Floats:
+    """The values, none negative, to a power; 0 stays within 1e-13 of it.
+
+    By logarithm and exponential: the libraries' own powers take forty times as long where most values are 0.
+    """
+    if exponent == 0.5:
+        return np.sqrt(values)
+    logarithm = np.log(np.maximum(values, np.float32(1e-30)))
+    logarithm *= np.float32(exponent)
+    return np.asarray(np.exp(logarithm, out=logarithm))

@@ -1,0 +1,62 @@
+"""What every looming detector of one potential does around its layers: check a frame, spike, count to a collision."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from typing import Any
+
+import numpy.typing as npt
+
+from dsnn.frames import Channels, checked_shape, luma
+from dsnn.model import Response, ResponseSeries, run_model
+
+
+class Detector(ABC):
+    """A looming detector: its layers give potential and spikes of a frame, in `_answer`.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        (R, C) of the frames.
+    n_sp : int
+        Spikes without a silent frame between them that mean a collision.
+
+    Raises
+    ------
+    dsnn.frames.FrameError
+        Of a shape or frame that it cannot take.
+    """
+
+    def __init__(self, shape: tuple[int, int], n_sp: int) -> None:
+        self.shape = checked_shape(shape)
+        self._n_sp = n_sp
+        self._count = 0
+
+    @abstractmethod
+    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+        """The potential, from 0.5 at rest up to 1, and the spikes of the next frame, (R, C) grey levels."""
+
+    @abstractmethod
+    def _forget(self) -> None:
+        """Bring the layers to the state before the first frame."""
+
+    def reset(self) -> None:
+        """Return to the state before the first frame."""
+        self._forget()
+        self._count = 0
+
+    @property
+    def collision(self) -> bool:
+        """Whether the frames up to the last one mean a collision."""
+        return self._count >= self._n_sp
+
+    def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
+        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be. It has no maps."""
+        potential, spikes = self._answer(luma(frame, self.shape, channels))
+        self._count = self._count + spikes if spikes else 0
+        return Response(looming=potential, looming_spikes=spikes)
+
+    def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
+        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        return run_model(self, frames, channels=channels)

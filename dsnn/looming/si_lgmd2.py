@@ -1,0 +1,183 @@
+"""SI-LGMD2: the LGMD2 with self-inhibition against translating motion."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from dsnn.exponential import exp
+from dsnn.field_docs import with_field_docs
+from dsnn.filters import alpha
+from dsnn.looming.detector import Detector
+from dsnn.looming.grouping import REST, convolve, ring, sigmoid
+from dsnn.looming.self_inhibition import Blocks, exact, halved, truncated
+from dsnn.params import Milliseconds
+from dsnn.retina import Floats, Retina
+
+
+@with_field_docs
+@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+class SILGMD2Params:
+    """Every constant of the detector; the defaults are its firmware's. Changes of luminance are halved."""
+
+    tau_on: Milliseconds = Field(default=15.0, description="delay of lateral inhibition, ON, ms; sides x2, corners x3")
+    tau_off: Milliseconds = Field(default=60.0, description="the same in OFF, ms")
+    tau_si_on: Milliseconds = Field(default=5.0, description="delay of self-inhibition in ON, ms")
+    tau_si_off: Milliseconds = Field(default=20.0, description="the same in OFF, ms")
+    w_on: float = Field(
+        default=2.0, ge=0.0, le=10.0, description="inhibition by a cell itself, ON; sides 1/4, corners 1/8"
+    )
+    w_off: float = Field(default=1.0, ge=0.0, le=10.0, description="the same in OFF")
+    tau_pm: Milliseconds = Field(default=90.0, description="delay of the mean change PM, ms")
+    t_pm: float = Field(default=20.0, gt=0.0, le=255.0, description="PM at which it starts to weigh inhibition up")
+    least_on: float = Field(default=1.0, ge=0.0, le=10.0, description="least weight of lateral inhibition in ON")
+    least_off: float = Field(default=0.5, ge=0.0, le=10.0, description="least weight of lateral inhibition in OFF")
+    o_on: float = Field(default=0.5, ge=0.0, le=10.0, description="weight of ON in the sum")
+    o_off: float = Field(default=1.0, ge=0.0, le=10.0, description="weight of OFF in the sum")
+    beta_1: float = Field(default=0.3, ge=0.0, le=10.0, description="self-inhibition left in a moving block, ON")
+    beta_2: float = Field(default=0.1, ge=0.0, le=10.0, description="self-inhibition left in a moving block, OFF")
+    beta_3: float = Field(default=3.0, ge=0.0, le=100.0, description="weight of self-inhibition in ON")
+    beta_4: float = Field(default=4.0, ge=0.0, le=100.0, description="weight of self-inhibition in OFF")
+    r_1: float = Field(default=3.0, ge=0.0, le=2550.0, description="sum over a block's ON above which it moves, halved")
+    r_2: float = Field(default=0.005, ge=0.0, le=2550.0, description="sum over its OFF above which it moves, halved")
+    c_w: float = Field(default=4.0, gt=0.0, le=1e3, description="divisor of the largest group in the grouping's scale")
+    delta_c: float = Field(default=0.01, gt=0.0, le=1e3, description="the grouping's scale where nothing is excited")
+    t_g: float = Field(default=35.0, ge=0.0, le=1e6, description="threshold of the grouped excitation")
+    k_spi: float = Field(default=0.5, gt=0.0, le=1e3, description="sigmoid scale, halved grey levels a cell")
+    tau_sfa: Milliseconds = Field(default=500.0, description="spike-frequency adaptation, ms")
+    t_sfa: float = Field(default=0.003, ge=0.0, le=1.0, description="rise of k in a frame above which nothing adapts")
+    k_sp: float = Field(default=4.0, gt=0.0, le=20.0, description="spike gain")
+    t_sp: float = Field(default=0.64, gt=0.5, le=1.0, description="spike threshold on the adapted potential")
+    n_sp: int = Field(default=4, ge=1, le=1000, description="spikes without a silent frame that mean a collision")
+    integer: bool = Field(default=True, description="bytes, truncated at every step; false: floating point")
+    fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
+
+    @classmethod
+    def firmware(cls, **changes: Any) -> SILGMD2Params:
+        """The public firmware: its constants in its arithmetic."""
+        return dataclasses.replace(cls(), **changes)
+
+    @classmethod
+    def paper(cls, **changes: Any) -> SILGMD2Params:
+        """The same constants in floating point, as the equations read."""
+        return dataclasses.replace(cls(integer=False), **changes)
+
+
+class _Pathway:
+    """ON or OFF: what lateral inhibition leaves of it, and its self-inhibition."""
+
+    def __init__(self, shape: tuple[int, int], weight: float, tau: float, tau_si: float, q: SILGMD2Params) -> None:
+        dt = 1000.0 / q.fps
+        # Each kernel works on this frame and, with what is left of 1, on the last one.
+        self._kernels = [
+            (alpha(times * tau, dt), kernel)
+            for times, kernel in ((1, ring(0, 0, weight)), (2, ring(weight / 4, 0)), (3, ring(0, weight / 8)))
+        ]
+        self._delay = alpha(tau_si, dt)
+        self._kept = truncated if q.integer else exact
+        self._blocks = Blocks(shape, 2.0 * weight, weight / 2, weight / 4, integer=q.integer)
+        self._now, self._before, self._scratch = np.zeros((3, *shape), np.float32)
+
+    def reset(self) -> None:
+        self._now[:] = 0.0
+        self._before[:] = 0.0
+
+    def step(self, signal: Floats, weight: float, least: float, left: float) -> tuple[Floats, Floats]:
+        """What is left of (R, C), and the self-inhibition, less (``left``) in blocks of more than ``least``."""
+        self._now, self._before = self._before, self._now
+        self._now[:] = signal
+        lateral = np.zeros_like(signal)
+        for gain, kernel in self._kernels:
+            lateral += convolve(self._mixed(gain), kernel, self._scratch)
+        delayed = self._kept(self._mixed(self._delay))
+        inhibition = self._blocks.inhibition(self._blocks.of(delayed))
+        inhibition[self._blocks.of(self._now).sum(axis=1) > least] *= np.float32(left)
+        return exact(signal - np.float32(weight) * self._kept(lateral)), self._blocks.back(inhibition)
+
+    def _mixed(self, gain: float) -> Floats:
+        """This frame's signal by ``gain``, the last one's by what is left of 1."""
+        return np.asarray(cv2.addWeighted(self._now, gain, self._before, 1.0 - gain, 0.0), np.float32)
+
+
+class SILGMD2(Detector):
+    """ON and OFF, each with lateral and self-inhibition, ON's the stronger; then grouping and adaptation.
+
+    Source: Modeling self-inhibition in neural networks for collision perception against translating motion (Fu and
+    others), by its public firmware for Colias; the paper itself could not be read. X is one polarity of the change of
+    luminance, halved. Lateral inhibition of this frame and the last: ``L = sum over K of K * (a X + (1 - a) X(t-1))``,
+    K the cell itself, its sides and its corners (1, 1/4, 1/8 of ``w``), a by ``tau``, twice and three times ``tau``.
+    ``Y = max(X - max(least, PM / t_pm) L, 0)``, PM the mean change mixed with the last one. Self-inhibition: within
+    blocks of 3x3 cells, of X mixed likewise, weights 2, 1/2, 1/4 of ``w``, times ``beta_1`` (ON) or ``beta_2`` (OFF)
+    where X summed over the block exceeds ``r_1`` or ``r_2``.
+    ``S = max(o_on Y_on + o_off Y_off - o_on beta_3 SI_on - o_off beta_4 SI_off, 0)``; grouping as the LGMD2, kept where
+    it reaches ``t_g``; ``k = 1 / (1 + exp(-sum G / (k_spi N)))``; spike-frequency adaptation and spikes as the LGMD2.
+    Channel: ``looming``, the adapted potential from 0.5 up to 1; ``collision`` says whether ``n_sp`` spikes have come
+    since the last silent frame.
+
+    Presets: ``firmware``, the default, truncates every state to a byte, as the robot does: there ``beta_1`` and
+    ``beta_2`` are cast to whole numbers before they multiply, so that both are 0, and self-inhibition is left only
+    where next to nothing moves. ``paper`` computes the equations in floating point with the same constants, which then
+    silence looming too: they belong to the firmware's arithmetic.
+
+    Assumed: cells outside the field are 0; what is too large for a byte, or negative, stays at 255 or 0, where the
+    firmware wraps. Blocks are counted from the upper left corner, so that a mirrored clip gives the mirrored answer
+    where rows and columns are multiples of 3, as 72x99 are. P is by frames, so thresholds go with the frame rate. No
+    published number was found that could be reproduced without its clips.
+
+    Costs about 10 DSNN steps at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or frame it
+    cannot take.
+    """
+
+    def __init__(self, shape: tuple[int, int], params: SILGMD2Params | None = None) -> None:
+        self.params = q = params or SILGMD2Params()
+        super().__init__(shape, q.n_sp)
+        dt = 1000.0 / q.fps
+        self._kept = truncated if q.integer else exact
+        self._left = [float(int(b)) if q.integer else b for b in (q.beta_1, q.beta_2)]
+        self._retina = Retina(self.shape)
+        self._on = _Pathway(self.shape, q.w_on, q.tau_on, q.tau_si_on, q)
+        self._off = _Pathway(self.shape, q.w_off, q.tau_off, q.tau_si_off, q)
+        self._follow, self._hold = alpha(q.tau_pm, dt), q.tau_sfa / (q.tau_sfa + dt)
+        self._forget()
+
+    def _forget(self) -> None:
+        for part in (self._retina, self._on, self._off):
+            part.reset()
+        self._mean_before = 0.0
+        self._k = self._adapted = REST
+
+    def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
+        q = self.params
+        p = halved(self._retina.step(luminance))
+        on, off = self._kept(p), self._kept(-p)
+        mean = float((on + off).mean(dtype=np.float64))
+        pm = self._follow * mean + (1.0 - self._follow) * self._mean_before
+        self._mean_before = mean
+        y_on, si_on = self._on.step(on, max(q.least_on, pm / q.t_pm), q.r_1, self._left[0])
+        y_off, si_off = self._off.step(off, max(q.least_off, pm / q.t_pm), q.r_2, self._left[1])
+        s = self._kept(np.float32(q.o_on) * y_on + np.float32(q.o_off) * y_off)
+        s -= np.float32(q.o_on * q.beta_3) * si_on + np.float32(q.o_off * q.beta_4) * si_off
+        adapted = self._adapt(self._grouped(self._kept(s)))
+        return adapted, math.floor(exp(q.k_sp * (adapted - q.t_sp)))
+
+    def _grouped(self, s: Floats) -> float:
+        """The potential of what comes in clusters."""
+        q = self.params
+        ce = self._kept(np.asarray(cv2.blur(s, (3, 3), borderType=cv2.BORDER_CONSTANT), np.float32))
+        grouped = self._kept(s * ce / np.float32(q.delta_c + float(ce.max()) / q.c_w))
+        grouped[grouped < np.float32(q.t_g)] = 0.0
+        return sigmoid(float(grouped.sum(dtype=np.float64)) / (q.k_spi * s.size))
+
+    def _adapt(self, k: float) -> float:
+        """Spike-frequency adaptation: a potential that does not rise fades."""
+        rise, self._k = k - self._k, k
+        held = self._adapted + rise if rise <= self.params.t_sfa else k
+        self._adapted = max(REST, self._hold * held)
+        return self._adapted

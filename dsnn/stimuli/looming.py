@@ -1,0 +1,130 @@
+"""A square on a collision course, seen through a pinhole: looming by the ratio of its half-size to its speed.
+
+The laboratory's looming stimulus: a square of half-size l nears at constant speed v and subtends the full angle
+``2 atan((l / v) / t)`` at the time t before contact. Its time course depends on l / v alone (Gabbiani, Krapp and
+Laurent 1999, J. Neurosci. 19:1122).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass as validated
+
+from dsnn.field_docs import with_field_docs
+from dsnn.stimuli.grating import Grating, GratingParams
+from dsnn.stimuli.moving import paint
+from dsnn.stimuli.stimulus import CONFIG, STILL, Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
+
+Degrees = Annotated[float, Field(ge=-80.0, le=80.0)]
+AngularSize = Annotated[float, Field(gt=0.0, lt=180.0)]
+
+
+@with_field_docs
+@validated(frozen=True, config=CONFIG)
+class LoomingParams(ClipParams):
+    """A square that nears or goes away at constant speed. Frame and lens are those of the robot's camera.
+
+    The centre of expansion stays where ``azimuth_deg`` and ``elevation_deg`` say, as of any object that would hit the
+    eye. With ``miss`` it passes beside it: its image drifts outward as it nears.
+    """
+
+    rows: int = Field(default=72, ge=8, le=4096, description="rows of a frame, px")
+    columns: int = Field(default=99, ge=8, le=4096, description="columns of a frame, px")
+    motion: Literal["looming", "receding"] = Field(default="looming", description="receding: the same frames backward")
+    l_over_v_s: float = Field(default=0.16, gt=0.0, le=100.0, description="half-size over speed, s")
+    azimuth_deg: Degrees = Field(default=0.0, description="where it comes from, right of the axis, degrees")
+    elevation_deg: Degrees = Field(default=0.0, description="the same, downward, degrees")
+    miss: float = Field(
+        default=0.0,
+        ge=-100.0,
+        le=100.0,
+        description="how far right of the eye it passes, half-sizes; 0: it hits",
+    )
+    start_deg: AngularSize = Field(default=8.0, description="full angle that it subtends at the far end, degrees")
+    end_deg: AngularSize = Field(default=60.0, description="full angle at the near end, degrees")
+    focal_px: float = Field(default=70.7, gt=0.0, le=10_000.0, description="focal length, px (the robot's: 70.7)")
+    grey: float = Field(default=40.0, ge=0.0, le=255.0, description="grey level of the square")
+    background_grey: float = Field(default=200.0, ge=0.0, le=255.0, description="mean grey level behind it")
+    background: Literal["even", "grating"] = Field(
+        default="even", description="what is behind it; a grating drifts from the first frame to the last"
+    )
+    period_px: float = Field(default=16.0, ge=2.0, le=10_000.0, description="wavelength of the grating, px")
+    temporal_hz: float = Field(default=2.0, ge=0.0, le=500.0, description="its periods that pass a pixel in a second")
+    direction_deg: float = Field(
+        default=0.0, ge=-360.0, le=360.0, description="of its drift: 0 rightward, 90 downward, degrees"
+    )
+    contrast: float = Field(default=0.4, ge=0.0, le=1.0, description="its Michelson contrast")
+    object: Literal["present", "absent"] = Field(
+        default="present", description="absent: the background alone, for as long as the square would take"
+    )
+    rest_s: float = Field(default=0.3, ge=0.0, le=60.0, description="stillness before and after the motion, s")
+
+
+class Looming(Stimulus[LoomingParams]):
+    """The seed chooses the phase of the grating; on an even ground nothing is random."""
+
+    def __init__(self, params: LoomingParams, seed: int = 0) -> None:
+        super().__init__(params, seed)
+        p = params
+        if p.start_deg >= p.end_deg:
+            raise ValueError(f"start_deg={p.start_deg:g}: legal is a number below end_deg, {p.end_deg:g}")
+        self._first_s, last_s = (p.l_over_v_s / math.tan(math.radians(size) / 2) for size in (p.start_deg, p.end_deg))
+        self._steps = max(1, math.floor((self._first_s - last_s) * p.fps))
+        self._rest = round(p.rest_s * p.fps)
+        self._ground = _grating(p, len(self), seed) if p.background == "grating" else None
+        moving = self._ground is not None and p.temporal_hz > 0
+        turn, speed = math.radians(p.direction_deg), p.temporal_hz * p.period_px
+        self._drift = Velocity(speed * math.cos(turn), speed * math.sin(turn)) if moving else STILL
+
+    def __len__(self) -> int:
+        return 2 * self._rest + self._steps + 1
+
+    def frame(self, index: int) -> StimulusFrame:
+        """Paint frame ``index``."""
+        p = self.params
+        if self._ground is None:
+            canvas: Luma = np.full(self.shape, round(p.background_grey), np.uint8)
+        else:
+            canvas = self._ground.frame(index).luma
+        if p.object == "absent":
+            return StimulusFrame(canvas, Truth("still", background_velocity=self._drift))
+        truth = self._truth(index - self._rest)
+        if truth.box is not None:
+            paint(canvas, truth.box, p.grey)
+        return StimulusFrame(canvas, truth)
+
+    def _truth(self, step: int) -> Truth:
+        """Of the frame ``step`` frames after the motion began; before it and after its end the square stands."""
+        p, done = self.params, min(max(step, 0), self._steps)
+        looming = p.motion == "looming"
+        contact = self._first_s - (done if looming else self._steps - done) / p.fps
+        near = p.l_over_v_s / contact  # half-size over distance
+        x = math.tan(math.radians(p.azimuth_deg)) + p.miss * near
+        y = math.tan(math.radians(p.elevation_deg))
+        side = 2.0 * p.focal_px * near
+        box = Box.about(p.columns / 2 + p.focal_px * x, p.rows / 2 + p.focal_px * y, side, side)
+        if not box.touches(self.shape):
+            return Truth("still", background_velocity=self._drift)
+        if not 0 <= step < self._steps:
+            return Truth("still", box, STILL, self._drift)
+        outward = p.focal_px * p.miss * near / contact
+        velocity = Velocity(outward if looming else -outward, 0.0)
+        return Truth(p.motion, box, velocity, self._drift, contact if looming else -contact)
+
+
+def _grating(p: LoomingParams, frames: int, seed: int) -> Grating:
+    """What drifts behind the square for as long as the clip lasts; ``ValueError`` for a mean that it cannot have."""
+    if p.background_grey > 127.5:
+        raise ValueError(f"background_grey={p.background_grey:g}: before a grating legal is up to 127.5")
+    duration_s = frames / p.fps
+    return Grating(
+        GratingParams(
+            rows=p.rows, columns=p.columns, fps=p.fps, rest_s=0.0, duration_s=duration_s, period_px=p.period_px,
+            temporal_hz=p.temporal_hz, direction_deg=p.direction_deg, contrast=p.contrast, mean_grey=p.background_grey,
+        ),
+        seed,
+    )  # fmt: skip

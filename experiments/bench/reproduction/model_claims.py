@@ -1,0 +1,154 @@
+"""The claims of the models' own papers: show their clips to the models, and judge them at every seed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from experiments.bench.clips import claims as clips_claims
+from experiments.bench.clips import plan as clips_plan
+from experiments.bench.clips import run as clips_run
+from experiments.bench.clips.claims import ClipClaim
+from experiments.bench.clips.experiment import OfflineExperiment
+from experiments.bench.clips.plan import OfflinePlan
+from experiments.bench.core.batch import Resources
+from experiments.bench.core.claims.of_models import ModelClaim, model_claims
+from experiments.bench.core.claims.replicates import counted
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import look_up
+from experiments.bench.core.pool import Pool
+from experiments.bench.core.store.files import Files
+from experiments.bench.core.store.rows import Failure
+from experiments.bench.core.verdict import Verdict
+from experiments.bench.reproduction.model_clips import GROUPS, RANDOM
+from experiments.bench.reproduction.model_judges import clip_claim
+
+EVERY = "all"
+REPLICATES = 5
+"""Seeds of the clips in which anything is random."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A claim, judged for one model as it was asked for."""
+
+    claim: ModelClaim
+    asked: str
+    """The model's name, with settings where it was given some."""
+    label: str
+    than: str
+
+    @property
+    def random(self) -> bool:
+        """Whether any of its clips differs with the seed."""
+        return bool(set(self.claim.groups) & set(RANDOM))
+
+    def judged(self) -> ClipClaim:
+        """The claim with its judge."""
+        return clip_claim(self.claim, self.label, self.than)
+
+
+def asked(models: Sequence[str]) -> list[Asked]:
+    """The claims of the models named; ``all`` are all that have some.
+
+    Raises `UsageError` for a model whose paper has no claim here, or that there is not.
+    """
+    names = [name for each in models for name in (model_claims() if each == EVERY else (each,))]
+    found: list[Asked] = []
+    for name in dict.fromkeys(names):
+        base, _, settings = name.partition(":")
+        if base not in model_claims():
+            known = ", ".join(model_claims())
+            raise UsageError(
+                f"--models {name}: no claims of its own paper are written down; they are of {known}, {EVERY}"
+            )
+        found += [
+            Asked(each, name, _with(each.model, settings), _with(each.than, settings)) for each in model_claims()[base]
+        ]
+    return found
+
+
+def _with(label: str, settings: str) -> str:
+    """A model's label with more settings."""
+    if not label or not settings:
+        return label
+    return f"{label}{',' if ':' in label else ':'}{settings}"
+
+
+def run(folder: Path, models: Sequence[str], seed: int, resources: Resources) -> tuple[list[Verdict], list[Failure]]:
+    """Show the models what their claims are about, judge, and write ``model_claims.json``.
+
+    Parameters
+    ----------
+    folder
+        A new one, or one that holds a part of this run.
+    models
+        Registered names, with settings or without, or ``all``.
+    seed
+        Of the first replicate.
+    resources
+        Workers, or a cluster.
+
+    Returns
+    -------
+    list of Verdict, list of Failure
+        A verdict for each claim and model, and the clips that failed.
+
+    Raises
+    ------
+    UsageError
+        A model has no claims, or the folder holds something else.
+    """
+    wanted = asked(models)
+    made = _plans(wanted, seed)
+    with resources.pool() as pool:
+        folder.mkdir(parents=True, exist_ok=True)
+        done = {name: _shown(plan, folder / name, pool, resources) for name, plan in made.items()}
+    rows = {name: found for name, (found, _) in done.items()}
+    thresholds = {label: limit for plan in made.values() for label, limit in plan.thresholds.items()}
+    verdicts = [_verdict(each, rows.get("even", []), rows.get("gratings", []), thresholds) for each in wanted]
+    Files(folder).write_json("model_claims.json", verdicts)
+    return verdicts, [failure for _, failures in done.values() for failure in failures]
+
+
+def _plans(wanted: Sequence[Asked], seed: int) -> dict[str, OfflinePlan]:
+    """The clips that are the same at every seed, and those that are not."""
+    labels = tuple(dict.fromkeys(label for each in wanted for label in (each.label, each.than) if label))
+    look_up(labels, "offline")  # an unknown parameter is named before anything runs
+    groups = dict.fromkeys(group for each in wanted for group in each.claim.groups)
+    found = {}
+    for name, repeats, own in (("even", 1, False), ("gratings", REPLICATES, True)):
+        clips = tuple(clip for group in groups if (group in RANDOM) == own for clip in GROUPS[group])
+        if clips:
+            said = "clips of the models' own claims"
+            experiment = OfflineExperiment(name, said, clips, labels, repeats=repeats, recorded=False)
+            found[name] = clips_plan.plan(experiment, (), (), None, seed)
+    return found
+
+
+def _shown(
+    plan: OfflinePlan, out: Path, pool: Pool, resources: Resources
+) -> tuple[list[dict[str, Any]], list[Failure]]:
+    batch = clips_run.batch(plan, frames=False)
+    with closing(batch.open(out, resources)) as folder:
+        failures = batch.fill(folder, pool, resources)
+        return folder.rows(), failures
+
+
+def _verdict(
+    each: Asked, even: list[dict[str, Any]], gratings: list[dict[str, Any]], thresholds: dict[str, float | None]
+) -> Verdict:
+    """Judge a claim with the gratings of each seed. What has none of them is judged once: nothing in it is random."""
+    claim = each.judged()
+    outcomes = []
+    for repeat in range(REPLICATES if each.random else 1):
+        rows = [*even, *(row for row in gratings if row["repeat"] == repeat)]
+        if each.claim.check == "untested":
+            outcomes.append(claim.judge([], 0.0))
+        else:
+            outcomes.append(clips_claims.judge(claim, rows, thresholds))
+    count = counted([outcome.verdict for outcome in outcomes], random=each.random)
+    return replace(claim.verdict(outcomes[0], **count.fields()), model=each.asked, experiment="clips")

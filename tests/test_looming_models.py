@@ -1,0 +1,274 @@
+"""The looming models by their equations: plain implementations beside the fast ones, and what their papers publish."""
+
+import math
+
+import numpy as np
+import pytest
+
+from dsnn import (
+    LPLC2,
+    LPLC2GF,
+    MLPLC2,
+    PONLGMD,
+    SILGMD1,
+    SILGMD2,
+    T4T5,
+    LPLC2GFParams,
+    LPLC2Params,
+    MLPLC2Params,
+    PONLGMDParams,
+    SILGMD1Params,
+    SILGMD2Params,
+    T4T5Params,
+)
+from dsnn.stimuli import stimulus
+
+SIDES, CORNERS = ((0, 1), (1, 0), (0, -1), (-1, 0)), ((1, 1), (1, -1), (-1, 1), (-1, -1))
+
+
+def clip(seed, frames=14, shape=(12, 15)):
+    """Noise, then a part of it that changes much: cells that move and cells that hardly do."""
+    rng = np.random.default_rng(seed)
+    made = rng.integers(100, 104, (frames, *shape))
+    made[3:, 2:9, 3:12] += rng.integers(0, 80, (frames - 3, 7, 9))
+    return made.astype(np.uint8)
+
+
+def at(image, row, column):
+    """A cell, 0 outside the field."""
+    inside = 0 <= row < len(image) and 0 <= column < len(image[0])
+    return image[row][column] if inside else 0.0
+
+
+def plain_si_lgmd1(frames, q):
+    """SI-LGMD1 cell by cell: in the firmware's whole numbers, or in float64."""
+    rows, columns = frames.shape[1:]
+    whole = math.floor if q.integer else float
+    alpha_e, alpha_p = (1000 / q.fps / (1000 / q.fps + tau) for tau in (q.tau_e, q.tau_p))
+    e, own = ([[0.0] * columns for _ in range(rows)] for _ in range(2))
+    before, mean_before, found = frames[0].astype(float), 0.0, []
+    cells = [(r, c) for r in range(rows) for c in range(columns)]
+    for frame in frames.astype(float):
+        p = [[whole(min(abs(frame[r][c] - before[r][c]) / 2, 127)) for c in range(columns)] for r in range(rows)]
+        for r, c in cells:
+            e[r][c] = whole(alpha_e * p[r][c] + (1 - alpha_e) * e[r][c] + 1e-9)
+            own[r][c] = whole(alpha_p * p[r][c] + (1 - alpha_p) * own[r][c] + 1e-9)
+        total = 0.0
+        for r, c in cells:
+            if not (0 < r < rows - 1 and 0 < c < columns - 1):
+                continue
+            lateral = sum(whole(at(e, r + i, c + j) / 4) for i, j in SIDES)
+            lateral += sum(whole(at(e, r + i, c + j) / 8) for i, j in CORNERS)
+            s = whole(max(p[r][c] - q.beta_1 * lateral, 0) + 1e-9)
+            block = [(3 * (r // 3) + i, 3 * (c // 3) + j) for i in range(3) for j in range(3)]
+            itself = own[r][c]
+            for places, share in ((SIDES, 4), (CORNERS, 8)):
+                near = [(r + i, c + j) for i, j in places if (r + i, c + j) in block]
+                itself += sum(whole(own[i][j] / share) for i, j in near)
+            if q.integer:
+                itself = min(itself, 255)
+            if sum(p[i][j] for i, j in block) > q.t_az:
+                itself *= int(q.beta_2) if q.integer else q.beta_2
+            s -= q.beta_3 * itself
+            total += s if s >= q.t_s else 0.0
+        silenced, mean_before = mean_before > q.t_ffi, sum(map(sum, p)) / (rows * columns)
+        found.append(1 / (1 + math.exp(0.0 if silenced else -total / (q.k_spi * rows * columns))))
+        before = frame
+    return np.array(found)
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, {"integer": False}, {"beta_3": 0.0, "t_ffi": 255.0, "fps": 60.0, "integer": False}]
+)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_si_lgmd1_is_its_equations(changes, seed):
+    q, frames = SILGMD1Params(**changes), clip(seed)
+    found = SILGMD1(frames.shape[1:], q).run(frames).looming
+    np.testing.assert_allclose(found, plain_si_lgmd1(frames, q), rtol=0, atol=1e-6)
+    assert found.max() > 0.55
+
+
+def mirrored(place, size):
+    """The cell that stands for one outside a field of ``size``: the border mirrored about its outermost cells."""
+    place = abs(place)
+    return 2 * (size - 1) - place if place >= size else place
+
+
+def around(image, row, column, radius, weight):
+    """A weighted sum over the square of ``radius`` about a cell."""
+    rows, columns = image.shape
+    reach = range(-radius, radius + 1)
+    return sum(
+        weight(i, j) * image[mirrored(row + i, rows), mirrored(column + j, columns)] for i in reach for j in reach
+    )
+
+
+def plain_pon_lgmd(frames, q):
+    """P-ON/OFF LGMD cell by cell in float64."""
+    shape, radius = frames.shape[1:], q.gauss_size // 2
+    bell = np.exp(-0.5 * (np.arange(-radius, radius + 1) / q.gauss_div) ** 2)
+    bell /= bell.sum()
+    inhibiting = {0: 0.0, 1: q.w_side, 2: q.w_corner}
+    motion_before, before, found = np.zeros((2, *shape)), frames[0].astype(float), []
+    cells = list(np.ndindex(*shape))
+    for frame in frames.astype(float):
+        p, s = frame - before, np.zeros((2, *shape))
+        for side, x in enumerate((np.maximum(p, 0), np.maximum(-p, 0))):
+            m = np.zeros(shape)
+            for r, c in cells:
+                near = around(x, r, c, radius, lambda i, j: bell[i + radius] * bell[j + radius])
+                m[r, c] = math.tanh(x[r, c] / (near + q.alpha_1))
+            for r, c in cells:
+                contrast = abs(m[r, c] - around(m, r, c, 1, lambda i, j: 0.125 * bool(i or j)))
+                lateral = around(motion_before[side], r, c, 1, lambda i, j: inhibiting[abs(i) + abs(j)])
+                s[side, r, c] = max(m[r, c] - q.beta * lateral - q.alpha_c * contrast, 0.0)
+            motion_before[side] = m
+        joined = s[0] + s[1] + q.theta_3 * s[0] * s[1]
+        ce = np.array([around(joined, r, c, 1, lambda i, j: 1 / 9) for r, c in cells]).reshape(shape)
+        grouped = joined * ce / (q.delta_c + ce.max() / q.c_w)
+        grouped[q.c_de * grouped < q.t_de] = 0.0
+        found.append(1 / (1 + math.exp(-grouped.sum() / (q.k_sig * grouped.size))))
+        before = frame
+    return np.array(found)
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_pon_lgmd_is_its_equations(seed):
+    frames = clip(seed, frames=7)
+    q = PONLGMDParams(t_de=0.2)  # so that many groups are kept in so small a field
+    found = PONLGMD(frames.shape[1:], q).run(frames).looming
+    np.testing.assert_allclose(found, plain_pon_lgmd(frames, q), rtol=0, atol=1e-6)
+    assert found.max() > 0.55
+
+
+def plain_t4t5(frames, q):
+    """HS and VS of the T4 and T5 cells in float64, cell by cell where cells are paired."""
+    shape, dt = frames.shape[1:], 1000 / q.fps
+    delays = [dt / (dt + tau) for tau in (80.0, 70.0, 60.0, 50.0, 40.0)]
+
+    def blurred(image, width, std):
+        radius = width // 2
+        bell = np.exp(-0.5 * (np.arange(-radius, radius + 1) / std) ** 2)
+        bell /= bell.sum()
+        padded = np.pad(image, radius, mode="edge")
+        return sum(
+            bell[i] * bell[j] * padded[i : i + shape[0], j : j + shape[1]] for i in range(width) for j in range(width)
+        )
+
+    signals, delayed, cells = np.zeros((2, *shape)), np.zeros((5, 2, *shape)), np.zeros((4, 2, *shape))
+    before, found = frames[0].astype(float), []
+    for frame in frames.astype(float):
+        p, before = frame - before, frame
+        centre, surround = blurred(p, 3, 10.0), blurred(p, 5, 20.0)
+        s = abs(centre - 1.2 * surround)
+        fresh = np.stack([s * ((centre > 1e-3) & (surround > 1e-3)), s * ((centre < -1e-3) & (surround < -1e-3))])
+        signals = fresh + 0.1 * signals
+        c = np.stack([np.tanh(x / (0.2 + blurred(x, 5, 20.0))) for x in signals])
+        c[c < 0.75] = 0.0
+        drive = np.zeros_like(cells)
+        for j, gain in enumerate(delays, start=1):
+            d = delayed[j - 1] = delayed[j - 1] + gain * (c - delayed[j - 1])
+            for way, (down, right) in enumerate(((0, j), (0, -j), (j, 0), (-j, 0))):
+                for side, row, column in np.ndindex(c.shape):
+                    there = row + down, column + right
+                    if 0 <= there[0] < shape[0] and 0 <= there[1] < shape[1]:
+                        here, far = (side, row, column), (side, *there)
+                        drive[(way, *here)] += max(d[here] * d[far] * (c[far] - q.emd_bias * c[here]), 0.0)
+        cells += dt / (dt + 30.0) * (drive - cells)
+        motion = cells[:, 0] ** 0.9 + cells[:, 1] ** 0.5
+        right, left, downward, up = motion.sum(axis=(1, 2))
+        scale = 0.01 * shape[0] * shape[1]
+        found.append([1 / (1 + math.exp(-x / scale)) - 0.5 for x in (right - left, downward - up)])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("bias", [1.0, 1.5])
+def test_t4t5_is_its_equations(bias):
+    q = T4T5Params(emd_bias=bias, exp_off=0.5)
+    texture = np.random.default_rng(5).integers(80, 200, (14, 17))
+    texture[4:10, 5:12] = 20
+    frames = np.stack([np.roll(texture, (i // 2, i), axis=(0, 1)) for i in range(8)]).astype(np.uint8)
+    found = T4T5(frames.shape[1:], q).run(frames)
+    np.testing.assert_allclose(np.column_stack([found.hs, found.vs]), plain_t4t5(frames, q), rtol=0, atol=1e-6)
+    assert np.abs(found.hs).max() > 0.05
+
+
+def published_square(l_over_v_s, frames=100):
+    """The looming of Zhao and others: 100 wide, drawn 240 px from the eye on 800x600, each fourth pixel."""
+    nearest = min(round(50 * 240 / 300), round(50 * 240 / 400))
+    speed = 50 / l_over_v_s
+    for index in range(1, frames + 1):
+        side = 100 * 240 / (nearest + speed - round(index * speed / 100))
+        screen = np.full((600, 800), 255, np.uint8)
+        top, left = (max(round(half - side / 2), 1) - 1 for half in (300, 400))
+        screen[top : round(300 + side / 2), left : round(400 + side / 2)] = 0
+        yield np.ascontiguousarray(screen[::4, ::4])
+
+
+def test_active_cells_are_those_that_the_giant_fibre_s_authors_count():
+    """676 and 2116 in the last two frames at l / v = 5 ms, squares of 26 and 46; a corner less than pixels a side."""
+    model = LPLC2GF((150, 200), LPLC2GFParams.paper())
+    counts = [model.active_cells(frame) for frame in published_square(0.005)]
+    assert [math.isqrt(n) for n in counts[-2:]] == [26 - 1, 46 - 1]
+    assert counts[-2:] == [25**2, 45**2] and counts[0] == 0
+
+
+def test_a_larger_receptive_field_fires_at_a_larger_square():
+    """The paper's finding: the size of the receptive field sets the size at which the giant fibre fires."""
+    sizes = []
+    for side in (40, 80):
+        model = LPLC2GF((150, 200), LPLC2GFParams.paper(side=side))
+        clip = stimulus("looming", rows=150, columns=200, fps=100, focal_px=60.0, l_over_v_s=0.05, end_deg=90.0)
+        spikes = model.run(frame.luma for frame in clip).looming_spikes
+        sizes.append(clip[int(spikes.nonzero()[0][0])].truth.box.width)
+    assert sizes == sorted(set(sizes))
+
+
+@pytest.mark.parametrize("fps", [30.0, 100.0])
+def test_the_giant_fibre_fires_at_either_frame_rate(fps):
+    """The paper's is 100 frames/s, the robot's camera has 30."""
+    model = LPLC2GF((72, 99), LPLC2GFParams.robot(fps=fps))
+    for motion, fires in (("looming", True), ("receding", False)):
+        clip = stimulus("looming", fps=fps, l_over_v_s=0.08, motion=motion)
+        assert bool(model.run(frame.luma for frame in clip).looming_spikes.any()) == fires
+
+
+def test_the_membrane_is_a_leaky_integrator():
+    """At a steady current below threshold it settles at rest plus R I, by its time constant."""
+    model = LPLC2GF((8, 8), LPLC2GFParams.paper())
+    for _ in range(30):
+        assert model._integrate(0.5) == 0
+    assert model._v == pytest.approx(-60 + 5 * (1 - math.exp(-1)), abs=1e-9)
+    assert model._integrate(1e4) > 0
+
+
+@pytest.mark.parametrize(
+    ("cls", "values"),
+    [(T4T5Params, {"tau_d": (1.0, 2.0, 3.0)}), (LPLC2Params, {"t_sp": 0.5}), (MLPLC2Params, {"length": 0}),
+     (LPLC2GFParams, {"v_th": 30.0}), (SILGMD1Params, {"k_spi": 0.0}), (SILGMD2Params, {"fps": 0.0}),
+     (PONLGMDParams, {"alpha_1": 0.0})],
+)  # fmt: skip
+def test_a_parameter_out_of_range_is_named(cls, values):
+    with pytest.raises(ValueError, match=next(iter(values))):
+        cls(**values)
+
+
+def test_the_firmware_s_gains_are_cast_to_whole_numbers():
+    """A square that moves: in whole numbers self-inhibition spares it, in floating point it is left a part of it."""
+    frames = [frame.luma for frame in stimulus("looming", l_over_v_s=0.08)]
+    for model, params in ((SILGMD1, SILGMD1Params), (SILGMD2, SILGMD2Params)):
+        whole, real = (
+            model((72, 99), preset()).run(frames).looming.max() for preset in (params.firmware, params.paper)
+        )
+        assert whole > real
+
+
+@pytest.mark.parametrize("model", [LPLC2, MLPLC2])
+def test_an_lplc2_needs_motion_outward_in_all_four_quadrants(model):
+    """A dark square whose lower left corner stays where it is: no motion outward in the lower left."""
+    whole, part = np.full((2, 30, 72, 99), 200, np.uint8)
+    for i in range(30):
+        whole[i, 36 - i : 36 + i, 49 - i : 50 + i] = 40
+        part[i, 30 - i : 30, 56 : 57 + i] = 40
+    looming, corner = (model((72, 99)).run(clip).looming.max() - 0.5 for clip in (whole, part))
+    assert looming > 0.1 and corner < looming / 10

@@ -1,0 +1,122 @@
+"""The claims of the models' own papers: their words are complete, each check decides as it says, they can be run."""
+
+import json
+
+import pytest
+
+from dsnn import MODELS
+from experiments.bench.core.batch import Resources
+from experiments.bench.core.claims.of_models import ModelClaim, model_claims
+from experiments.bench.core.errors import UsageError
+from experiments.bench.reproduction import model_claims as running
+from experiments.bench.reproduction.model_clips import GROUPS, names
+from experiments.bench.reproduction.model_judges import clip_claim
+
+EVERY = [claim for claims in model_claims().values() for claim in claims]
+
+
+def made(check, **more):
+    more = {"clips": ("dark-looming",), "bound": 1.0, **more}
+    return ModelClaim("X-1", "words", "a paper", "model", check, **more)
+
+
+def rows(numbers, model="model", column="spikes"):
+    """A row of each clip of some groups: group -> its clips' numbers, each over again."""
+    return [
+        {"model": model, "clip": name, "spikes": 0.0, "peak_looming": 0.5, column: values[i % len(values)]}
+        for group, values in numbers.items()
+        for i, name in enumerate(names((group,)))
+    ]
+
+
+def judged(claim, found, than=""):
+    return clip_claim(claim, "model", than).judge(found, 0.0)
+
+
+def test_every_claim_is_about_a_model_and_clips_that_there_are():
+    assert set(model_claims()) <= set(MODELS)
+    assert all(2 <= len(claims) <= 4 for claims in model_claims().values())
+    assert len({claim.id for claim in EVERY}) == len(EVERY)
+    for claim in EVERY:
+        assert set(claim.groups) <= set(GROUPS) and claim.says and claim.source
+        assert claim.model.partition(":")[0] in model_claims()
+
+
+def test_every_clip_is_what_the_robot_s_camera_would_see():
+    for group, clips in GROUPS.items():
+        for clip in clips:
+            built = clip.build(0)
+            assert built.shape == (72, 99) and built.fps == (100 if group == "looming-100" else 30)
+
+
+@pytest.mark.parametrize(
+    ("claim", "holds", "fails"),
+    [
+        (made("each"), {"dark-looming": [1, 2, 3]}, {"dark-looming": [3, 0, 3]}),
+        (made("none", bound=3.0, beside=("light-looming",)),
+         {"dark-looming": [3], "light-looming": [1]}, {"dark-looming": [0, 4], "light-looming": [1]}),
+        (made("ratio", bound=2.0, against=("translating",)),
+         {"dark-looming": [4, 9], "translating": [2, 0]}, {"dark-looming": [9, 4], "translating": [0, 3]}),
+        (made("share", bound=0.5, against=("translating",)),
+         {"dark-looming": [0, 1], "translating": [2, 9]}, {"dark-looming": [0, 2], "translating": [9, 3]}),
+    ],
+)  # fmt: skip
+def test_a_check_decides_by_the_worst_clip(claim, holds, fails):
+    assert judged(claim, rows(holds)).verdict == "holds"
+    found = judged(claim, rows(fails))
+    assert found.verdict == "fails" and "needs" in found.decided
+
+
+def test_a_silent_model_keeps_no_claim_of_silence():
+    none, share = made("none", bound=0.0, beside=("light-looming",)), made("share", against=("translating",))
+    for claim in (none, share):
+        found = judged(claim, rows({"dark-looming": [0], "light-looming": [0], "translating": [0]}))
+        assert found.verdict == "vacuous" and "silent in all" in found.decided
+
+
+def test_what_is_compared_with_another_model_takes_that_model_s_rows():
+    claim = made("more", measure="peak", bound=2.0, than="other")
+    for theirs, verdict in ((0.9, "holds"), (0.6, "fails")):
+        found = rows({"dark-looming": [0.6]}, column="peak_looming")
+        found += rows({"dark-looming": [theirs]}, "other", "peak_looming")
+        assert judged(claim, found, "other").verdict == verdict
+
+
+def test_the_way_is_that_of_the_strongest_potential():
+    claim = made("way", measure="way", clips=("translating",))
+    row = {"model": "model", "clip": names(("translating",))[0], "motion": "rightward",
+           "peak_hs": 0.3, "trough_hs": -0.1, "peak_vs": 0.2, "trough_vs": 0.0}  # fmt: skip
+    assert judged(claim, [row]).verdict == "holds"
+    assert judged(claim, [{**row, "trough_hs": -0.4}]).verdict == "fails"
+
+
+@pytest.mark.parametrize(("check", "lacks"), [("ratio", "against"), ("more", "than"), ("untested", "why")])
+def test_a_claim_that_lacks_what_its_check_needs_is_refused(check, lacks):
+    with pytest.raises(ValueError, match=f"X-1: {lacks} is missing"):
+        made(check)
+
+
+def test_settings_go_to_every_variant_of_a_model():
+    found = running.asked(["si-lgmd1:integer=false", "lplc2-gf"])
+    assert {each.than for each in found} == {"", "si-lgmd1:beta_3=0,integer=false"}
+    assert {each.label for each in found} == {"si-lgmd1:integer=false", "lplc2-gf", "lplc2-gf:fps=100"}
+    assert {each.asked for each in running.asked(["all"])} == set(model_claims())
+    with pytest.raises(UsageError, match="--models emd: no claims"):
+        running.asked(["emd"])
+
+
+def test_the_command_judges_a_model_s_own_claims(tmp_path, colias):
+    """And goes on where it stopped: a second call shows nothing again."""
+    verdicts, failures = running.run(tmp_path / "out", ["si-lgmd1"], 0, Resources(0, quiet=True))
+    assert not failures and [each.id for each in verdicts] == [claim.id for claim in model_claims()["si-lgmd1"]]
+    assert {each.verdict for each in verdicts if each.n} <= {"holds", "fails", "vacuous"}
+    assert [each.verdict for each in verdicts if not each.n] == ["untested"]
+    done = colias("reproduce", "--models", "si-lgmd1", "--out", "out", "--workers", "0")
+    assert done.returncode == 0 and "SI1-3" in done.stdout
+    told = json.loads((tmp_path / "out" / "model_claims.json").read_text())
+    assert [each["verdict"] for each in told] == [each.verdict for each in verdicts]
+
+
+def test_options_of_the_reproduction_do_not_go_with_it(colias):
+    done = colias("reproduce", "--models", "lplc2", "--quick")
+    assert done.returncode == 2 and "--models and --quick" in done.stderr

@@ -1,0 +1,82 @@
+"""Laws of the square on a collision course: its size by l / v, its place by the angle, and the truth beside it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from dsnn.stimuli import stimulus
+
+
+def moving(clip):
+    return [frame for frame in clip if frame.truth.time_to_contact_s is not None]
+
+
+@pytest.mark.parametrize("l_over_v", [0.08, 0.32])
+def test_the_angle_is_that_of_l_over_v(l_over_v):
+    """theta = 2 atan((l / v) / t), from the angle asked for to the other, whatever the frame rate."""
+    for fps in (30, 100):
+        frames = moving(stimulus("looming", l_over_v_s=l_over_v, fps=fps))
+        angles = [2 * math.degrees(math.atan(frame.truth.box.width / 2 / 70.7)) for frame in frames]
+        times = [frame.truth.time_to_contact_s for frame in frames]
+        np.testing.assert_allclose(angles, [2 * math.degrees(math.atan(l_over_v / t)) for t in times])
+        assert angles[0] == pytest.approx(8.0) and 40.0 < angles[-1] < 60.0
+        np.testing.assert_allclose(np.diff(times), -1 / fps)
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(0.0, 0.0), (20.0, 0.0), (-20.0, 10.0)])
+@pytest.mark.parametrize("shade", [(40.0, 200.0), (200.0, 40.0)])
+def test_it_is_painted_where_the_angle_says(azimuth, elevation, shade):
+    grey, ground = shade
+    clip = stimulus("looming", azimuth_deg=azimuth, elevation_deg=elevation, grey=grey, background_grey=ground)
+    frame = clip[len(clip) // 2]
+    weights = np.abs(frame.luma - ground)
+    rows, columns = np.indices(clip.shape) + 0.5
+    place = (weights * columns).sum() / weights.sum(), (weights * rows).sum() / weights.sum()
+    x, y = (70.7 * math.tan(math.radians(angle)) for angle in (azimuth, elevation))
+    assert place == pytest.approx((99 / 2 + x, 72 / 2 + y), abs=0.05)
+    assert weights.sum() / abs(grey - ground) == pytest.approx(frame.truth.box.width**2, rel=0.01)
+
+
+def test_receding_is_looming_backward():
+    there, back = (list(stimulus("looming", motion=motion, miss=2.0)) for motion in ("looming", "receding"))
+    for one, other in zip(there, back[::-1], strict=True):
+        np.testing.assert_array_equal(one.luma, other.luma)
+    assert {frame.truth.motion for frame in back} == {"still", "receding"}
+    assert moving(back)[0].truth.time_to_contact_s < 0 < moving(there)[0].truth.time_to_contact_s
+
+
+def test_what_misses_the_eye_drifts_outward_at_the_velocity_of_the_truth():
+    clip = stimulus("looming", miss=1.5, fps=200)
+    frames = moving(clip)
+    centres = [frame.truth.box.left + frame.truth.box.width / 2 for frame in frames]
+    between = [frame.truth.velocity.x for frame in frames]
+    np.testing.assert_allclose(np.diff(centres) * 200, np.add(between[1:], between[:-1]) / 2, rtol=2e-3)
+    assert between[-1] > between[0] > 0
+
+
+def test_a_grating_drifts_behind_it_throughout():
+    kind = {"background": "grating", "background_grey": 127.5}
+    clip, alone = (stimulus("looming", 3, **kind, object=word) for word in ("present", "absent"))
+    assert len(clip) == len(alone)
+    middle = len(clip) // 2
+    box = clip[middle].truth.box
+    outside = np.ones(clip.shape, bool)
+    outside[int(box.top) : int(box.top + box.height) + 1, int(box.left) : int(box.left + box.width) + 1] = False
+    np.testing.assert_array_equal(clip[middle].luma[outside], alone[middle].luma[outside])
+    assert alone[middle].truth.box is None and alone[middle].truth.motion == "still"
+    assert alone[middle].truth.background_velocity == (32.0, 0.0)
+    assert (clip[0].luma != clip[1].luma).any(), "it drifts through the rest"
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"start_deg": 60.0}, "below end_deg"),
+        ({"background": "grating"}, "background_grey=200"),
+        ({"l_over_v_s": 0.0}, "l_over_v_s=0.0"),
+    ],
+)
+def test_a_value_out_of_range_is_named(changes, says):
+    with pytest.raises(ValueError, match=says):
+        stimulus("looming", **changes)
