@@ -24,6 +24,11 @@ Floats = npt.NDArray[np.float32]
 WARM_UP_ROWS = 2
 VIDEO_BLACK, VIDEO_WHITE = 16.0, 235.0
 """The luma of black and white in the video range of ITU-R BT.601."""
+_BUILT_IN = (
+    "width", "height", "hfov_deg", "fps", "forward_cm", "up_cm", "multisample", "supersample", "supersample_columns",
+    "exposure_samples",
+)  # fmt: skip
+"""The settings that a camera cannot take anew: scene and framebuffer were made for them."""
 _STANDARD_NORMAL = np.zeros(1), np.ones(1)
 
 
@@ -90,9 +95,8 @@ class Camera:
         self._ahead = np.zeros_like(self._light)
         self._noise, self._spread = np.empty_like(self._light), np.empty_like(self._light)
         self._no_noise = np.zeros_like(self._light)
-        self._read_variance = np.full_like(self._light, (config.gain * config.read_noise) ** 2)
         self._noise_tape = np.empty((config.height + WARM_UP_ROWS, config.width), np.float32)
-        self._kernel = point_spread(config.blur_px) if config.blur_px > 0.0 else None
+        self._set_optics()
         self._exposures = 0
         self._last: Frame | None = None
         self._exposure_ms = config.exposure_ms
@@ -114,6 +118,39 @@ class Camera:
     def close(self) -> None:
         """Free the OpenGL context."""
         self._offscreen.close()
+
+    def tune(self, config: CameraConfig) -> None:
+        """Take other settings, from the next `restart` on. Nothing is compiled or allocated anew.
+
+        Parameters
+        ----------
+        config
+            The settings. They may differ in noise, lens, times, luma and the exposure loop's parameters.
+
+        Raises
+        ------
+        ValueError
+            For settings that need another framebuffer or another scene than this camera was made with.
+        """
+        for name in _BUILT_IN:
+            if getattr(config, name) != getattr(self.config, name):
+                raise ValueError(f"{name}={getattr(config, name)}: this camera was made with {getattr(self.config, name)}")
+        if self._lamps is None and (config.auto_exposure or config.gain != 1.0):
+            raise ValueError("auto_exposure and gain: this camera was made without either")
+        if self._strips is None and config.row_time_us > 0.0:
+            raise ValueError(f"row_time_us={config.row_time_us:g}: this camera was made with a global shutter")
+        self.config = config
+        self._set_optics()
+
+    def _set_optics(self) -> None:
+        """Compute what noise and lens need of the settings."""
+        config = self.config
+        self._read_variance = np.full_like(self._light, (config.gain * config.read_noise) ** 2)
+        self._kernel = point_spread(config.blur_px) if config.blur_px > 0.0 else None
+
+    def retexture(self, texture: int) -> None:
+        """Notice that the model's texture of this index has changed."""
+        self._offscreen.retexture(texture)
 
     def restart(self, data: mujoco.MjData) -> None:
         """Begin anew with a still scene: discard everything, and set the exposure time to its start.
