@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,6 +30,14 @@ def train(
     steps: Annotated[int | None, typer.Option(help=f"Steps of all envs together; otherwise {STEPS}.")] = None,
     seed: Seed = 0,
     envs: Annotated[int | None, typer.Option(help=f"Envs that are stepped together; otherwise {ENVS}.")] = None,
+    randomise: Annotated[
+        str | None, typer.Option(metavar="VALUE", help="Train under domain randomisation; as --set randomise=VALUE.")
+    ] = None,
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE",
+                     help="camera, robot, noise or randomise of the env, for example camera=ov7670. Repeatable."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/NAME-TIME.")] = None,
     replay: Annotated[Path | None, typer.Option(help="Do not train: play the policy in this file.")] = None,
     episodes: Annotated[int | None, typer.Option(help=f"With --replay: how many; otherwise {REPLAYED}.")] = None,
@@ -46,21 +55,26 @@ def train(
     from experiments.bench.core.errors import UsageError
 
     means = resources(workers, None, quiet, False)
+    changes = [*(assignments or ()), *([] if randomise is None else [f"randomise={randomise}"])]
     if replay is not None:
-        for name, value in {"--env": env, "--steps": steps, "--envs": envs}.items():
+        given = {"--env": env, "--steps": steps, "--envs": envs, "--set": " ".join(changes) or None}
+        for name, value in given.items():
             if value is not None:
                 raise UsageError(f"{name} {value}: the policy's file says that; leave it out with --replay")
         return _replay(replay, REPLAYED if episodes is None else episodes, seed, out, means)
     if episodes is not None:
         raise UsageError(f"--episodes {episodes}: goes with --replay")
-    about = _about(env or "Optomotor", STEPS if steps is None else steps, seed, ENVS if envs is None else envs)
+    about = _about(
+        env or "Optomotor", STEPS if steps is None else steps, seed, ENVS if envs is None else envs, changes
+    )
     return _train(about, out, means)
 
 
-def _about(env: str, steps: int, seed: int, envs: int) -> About:
+def _about(env: str, steps: int, seed: int, envs: int, changes: Sequence[str]) -> About:
     """What was asked for, checked."""
     from experiments.bench.closed_loop.find import env_id
-    from experiments.bench.closed_loop.policy import ROLLOUT, TRAINABLE, About
+    from experiments.bench.closed_loop.policy import ROLLOUT, TRAINABLE, TRAINED_UNDER, About
+    from experiments.bench.closed_loop.run import env_options
     from experiments.bench.core.errors import UsageError
 
     where = env_id(env)
@@ -71,7 +85,10 @@ def _about(env: str, steps: int, seed: int, envs: int) -> About:
         if not least <= value <= most:
             why = f" ({ROLLOUT} for each of {envs} envs at least)" if name == "--steps" else ""
             raise UsageError(f"{name} {value}: legal is a whole number from {least} to {most}{why}")
-    return About(where, seed, steps, envs)
+    for change in changes:
+        if change.partition("=")[0].partition(".")[0] not in TRAINED_UNDER:
+            raise UsageError(f"--set {change}: a training may change {', '.join(TRAINED_UNDER)}")
+    return About(where, seed, steps, envs, options=dict(env_options(where, changes)))
 
 
 def _train(about: About, out: Path | None, means: Resources) -> int:

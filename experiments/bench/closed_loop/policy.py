@@ -23,6 +23,9 @@ TRAINABLE = ("colias_sim/Fixation-v0", "colias_sim/Optomotor-v0")
 ROLLOUT = 256
 """Steps of each env between two updates of a network in training, and the size of a minibatch."""
 
+TRAINED_UNDER = ("camera", "robot", "noise", "randomise")
+"""The arguments of an env that a training may change."""
+
 WHEELS = 2
 SENSED = len(NEURAL) + WHEELS
 """What a network sees: the neural observation, and what it last told the wheels."""
@@ -37,6 +40,14 @@ def _known_env(name: str) -> str:
 def _known_model(name: str) -> str:
     model_entry(name)
     return name
+
+
+def _harmless(options: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Refuse arguments by which the file of a policy could make an env run code of others."""
+    for name in options:
+        if name not in TRAINED_UNDER:
+            raise ValueError(f"no argument to be trained under: '{name}'; legal are {', '.join(TRAINED_UNDER)}")
+    return options
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
@@ -72,6 +83,8 @@ class About:
     hidden: tuple[Annotated[int, Field(ge=1, le=512)], ...] = Field(default=(32, 32), min_length=1, max_length=4)
     steering: Steering = Steering()
     versions: Mapping[str, str] = Field(default_factory=dict)
+    options: Annotated[Mapping[str, Any], AfterValidator(_harmless)] = Field(default_factory=dict)
+    """The env's arguments in training, beside observation and model."""
     format: Literal["colias-policy 1"] = FORMAT
 
     def shapes(self) -> list[tuple[int, int]]:

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop import run as closed_loop_run
 from experiments.bench.closed_loop.episode import Setting
-from experiments.bench.closed_loop.policy import Policy
+from experiments.bench.closed_loop.policy import About, Policy
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.batch import Resources
 from experiments.bench.core.settings import check_counts
@@ -37,23 +37,27 @@ def keep(policy: Policy, curve: Sequence[Mapping[str, float]], folder: Path) -> 
 
 
 def judge(file: Path, folder: Path, resources: Resources) -> Played:
-    """Play the policy, as read back from its file, and its opponents in the same worlds, none of them trained in."""
-    env = policy_file.load(file).about.env
-    return _play(file, env, ("random", "still", REFLEX[env]), folder, JUDGED, 0, resources, recordings=0)
+    """Play the policy, as read back from its file, and its opponents in the same worlds, none of them trained in.
+
+    Eye, wheels and ranges of randomisation are those of the training, the draws are others.
+    """
+    about = policy_file.load(file).about
+    return _play(file, about, ("random", "still", REFLEX[about.env]), folder, JUDGED, 0, resources, recordings=0)
 
 
 def replay(file: Path, folder: Path, episodes: int, seed: int, resources: Resources) -> Played:
     """Play the policy in worlds from ``seed`` up, and leave a recording of each."""
     check_counts(seed, episodes)
-    env = policy_file.load(file).about.env
-    return _play(file, env, (), folder, episodes, seed, resources, recordings=episodes)
+    about = policy_file.load(file).about
+    return _play(file, about, (), folder, episodes, seed, resources, recordings=episodes)
 
 
 def _play(
-    file: Path, env: str, opponents: Sequence[str], folder: Path, episodes: int, seed: int, resources: Resources,
+    file: Path, about: About, opponents: Sequence[str], folder: Path, episodes: int, seed: int, resources: Resources,
     *, recordings: int,
 ) -> Played:  # fmt: skip
-    settings = tuple(Setting(name, env) for name in (str(file.resolve()), *opponents))
+    options = tuple(sorted(about.options.items()))
+    settings = tuple(Setting(name, about.env, options) for name in (str(file.resolve()), *opponents))
     made = closed_loop_run.BehaviourPlan(settings, episodes, seed)
     with resources.pool() as pool:
         return closed_loop_run.run(made, folder, pool, resources, recordings=recordings)
