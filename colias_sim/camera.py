@@ -17,6 +17,7 @@ from colias_sim.lens import point_spread
 from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP, FrameClock
 from colias_sim.strips import Strips
+from colias_sim.tuning import check_tunable
 
 __all__ = ["Camera", "Frame", "exposure_steps"]
 
@@ -24,11 +25,6 @@ Floats = npt.NDArray[np.float32]
 WARM_UP_ROWS = 2
 VIDEO_BLACK, VIDEO_WHITE = 16.0, 235.0
 """The luma of black and white in the video range of ITU-R BT.601."""
-_BUILT_IN = (
-    "width", "height", "hfov_deg", "fps", "forward_cm", "up_cm", "multisample", "supersample", "supersample_columns",
-    "exposure_samples",
-)  # fmt: skip
-"""The settings that a camera cannot take anew: scene and framebuffer were made for them."""
 _STANDARD_NORMAL = np.zeros(1), np.ones(1)
 
 
@@ -125,20 +121,9 @@ class Camera:
         Parameters
         ----------
         config
-            The settings. They may differ in noise, lens, times, luma and the exposure loop's parameters.
-
-        Raises
-        ------
-        ValueError
-            For settings that need another framebuffer or another scene than this camera was made with.
+            The settings. `colias_sim.tuning.check_tunable` raises ``ValueError`` for those that it cannot take.
         """
-        for name in _BUILT_IN:
-            if getattr(config, name) != getattr(self.config, name):
-                raise ValueError(f"{name}={getattr(config, name)}: this camera was made with {getattr(self.config, name)}")
-        if self._lamps is None and (config.auto_exposure or config.gain != 1.0):
-            raise ValueError("auto_exposure and gain: this camera was made without either")
-        if self._strips is None and config.row_time_us > 0.0:
-            raise ValueError(f"row_time_us={config.row_time_us:g}: this camera was made with a global shutter")
+        check_tunable(config, self.config, lamps=self._lamps is not None, bands=self._strips is not None)
         self.config = config
         self._set_optics()
 

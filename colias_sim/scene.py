@@ -194,7 +194,9 @@ def contrasted(texture: npt.NDArray[np.uint8], contrast: float) -> npt.NDArray[n
 
 def base_mass(robot: RobotConfig, model: mujoco.MjModel, name: str) -> float:
     """The mass of a robot's base in kg, as `compose` sets it: what the two wheels leave of the whole."""
-    return robot.mass_g / 1000 - float(model.body(f"{name}/left_wheel").mass[0] + model.body(f"{name}/right_wheel").mass[0])
+    return robot.mass_g / 1000 - float(
+        model.body(f"{name}/left_wheel").mass[0] + model.body(f"{name}/right_wheel").mass[0]
+    )
 
 
 def set_motor_gain(model: mujoco.MjModel, name: str, gain: float) -> None:

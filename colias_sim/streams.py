@@ -1,10 +1,10 @@
 """The random streams of an env's episodes, by name.
 
 ``world`` is Gymnasium's own generator. It decides the starts of all robots, the driving of the other robots, light,
-randomisation by strength and disturbances. One draw from the world, ``episode``, seeds the streams that must not change
-the world: ``film``, the generator of the camera's noise, so that an episode is the same whatever is observed of it, and
-``factor``, one for each factor that is randomised within a range, so that none changes the draws of another. Trials of the testbed pass generators of their own to
-`Simulation.reset` and `Simulation.step`.
+randomisation by strength and disturbances. One draw from the world, ``episode``, seeds the streams that must not
+change the world. ``film`` is the generator of the camera's noise: an episode is the same whatever is observed of it.
+``factor`` is a generator for each factor that is randomised within a range: none changes the draws of another. Trials
+of the testbed pass generators of their own to `Simulation.reset` and `Simulation.step`.
 """
 
 from __future__ import annotations

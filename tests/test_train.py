@@ -169,6 +169,8 @@ def test_damaged_contents_are_refused_in_a_line(saved, changes, said):
         ({"steering": {"keep": 2.0}}, "About.steering.keep=2.0"),
         ({"steering": {"gain": 2.0}}, "About.steering.gain"),
         ({"seed": -1}, "About.seed=-1"),
+        ({"options": {"model": "evil.py"}}, "no argument to be trained under: 'model'"),
+        ({"options": {"camera": "ov767"}}, "no preset 'ov767'"),
         ({"format": "colias-policy 2"}, "one other than 'colias-policy 1'"),
         ({"entry_point": "os:system"}, "About.entry_point"),
         ({"hidden": [5, 5]}, "layers of shapes"),
@@ -253,6 +255,9 @@ def test_each_episode_begins_with_the_wheels_at_rest(saved):
         (("--seed", "-1"), "colias: --seed -1: legal is a whole number from 0 to 4294967295"),
         (("--episodes", "3"), "colias: --episodes 3: goes with --replay"),
         (("--replay", "policy.npz"), "colias: policy.npz: no such file"),
+        (("--set", "arena=dim"), "colias: --set arena=dim: a training may change camera, robot, noise, randomise"),
+        (("--randomise", "2"), "colias: --set: randomise=2: expected a number in 0 .. 1"),
+        (("--replay", "p.npz", "--set", "camera=ov7670"), "colias: --set camera=ov7670: the policy's file says that"),
         (("--replay", "policy.npz", "--steps", "5"), "colias: --steps 5: the policy's file says that"),
     ],
 )

@@ -20,9 +20,9 @@ _CONFIGS: Mapping[str, type[CameraConfig | RobotConfig]] = MappingProxyType(
     {"camera": CameraConfig, "robot": RobotConfig}
 )
 
-ACTIONS = """`Box(-1, 1, (2,), float32)`: the speeds of the wheels, as shares of the robot's maximum (35 cm/s at the rim by default, 15.3 cm/s with `robot="colias4"`).
-Commands change by at most 2 m/s^2 (0.18 s from rest to full speed), as faster changes would throw the robot over. An
-action that is not in the space raises `InvalidAction`.
+ACTIONS = """`Box(-1, 1, (2,), float32)`: the speeds of the wheels, as shares of the robot's maximum (35 cm/s at the
+rim, or 15.3 cm/s with `robot="colias4"`). Commands change by at most 2 m/s^2 (0.18 s from rest to 35 cm/s), as faster
+changes would throw the robot over. An action that is not in the space raises `InvalidAction`.
 
 | Num | Action | Min | Max | Unit |
 |---|---|---|---|---|
@@ -75,9 +75,9 @@ noise, light (standard deviation 3 %) and the phase of the wall's texture.
 
 `randomise` adds to this. A number adds, in proportion to its value: light by up to 30 %, shells from black to a
 reflectance of 0.42, the speed of each wheel by up to 5 %, and the camera's direction by up to 3 degrees in pitch and
-yaw. A mapping such as `{{"light": (0.7, 1.3), "mass_g": (26, 30)}}` draws each of its factors uniformly between two ends,
-anew in each episode. Each factor has random numbers of its own, so that none changes what is drawn of the others or of
-the world:
+yaw. A mapping such as `{{"light": (0.7, 1.3), "mass_g": (26, 30)}}` draws each of its factors uniformly between two
+ends, anew in each episode. Each factor has random numbers of its own, so that none changes what is drawn of the others
+or of the world:
 
 | Factor | Unit | Legal | What varies |
 |---|---|---|---|

@@ -121,9 +121,7 @@ def _own(name: str, scale: float = 1.0) -> Callable[[EpisodeSettings, tuple[floa
 
 def _noise(settings: EpisodeSettings, values: tuple[float, ...]) -> EpisodeSettings:
     shot, read = values[0] * settings.camera.shot_noise, values[0] * settings.camera.read_noise
-    return dataclasses.replace(
-        settings, camera=dataclasses.replace(settings.camera, shot_noise=shot, read_noise=read)
-    )
+    return dataclasses.replace(settings, camera=dataclasses.replace(settings.camera, shot_noise=shot, read_noise=read))
 
 
 def _target(settings: EpisodeSettings, values: tuple[float, ...]) -> EpisodeSettings:

@@ -35,8 +35,11 @@ def train(
     ] = None,
     assignments: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE",
-                     help="camera, robot, noise or randomise of the env, for example camera=ov7670. Repeatable."),
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="camera, robot, noise or randomise of the env, for example camera=ov7670. Repeatable.",
+        ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/NAME-TIME.")] = None,
     replay: Annotated[Path | None, typer.Option(help="Do not train: play the policy in this file.")] = None,
@@ -64,9 +67,7 @@ def train(
         return _replay(replay, REPLAYED if episodes is None else episodes, seed, out, means)
     if episodes is not None:
         raise UsageError(f"--episodes {episodes}: goes with --replay")
-    about = _about(
-        env or "Optomotor", STEPS if steps is None else steps, seed, ENVS if envs is None else envs, changes
-    )
+    about = _about(env or "Optomotor", STEPS if steps is None else steps, seed, ENVS if envs is None else envs, changes)
     return _train(about, out, means)
 
 
