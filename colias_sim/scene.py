@@ -181,15 +181,16 @@ def texels(model: mujoco.MjModel, texture: str) -> npt.NDArray[np.uint8]:
     tex = model.tex(texture).id
     start = model.tex_adr[tex]
     size = model.tex_height[tex] * model.tex_width[tex] * model.tex_nchannel[tex]
-    view: npt.NDArray[np.uint8] = model.tex_data[start : start + size]
-    return view
+    every: npt.NDArray[np.uint8] = model.tex_data
+    return every[start : start + size]
 
 
 def contrasted(texture: npt.NDArray[np.uint8], contrast: float) -> npt.NDArray[np.uint8]:
     """The bytes of a texture with its contrast about its mean multiplied; what exceeds 0..255 is cut."""
     plain = texture.astype(np.float64)
     scaled = plain.mean() + contrast * (plain - plain.mean())
-    return np.clip(np.rint(scaled), 0, 255).astype(np.uint8)
+    cut: npt.NDArray[np.uint8] = np.clip(np.rint(scaled), 0, 255).astype(np.uint8)
+    return cut
 
 
 def base_mass(robot: RobotConfig, model: mujoco.MjModel, name: str) -> float:

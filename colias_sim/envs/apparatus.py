@@ -78,10 +78,9 @@ class Apparatus:
         self._robot, model = settings.robot, self._sim.model
         model.body(f"{self._observer}/base").mass[:] = base_mass(settings.robot, model, self._observer)
         set_motor_gain(model, self._observer, settings.robot.motor_gain)
-        statistics = model.stat.extent, model.stat.center.copy()
         mujoco.mj_setConst(model, self._sim.data)
-        # Its limits of sight are multiples of the extent, which would follow where robots were parked last.
-        model.stat.extent, model.stat.center[:] = statistics
+        # The solver's tolerance is relative to this, which MuJoCo computes only when it compiles: one after another.
+        model.stat.meaninertia = np.add.accumulate(model.dof_M0)[-1] / model.nv
 
 
 def moved(places: Mapping[str, Pose], name: str, ahead: float, left: float) -> dict[str, Pose]:

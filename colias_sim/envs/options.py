@@ -45,7 +45,7 @@ def _apparatus(kind: type[T]) -> Callable[[Any], T]:
             base = _preset(kind, value.get(PRESET, "default"))
             own = {field.name: getattr(base, field.name) for field in dataclasses.fields(cast(Any, base))}
             return checked(kind, own | {name: given for name, given in value.items() if name != PRESET})
-        return _preset(kind, value)
+        return cast(T, _preset(kind, value))
 
     return made
 
