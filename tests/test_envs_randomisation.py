@@ -101,6 +101,11 @@ def test_a_number_draws_as_it_did_before_there_were_factors():
     env.close()
 
 
+def test_what_happens_does_not_depend_on_what_is_observed():
+    seen, blind = (told(observation=observation, randomise=WIDE) for observation in ("neural", "state"))
+    assert happened(seen) == happened(blind)
+
+
 def test_a_vector_env_plays_the_episodes_of_single_ones():
     """Several worlds in one OpenGL context, each with a wall of its own."""
     many = gym.make_vec(FIXATION, num_envs=3, workers=0, camera=EYE, robot="colias4", randomise=WIDE)
@@ -263,6 +268,8 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"camera": {"blurr_px": 1.0}}, "'blurr_px'.*nearest: blur_px"),
     ({"camera": {"blur_px": 9.0}}, r"blur_px=9.0.*0 \.\. 8"),
     ({"camera": {"fps": 25.0}}, "fps=25.*30 frames"),
+    ({"camera": {"shot_noise": 60.0}, "noise": 2.0}, "noise=2, times that of the camera.*equal to 64"),
+    ({"randomise": {"noise": (1, 9)}, "noise": 10.0}, "noise=.1.0, 9.0.*equal to 64"),
     ({"robot": {"mass_g": 5.0}}, r"mass_g=5.0.*10 \.\. 100"),
     ({"robot": "colias5"}, "robot='colias5'.*nearest: colias4"),
 ]

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from colias_sim import CameraConfig, RobotConfig
 from dsnn import Response
 from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop.find import load_behaviour
@@ -180,6 +181,22 @@ def test_what_a_file_says_of_itself_is_checked(saved, changes, said):
     with pytest.raises(UsageError, match=said) as caught:
         policy_file.load(about_with(saved, **changes))
     assert str(caught.value).startswith(str(saved)) and "\n" not in str(caught.value)
+
+
+def test_a_policy_s_file_tells_what_it_was_trained_under(tmp_path):
+    options = {"camera": "ov7670", "robot": {"preset": "colias4", "trim": 2}, "randomise": {"light": [0.7, 1.3]}}
+    about = dataclasses.replace(ABOUT, options=options)
+    policy_file.save(made(about), tmp_path / "policy.npz")
+    assert policy_file.load(tmp_path / "policy.npz").about.options == options
+    from experiments.bench.training.env import steered
+
+    env = steered(about)
+    _, info = env.reset(seed=0)
+    assert info["randomised"].keys() == {"light"}
+    camera, robot = env.unwrapped._sim.camera.config, env.unwrapped._sim.robots["observer"].config
+    assert camera == CameraConfig.preset("ov7670")
+    assert robot == dataclasses.replace(RobotConfig.preset("colias4"), trim=2)
+    env.close()
 
 
 def test_a_file_cut_anywhere_or_with_bytes_changed_never_raises_anything_else(saved):

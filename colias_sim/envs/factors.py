@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from colias_sim import streams
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
@@ -239,11 +240,17 @@ def ends_of(settings: EpisodeSettings, ranges: Mapping[str, Range]) -> tuple[Epi
             low, high = (
                 factor.change(one, (end,) * len(factor.parts)) for one, end in zip((low, high), ends, strict=True)
             )
-        except ValueError as error:  # pydantic's among them, whose text has several lines
-            problems = error.errors() if hasattr(error, "errors") else ()
-            reason = "; ".join(str(problem["msg"]).removeprefix("Value error, ") for problem in problems) or str(error)
-            raise ValueError(f"randomise: {name}={ends}: {reason[0].lower()}{reason[1:]}") from None
+        except ValueError as error:
+            raise ValueError(f"randomise: {name}={ends}: {reason(error)}") from None
     return low, high
+
+
+def reason(error: ValueError) -> str:
+    """The text of an error in one line; pydantic's own text has several."""
+    if not isinstance(error, ValidationError):
+        return str(error)
+    said = (str(problem["msg"]).removeprefix("Value error, ") for problem in error.errors())
+    return "; ".join(text[0].lower() + text[1:] for text in said)
 
 
 def _mapping(given: Mapping[Any, Any]) -> dict[str, Range]:

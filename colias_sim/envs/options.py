@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 from pydantic.fields import FieldInfo
 
 from colias_sim.config import CameraConfig, RobotConfig, known_arena
-from colias_sim.envs.factors import PRESET, EpisodeSettings, Range, checked_randomise, ends_of, ranges_of
+from colias_sim.envs.factors import PRESET, EpisodeSettings, Range, checked_randomise, ends_of, ranges_of, reason
 from colias_sim.field_docs import with_field_docs
 
 MOST_ROBOTS = 20
@@ -98,7 +98,10 @@ class EnvOptions:
 
     @model_validator(mode="after")
     def _apparatus_can_be_had(self) -> Self:
-        plain = self.plain_settings()
+        try:
+            plain = self.plain_settings()
+        except ValueError as error:
+            raise ValueError(f"noise={self.noise:g}, times that of the camera: {reason(error)}") from None
         if plain.camera.fps != FPS:
             raise ValueError(f"camera: fps={plain.camera.fps:g}: an env has {FPS:g} frames a second")
         ends_of(plain, ranges_of(cast(Any, self.randomise)))
