@@ -19,6 +19,7 @@ from colias_sim.noise import Noise
 from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP, FrameClock
 from colias_sim.strips import Strips
+from colias_sim.tuning import check_tunable
 
 __all__ = ["Camera", "Frame", "exposure_steps"]
 
@@ -90,8 +91,7 @@ class Camera:
         self._ahead, self._small = np.zeros_like(self._light), np.zeros_like(self._light)
         self._whole = Box(range(config.height), range(config.width))
         self._scale = config.supersample, config.supersample * config.supersample_columns
-        self._noise = Noise(config)
-        self._kernel = point_spread(config.blur_px) if config.blur_px > 0.0 else None
+        self._set_optics()
         self._exposures = 0
         self._last: Frame | None = None
         self._exposure_ms = config.exposure_ms
@@ -115,6 +115,28 @@ class Camera:
     def close(self) -> None:
         """Free the OpenGL context."""
         self._offscreen.close()
+
+    def tune(self, config: CameraConfig) -> None:
+        """Take other settings, from the next `restart` on. Nothing is compiled anew.
+
+        Parameters
+        ----------
+        config
+            The settings. `colias_sim.tuning.check_tunable` raises ``ValueError`` for those that it cannot take.
+        """
+        check_tunable(config, self.config, lamps=self._lamps is not None, bands=self._strips is not None)
+        self.config = config
+        self._set_optics()
+
+    def _set_optics(self) -> None:
+        """Compute what noise and lens need of the settings."""
+        config = self.config
+        self._noise = Noise(config)
+        self._kernel = point_spread(config.blur_px) if config.blur_px > 0.0 else None
+
+    def retexture(self, texture: int) -> None:
+        """Notice that the model's texture of this index has changed."""
+        self._offscreen.retexture(texture)
 
     def restart(self, data: mujoco.MjData) -> None:
         """Begin anew with a still scene: discard everything, and set the exposure time to its start.

@@ -50,6 +50,8 @@ class Offscreen:
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int, *, slots: int = 1, bright: bool = False) -> None:
         self._surface: _Surface | None = _surface(model, rows * slots, columns)
+        self._size = rows * slots, columns
+        self._shared = _sharing.get() is not None
         self._scene = mujoco.MjvScene(model, MAX_GEOMS)
         self._rect = mujoco.MjrRect(0, 0, columns, rows)
         self._model, self._bright = model, bright
@@ -153,6 +155,22 @@ class Offscreen:
             raise RuntimeError("this camera is closed: make a new Simulation")
         self._surface.context.make_current()
         return self._surface
+
+    def retexture(self, texture: int) -> None:
+        """Take a texture of the model anew, as it has changed.
+
+        A context that may be shared is left to the others, which have other textures now.
+
+        Parameters
+        ----------
+        texture
+            Index of the texture.
+        """
+        surface = self._current()
+        if self._shared:
+            self._surface, self._shared = _Surface(self._model, *self._size), False
+        else:
+            mujoco.mjr_uploadTexture(self._model, surface.mjr, texture)
 
     def close(self) -> None:
         """Free framebuffer and context, unless they are shared with another `Offscreen` that is open."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from scenes import ARENA_RADIUS_CM, ROBOTS, WALL_PANELS, arena_path
@@ -122,7 +123,8 @@ def compile_model(
     model = compose(scene, robot, camera, robots, eye_of, fence=fence).compile()
     model.vis.quality.offsamples = camera.multisample
     if scene.wall_contrast != 1.0:
-        _scale_contrast(model, "wall", scene.wall_contrast)
+        wall = texels(model, "wall")
+        wall[:] = contrasted(wall, scene.wall_contrast)
     return model
 
 
@@ -174,10 +176,32 @@ def _resized(geom: mujoco.MjsGeom, radius: float) -> list[float]:
     return [radius, second, radius] if geom.type == mujoco.mjtGeom.mjGEOM_ELLIPSOID else [radius, second, 0.0]
 
 
-def _scale_contrast(model: mujoco.MjModel, texture: str, contrast: float) -> None:
+def texels(model: mujoco.MjModel, texture: str) -> npt.NDArray[np.uint8]:
+    """The bytes of a texture, a view of the model's. Who renders has a copy, made when its context was made."""
     tex = model.tex(texture).id
     start = model.tex_adr[tex]
     size = model.tex_height[tex] * model.tex_width[tex] * model.tex_nchannel[tex]
-    texels = model.tex_data[start : start + size].astype(np.float64)
-    scaled = texels.mean() + contrast * (texels - texels.mean())
-    model.tex_data[start : start + size] = np.clip(np.rint(scaled), 0, 255).astype(np.uint8)
+    every: npt.NDArray[np.uint8] = model.tex_data
+    return every[start : start + size]
+
+
+def contrasted(texture: npt.NDArray[np.uint8], contrast: float) -> npt.NDArray[np.uint8]:
+    """The bytes of a texture with its contrast about its mean multiplied; what exceeds 0..255 is cut."""
+    plain = texture.astype(np.float64)
+    scaled = plain.mean() + contrast * (plain - plain.mean())
+    cut: npt.NDArray[np.uint8] = np.clip(np.rint(scaled), 0, 255).astype(np.uint8)
+    return cut
+
+
+def base_mass(robot: RobotConfig, model: mujoco.MjModel, name: str) -> float:
+    """The mass of a robot's base in kg, as `compose` sets it: what the two wheels leave of the whole."""
+    return robot.mass_g / 1000 - float(
+        model.body(f"{name}/left_wheel").mass[0] + model.body(f"{name}/right_wheel").mass[0]
+    )
+
+
+def set_motor_gain(model: mujoco.MjModel, name: str, gain: float) -> None:
+    """Set the gain of a robot's two wheel servos in N m s/rad, as `compose` does."""
+    for side in ("left", "right"):
+        actuator = model.actuator(f"{name}/{side}")
+        actuator.gainprm[0], actuator.biasprm[2] = gain, -gain

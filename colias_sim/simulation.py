@@ -37,6 +37,7 @@ class Simulation:
     equal frames, in any process and after any number of earlier trials.
 
     The attribute ``robots`` holds the robots that drive, ``parked`` those that cannot, and ``everyone`` both, by name.
+    ``command_interval`` is the time between two commands, in seconds.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ class Simulation:
         self._queuing = tuple(each for each in self.robots.values() if each.queues)
         self.frame_interval = 1.0 / camera.fps
         self._clock = FrameClock(camera.fps)
-        self._command_interval = self._clock.command_steps * self._clock.timestep
+        self.command_interval = self._clock.command_steps * self._clock.timestep
         self._lamps = self.model.light_ambient.copy(), self.model.light_diffuse.copy()
         self._wall_quat = self.model.body("wall").quat
         self.wall_turn = 0.0
@@ -93,6 +94,11 @@ class Simulation:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
+
+    @property
+    def seeing(self) -> bool:
+        """Whether there is a camera."""
+        return self._camera is not None
 
     @property
     def camera(self) -> Camera:
@@ -194,7 +200,7 @@ class Simulation:
         plans = (camera.plan if look else None, camera.next_plan) if camera else (None, None)
         for steps, command, renders in _events(self._clock, *plans):
             if command and control is not None:
-                control(self._command_interval)
+                control(self.command_interval)
             if command:
                 for each in self._queuing:
                     each.tick()

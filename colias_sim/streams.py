@@ -1,9 +1,10 @@
 """The random streams of an env's episodes, by name.
 
 ``world`` is Gymnasium's own generator. It decides the starts of all robots, the driving of the other robots, light,
-randomisation and disturbances. ``film`` is the generator of the camera's noise, seeded by one draw from the world,
-so an episode is the same whatever is observed of it. Trials of the testbed pass generators of their own to
-`Simulation.reset` and `Simulation.step`.
+randomisation by strength and disturbances. One draw from the world, ``episode``, seeds the streams that must not
+change the world. ``film`` is the generator of the camera's noise: an episode is the same whatever is observed of it.
+``factor`` is a generator for each factor that is randomised within a range: none changes the draws of another. Trials
+of the testbed pass generators of their own to `Simulation.reset` and `Simulation.step`.
 """
 
 from __future__ import annotations
@@ -11,12 +12,25 @@ from __future__ import annotations
 import numpy as np
 from gymnasium.utils import seeding
 
+_FACTORS = 4
+"""Begins the spawn keys of factors; a factor's name is the rest of its key."""
+
 
 def world(seed: int) -> np.random.Generator:
     """Make the generator that an env has after ``reset(seed=seed)``, before anything is drawn from it."""
     return seeding.np_random(seed)[0]
 
 
-def film(drawn_from: np.random.Generator) -> np.random.Generator:
-    """Make the camera's generator for an episode, by one draw from the generator of its world."""
-    return np.random.default_rng(int(drawn_from.integers(2**63)))
+def episode(drawn_from: np.random.Generator) -> int:
+    """Draw the seed of an episode's own streams, by one draw from the generator of its world."""
+    return int(drawn_from.integers(2**63))
+
+
+def film(episode: int) -> np.random.Generator:
+    """Make the camera's generator for an episode, of the seed that `episode` drew."""
+    return np.random.default_rng(episode)
+
+
+def factor(episode: int, name: str) -> np.random.Generator:
+    """Make the generator of one factor for an episode, of the seed that `episode` drew."""
+    return np.random.default_rng(np.random.SeedSequence(episode, spawn_key=(_FACTORS, *name.encode())))

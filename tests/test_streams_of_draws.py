@@ -12,6 +12,7 @@ import colias_sim
 import dsnn
 import experiments
 from colias_sim import streams as of_envs
+from colias_sim.envs.factors import FACTORS
 from dsnn.stimuli import Jittered, stimulus
 from dsnn.stimuli import streams as of_clips
 from experiments.bench import streams as of_bench
@@ -34,7 +35,9 @@ def every_stream():
         found |= {(name, seed): draws(of_bench.stream(name, seed)) for name in of_bench.KEYS}
         if seed < WORD:  # how Gymnasium seeds is its own: by the seed's words
             found["world", seed] = draws(of_envs.world(seed))
-            found["film", seed] = draws(of_envs.film(of_envs.world(seed)))
+            episode = of_envs.episode(of_envs.world(seed))
+            found["film", seed] = draws(of_envs.film(episode))
+            found |= {(f"factor {name}", seed): draws(of_envs.factor(episode, name)) for name in FACTORS}
     return found
 
 

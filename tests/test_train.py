@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from colias_sim import CameraConfig, RobotConfig
 from dsnn import Response
 from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop.find import load_behaviour
@@ -169,6 +170,8 @@ def test_damaged_contents_are_refused_in_a_line(saved, changes, said):
         ({"steering": {"keep": 2.0}}, "About.steering.keep=2.0"),
         ({"steering": {"gain": 2.0}}, "About.steering.gain"),
         ({"seed": -1}, "About.seed=-1"),
+        ({"options": {"model": "evil.py"}}, "no argument to be trained under: 'model'"),
+        ({"options": {"camera": "ov767"}}, "no preset 'ov767'"),
         ({"format": "colias-policy 2"}, "one other than 'colias-policy 1'"),
         ({"entry_point": "os:system"}, "About.entry_point"),
         ({"hidden": [5, 5]}, "layers of shapes"),
@@ -178,6 +181,22 @@ def test_what_a_file_says_of_itself_is_checked(saved, changes, said):
     with pytest.raises(UsageError, match=said) as caught:
         policy_file.load(about_with(saved, **changes))
     assert str(caught.value).startswith(str(saved)) and "\n" not in str(caught.value)
+
+
+def test_a_policy_s_file_tells_what_it_was_trained_under(tmp_path):
+    options = {"camera": "ov7670", "robot": {"preset": "colias4", "trim": 2}, "randomise": {"light": [0.7, 1.3]}}
+    about = dataclasses.replace(ABOUT, options=options)
+    policy_file.save(made(about), tmp_path / "policy.npz")
+    assert policy_file.load(tmp_path / "policy.npz").about.options == options
+    from experiments.bench.training.env import steered
+
+    env = steered(about)
+    _, info = env.reset(seed=0)
+    assert info["randomised"].keys() == {"light"}
+    camera, robot = env.unwrapped._sim.camera.config, env.unwrapped._sim.robots["observer"].config
+    assert camera == CameraConfig.preset("ov7670")
+    assert robot == dataclasses.replace(RobotConfig.preset("colias4"), trim=2)
+    env.close()
 
 
 def test_a_file_cut_anywhere_or_with_bytes_changed_never_raises_anything_else(saved):
@@ -253,6 +272,9 @@ def test_each_episode_begins_with_the_wheels_at_rest(saved):
         (("--seed", "-1"), "colias: --seed -1: legal is a whole number from 0 to 4294967295"),
         (("--episodes", "3"), "colias: --episodes 3: goes with --replay"),
         (("--replay", "policy.npz"), "colias: policy.npz: no such file"),
+        (("--set", "arena=dim"), "colias: --set arena=dim: a training may change camera, robot, noise, randomise"),
+        (("--randomise", "2"), "colias: --set: randomise=2: expected a number in 0 .. 1"),
+        (("--replay", "p.npz", "--set", "camera=ov7670"), "colias: --set camera=ov7670: the policy's file says that"),
         (("--replay", "policy.npz", "--steps", "5"), "colias: --steps 5: the policy's file says that"),
     ],
 )

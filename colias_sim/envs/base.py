@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic
+from typing import Any, ClassVar, Generic, cast
 
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 from gymnasium import error, spaces
 
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.config import SceneConfig
 from colias_sim.envs.actions import action_space, wheels_of
+from colias_sim.envs.apparatus import Apparatus, moved
+from colias_sim.envs.factors import ends_of, ranges_of
 from colias_sim.envs.models import Answer, Model, build_model
 from colias_sim.envs.observations import neural_observation, observation_space
 from colias_sim.envs.options import EnvOptions, Options
@@ -25,7 +26,7 @@ from colias_sim.envs.world import OBSERVER, World
 from colias_sim.gl import has_screen
 from colias_sim.robot import Pose, WheelSpeeds
 from colias_sim.simulation import Simulation
-from colias_sim.streams import film
+from colias_sim.streams import episode, film
 
 TOUCH_COST = 10.0
 """What touching anything costs: the reward's term ``touch`` is minus this."""
@@ -59,15 +60,18 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self.options = options
         self.render_mode = options.render_mode
         self.metadata = {"render_modes": _render_modes(), "render_fps": 30.0 / options.frame_skip}
-        robot, camera = RobotConfig(), _camera(options)
+        plain = options.plain_settings()
+        robot, camera = plain.robot, plain.camera
         self._fastest = robot.max_speed_cm_s / 100
         self._shape = camera.height, camera.width
         self.observation_space, self.action_space = spaces_of(options)
         model = build_model(options.model, self._shape)  # built even if unused, so that a wrong name is an error
         self._model = model if options.observation in ("neural", "both") else None
         others = self._others()
+        # A camera is made for the upper ends of what is drawn: those need the most room.
+        _, most = ends_of(plain, ranges_of(cast(Any, options.randomise)))
         sim = Simulation(
-            robot, camera, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
+            robot, most.camera, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
             fence=True, seeing=options.observation != "state",
         )  # fmt: skip
         try:
@@ -77,7 +81,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             raise
         super().__init__(sim)
         shells = [name for name, variant in others.items() if variant != "colias"]
-        self._randomisation = Randomisation(sim, OBSERVER, shells, options.randomise)
+        self._randomisation = Randomisation(plain, cast(Any, options.randomise))
+        self._apparatus = Apparatus(sim, OBSERVER, shells, plain, self._retexture)
         self._luma = np.zeros(self._shape, np.uint8)
         self._luma.flags.writeable = False
         self._begun = self._running = self._closed = False
@@ -137,11 +142,17 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._forget()
         # The camera's noise has a generator of its own: the world is then the same whatever is observed, and
         # baselines with other observations can be compared in pairs.
-        self._film = film(self.np_random)
+        own = episode(self.np_random)
+        self._film = film(own)
         placements, drivers = self._begin(self.np_random)
-        randomised = self._randomisation.apply(self.np_random)
-        self._wheel_gains = randomised.wheel_gains
-        self._sim.reset(placements, self.np_random, light=randomised.light)
+        drawn = self._randomisation.draw(self.np_random, own)
+        settings = drawn.settings
+        self._apparatus.set(settings)
+        self._wheel_gains = settings.wheel_gains
+        self._delay(settings.latency)
+        if settings.shift != (0.0, 0.0):
+            placements = moved(placements, OBSERVER, *settings.shift)
+        self._sim.reset(placements, self.np_random, light=settings.light)
         self._drivers = drivers
         if self._model is not None:
             self._model.reset()
@@ -149,7 +160,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._begun = self._running = True
         if self._renderer:
             self._renderer.begin()
-        return self._observation(), self._info({})
+        info = self._info({})
+        return self._observation(), {**info, "randomised": dict(drawn.values)} if drawn.values else info
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Hold one action for ``frame_skip`` frames.
@@ -256,6 +268,13 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
     # Private.
 
+    def _retexture(self, texture: int) -> None:
+        """Give a texture that has changed to all who hold a copy."""
+        if self._sim.seeing:
+            self._sim.camera.retexture(texture)
+        if self._renderer:
+            self._renderer.retexture(texture)
+
     def _forget(self) -> None:
         """Set what an episode changes back to what it is before the first one."""
         self._rest()
@@ -302,7 +321,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
 def spaces_of(options: EnvOptions) -> tuple[spaces.Space[Any], spaces.Space[Any]]:
     """Make the observation space and the action space of an env with these options."""
-    camera = _camera(options)
+    camera = options.plain_settings().camera
     shape = camera.height, camera.width
     return observation_space(options.observation, shape, options.robots), action_space(options.actions)
 
@@ -317,10 +336,3 @@ def _render_modes() -> list[str]:
     """The modes that this machine can show. The class has them all, as gym.make asks it; the checkers ask the env."""
     every: list[str] = ColiasEnv.metadata["render_modes"]
     return every if has_screen() else [mode for mode in every if mode != "human"]
-
-
-def _camera(options: EnvOptions) -> CameraConfig:
-    plain = CameraConfig()
-    return dataclasses.replace(
-        plain, shot_noise=options.noise * plain.shot_noise, read_noise=options.noise * plain.read_noise
-    )

@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Any, TypeVar, get_args
 
 from pydantic.fields import FieldInfo
 
+from colias_sim.config import CameraConfig, RobotConfig
 from colias_sim.envs.actions import MANOEUVRES
+from colias_sim.envs.factors import FACTORS, PRESETS
 from colias_sim.envs.options import bounds, options_of
 from scenes import ARENAS
 
 Env = TypeVar("Env", bound=type[Any])
+_CONFIGS: Mapping[str, type[CameraConfig | RobotConfig]] = MappingProxyType(
+    {"camera": CameraConfig, "robot": RobotConfig}
+)
 
-ACTIONS = """`Box(-1, 1, (2,), float32)`: the speeds of the wheels, as shares of their maximum (35 cm/s at the rim).
-Commands change by at most 2 m/s^2 (0.18 s from rest to full speed), as faster changes would throw the robot over. An
-action that is not in the space raises `InvalidAction`.
+ACTIONS = """`Box(-1, 1, (2,), float32)`: the speeds of the wheels, as shares of the robot's maximum (35 cm/s at the
+rim, or 15.3 cm/s with `robot="colias4"`). Commands change by at most 2 m/s^2 (0.18 s from rest to 35 cm/s), as faster
+changes would throw the robot over. An action that is not in the space raises `InvalidAction`.
 
 | Num | Action | Min | Max | Unit |
 |---|---|---|---|---|
-| 0 | left wheel | -1 | 1 | of 35 cm/s, forward positive |
-| 1 | right wheel | -1 | 1 | of 35 cm/s, forward positive |
+| 0 | left wheel | -1 | 1 | of the maximum, forward positive |
+| 1 | right wheel | -1 | 1 | of the maximum, forward positive |
 
 With `actions="manoeuvres"` it is `Discrete({count})`:
 
@@ -64,13 +71,30 @@ REWARDS = """- `touch`: -10 when the hull touches anything.
 The reward is the sum of these terms. Each is the mean over the frames of a step, but for `touch`."""
 
 RANDOM = """The env's seed alone decides what differs between episodes: places, the paths of the other robots, camera
-noise, light (standard deviation 3 %) and the phase of the wall's texture. `randomise` adds, in proportion to its
-value: light by up to 30 %, shells from black to a reflectance of 0.42, the speed of each wheel by up to 5 %, and the
-camera's direction by up to 3 degrees in pitch and yaw."""
+noise, light (standard deviation 3 %) and the phase of the wall's texture.
+
+`randomise` adds to this. A number adds, in proportion to its value: light by up to 30 %, shells from black to a
+reflectance of 0.42, the speed of each wheel by up to 5 %, and the camera's direction by up to 3 degrees in pitch and
+yaw. A mapping such as `{{"light": (0.7, 1.3), "mass_g": (26, 30)}}` draws each of its factors uniformly between two
+ends, anew in each episode. Each factor has random numbers of its own, so that none changes what is drawn of the others
+or of the world:
+
+| Factor | Unit | Legal | What varies |
+|---|---|---|---|
+{factors}
+
+The name of a preset is short for a mapping, and `{{"preset": NAME, ...}}` adds to it:
+
+| Preset | Ranges |
+|---|---|
+{presets}
+
+A range that needs more than the camera has is refused: `ae_target` needs a camera with `auto_exposure`."""
 
 INFO = """`info` has the reward's terms as `reward_...`, the observer's pose as `x_cm`, `y_cm` and `heading_deg`,
 `driven_cm` (the distance driven in this step), `turn_deg_s` (the turn rate), `slip_deg_s` (the turn rate relative to
-the wall), `drift_deg_s` (the rate at which the disturbance alone would turn the view) and `touched`."""
+the wall), `drift_deg_s` (the rate at which the disturbance alone would turn the view) and `touched`. With `randomise`
+the info of a reset has `randomised`, a dict of the values drawn."""
 
 
 def documented(env: Env) -> Env:
@@ -90,7 +114,8 @@ def documented(env: Env) -> Env:
     rows = (f"| {i} | {name} | {left} | {right} |" for i, (name, (left, right)) in enumerate(MANOEUVRES.items()))
     shared = {
         "ACTIONS": ACTIONS.format(count=len(MANOEUVRES), manoeuvres="\n".join(rows)),
-        "OBSERVATIONS": OBSERVATIONS, "REWARDS": REWARDS, "RANDOM": RANDOM, "INFO": INFO,
+        "OBSERVATIONS": OBSERVATIONS, "REWARDS": REWARDS, "INFO": INFO,
+        "RANDOM": RANDOM.format(factors=_factors(), presets=_presets()),
         "ARGUMENTS": arguments(env.options_type),
     }  # fmt: skip
     text = inspect.cleandoc(env.__doc__)
@@ -109,7 +134,26 @@ def arguments(options: type[Any]) -> str:
     return "\n".join(rows)
 
 
+def _factors() -> str:
+    rows = (
+        f"| `{each.name}` | {each.unit} | {each.low:g} .. {each.high:g} | {each.changes} |" for each in FACTORS.values()
+    )
+    return "\n".join(rows)
+
+
+def _presets() -> str:
+    return "\n".join(
+        f"| `{name}` | {', '.join(f'{factor} {low:g} .. {high:g}' for factor, (low, high) in ranges.items())} |"
+        for name, ranges in PRESETS.items()
+    )
+
+
 def _legal(name: str, option: FieldInfo) -> str:
+    if name == "randomise":
+        return f"0 .. 1, {_quoted(PRESETS)}, a mapping from factors to ranges"
+    if name in _CONFIGS:
+        kind = _CONFIGS[name]
+        return f"{_quoted(kind.presets())}, a mapping of settings and `preset`, a `{kind.__name__}`"
     if name == "arena":
         return ", ".join(f'"{arena}"' for arena in ARENAS)
     if name == "model":
@@ -119,6 +163,10 @@ def _legal(name: str, option: FieldInfo) -> str:
     if option.annotation is bool:
         return "True, False"
     return bounds(option) or ", ".join(_choices(option.annotation))
+
+
+def _quoted(names: Iterable[str]) -> str:
+    return ", ".join(f'"{name}"' for name in names)
 
 
 def _choices(annotation: Any) -> list[str]:

@@ -7,13 +7,14 @@ import difflib
 import functools
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Concatenate, Literal, ParamSpec, TypeVar, cast
+from typing import Annotated, Any, Concatenate, Literal, ParamSpec, Self, TypeVar, cast
 
-from pydantic import AfterValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, ConfigDict, Field, PlainValidator, ValidationError, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic.fields import FieldInfo
 
-from colias_sim.config import known_arena
+from colias_sim.config import CameraConfig, RobotConfig, known_arena
+from colias_sim.envs.factors import PRESET, EpisodeSettings, Range, checked_randomise, ends_of, ranges_of, reason
 from colias_sim.field_docs import with_field_docs
 
 MOST_ROBOTS = 20
@@ -30,6 +31,41 @@ Env = TypeVar("Env")
 Options = TypeVar("Options", bound="EnvOptions")
 Arguments = ParamSpec("Arguments")
 T = TypeVar("T")
+FPS = 30.0
+"""Frames per second of an env's camera: actions, limits of steps and the models' times are counted in its frames."""
+
+
+def _apparatus(kind: type[T]) -> Callable[[Any], T]:
+    """Make a check that turns a preset's name, or a mapping of settings, into an instance of ``kind``."""
+
+    def made(value: Any) -> T:
+        if isinstance(value, kind):
+            return value
+        if isinstance(value, Mapping):
+            base = _preset(kind, value.get(PRESET, "default"))
+            own = {field.name: getattr(base, field.name) for field in dataclasses.fields(cast(Any, base))}
+            return checked(kind, own | {name: given for name, given in value.items() if name != PRESET})
+        return cast(T, _preset(kind, value))
+
+    return made
+
+
+def _preset(kind: Any, name: Any) -> Any:
+    known = kind.presets()
+    if not isinstance(name, str):
+        raise ValueError(f"expected a preset ({', '.join(known)}), {{setting: value}}, or a {kind.__name__}")
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
+        raise ValueError(f"no preset '{name}' (nearest: {near}; all: {', '.join(known)})")
+    return known[name]
+
+
+Camera = Annotated[str | Mapping[str, Any] | CameraConfig, PlainValidator(_apparatus(CameraConfig))]
+"""A camera: a preset's name, settings by name (with ``preset``, changes to that), or a configuration."""
+Wheels = Annotated[str | Mapping[str, Any] | RobotConfig, PlainValidator(_apparatus(RobotConfig))]
+"""A robot, likewise."""
+Randomise = Annotated[float | str | Mapping[str, Range | str], PlainValidator(checked_randomise)]
+"""A strength, a preset's name, or factors with their ranges (with ``preset``, beside those of that)."""
 
 
 @with_field_docs
@@ -42,8 +78,16 @@ class EnvOptions:
     frame_skip: int = Field(default=1, ge=1, le=30, description="camera frames, of 1/30 s, that an action lasts")
     robots: int = Field(default=1, ge=0, le=MOST_ROBOTS, description="other robots in the arena")
     arena: Arena = Field(default="bright", description="an arena of scenes")
-    noise: float = Field(default=1.0, ge=0.0, le=10.0, description="camera noise, times the data sheet's")
-    randomise: float = Field(default=0.0, ge=0.0, le=1.0, description="domain randomisation: 0 none, 1 the widest")
+    camera: Camera = Field(
+        default="default", validate_default=True, description="the observer's eye: a preset, or settings by name"
+    )
+    robot: Wheels = Field(
+        default="default", validate_default=True, description="body and wheels of all robots, likewise"
+    )
+    noise: float = Field(default=1.0, ge=0.0, le=10.0, description="camera noise, times the camera's own")
+    randomise: Randomise = Field(
+        default=0.0, description="domain randomisation: 0 none .. 1, a preset, or a range for each factor"
+    )
     model: Any = Field(
         default="hybrid", description="vision model of neural observations: a name, a .py file, an entry, or a factory"
     )
@@ -51,6 +95,25 @@ class EnvOptions:
     render_view: View = Field(default="arena", description="where render() looks from")
     render_width: int = Field(default=480, ge=16, le=1920, description="width of render()'s picture, px")
     render_height: int = Field(default=360, ge=16, le=1080, description="height of render()'s picture, px")
+
+    @model_validator(mode="after")
+    def _apparatus_can_be_had(self) -> Self:
+        try:
+            plain = self.plain_settings()
+        except ValueError as error:
+            raise ValueError(f"noise={self.noise:g}, times that of the camera: {reason(error)}") from None
+        if plain.camera.fps != FPS:
+            raise ValueError(f"camera: fps={plain.camera.fps:g}: an env has {FPS:g} frames a second")
+        ends_of(plain, ranges_of(cast(Any, self.randomise)))
+        return self
+
+    def plain_settings(self) -> EpisodeSettings:
+        """The settings of an episode without randomisation."""
+        camera, robot = cast(CameraConfig, self.camera), cast(RobotConfig, self.robot)
+        noisy = dataclasses.replace(
+            camera, shot_noise=self.noise * camera.shot_noise, read_noise=self.noise * camera.read_noise
+        )
+        return EpisodeSettings(noisy, robot)
 
 
 def keyword_arguments(

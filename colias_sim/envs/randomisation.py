@@ -1,78 +1,107 @@
-"""Domain randomisation: what the argument ``randomise`` varies between episodes beyond the defaults."""
+"""Domain randomisation: the values of an episode, drawn from its seed as the argument ``randomise`` says."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
 from colias_sim.config import SceneConfig
-from colias_sim.simulation import Simulation
+from colias_sim.envs.factors import (
+    FACTORS,
+    WIDEST_LIGHT,
+    WIDEST_MOTOR,
+    WIDEST_SHELL,
+    WIDEST_TILT_DEG,
+    EpisodeSettings,
+    Range,
+    ranges_of,
+)
 
-WIDEST_LIGHT = 0.3
-"""Largest change of the lamps, as a share of their light."""
-WIDEST_SHELL = 0.4
-"""Largest increase of the shells' reflectance."""
-WIDEST_MOTOR = 0.05
-"""Largest change of each wheel's speed, as a share."""
-WIDEST_TILT = math.radians(3.0)
-"""Largest tilt of the camera in pitch and in yaw, in radians."""
+WIDEST_TILT = math.radians(WIDEST_TILT_DEG)
 
 
 @dataclass(frozen=True, slots=True)
-class Randomised:
-    """The values that one episode was given: factors on the lamps' light and on the wheels' speeds (left, right)."""
-
-    light: float
-    wheel_gains: tuple[float, float]
-
-
-class Randomisation:
-    """Applies domain randomisation to a simulation, anew for each episode.
+class Drawn:
+    """The draws of one episode.
 
     Parameters
     ----------
-    sim
-        The simulation; its shells' materials and the observer's camera are changed.
-    observer
-        Name of the robot whose camera is tilted.
-    shells
-        Names of the robots whose shells vary.
-    strength
-        0 for none, 1 for the widest ranges.
+    values
+        Name of each value -> the value, in the unit of its name; empty where nothing is randomised.
+    settings
+        What they amount to.
     """
 
-    def __init__(self, sim: Simulation, observer: str, shells: Collection[str], strength: float) -> None:
-        self._strength = strength
-        self._materials = [sim.model.material(f"{name}/shell") for name in shells]
-        self._eye_quat = sim.model.camera(f"{observer}/eye").quat
-        self._straight_quat = self._eye_quat.copy()
+    values: Mapping[str, float]
+    settings: EpisodeSettings
 
-    def apply(self, rng: np.random.Generator) -> Randomised:
-        """Draw the values of an episode, and set shells and camera by them.
 
-        All values are drawn whatever the strength is, so the strength does not change the draws that follow.
+class Randomisation:
+    """Draws what varies between episodes beyond the defaults.
+
+    Parameters
+    ----------
+    plain
+        The settings of an episode without randomisation.
+    randomise
+        The env's argument, checked: 0 for none up to 1 for the widest of some factors, or ranges, or their preset.
+    """
+
+    def __init__(self, plain: EpisodeSettings, randomise: float | str | Mapping[str, Range]) -> None:
+        self._plain = plain
+        self._strength = randomise if isinstance(randomise, float | int) else 0.0
+        self._ranges = ranges_of(randomise)
+
+    def draw(self, world: np.random.Generator, episode: int) -> Drawn:
+        """Draw the values of an episode.
+
+        Six numbers are drawn from the world whatever ``randomise`` is, so that it does not change the draws that
+        follow. Factors with ranges have streams of their own: none changes the draws of the others.
 
         Parameters
         ----------
-        rng
-            The generator of the episode.
+        world
+            The generator of the episode's world.
+        episode
+            The seed of the episode's own streams, from `colias_sim.streams.episode`.
 
         Returns
         -------
-        Randomised
-            What the caller has to apply: light and wheel gains.
+        Drawn
+            The values.
         """
+        units = world.uniform(-1.0, 1.0, 6).tolist()
+        return self._by_strength(*units) if self._strength > 0.0 else self._by_ranges(episode)
+
+    def _by_ranges(self, episode: int) -> Drawn:
+        values: dict[str, float] = {}
+        settings = self._plain
+        for name, ends in self._ranges.items():
+            factor = FACTORS[name]
+            drawn = factor.draw(episode, ends)
+            settings = factor.change(settings, drawn)
+            values |= zip(factor.parts, drawn, strict=True)
+        return Drawn(values, settings)
+
+    def _by_strength(
+        self, light: float, shell: float, left: float, right: float, pitch: float, yaw: float
+    ) -> Drawn:  # fmt: skip
+        """The values that a number in 0 .. 1 asks for, of six draws from -1 to 1."""
         wide = self._strength
-        light, shell, left, right, pitch, yaw = rng.uniform(-1.0, 1.0, 6).tolist()
-        gains = 1.0 + wide * WIDEST_MOTOR * left, 1.0 + wide * WIDEST_MOTOR * right
-        grey = SceneConfig().shell_grey + wide * WIDEST_SHELL * (shell + 1.0) / 2
-        for material in self._materials:
-            material.rgba[:3] = grey
-        tilt = np.zeros(4)
-        mujoco.mju_euler2Quat(tilt, np.array([pitch, yaw, 0.0]) * wide * WIDEST_TILT, "xyz")
-        mujoco.mju_mulQuat(self._eye_quat, self._straight_quat, tilt)
-        return Randomised(float(1.0 + wide * WIDEST_LIGHT * light), gains)
+        settings = dataclasses.replace(
+            self._plain,
+            light=1.0 + wide * WIDEST_LIGHT * light,
+            shell_grey=SceneConfig().shell_grey + wide * WIDEST_SHELL * (shell + 1.0) / 2,
+            wheel_gains=(1.0 + wide * WIDEST_MOTOR * left, 1.0 + wide * WIDEST_MOTOR * right),
+            tilt=(pitch * wide * WIDEST_TILT, yaw * wide * WIDEST_TILT),
+        )
+        values = {
+            "light": settings.light, "shell": settings.shell_grey,
+            "left_wheel_gain": settings.wheel_gains[0], "right_wheel_gain": settings.wheel_gains[1],
+            "pitch_deg": math.degrees(settings.tilt[0]), "yaw_deg": math.degrees(settings.tilt[1]),
+        }  # fmt: skip
+        return Drawn(values, settings)

@@ -82,6 +82,13 @@ class Renderer:
             return kept
         return None
 
+    def retexture(self, texture: int) -> None:
+        """Notice that the model's texture of this index has changed."""
+        if self._offscreen is not None:
+            self._offscreen.retexture(texture)
+        if self._viewer is not None:
+            self._viewer.update_texture(texture)
+
     def close(self) -> None:
         """Free the context, or close the window."""
         if self._offscreen is not None:

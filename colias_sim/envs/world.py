@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping
 
 from colias_sim.envs.geometry import gap_to_robot, gap_to_wall
@@ -87,9 +88,15 @@ class World:
     def _rest(self) -> None:
         """Set what an episode changes back to what it is before the first one; the simulation stays as it is."""
         self._command = WheelSpeeds(0.0, 0.0)
+        self._delay(0.0)
         self._drivers: Mapping[str, Driver] = {}
         self._drift = self._driven = 0.0
         self._touched = False
+
+    def _delay(self, latency: float) -> None:
+        """Let commands arrive ``latency`` seconds after they are given, to the nearest control interval."""
+        intervals = round(latency / self._sim.command_interval)
+        self._sent = deque([self._command] * intervals)
 
     def _advance(self, look: bool) -> None:
         """Advance by one frame; with ``look``, expose the camera. Adds up the way driven, and notices touches."""
@@ -102,7 +109,8 @@ class World:
     def _drive(self, dt: float) -> None:
         """Command the wheels of all robots, and disturb, for a control interval of ``dt`` seconds."""
         self._notice_touch()
-        self._sim.robots[OBSERVER].ease(self._command, dt)
+        self._sent.append(self._command)
+        self._sim.robots[OBSERVER].ease(self._sent.popleft(), dt)
         poses = self.poses if self._drivers else {}
         for name, driver in self._drivers.items():
             self._sim.robots[name].ease(driver.wheels(dt, poses), dt)

@@ -24,7 +24,11 @@ def behave(
     seed: Seed = 0,
     assignments: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="An argument of the env, for example robots=5. Repeatable."),
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="An argument of the env, for example robots=5, or an entry of one: camera.preset=ov7670. Repeatable.",
+        ),
     ] = None,
     baselines: Annotated[
         bool, typer.Option(help="Play random walk, straight drive and the privileged one too.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -37,6 +38,17 @@ def train(
         int | None,
         typer.Option(help="Train at so many seeds, from --seed up, and judge them together; otherwise at one."),
     ] = None,
+    randomise: Annotated[
+        str | None, typer.Option(metavar="VALUE", help="Train under domain randomisation; as --set randomise=VALUE.")
+    ] = None,
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="camera, robot, noise or randomise of the env, for example camera=ov7670. Repeatable.",
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/NAME-TIME.")] = None,
     resume: Annotated[
         Path | None, typer.Option(help="With --seeds: go on in this folder; what is trained there is kept.")
@@ -59,18 +71,22 @@ def train(
     from experiments.bench.core.errors import UsageError
 
     means = resources(workers, None, quiet, other_code)
-    given = {"--env": env, "--steps": steps, "--envs": envs, "--seeds": seeds, "--resume": resume}
+    changes = [*(assignments or ()), *([] if randomise is None else [f"randomise={randomise}"])]
+    given = {"--env": env, "--steps": steps, "--envs": envs, "--set": " ".join(changes) or None, "--seeds": seeds,
+             "--resume": resume}  # fmt: skip
     if replay is not None:
         for name, value in given.items():
             if value is not None:
                 reason = (
-                    "the policy's file says that" if name in ("--env", "--steps", "--envs") else "it trains nothing"
+                    "the policy's file says that"
+                    if name in ("--env", "--steps", "--envs", "--set")
+                    else "it trains nothing"
                 )
                 raise UsageError(f"{name} {value}: {reason}; leave it out with --replay")
         return _replay(replay, REPLAYED if episodes is None else episodes, seed, out, means)
     if episodes is not None:
         raise UsageError(f"--episodes {episodes}: goes with --replay")
-    about = _about(env or "Optomotor", STEPS if steps is None else steps, seed, ENVS if envs is None else envs)
+    about = _about(env or "Optomotor", STEPS if steps is None else steps, seed, ENVS if envs is None else envs, changes)
     if seeds is not None:
         return _study(about, seeds, out, resume, means)
     if resume is not None:
@@ -78,10 +94,11 @@ def train(
     return _train(about, out, means)
 
 
-def _about(env: str, steps: int, seed: int, envs: int) -> About:
+def _about(env: str, steps: int, seed: int, envs: int, changes: Sequence[str]) -> About:
     """What was asked for, checked."""
     from experiments.bench.closed_loop.find import env_id
-    from experiments.bench.closed_loop.policy import ROLLOUT, TRAINABLE, About
+    from experiments.bench.closed_loop.policy import ROLLOUT, TRAINABLE, TRAINED_UNDER, About
+    from experiments.bench.closed_loop.run import env_options
     from experiments.bench.core.errors import UsageError
 
     where = env_id(env)
@@ -92,7 +109,10 @@ def _about(env: str, steps: int, seed: int, envs: int) -> About:
         if not least <= value <= most:
             why = f" ({ROLLOUT} for each of {envs} envs at least)" if name == "--steps" else ""
             raise UsageError(f"{name} {value}: legal is a whole number from {least} to {most}{why}")
-    return About(where, seed, steps, envs)
+    for change in changes:
+        if change.partition("=")[0].partition(".")[0] not in TRAINED_UNDER:
+            raise UsageError(f"--set {change}: a training may change {', '.join(TRAINED_UNDER)}")
+    return About(where, seed, steps, envs, options=dict(env_options(where, changes)))
 
 
 def _study(about: About, seeds: int, out: Path | None, resume: Path | None, means: Resources) -> int:

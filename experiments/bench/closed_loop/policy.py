@@ -7,10 +7,12 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo
 from pydantic.dataclasses import dataclass
 
 from colias_sim.envs import ENVS, NEURAL
+from colias_sim.envs.options import checked
+from colias_sim.envs.vector.host import env_class
 from dsnn import Response, model_entry
 from experiments.bench.closed_loop.behaviour import Behaviour, Wheels
 
@@ -22,6 +24,9 @@ FORMAT: Literal["colias-policy 1"] = "colias-policy 1"
 TRAINABLE = ("colias_sim/Fixation-v0", "colias_sim/Optomotor-v0")
 ROLLOUT = 256
 """Steps of each env between two updates of a network in training, and the size of a minibatch."""
+
+TRAINED_UNDER = ("camera", "robot", "noise", "randomise")
+"""The arguments of an env that a training may change."""
 
 WHEELS = 2
 SENSED = len(NEURAL) + WHEELS
@@ -37,6 +42,16 @@ def _known_env(name: str) -> str:
 def _known_model(name: str) -> str:
     model_entry(name)
     return name
+
+
+def _legal_options(options: Mapping[str, Any], info: ValidationInfo) -> Mapping[str, Any]:
+    """Check arguments of the env. Refuse those by which a policy's file could make an env run code of others."""
+    for name in options:
+        if name not in TRAINED_UNDER:
+            raise ValueError(f"no argument to be trained under: '{name}'; legal are {', '.join(TRAINED_UNDER)}")
+    if "env" in info.data:
+        checked(env_class(ENVS[info.data["env"]].entry_point).options_type, options)
+    return options
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
@@ -72,6 +87,8 @@ class About:
     hidden: tuple[Annotated[int, Field(ge=1, le=512)], ...] = Field(default=(32, 32), min_length=1, max_length=4)
     steering: Steering = Steering()
     versions: Mapping[str, str] = Field(default_factory=dict)
+    options: Annotated[Mapping[str, Any], AfterValidator(_legal_options)] = Field(default_factory=dict)
+    """The env's arguments in training, beside observation and model."""
     format: Literal["colias-policy 1"] = FORMAT
 
     def shapes(self) -> list[tuple[int, int]]:

@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from colias_sim import gl
 from colias_sim.envs import ENVS
+from colias_sim.envs.factors import PRESET
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry
 from experiments.bench.closed_loop.find import env_id, load_behaviour
@@ -33,6 +34,8 @@ from experiments.bench.core.store.rows import OBSERVER, Failure, TrialRecord, kn
 from experiments.bench.core.terminal import count, progress
 from experiments.bench.core.user_code import is_own
 
+MAPPINGS = ("camera", "robot", "randomise")
+"""The arguments of the envs that may be mappings."""
 SET_BY_BEHAVIOUR = ("observation", "actions", "render_mode", "render_view", "render_width", "render_height", "model")
 
 
@@ -103,7 +106,7 @@ def plan(
     check_counts(seed, episodes, "--episodes")
     entry = load_behaviour(behaviour)
     where = env_id(env) if env is not None else env_id(entry.env)
-    options = _options(where, assignments)
+    options = env_options(where, assignments)
     others = [name for name in ENVS[where].baselines if name != behaviour] if baselines else []
     if against is not None:
         others = [_comparable(against, entry.name, where)]
@@ -130,16 +133,27 @@ def _comparable(against: str, name: str, env: str) -> str:
     return against
 
 
-def _options(env: str, assignments: Sequence[str]) -> tuple[tuple[str, Any], ...]:
-    """``NAME=VALUE`` texts as the env's keyword arguments, each tried on the env."""
+def env_options(env: str, assignments: Sequence[str]) -> tuple[tuple[str, Any], ...]:
+    """``NAME=VALUE`` texts as the env's keyword arguments, tried on the env.
+
+    An argument that is a mapping may be typed entry by entry, ``NAME.ENTRY=VALUE``; ``NAME=TEXT`` is its preset then.
+    Raises `UsageError` for what is not legal.
+    """
     options: dict[str, Any] = {}
     for text in assignments:
-        name, equals, value = text.partition("=")
+        key, equals, value = text.partition("=")
         if not equals:
             raise UsageError(f"--set {text}: expected NAME=VALUE, for example robots=5")
+        name, dot, entry = key.partition(".")
         if name in SET_BY_BEHAVIOUR:
             raise UsageError(f"--set {text}: the behaviour sets that itself")
-        options[name] = _value(value)
+        if not dot:
+            options[name] = _value(value)
+            continue
+        if name not in MAPPINGS:
+            raise UsageError(f"--set {text}: only {', '.join(MAPPINGS)} have entries")
+        before = options.get(name, {})
+        options[name] = {**(before if isinstance(before, dict) else {PRESET: before}), entry: _value(value)}
     try:
         gym.make(env, observation="state", **options).close()
     except (ValueError, TypeError) as error:

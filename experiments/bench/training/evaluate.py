@@ -10,7 +10,7 @@ from types import MappingProxyType
 from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop import run as closed_loop_run
 from experiments.bench.closed_loop.episode import Setting
-from experiments.bench.closed_loop.policy import Policy
+from experiments.bench.closed_loop.policy import About, Policy
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.batch import Resources
 from experiments.bench.core.settings import check_counts
@@ -37,26 +37,29 @@ def keep(policy: Policy, curve: Sequence[Mapping[str, float]], folder: Path, nam
 
 
 def judge(files: Sequence[Path], folder: Path, resources: Resources) -> Played:
-    """Play policies of one env, as read back from their files, and their opponents in the same worlds.
+    """Play policies of one training, as read back from their files, and their opponents in the same worlds.
 
-    Nobody was trained in these worlds. The standings begin with the policies, in their order.
+    Nobody was trained in these worlds. The standings begin with the policies, in their order. Eye, wheels and ranges of
+    randomisation are those of the training, the draws are others.
     """
-    env = policy_file.load(files[0]).about.env
-    return _play(files, env, ("random", "still", REFLEX[env]), folder, JUDGED, 0, resources, recordings=0)
+    about = policy_file.load(files[0]).about
+    return _play(files, about, ("random", "still", REFLEX[about.env]), folder, JUDGED, 0, resources, recordings=0)
 
 
 def replay(file: Path, folder: Path, episodes: int, seed: int, resources: Resources) -> Played:
     """Play the policy in worlds from ``seed`` up, and leave a recording of each."""
     check_counts(seed, episodes)
-    env = policy_file.load(file).about.env
-    return _play([file], env, (), folder, episodes, seed, resources, recordings=episodes)
+    about = policy_file.load(file).about
+    return _play([file], about, (), folder, episodes, seed, resources, recordings=episodes)
 
 
 def _play(
-    files: Sequence[Path], env: str, opponents: Sequence[str], folder: Path, episodes: int, seed: int,
+    files: Sequence[Path], about: About, opponents: Sequence[str], folder: Path, episodes: int, seed: int,
     resources: Resources, *, recordings: int,
 ) -> Played:  # fmt: skip
-    settings = tuple(Setting(name, env) for name in (*(str(file.resolve()) for file in files), *opponents))
+    options = tuple(sorted(about.options.items()))
+    names = (*(str(file.resolve()) for file in files), *opponents)
+    settings = tuple(Setting(name, about.env, options) for name in names)
     made = closed_loop_run.BehaviourPlan(settings, episodes, seed)
     with resources.pool() as pool:
         return closed_loop_run.run(made, folder, pool, resources, recordings=recordings)

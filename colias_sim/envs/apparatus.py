@@ -1,0 +1,113 @@
+"""Puts the settings of an episode into a simulation that was compiled once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping
+
+import mujoco
+import numpy as np
+
+from colias_sim.envs.factors import EpisodeSettings
+from colias_sim.envs.geometry import ARENA_RADIUS, HULL_RADIUS
+from colias_sim.robot import Pose
+from colias_sim.scene import base_mass, contrasted, set_motor_gain, texels
+from colias_sim.simulation import Simulation
+
+WALL = "wall"
+"""Name of the wall's texture."""
+CLEARANCE = 0.01
+"""Least gap between a start that was moved and the nearest robot or wall, in metres."""
+_SHARES = 20
+
+
+class Apparatus:
+    """What may differ between the episodes of one simulation.
+
+    Parameters
+    ----------
+    sim
+        The simulation. Its camera was made with settings that need as much room as any of the episodes' do.
+    observer
+        Name of the robot that the agent drives.
+    shells
+        Names of the robots whose shells vary.
+    compiled
+        The settings that the model was compiled with.
+    retexture
+        Called with the index of a texture that has changed, for those who hold copies of it.
+    """
+
+    def __init__(
+        self, sim: Simulation, observer: str, shells: Collection[str], compiled: EpisodeSettings,
+        retexture: Callable[[int], None],
+    ) -> None:  # fmt: skip
+        self._sim, self._observer, self._retexture = sim, observer, retexture
+        self._materials = [sim.model.material(f"{name}/shell") for name in shells]
+        self._eye_quat = sim.model.camera(f"{observer}/eye").quat
+        self._straight_quat = self._eye_quat.copy()
+        self._robot, self._contrast = compiled.robot, compiled.wall_contrast
+        self._wall = texels(sim.model, WALL)
+        self._plain_wall = self._wall.copy()
+
+    def set(self, settings: EpisodeSettings) -> None:
+        """Set everything but light, wheel gains, shift and latency. Call it before the simulation's reset.
+
+        Parameters
+        ----------
+        settings
+            Of the episode.
+        """
+        for material in self._materials:
+            material.rgba[:3] = settings.shell_grey
+        tilt = np.zeros(4)
+        mujoco.mju_euler2Quat(tilt, np.array([*settings.tilt, 0.0]), "xyz")
+        mujoco.mju_mulQuat(self._eye_quat, self._straight_quat, tilt)
+        self._set_robot(settings)
+        if settings.wall_contrast != self._contrast:
+            self._contrast = settings.wall_contrast
+            self._wall[:] = contrasted(self._plain_wall, settings.wall_contrast)
+            self._retexture(self._sim.model.tex(WALL).id)
+        if self._sim.seeing:
+            self._sim.camera.tune(settings.camera)
+
+    def _set_robot(self, settings: EpisodeSettings) -> None:
+        """Set mass and motor gain, and what MuJoCo derives from them."""
+        if settings.robot == self._robot:
+            return
+        self._robot, model = settings.robot, self._sim.model
+        model.body(f"{self._observer}/base").mass[:] = base_mass(settings.robot, model, self._observer)
+        set_motor_gain(model, self._observer, settings.robot.motor_gain)
+        mujoco.mj_setConst(model, self._sim.data)
+        # The solver's tolerance is relative to this, which MuJoCo computes only when it compiles: one after another.
+        model.stat.meaninertia = np.add.accumulate(model.dof_M0)[-1] / model.nv
+
+
+def moved(places: Mapping[str, Pose], name: str, ahead: float, left: float) -> dict[str, Pose]:
+    """Move one robot's start, or as much of the way as keeps it clear of all others and the wall.
+
+    Parameters
+    ----------
+    places
+        The start of every robot.
+    name
+        Which one to move.
+    ahead, left
+        How far, in metres, along its heading and to its left.
+
+    Returns
+    -------
+    dict
+        The starts, with the largest twentieth of the move that leaves a gap of `CLEARANCE`, or none of it.
+    """
+    start = places[name]
+    cos, sin = math.cos(start.heading), math.sin(start.heading)
+    dx, dy = ahead * cos - left * sin, ahead * sin + left * cos
+    others = [pose for other, pose in places.items() if other != name]
+    for part in range(_SHARES, 0, -1):
+        share = part / _SHARES
+        pose = Pose(start.x + share * dx, start.y + share * dy, start.heading)
+        gaps = [math.hypot(pose.x - other.x, pose.y - other.y) - 2 * HULL_RADIUS for other in others]
+        if min([*gaps, ARENA_RADIUS - HULL_RADIUS - math.hypot(pose.x, pose.y)]) >= CLEARANCE:
+            return {**places, name: pose}
+    return dict(places)
