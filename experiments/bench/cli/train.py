@@ -77,11 +77,8 @@ def train(
     if replay is not None:
         for name, value in given.items():
             if value is not None:
-                reason = (
-                    "the policy's file says that"
-                    if name in ("--env", "--steps", "--envs", "--set")
-                    else "it trains nothing"
-                )
+                known = name in ("--env", "--steps", "--envs", "--set")
+                reason = "the policy's file says that" if known else "it trains nothing"
                 raise UsageError(f"{name} {value}: {reason}; leave it out with --replay")
         return _replay(replay, REPLAYED if episodes is None else episodes, seed, out, means)
     if episodes is not None:
