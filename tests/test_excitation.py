@@ -8,9 +8,9 @@ import pyarrow.csv
 import pytest
 
 import experiments
-from dsnn import layers
+from dsnn.direction import layers
+from dsnn.direction.reference import ReferenceDSNN
 from dsnn.filters import alpha
-from dsnn.reference import ReferenceDSNN
 from experiments import Angular, Experiment
 from experiments.bench import registry
 from experiments.bench.core.claims.texts import claim_texts
