@@ -151,6 +151,7 @@ def test_a_reproduction_says_by_its_status_whether_trials_failed(failed, monkeyp
         [],
         {"replicates": []},
         {},
+        [],
     )
     monkeypatch.setattr(reproduce, "reproduce", lambda *_: made)
     monkeypatch.setattr(report, "write", lambda _: tmp_path)
