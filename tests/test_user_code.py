@@ -49,6 +49,14 @@ def deaf() -> Iterator[None]:
     signal.signal(signal.SIGINT, before)
 
 
+@pytest.fixture
+def hearing() -> Iterator[None]:
+    """Ctrl-C is taken by Python's own handler, also where the tests were started in the background, deaf to it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 MEDDLES = {
     "folder": "os.chdir('/')",
     "errors": "np.seterr(all='raise')",
@@ -123,7 +131,7 @@ def test_whatever_a_file_raises_is_one_line(text, deaf, tmp_path):
     assert str(caught.value) == f"{path}, line {len(text.splitlines())}: {RAISED[text]}"
 
 
-def test_ctrl_c_while_a_file_is_imported_is_the_person_s(tmp_path):
+def test_ctrl_c_while_a_file_is_imported_is_the_person_s(hearing, tmp_path):
     path = tmp_path / "mine.py"
     path.write_text("raise KeyboardInterrupt")
     with pytest.raises(KeyboardInterrupt):
