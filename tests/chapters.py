@@ -46,6 +46,7 @@ SKIPPED = {
     "behaviours-and-training.md": (
         "needs PyTorch and minutes: tests/test_train.py",
         "needs PyTorch and half an hour: tests/test_training_seeds.py",
+        "needs PyTorch and half an hour: tests/test_training_seeds.py",
         "needs a screen",
     ),
     "eye.md": ("takes half an hour: tests/test_fidelity.py",),
