@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import TracebackType
 
 import cv2
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from colias_sim.background import Background, Box, from_above, slice_of
 from colias_sim.config import CameraConfig
-from colias_sim.exposure import LAG_SDS, WHOLE, FramePlan, Render, exposure_steps, next_exposure, plan_frame, settle
+from colias_sim.exposure import LAG_SDS, WHOLE, FramePlan, Render, next_exposure, plan_frame, settle
 from colias_sim.lamps import Lamps
 from colias_sim.lens import point_spread
 from colias_sim.noise import Noise
@@ -20,8 +20,6 @@ from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP, FrameClock
 from colias_sim.strips import Strips
 from colias_sim.tuning import check_tunable
-
-__all__ = ["Camera", "Frame", "exposure_steps"]
 
 Floats = npt.NDArray[np.float32]
 VIDEO_BLACK, VIDEO_WHITE = 16.0, 235.0
@@ -254,8 +252,7 @@ class Camera:
 
     def _again(self, frame: Frame, time: float) -> Frame:
         """An earlier frame in the place of one that was dropped."""
-        age_ms = frame.age_ms + 1000.0 * (time - frame.time)
-        return Frame(frame.luma, time, frame.exposure_ms, frame.row_time_us, age_ms)
+        return replace(frame, time=time, age_ms=frame.age_ms + 1000.0 * (time - frame.time))
 
     def _expose(self, data: mujoco.MjData, render: Render) -> None:
         if render.bottom:

@@ -75,28 +75,6 @@ class FramePlan:
     renders: tuple[Render, ...]
 
 
-def exposure_steps(config: CameraConfig, steps_per_frame: int) -> tuple[int, ...]:
-    """Compute after which physics steps of a frame the camera renders: the middles of the exposure's equal parts.
-
-    The exposure ends with the frame; one that is longer than the frame is cut to it. Moments are rounded to whole
-    steps, by half a step at most. Parts with the same step share its render. This is for a global shutter and a fixed
-    exposure; `plan_frame` is for all.
-
-    Parameters
-    ----------
-    config
-        The camera's settings.
-    steps_per_frame
-        Number of physics steps in a frame.
-
-    Returns
-    -------
-    tuple of int
-        A step, from 1 to ``steps_per_frame``, for each part, in order.
-    """
-    return _moments(config, steps_per_frame, config.exposure_ms, 0.0, 1)
-
-
 @lru_cache(maxsize=512)
 def plan_frame(config: CameraConfig, steps_per_frame: int, exposure_ms: float, early_steps: int) -> FramePlan:
     """Plan a frame's renders.

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
-from colias_sim.camera import exposure_steps
+from colias_sim.exposure import plan_frame
 from colias_sim.offscreen import shared_contexts
 from colias_sim.scene import FrameClock
 
@@ -133,6 +133,12 @@ def test_exposure_blurs_by_the_distance_moved():
     moved = 0.2 * 0.033 / 0.08 * CameraConfig().focal_px
     assert widths[0.0] < 1.5
     assert widths[33.0] == pytest.approx(moved, rel=0.2)
+
+
+def exposure_steps(config, steps):
+    """The physics steps after which a frame's renders are due, one for each part of its exposure."""
+    renders = plan_frame(config, steps, config.exposure_ms, 0).renders
+    return tuple(render.step for render in renders for _ in range(render.parts))
 
 
 def test_exposure_moments_are_the_middles_of_equal_parts_and_end_with_the_frame():

@@ -11,6 +11,7 @@ from typing import Any
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.settings import PRESET, collect, described, names, preset_of
 from experiments.bench.core.store.parameters import Parameters
+from experiments.bench.robot.sweep import grid
 from experiments.bench.robot.sweep.grid import Point, Values
 
 MOST_AXES = 2
@@ -118,6 +119,17 @@ def apart(key: str) -> tuple[str, str]:
     """Split a key into that of the parameter, and the end of it that is meant: ``first``, ``last`` or empty."""
     parameter, _, end = key.rpartition(".")
     return (parameter, end) if end in ENDS and "." in parameter else (key, "")
+
+
+def ordered(over: Sequence[str], bases: Sequence[Base]) -> tuple[list[Point], tuple[Axis, ...]]:
+    """The points of a grid, in the order of its axes' levels, and the axes; parameters and errors as of `axes`.
+
+    The order in which values were typed thus changes neither the numbers of trials nor the tables.
+    """
+    points = grid.grid(over)
+    found = axes(points, bases)
+    points.sort(key=lambda point: [axis.levels.index(v) for axis, (_, v) in zip(found, point.values, strict=True)])
+    return points, found
 
 
 def axes(points: Sequence[Point], bases: Sequence[Base]) -> tuple[Axis, ...]:

@@ -19,7 +19,7 @@ from experiments.bench.core.settings import changed, check_counts, watchers
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.parameters import Parameters, differing
 from experiments.bench.maps import choice
-from experiments.bench.maps.axes import Axis, Base, axes, check_assignments, columns, expanded, label
+from experiments.bench.maps.axes import Axis, Base, check_assignments, columns, expanded, label, ordered
 from experiments.bench.maps.plan import Asked, MapPlan, Share, Watcher
 from experiments.bench.robot.sweep import grid
 from experiments.bench.robot.sweep.grid import Point, Values
@@ -90,10 +90,7 @@ def planned(experiments: Sequence[OfflineExperiment], asked: Asked) -> MapPlan:
     made = [_offline(each, asked, claims, before.base.applying(asked.assignments))
             for each, before in zip(answering, plain, strict=True)]  # fmt: skip
     bases = [each.base for each in made]
-    points = grid.grid(asked.over)
-    found = axes(points, bases)
-    # The order in which values were typed changes neither the numbers of clips nor the tables.
-    points.sort(key=lambda point: [axis.levels.index(v) for axis, (_, v) in zip(found, point.values, strict=True)])
+    points, found = ordered(asked.over, bases)
     renderings = [rendering for each in made for rendering in _renderings(each, found, points)]
     for each in renderings:
         params = [clip.build(asked.seed).params for clip in each.clips]

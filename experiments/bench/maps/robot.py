@@ -16,7 +16,7 @@ from experiments.bench.core.settings import check_counts
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.parameters import Parameters
 from experiments.bench.maps import choice
-from experiments.bench.maps.axes import Axis, Base, axes, check_assignments, columns, expanded, label
+from experiments.bench.maps.axes import Axis, Base, check_assignments, columns, expanded, label, ordered
 from experiments.bench.maps.measures import Measure
 from experiments.bench.maps.plan import Asked, MapPlan, Share, Watcher
 from experiments.bench.robot.claims import RobotClaim, find
@@ -58,10 +58,7 @@ def planned(experiments: Sequence[Experiment], asked: Asked) -> MapPlan:
     plans = tuple(every[each.name] for each in answering)
     _check_repeats(claims, plans)
     bases = [_of_plan(each) for each in plans]
-    points = grid.grid(asked.over)
-    found = axes(points, bases)
-    # The order in which values were typed changes neither the numbers of trials nor the tables.
-    points.sort(key=lambda point: [axis.levels.index(v) for axis, (_, v) in zip(found, point.values, strict=True)])
+    points, found = ordered(asked.over, bases)
     renderings = [
         (base, part)
         for base, each in zip(bases, answering, strict=True)

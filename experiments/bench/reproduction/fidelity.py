@@ -20,7 +20,7 @@ from experiments.bench.core.store.files import Files
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.verdict import Outcome
 from experiments.bench.reproduction import robustness
-from experiments.bench.reproduction.replicates import Replicate, of_model, studied
+from experiments.bench.reproduction.replicates import Row, of_model, studied
 from experiments.bench.reproduction.robustness import MODEL, Case
 from experiments.bench.robot.plan import plan
 
@@ -149,7 +149,8 @@ def run(
         The table; ``fidelity.json`` in the folder has its rows.
     """
     example = plan(registry.load(robustness.judged_in()[CLAIMS[0]]), (MODEL,), (), repeats, seed)
-    found: dict[Cell, list[Replicate]] = {cell: [] for cell in CELLS}
+    outcomes: dict[tuple[Cell, str], list[Outcome]] = {(cell, claim): [] for cell in CELLS for claim in CLAIMS}
+    rows: dict[Cell, list[Row]] = {cell: [] for cell in CELLS}
     failures: list[Failure] = []
     folder.mkdir(parents=True, exist_ok=True)
     files = Files(folder)
@@ -160,25 +161,17 @@ def run(
             with closing(batch.open(folder / f"replicate-{number}", resources)) as done:
                 failures += batch.fill(done, pool, resources)
                 for cell, each in zip(CELLS, studied(own, done.rows()), strict=True):
-                    found[cell].append(each)
-            table = judged(found, repeats, seed, failures)
+                    rows[cell] += each.rows
+                    for claim in CLAIMS:
+                        outcomes[cell, claim].append(of_model(claim, each, MODEL))
+            so_far = {key: tuple(own_outcomes) for key, own_outcomes in outcomes.items()}
+            table = Fidelity(so_far, {cell: _driven(rows[cell]) for cell in CELLS}, repeats, seed, tuple(failures))
             files.write_json("fidelity.json", table.rows())
             show(table)
     return table
 
 
-def judged(
-    found: Mapping[Cell, Sequence[Replicate]], repeats: int, seed: int, failures: Sequence[Failure] = ()
-) -> Fidelity:
-    """Judge every claim in every replicate of every cell."""
-    outcomes = {
-        (cell, claim): [of_model(claim, each, MODEL) for each in own] for cell, own in found.items() for claim in CLAIMS
-    }
-    return Fidelity(outcomes, {cell: _driven(own) for cell, own in found.items()}, repeats, seed, list(failures))
-
-
-def _driven(replicates: Sequence[Replicate]) -> Driven:
-    rows = [row for each in replicates for row in each.rows]
+def _driven(rows: Sequence[Row]) -> Driven:
     errors = [abs(row["achieved_speed_cm_s"] / row["speed_cm_s"] - 1.0) for row in rows]
     count = max(len(rows), 1)
     return Driven(len(rows), sum(errors) / count, sum(row["path_error_mm"] for row in rows) / count)

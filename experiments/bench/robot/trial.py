@@ -178,13 +178,14 @@ def _see(spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], 
     route = course(spec.condition, settings, placing)
     sim.reset({"observer": route.observer, "stimulus": route.start}, scenery)
     seen = _Seen(route, [], [], [ModelRunner(chosen, (eye.height, eye.width)) for chosen in models])
+    showing = seen.watching[0] if keep_media and models[0] is settings.models[0] else None
     drive = Drive(sim, route, spec.condition)
     while not drive.over:
         if sim.data.time > 3.0 + 2.0 * route.seconds:
             raise TrialError("the stimulus got stuck on its way")
         frame = sim.step(noise, drive)
         for each in seen.watching:
-            each.see(frame.luma, maps=keep_media and each.chosen == settings.models[0])
+            each.see(frame.luma, maps=each is showing)
         seen.frames.append(frame)
         seen.poses.append((sim.robots["stimulus"].pose, sim.robots["observer"].pose))
         drive.look()
