@@ -341,6 +341,36 @@ def test_missing_opengl_names_the_package(tmp_path, chosen):
     assert "Traceback" not in done.stderr
 
 
+def test_a_dry_run_checks_and_writes_nothing(colias):
+    plan = ("run", "speed", "--set", "experiment.speeds_cm_s=6,30", "--repeats", "1", "--no-recordings")
+    said = colias(*plan, "--dry-run").stdout
+    assert "speed: 2 trials" in said and "30 cm/s at 8 cm" in said and "nothing was run" in said
+    assert list(colias.folder.iterdir()) == []
+    assert "-0.5" in colias("run", "speed", "--set", "dsnn.w_i=-0.5", "--dry-run").stderr
+    assert colias(*plan, "--out", "out", "-q").returncode == 0
+    before = sorted(path.name for path in (colias.folder / "out").rglob("*"))
+    assert "2 of 2 are done already" in colias(*plan, "--resume", "out", "--dry-run").stdout
+    other = colias(*plan[:-2], "2", "--no-recordings", "--resume", "out", "--dry-run")
+    assert (other.returncode, other.stderr) == (2, "colias: out: repeats is 1 there and 2 now\n")
+    assert colias(*plan, "--out", "out", "--dry-run").returncode == 2
+    assert sorted(path.name for path in (colias.folder / "out").rglob("*")) == before
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_names_commands_and_experiments(tmp_path, shell):
+    """As the shells' own scripts ask for it."""
+    said = []
+    for words in ("colias le", "colias run spe"):
+        asked = {"COMP_WORDS": words, "COMP_CWORD": str(words.count(" ")), "_TYPER_COMPLETE_ARGS": words}
+        asked |= {"_COLIAS_COMPLETE": f"complete_{shell}", "_TYPER_COMPLETE_FISH_ACTION": "get-args"}
+        command = [str(Path(sys.executable).with_name("colias"))]
+        done = subprocess.run(
+            command, env=os.environ | asked, cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        said.append(done.stdout)
+    assert "leaderboard" in said[0] and "speed" in said[1]
+
+
 def test_help_and_lists(colias):
     said = colias("--help").stdout
     assert all(word in said for word in ("colias run speed", "trials.parquet", "parameters", "view"))

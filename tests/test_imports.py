@@ -15,6 +15,7 @@ PACKAGES = ("scenes", "colias_sim", "dsnn", "experiments")
 LEVELS: Mapping[str, int] = {
     "experiments.bench.streams": -1,
     "experiments.bench.core": 0,
+    "experiments.bench.doctor": 1,
     "experiments.bench.robot": 1,
     "experiments.bench.clips": 1,
     "experiments.bench.footage": 1,

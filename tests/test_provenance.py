@@ -8,13 +8,14 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
+from colias_sim import reference
 from experiments.bench.core.store import provenance
 
 ROOT = Path(__file__).parents[1]
 COMPUTE_NOTHING = {
     "matplotlib": "figures", "typer": "the command line", "rich": "the terminal", "jinja2": "the report's page",
     "cloudpickle": "carries functions to processes", "filelock": "keeps two runs apart",
-    "pyopengl": "asks OpenGL for its name",
+    "packaging": "compares versions for colias doctor", "pyopengl": "asks OpenGL for its name",
     "cffi": "hands arrays to the network in C",
 }  # fmt: skip
 RUN = ("run", "speed", "--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--no-recordings", "--workers", "1")
@@ -45,8 +46,21 @@ def test_what_drew_is_noted_and_refuses_nothing(colias):
     again = colias(*RUN, "--resume", "out", "-q")
     assert (again.returncode, again.stderr) == (0, "")
     assert described(out) == first | {"renderers": ["another", drew]}
+    assert first["reference_frames"] == [reference.digest(reference.reference_frame())]
     now = pq.read_table(out / "trials.parquet")
     assert now.drop_columns(["wall_s"]).equals(rows.drop_columns(["wall_s"])), "the code that marks the rows too"
+
+
+def test_a_resume_where_pixels_differ_says_so(colias):
+    out = colias.folder / "out"
+    assert colias(*RUN, "--out", "out", "-q").returncode == 0
+    first = described(out)
+    (out / "experiment.json").write_text(json.dumps(first | {"reference_frames": ["0123456789ab"]}))
+    pq.write_table(pq.read_table(out / "trials.parquet").slice(1), out / "trials.parquet")
+    again = colias(*RUN, "--resume", "out", "-q")
+    assert again.returncode == 0
+    both = f"reference frames 0123456789ab, {first['reference_frames'][0]}"
+    assert "pixels that differ" in again.stderr and both in again.stderr
 
 
 @pytest.mark.parametrize("wrong", [3, [3], "llvmpipe"])

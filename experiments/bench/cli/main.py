@@ -12,6 +12,7 @@ from experiments.bench.cli import (
     behave,
     clips,
     compare,
+    doctor,
     leaderboard,
     listing,
     maps,
@@ -25,7 +26,23 @@ from experiments.bench.cli import (
     watch,
 )
 
-COMMANDS = (run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, clips)
+COMMANDS = (
+    run,
+    sweep,
+    maps,
+    reproduce,
+    watch,
+    leaderboard,
+    tune,
+    train,
+    behave,
+    listing,
+    runs,
+    compare,
+    view,
+    clips,
+    doctor,
+)
 """The modules of the commands, in the order in which help shows them."""
 
 
@@ -47,7 +64,7 @@ class _Commands(TyperGroup):
 app = typer.Typer(
     cls=_Commands,
     rich_markup_mode="rich",
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     help="""A simulated [b]Colias[/b] micro-robot testbed for fly-inspired motion vision.
@@ -78,6 +95,7 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias view runs/speed-...         a run's recordings in Rerun
   colias runs                        the runs so far: what, changed, verdicts
   colias compare runs/A runs/B       how two runs differ, pair by pair
+  colias doctor                      does this machine have what is needed?
 
 [b]What a run leaves in its folder[/b]
 

@@ -40,6 +40,13 @@ OtherCode = Annotated[
 Repeats = Annotated[int | None, typer.Option(help="Trials of each condition; otherwise the experiment's own number.")]
 
 
+def experiment_names(incomplete: str) -> list[str]:
+    """Return the experiments whose names begin so, for the shell's completion."""
+    from experiments import NAMES, OFFLINE
+
+    return [name for name in (*NAMES, *OFFLINE) if name.startswith(incomplete)]
+
+
 def resources(workers: int | None, cluster: str | None, quiet: bool, other_code: bool) -> Resources:
     """Return what these options say a run is done with."""
     from experiments.bench.core.batch import Resources, worker_count

@@ -18,6 +18,7 @@ from experiments.bench.cli.options import (
     Repeats,
     Seed,
     Workers,
+    experiment_names,
     new_folder,
     resources,
 )
@@ -33,7 +34,12 @@ def register(app: typer.Typer) -> None:
 
 
 def run_experiment(
-    experiment: Annotated[str, typer.Argument(help="A name that [b]colias list[/b] shows, or the path of a .py file.")],
+    experiment: Annotated[
+        str,
+        typer.Argument(
+            help="A name that [b]colias list[/b] shows, or the path of a .py file.", autocompletion=experiment_names
+        ),
+    ],
     repeats: Repeats = None,
     seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/NAME-TIME.")] = None,
@@ -48,6 +54,9 @@ def run_experiment(
         typer.Option(help="both: each model sees the same physics through the robot's true eye too (MODEL@ov7670)."),
     ] = "one",
     recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check everything, say what would be done, and write nothing.")
+    ] = False,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -62,7 +71,7 @@ def run_experiment(
     from experiments.bench import registry
     from experiments.bench.clips.experiment import OfflineExperiment
     from experiments.bench.core.errors import UsageError
-    from experiments.bench.public.run import Asked, perform
+    from experiments.bench.public.run import Asked, perform, planned
 
     declared = registry.find(experiment)
     if resume is not None and out is not None:
@@ -70,6 +79,11 @@ def run_experiment(
     means = resources(workers, cluster, quiet, other_code)
     folder = resume or new_folder(out, declared.name)
     asked = Asked(model or (), only, assignments or (), repeats, seed, eyes)
+    if dry_run:
+        from experiments.bench.cli.dry_run import say
+
+        say(planned(declared, asked), folder, recordings, resume is not None, other_code)
+        return 0
     report = perform(declared, asked, folder, means, resume=resume is not None, recordings=recordings)
     if not quiet:
         _show(report, recordings and (not isinstance(declared, OfflineExperiment) or declared.recorded))

@@ -19,6 +19,7 @@ from threadpoolctl import threadpool_limits
 from colias_sim import gl
 from colias_sim.envs import ENVS
 from colias_sim.envs.factors import PRESET
+from colias_sim.reference import reference_hash
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry
 from experiments.bench.closed_loop.find import env_id, load_behaviour
@@ -198,8 +199,10 @@ def work(spec: EpisodeSpec, *, recorded: int) -> TrialRecord:
             from experiments.bench.closed_loop import recording as closed_loop_recording
 
             recording = closed_loop_recording.record(episode)
-        drawn = gl.renderer() if episode.series is not None else ""  # one that senses the state sees no picture
-        return dataclasses.replace(finished(episode, spec.index, spec.repeat, recording), renderer=drawn)
+        done = finished(episode, spec.index, spec.repeat, recording)
+        if episode.series is None:  # one that senses the state sees no picture
+            return done
+        return dataclasses.replace(done, renderer=gl.renderer(), pixels=reference_hash())
 
 
 def batch(made: BehaviourPlan, recorded: int) -> Batch[EpisodeSpec]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from experiments.bench import registry
 from experiments.bench.clips.experiment import OfflineExperiment
+from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.clips.plan import plan as clips_plan
 from experiments.bench.core.batch import Resources, worker_count
 from experiments.bench.core.errors import UsageError, short
@@ -70,26 +71,36 @@ def perform(
     FileExistsError
         There is a run in ``folder``, and ``resume`` is False.
     """
-    if asked.eyes not in (ONE_EYE, BOTH_EYES):
-        raise UsageError(f"--eyes {asked.eyes}: legal is {ONE_EYE}, {BOTH_EYES}")
-    if isinstance(experiment, OfflineExperiment):
-        if asked.eyes == BOTH_EYES:
-            raise UsageError(f"--eyes {BOTH_EYES}: {experiment.name} shows clips, which no camera sees")
-        models = shown_models(experiment.models, asked.models, asked.only)
-        clips = clips_plan(experiment, models, asked.assignments, asked.repeats, asked.seed, only=True)
+    made = planned(experiment, asked)
+    if isinstance(made, OfflinePlan):
         from experiments.bench.clips import run as clips_run  # not before: it draws, and a wrong use should be quick
 
         with resources.pool(rendering=False) as pool:
-            record = recordings and experiment.recorded
-            return clips_run.run(clips, folder, pool, resources, resume=resume, record=record)
-    models = shown_models(experiment.models, asked.models, asked.only)
-    trials = robot_plan(experiment, models, asked.assignments, asked.repeats, asked.seed)
-    if asked.eyes == BOTH_EYES:
-        trials = both(trials)
-    _note_rates(trials)
+            record = recordings and made.experiment.recorded
+            return clips_run.run(made, folder, pool, resources, resume=resume, record=record)
+    _note_rates(made)
     from experiments.bench.robot import run as robot_run
 
-    return robot_run.run(trials, folder, resources, resume=resume, recordings=recordings)
+    return robot_run.run(made, folder, resources, resume=resume, recordings=recordings)
+
+
+def planned(experiment: Experiment | OfflineExperiment, asked: Asked) -> Plan | OfflinePlan:
+    """Check what is asked for, and list its trials or clips; nothing is written.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so.
+    """
+    if asked.eyes not in (ONE_EYE, BOTH_EYES):
+        raise UsageError(f"--eyes {asked.eyes}: legal is {ONE_EYE}, {BOTH_EYES}")
+    models = shown_models(experiment.models, asked.models, asked.only)
+    if isinstance(experiment, OfflineExperiment):
+        if asked.eyes == BOTH_EYES:
+            raise UsageError(f"--eyes {BOTH_EYES}: {experiment.name} shows clips, which no camera sees")
+        return clips_plan(experiment, models, asked.assignments, asked.repeats, asked.seed, only=True)
+    trials = robot_plan(experiment, models, asked.assignments, asked.repeats, asked.seed)
+    return both(trials) if asked.eyes == BOTH_EYES else trials
 
 
 def _note_rates(plan: Plan) -> None:

@@ -13,6 +13,7 @@ import cv2
 from threadpoolctl import threadpool_limits
 
 from colias_sim import gl
+from colias_sim.reference import reference_hash
 from experiments.bench.core.batch import Batch, Resources
 from experiments.bench.core.store.rows import TrialRecord
 from experiments.bench.robot.experiment import TrialSpec
@@ -47,7 +48,8 @@ def work(spec: TrialSpec, *, keep: Keep) -> TrialRecord:
             from experiments.bench.robot import recording  # not before: Rerun takes its time to load
 
             recorded = recording.record(result)
-        return replace(finished(result, recorded, frames=keep.frames), renderer=gl.renderer())
+        done = finished(result, recorded, frames=keep.frames)
+        return replace(done, renderer=gl.renderer(), pixels=reference_hash())
 
 
 def seconds(spec: TrialSpec) -> float:

@@ -23,8 +23,13 @@ RENDERERS = "renderers"
 It is known when the first trial is over. It is a note: it is no part of the rows' mark, and a run may be gone on with
 by another renderer, as all that were tried drew equal pixels.
 """
+PIXELS = "reference_frames"
+"""The entry that lists the hashes of the reference frame (`colias_sim.reference`) where the frames were drawn.
+
+It is a note like `RENDERERS`. A second hash means that the machines' pixels differ, and a command says so.
+"""
 OWN_FILES = ("trials.parquet", "frames.parquet", "failures.json")
-NOTED = (RESUMED, RENDERERS)
+NOTED = (RESUMED, RENDERERS, PIXELS)
 """Entries that a run adds to what it began with."""
 LONGEST = 300
 """Characters of a difference in a message."""
@@ -105,7 +110,8 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
     if differs:
         raise UsageError(f"{folder}: {differs}")
     try:
-        renderers(there)
+        for entry in (RENDERERS, PIXELS):
+            noted(there, entry)
     except ValueError as error:
         raise UsageError(f"{folder}: {NAME} cannot be read ({error})") from None
     if "source" not in here:
@@ -125,11 +131,11 @@ def _parameters(description: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in description.items() if name not in (*provenance.KEYS, *NOTED)}
 
 
-def renderers(description: Mapping[str, Any]) -> list[str]:
-    """Return what drew the frames so far. Raises ``ValueError`` where the entry is no list of texts."""
-    listed = description.get(RENDERERS, [])
+def noted(description: Mapping[str, Any], entry: str) -> list[str]:
+    """Return what an entry of `NOTED` lists so far. Raises ``ValueError`` where it is no list of texts."""
+    listed = description.get(entry, [])
     if not isinstance(listed, list) or not all(isinstance(each, str) for each in listed):
-        raise ValueError(f"{RENDERERS} should be a list of texts")
+        raise ValueError(f"{entry} should be a list of texts")
     return listed
 
 

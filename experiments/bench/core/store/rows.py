@@ -92,6 +92,8 @@ class TrialRecord:
     """Those of single models, which the others' answers outlive."""
     renderer: str = ""
     """What drew its frames (`colias_sim.gl.renderer`); empty where none were drawn."""
+    pixels: str = ""
+    """Hash of the reference frame where they were drawn (`colias_sim.reference`); empty where none were."""
 
 
 @dataclass(frozen=True, slots=True)

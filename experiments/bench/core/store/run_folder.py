@@ -29,12 +29,13 @@ from experiments.bench.core.store.contents import (
     same_rows,
 )
 from experiments.bench.core.store.description import (
+    PIXELS,
     RENDERERS,
     codes,
     holds_results,
+    noted,
     read_description,
     reconciled,
-    renderers,
     short,
     write_new,
 )
@@ -81,7 +82,7 @@ class RunFolder(Files):
         self._again: set[int] = set()
         self._changed: list[int] = []
         self._code = ""
-        self._renderers: list[str] = []
+        self._noted: dict[str, list[str]] = {RENDERERS: [], PIXELS: []}
         self.provenance: Mapping[str, Any] = {}
         """What computes, as the folder was entered with it."""
         self._lock: FileLock | None = None
@@ -136,7 +137,7 @@ class RunFolder(Files):
             self.close()
             raise
         self._made_by(description)
-        self._renderers = renderers(there)
+        self._noted = {entry: noted(there, entry) for entry in self._noted}
         if there != read_description(self.folder):
             self.write_json("experiment.json", there)
         if not self._before.keys() <= self._rows.keys():
@@ -208,9 +209,7 @@ class RunFolder(Files):
         """Append a finished trial: its recording, then the tables as soon as they may take the time."""
         if trial.recording is not None:
             self.write_bytes(self.recording(trial.index), trial.recording)
-        if trial.renderer and trial.renderer not in self._renderers:
-            self._renderers = [*self._renderers, trial.renderer]
-            self.write_json("experiment.json", {**read_description(self.folder), RENDERERS: self._renderers})
+        self._note(trial)
         rows = tuple({**row, "code": self._code, **of_model(self._parameters, row["model"])} for row in trial.rows)
         if trial.index in self._again:
             self._make_room(trial.index, rows)
@@ -220,6 +219,18 @@ class RunFolder(Files):
         self._stale = True
         if time.monotonic() >= self._due:
             self.flush()
+
+    def _note(self, trial: TrialRecord) -> None:
+        """Write down what drew a trial's frames, where nothing of this run was drawn by it before."""
+        new = {
+            entry: [*self._noted[entry], said]
+            for entry, said in ((RENDERERS, trial.renderer), (PIXELS, trial.pixels))
+            if said and said not in self._noted[entry]
+        }
+        if not new:
+            return
+        self._noted |= new
+        self.write_json("experiment.json", {**read_description(self.folder), **new})
 
     def _make_room(self, trial: int, rows: Sequence[Mapping[str, Any]]) -> None:
         """Forget what is there of a trial that was done again."""
@@ -265,6 +276,11 @@ class RunFolder(Files):
             said.append(f"{self.folder}: done again, since {lost}: {listed_trials(self._before)}")
         if self._changed:
             said.append(f"{self.folder}: done again with other numbers than before: {listed_trials(self._changed)}")
+        if len(frames := self._noted[PIXELS]) > 1:
+            said.append(
+                f"{self.folder}: its frames were drawn with pixels that differ (reference frames {', '.join(frames)}),"
+                " so trials of one machine may have other numbers on another; experiment.json tells what drew"
+            )
         mixed = mixture(self.rows())
         return [*said, *([f"{self.folder}: {mixed}; experiment.json tells them apart"] if mixed else [])]
 

@@ -1,0 +1,57 @@
+"""The command ``colias doctor``. Heavy imports happen when it runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from experiments.bench.cli.options import EXIT_FAILED
+
+if TYPE_CHECKING:
+    from experiments.bench.doctor.finding import Finding
+
+SIGNS = {"ok": "[green]ok    [/green]", "notice": "[yellow]notice[/yellow]", "fails": "[red]fails [/red]"}
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command(short_help="Say whether this machine has what the bench needs, and what to do if not.")(doctor)
+
+
+def doctor(
+    out: Annotated[Path, typer.Option(help="The folder that runs are to be written into.")] = Path("runs"),
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object, for a report or a script.")] = False,
+) -> int:
+    """Say whether this machine has what the bench needs: Python, packages, what draws, the network's forms, the viewer,
+    memory, the disk.
+
+    A reference frame is drawn and compared with the known ones. One that is not known is a notice: pixels, and so
+    numbers, may differ from the documented ones. The exit status is 1 if anything fails; each failure has its remedy.
+    """
+    from experiments.bench.doctor.run import examine
+
+    found: list[Finding] = []
+    for each in examine(out):
+        found.append(each)
+        if not as_json:
+            _show(each)
+    failed = sum(each.status == "fails" for each in found)
+    if as_json:
+        import json
+
+        typer.echo(json.dumps({"ok": not failed, "findings": [each.row() for each in found]}, indent=2))
+    elif failed:
+        typer.echo(f"\n{failed} of {len(found)} fail")
+    return EXIT_FAILED if failed else 0
+
+
+def _show(finding: Finding) -> None:
+    from rich.markup import escape
+
+    from experiments.bench.core.terminal import out_console
+
+    out_console.print(f"{SIGNS[finding.status]}  {escape(f'{finding.name:<24}')}{escape(finding.said)}", soft_wrap=True)
+    if finding.remedy:
+        out_console.print(f"{'':<32}-> {escape(finding.remedy)}", soft_wrap=True)

@@ -1,0 +1,76 @@
+"""What ``colias run --dry-run`` prints: the plan, checked, and where its results would be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import typer
+
+from experiments.bench.clips.plan import OfflinePlan
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.store.description import holds_results, reconciled
+from experiments.bench.core.store.files import read_parquet
+from experiments.bench.core.terminal import count
+from experiments.bench.robot.plan import Plan, describe
+
+
+def say(plan: Plan | OfflinePlan, folder: Path, recordings: bool, resumed: bool, other_code: bool) -> None:
+    """Print what a run would do.
+
+    Parameters
+    ----------
+    plan
+        The run.
+    folder
+        Where it would be written.
+    recordings
+        Whether recordings are asked for.
+    resumed
+        Whether it would go on with the run that is there.
+    other_code
+        Whether it may do so by other code.
+
+    Raises
+    ------
+    UsageError
+        The folder holds a run, or none or another one to go on with.
+    """
+    done = _done(plan, folder, recordings, other_code) if resumed else None
+    if not resumed and holds_results(folder):
+        raise UsageError(f"{folder} already holds a run: choose another --out, or go on with it by --resume")
+    for line in _lines(plan, done):
+        typer.echo(line)
+    typer.echo(f"nothing was run; the results would be in {folder}")
+
+
+def _done(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: bool) -> int:
+    """How many trials or clips the folder has already."""
+    if isinstance(plan, OfflinePlan):
+        description = {**plan.describe(), "recordings": recordings and plan.experiment.recorded}
+    else:
+        description = {**describe(plan), "recordings": recordings}
+    reconciled(folder, description, other_code)
+    table = folder / "trials.parquet"
+    if not table.exists():
+        return 0
+    try:
+        return len(set(read_parquet(table, ["trial"])["trial"].to_pylist()))
+    except Exception as error:  # bytes that are no table can make the library raise anything
+        raise UsageError(f"{table} cannot be read ({type(error).__name__})") from None
+
+
+def _lines(plan: Plan | OfflinePlan, done: int | None) -> Iterator[str]:
+    if isinstance(plan, OfflinePlan):
+        conditions, jobs = [clip.name for clip in plan.experiment.clips], len(plan.showings)
+        models, amount, kind = plan.showings[0].models, plan.amount(), "clip"
+    else:
+        conditions, jobs = [each.label() for each in plan.experiment.conditions()], len(plan.specs())
+        models, amount, kind = plan.settings.models, f"{jobs} trials, about {plan.frames():,} frames", "condition"
+    already = "" if done is None else f"; {done} of {jobs} are done already"
+    yield f"{plan.experiment.name}: {amount}{already}"
+    yield f"{count(len(conditions), kind)}, {count(plan.repeats, 'repeat')} of each, seed {plan.seed}:"
+    yield from (f"  {label}" for label in conditions)
+    yield f"models: {', '.join(model.label for model in models)}"
+    for key, values in plan.changed().items():
+        yield from (f"set: {key}={value} ({label})" for label, value in values.items() if value is not None)

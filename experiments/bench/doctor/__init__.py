@@ -1,0 +1,1 @@
+"""What ``colias doctor`` finds out about a machine."""

@@ -1,0 +1,39 @@
+"""What a check finds."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+Status = Literal["ok", "notice", "fails"]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One line of the doctor's answer.
+
+    Parameters
+    ----------
+    name
+        What was looked at.
+    status
+        ``ok``; ``notice`` for what a person should know but everything runs with; ``fails`` for what some command needs
+        and does not have.
+    said
+        What was found.
+    remedy
+        What to do about it; empty where there is nothing to do.
+    """
+
+    name: str
+    status: Status
+    said: str
+    remedy: str = ""
+
+    def __post_init__(self) -> None:
+        if self.status == "fails" and not self.remedy:
+            raise ValueError(f"Finding {self.name}: one that fails needs a remedy")
+
+    def row(self) -> dict[str, Any]:
+        """Return the finding for JSON."""
+        return asdict(self)

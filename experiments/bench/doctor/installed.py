@@ -1,0 +1,173 @@
+"""Checks of what is installed: Python, the packages, the network's forms, the viewer, the extras."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from packaging.markers import default_environment
+from packaging.requirements import InvalidRequirement, Requirement
+
+from experiments.bench.doctor.finding import Finding
+
+PROJECT = "colias-sim"
+LEAST_PYTHON = (3, 11)
+SETUP = "run 'make setup' in the checkout, or 'pip install --upgrade .' in an environment of your own"
+SHOWN = 5
+"""Packages that a line names; it counts the others."""
+STEPS = 100
+"""Frames by which a form of the network is timed."""
+EXTRAS = {
+    "train": ("stable_baselines3", "torch"), "cluster": ("distributed",), "video": ("imageio_ffmpeg", "moviepy"),
+}  # fmt: skip
+"""Extra -> the modules that it brings."""
+TOOLS = {
+    "arm-none-eabi-gcc": ("gcc-arm-none-eabi", "colias firmware"),
+    "qemu-system-arm": ("qemu-system-arm", "colias firmware"),
+    "chromium": ("chromium", "the tests of the report's page"),
+}  # fmt: skip
+"""Program -> Debian's package that has it, and what needs it."""
+
+
+def python() -> Finding:
+    """Look at Python's own version."""
+    said = f"{sys.version.split()[0]} at {sys.executable}"
+    if sys.version_info[:2] < LEAST_PYTHON:
+        return Finding("python", "fails", said, "install Python 3.11 or later, and run 'make setup'")
+    return Finding("python", "ok", said)
+
+
+def packages() -> Finding:
+    """Compare the packages that are installed with the ranges that this release declares."""
+    try:
+        declared = importlib.metadata.requires(PROJECT) or []
+    except importlib.metadata.PackageNotFoundError:
+        return Finding("packages", "fails", f"{PROJECT} is not installed in this environment", SETUP)
+    wrong = [said for text in declared if (said := _unmet(text))]
+    version = importlib.metadata.version(PROJECT)
+    if wrong:
+        return Finding("packages", "fails", f"{PROJECT} {version}: {_some(wrong)}", SETUP)
+    return Finding("packages", "ok", f"{PROJECT} {version}, and all that it depends on")
+
+
+def _unmet(text: str) -> str:
+    """What is wrong with one requirement of the project's own, in words; empty where it is met, or of an extra."""
+    needed = Requirement(text)
+    if needed.marker is not None and not needed.marker.evaluate({**_environment(), "extra": ""}):
+        return ""
+    try:
+        found = importlib.metadata.version(needed.name)
+    except importlib.metadata.PackageNotFoundError:
+        return f"{needed.name} is missing"
+    fits = needed.specifier.contains(found, prereleases=True)
+    return "" if fits else f"{needed.name} is {found}, needed is {needed.specifier}"
+
+
+def lock() -> Finding:
+    """Compare the packages that are installed with ``requirements.lock``, by which the documented numbers were made."""
+    path = Path(__file__).parents[3] / "requirements.lock"
+    if not path.is_file():
+        return Finding("lock", "ok", "no requirements.lock beside the packages: not a checkout")
+    try:
+        wanted = dict(_locked(path))
+    except (OSError, ValueError) as error:
+        return Finding("lock", "fails", f"{path} cannot be read: {error}", "restore it: git checkout requirements.lock")
+    differing = []
+    for name, version in wanted.items():
+        try:
+            found = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found = "missing"
+        if found != version:
+            differing.append(f"{name} is {found}, locked is {version}")
+    if differing:
+        return Finding("lock", "notice", f"{len(differing)} of {len(wanted)} differ: {_some(differing)}", SETUP)
+    return Finding("lock", "ok", f"{len(wanted)} packages as in requirements.lock")
+
+
+def _locked(path: Path) -> Iterator[tuple[str, str]]:
+    """The packages that a lock names for this machine, with their versions."""
+    for line in path.read_text(encoding="utf-8").splitlines():
+        text = line.rstrip("\\").strip()
+        if not text or text.startswith(("#", "--")):
+            continue
+        try:
+            needed = Requirement(text)
+        except InvalidRequirement as error:
+            raise ValueError(" ".join(str(error).split())[:120]) from None
+        pinned = re.fullmatch(r"==([^,]+)", str(needed.specifier))
+        if pinned is None:
+            raise ValueError(f"{text[:60]} names no one version")
+        if needed.marker is None or needed.marker.evaluate(_environment()):
+            yield needed.name, pinned[1]
+
+
+def _environment() -> dict[str, str]:
+    return {name: str(value) for name, value in default_environment().items()}
+
+
+def _some(said: list[str]) -> str:
+    more = f", and {len(said) - SHOWN} more" if len(said) > SHOWN else ""
+    return "; ".join(said[:SHOWN]) + more
+
+
+def network() -> list[Finding]:
+    """Say which forms of the network there are, and time a frame of each."""
+    import numpy as np
+
+    from dsnn import DSNN, DSNNParams, forms, native
+
+    frames = np.random.default_rng(0).integers(0, 256, (STEPS, 72, 99), dtype=np.uint8)
+    found = []
+    for form in forms.FORMS:
+        if form == "native" and (reason := native.missing()):
+            said = f"the native form {reason}: the network runs in NumPy, some three times slower"
+            remedy = "install a C compiler and Python's headers (Debian: gcc python3-dev), then 'make setup'"
+            found.append(Finding("network, native", "notice", said, remedy))
+            continue
+        model = DSNN((72, 99), DSNNParams(), form=form)
+        model.step(frames[0])
+        begun = time.perf_counter()
+        for frame in frames:
+            model.step(frame)
+        spent = 1e3 * (time.perf_counter() - begun) / STEPS
+        found.append(Finding(f"network, {form}", "ok", f"{spent:.3f} ms a frame of 99x72"))
+    try:
+        chosen = forms.chosen()
+    except forms.FormError as error:
+        return [*found, Finding("network, chosen", "fails", str(error), f"unset {forms.VARIABLE}")]
+    return [*found, Finding("network, chosen", "ok", chosen)]
+
+
+def viewer() -> Finding:
+    """Ask the Rerun viewer for its version."""
+    place = shutil.which("rerun", path=str(Path(sys.executable).parent)) or shutil.which("rerun")
+    if place is None:
+        return Finding("rerun viewer", "fails", "the program rerun is not beside Python", SETUP)
+    try:
+        done = subprocess.run([place, "--version"], capture_output=True, text=True, timeout=60, check=True)
+    except (OSError, subprocess.SubprocessError) as error:
+        return Finding("rerun viewer", "fails", f"{place} does not run: {type(error).__name__}", SETUP)
+    return Finding("rerun viewer", "ok", " ".join(done.stdout.split()[:2]))
+
+
+def extras() -> list[Finding]:
+    """Say which extras and tools are there; nothing but the commands named needs them."""
+    found = []
+    for extra, modules in EXTRAS.items():
+        lacking = [name for name in modules if importlib.util.find_spec(name) is None]
+        said = f"not installed ({', '.join(lacking)})" if lacking else "installed"
+        remedy = f"only if you need it: pip install '.[{extra}]'" if lacking else ""
+        found.append(Finding(f"extra [{extra}]", "ok", said, remedy))
+    for program, (package, needing) in TOOLS.items():
+        place = shutil.which(program)
+        remedy = "" if place else f"only for {needing}: apt-get install {package}"
+        found.append(Finding(program, "ok", place or "not installed", remedy))
+    return found
