@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import os
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from dsnn import DSNNParams, forms, native
+from tests.warm import Warm
 
 ROOT = Path(__file__).parents[1]
 GOLDEN = sorted((Path(__file__).parent / "golden").glob("*.npz"))
@@ -73,31 +75,49 @@ def crossing(shape: tuple[int, int] = (72, 99), step: float = 1.5, count: int = 
 
 
 def one_core() -> None:
-    """Keep a process to the core of its own test worker: as many processes again would only be in their way."""
+    """Keep a process to the core of its own test worker."""
     if hasattr(os, "sched_setaffinity"):
-        cores = sorted(os.sched_getaffinity(0))
-        place = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:])
-        os.sched_setaffinity(0, {cores[place % len(cores)]})
+        os.sched_setaffinity(0, own_core())
+
+
+def own_core() -> set[int]:
+    """The core of this test worker: as many processes again would only be in the way of the other workers."""
+    if not hasattr(os, "sched_getaffinity"):
+        return set()
+    cores = sorted(os.sched_getaffinity(0))
+    place = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:])
+    return {cores[place % len(cores)]}
 
 
 class Colias:
-    """The command line as a user runs it: a real process, in an empty folder."""
+    """The command line as a user runs it: a process of its own, in an empty folder.
 
-    def __init__(self, folder: Path, timeout_s: float = 300.0) -> None:
-        self.folder, self.timeout_s = folder, timeout_s
+    ``warm`` starts it as a copy of one that has the large libraries (`tests.warm`), otherwise Python itself starts.
+    """
+
+    def __init__(self, folder: Path, timeout_s: float = 300.0, *, warm: bool = True) -> None:
+        self.folder, self.timeout_s, self.warm = folder, timeout_s, warm and hasattr(os, "fork")
 
     def __call__(self, *arguments: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
         environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100"}
+        if self.warm:
+            return server().run([*arguments], self.folder, environment, own_core(), self.timeout_s)
+        command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
         return subprocess.run(
             command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=self.timeout_s,
             check=False, preexec_fn=one_core,
         )  # fmt: skip
 
 
+@functools.cache
+def server() -> Warm:
+    """The server of this test process's commands; it ends with the process, whose end of their connection closes."""
+    return Warm()
+
+
 @pytest.fixture
-def colias(tmp_path: Path) -> Colias:
-    return Colias(tmp_path)
+def colias(tmp_path: Path, request: pytest.FixtureRequest) -> Colias:
+    return Colias(tmp_path, warm=not getattr(request.module, "COLD", False))
 
 
 @pytest.fixture

@@ -25,6 +25,9 @@ REPOSITORY = Path(__file__).parents[1]
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2")
 RERUN = [sys.executable, "-m", "rerun"]
 
+COLD = True
+"""The fixture `colias` starts Python itself here, as a user does."""
+
 
 def verify(*recordings: Path) -> None:
     subprocess.run([*RERUN, "rrd", "verify", *map(str, recordings)], check=True, capture_output=True, timeout=60)

@@ -77,7 +77,7 @@ entry.run()
 def test_ctrl_c_at_many_moments(tmp_path, group):
     """Sent to the command alone, and to all of its group as a terminal does."""
     begun, out = False, ""
-    for number, moment in enumerate(0.25 * n for n in range(12)):
+    for number, moment in enumerate(0.4 * n for n in range(8)):
         out = f"out{number}"
         process = start(tmp_path, sys.executable, "-c", READY, *RUN[:-1], "1", "--out", out, PYTHONPATH=str(ROOT))
         assert process.stdout is not None and process.stdout.readline() == "ready\n"
