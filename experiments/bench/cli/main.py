@@ -12,9 +12,11 @@ from experiments.bench.cli import (
     behave,
     clips,
     compare,
+    export,
     leaderboard,
     listing,
     maps,
+    measured,
     reproduce,
     run,
     runs,
@@ -25,7 +27,10 @@ from experiments.bench.cli import (
     watch,
 )
 
-COMMANDS = (run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, clips)
+COMMANDS = (
+    run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, measured, export,
+    clips,
+)  # fmt: skip
 """The modules of the commands, in the order in which help shows them."""
 
 
@@ -78,6 +83,8 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias view runs/speed-...         a run's recordings in Rerun
   colias runs                        the runs so far: what, changed, verdicts
   colias compare runs/A runs/B       how two runs differ, pair by pair
+  colias import log.csv              a real robot's log as a run
+  colias export runs/A --to csv      tables and frames for other programs
 
 [b]What a run leaves in its folder[/b]
 

@@ -21,6 +21,7 @@ from experiments.bench.robot.experiment import CONDITION_COLUMNS, Motion
 from experiments.bench.robot.judges import Rows
 from experiments.bench.robot.mechanism import judges as compared
 from experiments.bench.robot.mechanism.judges import DSNN
+from experiments.bench.robot.origin import is_measured
 
 SPEED_TOLERANCE, PATH_TOLERANCE_MM = 0.02, 1.0
 
@@ -228,8 +229,9 @@ def flaws(rows: Rows) -> str:
     """What makes trials something other than what their conditions say, in words; empty if nothing does.
 
     A trial that was driven open loop is what its stimulus did: its speed and path are told, and bound by no tolerance.
+    Nobody knows them of a real robot's trial, which is taken at the log's word.
     """
-    found = []
+    rows, found = [row for row in rows if not is_measured(row)], []
     for name, what in (("achieved_speed_cm_s", "speed"), ("path_error_mm", "path")):
         lost = sum(not is_number(row[name]) for row in rows)
         if lost:
