@@ -23,12 +23,12 @@ def register(app: typer.Typer) -> None:
 def export(
     run: Annotated[
         Path,
-        typer.Argument(help="A run's folder; of footage the table (.parquet, .csv), or for --frames a recording (.rrd)."),
+        typer.Argument(help="A run's folder; of footage its table (.parquet, .csv), or with --frames a recording."),
     ],
     to: Annotated[
         str | None, typer.Option(metavar="csv|npz|mat|log", help="What to write; log: what colias import reads.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="New folder; otherwise the run's name with the kind after it.")] = None,
+    out: Annotated[Path | None, typer.Option(help="New folder; otherwise the run's name and the kind.")] = None,
     frames: Annotated[
         Path | None, typer.Option(help="Write the frames of its recordings into this new folder, as PNG pictures.")
     ] = None,

@@ -10,6 +10,7 @@ from typer.core import TyperGroup
 
 from experiments.bench.cli import (
     behave,
+    camera,
     clips,
     compare,
     export,
@@ -28,8 +29,8 @@ from experiments.bench.cli import (
 )
 
 COMMANDS = (
-    run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, measured, export,
-    clips,
+    run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, measured,
+    camera, export, clips,
 )  # fmt: skip
 """The modules of the commands, in the order in which help shows them."""
 

@@ -66,9 +66,10 @@ def _stacked(recording: Path, found: list[tuple[int, Any]], size: tuple[int, int
         decoded = [cv2.imdecode(each, cv2.IMREAD_GRAYSCALE) for each in pixels]
     else:
         decoded = [each.reshape(size) for each in pixels]
-    if any(each is None for each in decoded):
+    whole = [np.asarray(each, np.uint8) for each in decoded if each is not None]
+    if len(whole) < len(decoded):
         raise UsageError(f"{recording}: a picture in it cannot be decoded")
-    return np.stack(decoded)
+    return np.stack(whole)
 
 
 def write_pictures(folder: Path, frames: Images, ending: str) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, WORDS
 
-INDEX = ("trial", "model", "seed")
+INDEX = ("trial", "model", "seed", "origin")
 TIME = "time_s"
 CHANNELS: Mapping[str, str] = {"hs": "hs_spikes", "vs": "vs_spikes", "looming": "looming_spikes", "azimuth": ""}
 """Channel -> its column of spikes; the azimuth has none."""
@@ -24,7 +24,9 @@ ANSWERS = tuple(name for channel, spikes in CHANNELS.items() for name in (channe
 KNOWN = (*INDEX, *CONDITION_COLUMNS, TIME, *ANSWERS, *POSES)
 """All columns, in the order in which a log is written."""
 WHOLE = frozenset({"trial", "seed", *(spikes for spikes in CHANNELS.values() if spikes)})
-TEXTS = frozenset({"model", *WORDS})
+ROBOT, SIMULATION = "robot", "simulation"
+"""What ``origin`` may be; blank is ``robot``. ``colias export --to log`` writes ``simulation``."""
+TEXTS = frozenset({"model", "origin", *WORDS})
 MOST_SPIKES = 1000
 """Spikes of one frame; a count beyond it is a damaged line."""
 
@@ -47,6 +49,8 @@ def parse(name: str, text: str) -> str | int | float | None:
     text = text.strip()
     if not text:
         return None
+    if name == "origin" and text not in (ROBOT, SIMULATION):
+        raise ValueError(f"origin={text[:40]!r}: legal is {ROBOT}, {SIMULATION}")
     if name in TEXTS:
         return text
     kind = "a whole number" if name in WHOLE else "a number"

@@ -14,9 +14,10 @@ import pyarrow as pa
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import load_model
 from experiments.bench.core.pictures import pictures, write_pictures
+from experiments.bench.core.store.origin import COLUMN, FRAMES_MEASURED, MEASURED
 from experiments.bench.core.store.rows import group
 from experiments.bench.core.user_code import is_file
-from experiments.bench.measured.columns import CHANNELS, INDEX, POSES, TIME
+from experiments.bench.measured.columns import ANSWERS, CHANNELS, INDEX, POSES, ROBOT, SIMULATION, TIME
 from experiments.bench.measured.frames import PGM, trial_name
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 
@@ -64,7 +65,9 @@ def write_log(
     """
     lacking = [name for name in (*CONDITION_COLUMNS, "trial", "model", "seed") if name not in trials.column_names]
     if lacking or TIME_IN_RUN not in frames.column_names:
-        raise UsageError(f"--to log: the run is not of trials with the robot (no column {(lacking or [TIME_IN_RUN])[0]})")
+        raise UsageError(
+            f"--to log: the run is not of trials with the robot (no column {(lacking or [TIME_IN_RUN])[0]})"
+        )
     rows = trials.to_pylist()
     channels = _channels(description, rows)
     header = [*INDEX, *CONDITION_COLUMNS, TIME]
@@ -98,11 +101,9 @@ def _lines(header: Sequence[str], row: Row, frames: Iterable[Row], channels: Seq
     known = {name for channel in channels for name in (channel, CHANNELS[channel])}
     for frame in frames:
         values = {**row, TIME: frame[TIME_IN_RUN], **{name: frame[name] for name in header if name in frame}}
-        values |= {name: None for name in _ANSWERS if name not in known}
+        values |= {name: None for name in ANSWERS if name not in known}
+        values["origin"] = ROBOT if row.get(COLUMN) in (MEASURED, FRAMES_MEASURED) else SIMULATION
         yield [_cell(values[name]) for name in header]
-
-
-_ANSWERS = [name for channel, spikes in CHANNELS.items() for name in (channel, spikes) if name]
 
 
 def _cell(value: Any) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from experiments.bench.core.errors import UsageError
-from experiments.bench.measured.columns import CHANNELS, KNOWN, POSES, TIME, parse
+from experiments.bench.measured.columns import CHANNELS, KNOWN, POSES, SIMULATION, TIME, parse
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition, Experiment
 
 Floats = npt.NDArray[np.float64]
@@ -39,6 +39,8 @@ class LoggedTrial:
         The condition of the experiment that it shows.
     seed
         Of its random draws, where the log tells one.
+    simulated
+        Whether the log says that its trials were simulated.
     time_s
         Of each frame, (T,), rising.
     answers
@@ -52,6 +54,7 @@ class LoggedTrial:
     line: int
     condition: Condition
     seed: int | None
+    simulated: bool
     time_s: Floats
     answers: Mapping[str, Mapping[str, npt.NDArray[Any]]]
     poses: Mapping[str, Floats] | None
@@ -201,7 +204,7 @@ def _check_row(reader: _Reader, cells: Cells, own: Sequence[tuple[int, Cells]]) 
             f"time_s={time_s:g} runs back: line {own[-1][0]} of trial {cells['trial']} has {own[-1][1][TIME]:g} "
             "(times rise; a trial that is there twice needs another number)"
         )
-    for name in ("seed", *CONDITION_COLUMNS):
+    for name in ("seed", "origin", *CONDITION_COLUMNS):
         if cells.get(name) != first.get(name):
             there = f"trial {cells['trial']} began in line {first_line} with {first[name]}"
             reader.refuse(f"{name}={cells[name]}: {there}")
@@ -220,9 +223,11 @@ def _trial(reader: _Reader, index: int, blocks: Mapping[str, Sequence[tuple[int,
         begins, said = own[0]
         if [row[TIME] for _, row in own] != times.tolist():
             reader.refuse(f"trial {index}: {model} has other times than the model before it", begins)
-        differs = [n for n in ("seed", *CONDITION_COLUMNS) if said.get(n) != cells.get(n)]
+        differs = [n for n in ("seed", "origin", *CONDITION_COLUMNS) if said.get(n) != cells.get(n)]
         if differs:
-            reader.refuse(f"trial {index}: {differs[0]}={said[differs[0]]}, line {line} has {cells[differs[0]]}", begins)
+            reader.refuse(
+                f"trial {index}: {differs[0]}={said[differs[0]]}, line {line} has {cells[differs[0]]}", begins
+            )
         answers[model] = {
             name: np.array([row[name] for _, row in own], np.int64 if name in CHANNELS.values() else np.float64)
             for channel, spikes in CHANNELS.items()
@@ -230,8 +235,13 @@ def _trial(reader: _Reader, index: int, blocks: Mapping[str, Sequence[tuple[int,
             for name in (channel, spikes)
             if name
         }
-    poses = {name: np.array([row[name] for _, row in first], np.float64) for name in POSES} if POSES[0] in cells else None
-    return LoggedTrial(index, line, _condition(reader, cells, line), cells.get("seed"), times, answers, poses)
+    poses = (
+        {name: np.array([row[name] for _, row in first], np.float64) for name in POSES} if POSES[0] in cells else None
+    )
+    simulated = cells.get("origin") == SIMULATION
+    return LoggedTrial(
+        index, line, _condition(reader, cells, line), cells.get("seed"), simulated, times, answers, poses
+    )
 
 
 def _condition(reader: _Reader, cells: Cells, line: int) -> Condition:
@@ -247,6 +257,8 @@ def _condition(reader: _Reader, cells: Cells, line: int) -> Condition:
             shown = ", ".join("blank" if each is None else f"{each:g}" if isinstance(each, float) else each
                               for each in levels)  # fmt: skip
             value = "blank" if cells[column] is None else cells[column]
-            reader.refuse(f"{column}={value}: no condition of {name} (it has {shown}; --set experiment.* changes it)", line)
+            reader.refuse(
+                f"{column}={value}: no condition of {name} (it has {shown}; --set experiment.* changes it)", line
+            )
     shown = ", ".join(f"{column}={cells[column]}" for column in given)
     reader.refuse(f"no condition of {name} has {shown} together", line)

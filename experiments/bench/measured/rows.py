@@ -17,11 +17,11 @@ import pyarrow as pa
 from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
 from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.store.origin import COLUMN
 from experiments.bench.core.store.rows import OBSERVER
 from experiments.bench.measured.columns import CHANNELS, POSES
 from experiments.bench.measured.log import LoggedTrial
 from experiments.bench.robot.mechanism.windows import Windows
-from experiments.bench.robot.origin import COLUMN
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.robot.trial import FrameColumns, answer, away_cm, parts_of
 
@@ -77,7 +77,7 @@ def given(model: ConfiguredModel, logged: Mapping[str, npt.NDArray[Any]], frames
         Where the answers come from.
     """
     declared = {name for channel in model.channels for name in (channel, CHANNELS[channel])}
-    columns = {
+    columns: dict[str, Any] = {
         field.name: logged[field.name]
         if field.name in logged and field.name in declared
         else np.zeros(frames, np.int64 if field.name in CHANNELS.values() else np.float64)

@@ -17,6 +17,7 @@ from experiments.bench.core.batch import tell
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.model_runner import ModelRunner
 from experiments.bench.core.models import ConfiguredModel, ask, choose
+from experiments.bench.core.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
 from experiments.bench.core.store.rows import Failure, TrialRecord
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console, progress
@@ -25,7 +26,6 @@ from experiments.bench.measured.frames import FrameFolder, Images
 from experiments.bench.measured.log import Log, LoggedTrial, read
 from experiments.bench.measured.rows import MEASURED_SCHEMA, Given, frame_table, given, rate_hz, trial_row
 from experiments.bench.robot.experiment import Condition, Experiment
-from experiments.bench.robot.origin import FRAMES_MEASURED, MEASURED
 from experiments.bench.robot.plan import Plan, configure, describe
 from experiments.bench.robot.rows import FRAME_SCHEMA
 from experiments.bench.robot.summary import Report, conclude
@@ -194,9 +194,10 @@ def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
 
 def _described(made: Import) -> dict[str, Any]:
     """What ``experiment.json`` holds."""
+    said = [_provenance(trial, shown=shown) for trial in made.log.trials
+            for shown, models in ((False, made.ran), (True, made.shown)) if models]  # fmt: skip
     measured = {
-        "provenance": MEASURED if not made.shown else FRAMES_MEASURED if not made.ran else f"{MEASURED}; {FRAMES_MEASURED}",
-        "log": str(made.log.path), "sha256": sha256(made.log.path),
+        "provenance": "; ".join(dict.fromkeys(said)), "log": str(made.log.path), "sha256": sha256(made.log.path),
         "frames": str(made.frames.folder) if made.frames else None,
     }  # fmt: skip
     return {**describe(made.plan), "trials": len(made.log.trials), "measured": measured}
@@ -224,13 +225,13 @@ def _record(made: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> 
     """The rows of one trial."""
     frames = None if made.frames is None else made.frames.read(trial.index)
     answers = [
-        given(made.ran[label], own, len(trial.time_s), MEASURED)
+        given(made.ran[label], own, len(trial.time_s), _provenance(trial, shown=False))
         for label, own in trial.answers.items() if label in made.ran
     ]  # fmt: skip
     failures = []
     for model in made.shown:
         assert frames is not None, "prepare asks for frames"
-        own = _shown(model, frames)
+        own = _shown(model, frames, _provenance(trial, shown=True))
         if isinstance(own, Given):
             answers.append(own)
         else:
@@ -248,13 +249,20 @@ def _record(made: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> 
     return TrialRecord(trial.index, rows, table, recorded, tuple(failures))
 
 
-def _shown(model: ConfiguredModel, frames: Images) -> Given | str:
+def _provenance(trial: LoggedTrial, *, shown: bool) -> str:
+    """Where the answers of a trial come from: the robot's own, or those of a model ``shown`` its frames."""
+    if trial.simulated:
+        return FRAMES_OF_SIMULATION if shown else LOG_OF_SIMULATION
+    return FRAMES_MEASURED if shown else MEASURED
+
+
+def _shown(model: ConfiguredModel, frames: Images, provenance: str) -> Given | str:
     """A model's answers to frames, or what went wrong in it."""
     runner = ModelRunner(model, (frames.shape[1], frames.shape[2]))
     for frame in frames:
         runner.see(frame)
     series = runner.series()
-    return runner.trouble if series is None else Given(model, series, (), FRAMES_MEASURED)
+    return runner.trouble if series is None else Given(model, series, (), provenance)
 
 
 def _note_rate(made: Import) -> None:

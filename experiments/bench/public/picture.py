@@ -20,7 +20,7 @@ from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.mechanism import excitation, excitation_figure
 from experiments.bench.robot.mechanism import figure as mechanism_figure
 from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
-from experiments.bench.robot.origin import caption, drawable
+from experiments.bench.robot.rows import caption, drawable
 
 
 def draw(folder: Path, said: Mapping[str, Any], trials: pa.Table, frames: pa.Table) -> Figure:

@@ -18,9 +18,8 @@ from experiments.bench.core.figures.palette import LINES, MARKERS, Mark, level_c
 from experiments.bench.core.figures.plotting import STYLE, plain
 from experiments.bench.core.statistics import summarise
 from experiments.bench.core.store.rows import group
-from experiments.bench.robot.origin import caption, is_tracked
 from experiments.bench.robot.plan import Plan
-from experiments.bench.robot.rows import varying
+from experiments.bench.robot.rows import caption, is_tracked, varying
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from experiments.bench.core.claims.numbers import is_number
 from experiments.bench.core.figures import plotting
 from experiments.bench.core.statistics import holm, paired, summarise
+from experiments.bench.core.store.origin import origin
 from experiments.bench.core.store.rows import Failure, group, mixture
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.verdict import Verdict
@@ -25,8 +26,8 @@ from experiments.bench.robot.mechanism import figure as mechanism_figure
 from experiments.bench.robot.mechanism.excitation import Course
 from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
 from experiments.bench.robot.open_loop import in_short, why
-from experiments.bench.robot.origin import drawable, origin
 from experiments.bench.robot.plan import Plan
+from experiments.bench.robot.rows import drawable
 
 QUANTITIES = (
     "spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s", "path_error_mm", "drift_mm",
@@ -55,7 +56,7 @@ class Report:
     """Of a run whose figure is about excitation; else empty."""
     open_loop: str = ""
     provenance: str = ""
-    """Where the trials come from, as `experiments.bench.robot.origin` says it; empty: they are simulated."""
+    """Where the trials come from, as `experiments.bench.core.store.origin` says it; empty: they are simulated."""
 
 
 def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:
@@ -85,8 +86,8 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     folder.write_json("claims.json", verdicts)
     declared = plan.experiment
     return Report(
-        folder.folder, declared.varies, drawable(declared.figure, rows), shown, summary, verdicts, compared, flaws(rows),
-        list(failures), found,
+        folder.folder, declared.varies, drawable(declared.figure, rows), shown, summary, verdicts, compared,
+        flaws(rows), list(failures), found,
         why(plan.settings.robot, min(each.speed_cm_s for each in declared.conditions()))
         if plan.settings.robot.open_loop else "",
         origin(rows),

@@ -28,7 +28,7 @@ SPIKES_TITLE = "HS spikes per trial; highest and lowest HS"
 def show(report: Report, recordings: bool) -> None:
     """Print the table of conditions, the verdicts, and where everything is."""
     if report.provenance:
-        out_console.print(f"[b]{report.provenance}[/b]: trials of a real robot, not of the simulation")
+        out_console.print(f"[b]{report.provenance}[/b]: imported from a log")
     if report.rows:
         out_console.print(_conditions_table(report))
     several = len({row["model"] for row in report.rows}) > 1

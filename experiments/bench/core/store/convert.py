@@ -109,7 +109,7 @@ def _csv(path: Path, table: pa.Table) -> None:
 
 def _npz(path: Path, table: pa.Table) -> None:
     columns = {name: array(table[name]) for name in table.column_names}
-    np.savez_compressed(path, allow_pickle=False, **columns)  # type: ignore[arg-type]  # columns are arrays
+    np.savez_compressed(path, allow_pickle=False, **columns)
 
 
 def _mat(path: Path, table: pa.Table) -> None:

@@ -14,8 +14,8 @@ from experiments.bench.core.figures.plotting import STYLE, plain
 from experiments.bench.core.statistics import summarise
 from experiments.bench.robot.figure import AXIS_LABELS, title
 from experiments.bench.robot.mechanism.windows import NEAR_AXIS_CM
-from experiments.bench.robot.origin import caption
 from experiments.bench.robot.plan import Plan
+from experiments.bench.robot.rows import caption
 
 Rows = Sequence[Mapping[str, Any]]
 
