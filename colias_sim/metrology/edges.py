@@ -60,7 +60,8 @@ def edge_rows(luma: Images, empty: Floats, least: int = 8) -> Whole:
     Returns
     -------
     ndarray
-        The longest run of rows in which 3 pixels or more are dark throughout, its first and last two left out.
+        The longest run of rows in which 3 pixels or more are dark, its upper and lower sixth left out: an object's
+        rim is seen there, not its side.
 
     Raises
     ------
@@ -74,7 +75,8 @@ def edge_rows(luma: Images, empty: Floats, least: int = 8) -> Whole:
     ends = np.flatnonzero(np.diff(np.concatenate([[0], crossed.astype(np.int8), [0]])))
     runs = ends.reshape(-1, 2)
     longest = max(runs.tolist(), key=lambda run: run[1] - run[0], default=[0, 0])
-    rows = np.arange(longest[0] + 2, longest[1] - 2)
+    trim = max(2, (longest[1] - longest[0]) // 6)
+    rows = np.arange(longest[0] + trim, longest[1] - trim)
     if len(rows) < least:
         raise MetrologyError(f"a dark object crosses {len(rows)} rows: a lean takes {least} or more")
     return rows
