@@ -15,7 +15,8 @@ from tests.test_imports import LEVELS
 __all__ = ["chapter"]
 
 JOURNEYS = {
-    "architecture.md", "back-from-the-robot.md", "behaviours-and-training.md", "eye.md", "footage.md", "index.md", "looming.md", "maps.md",
+    "architecture.md", "back-from-the-robot.md", "behaviours-and-training.md", "eye.md", "footage.md", "index.md",
+    "looming.md", "maps.md",
     "robot-trials.md", "what-the-numbers-mean.md", "your-own-experiment.md", "your-own-model.md",
 }  # fmt: skip
 OWN_TESTS = {
