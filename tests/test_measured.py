@@ -126,6 +126,15 @@ def test_frames_of_a_camera_alone_are_shown_to_a_model(pictured, tmp_path):
         lines.writerows(rows)
     with pytest.raises(UsageError, match=r"no column hs or looming.*--model dsnn"):
         taken(log, tmp_path / "none")
+    # The whole log has the answers too: the robot's own and the model's on its frames stand side by side.
+    own = tmp_path / "log" / "log.csv", tmp_path / "both", "--frames", tmp_path / "log" / "frames", "--model", "dsnn"
+    both = taken(*own, "--no-recordings")
+    assert both.models == ["dsnn", "dsnn@frames"]
+    assert set(both.trials["provenance"].to_pylist()) == {
+        "log of a simulated run", "frames from the log of a simulated run"
+    }  # fmt: skip
+    answers = [both.frames.filter(np.asarray(both.frames["model"]) == name)["hs"] for name in both.models]
+    assert answers[0].equals(answers[1])
     first, second = (tmp_path / "log" / "frames" / f"trial-000{i}" for i in (0, 1))
     seen = pictures(pictured.recordings[1])["camera"]
     for path in second.iterdir():
@@ -225,6 +234,21 @@ def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
     assert "measured" in capsys.readouterr().out
     with pytest.raises(FileExistsError, match="is there already"):
         taken(log, run.folder)
+
+
+def test_a_figure_of_mechanism_takes_a_tracker(tmp_path):
+    """Without poses there is no time in view to draw: the run has the figure of counts and potentials instead."""
+    log = tmp_path / "log.csv"
+    with log.open("w", newline="") as file:
+        lines = csv.writer(file)
+        lines.writerow(["trial", "distance_cm", "time_s", "hs", "hs_spikes"])
+        for trial, distance in enumerate((5, 10, 15)):
+            lines.writerows([trial, distance, (i + 1) / 30, 0.5, int(i > distance)] for i in range(FRAMES))
+    assert (
+        colias("import", log, "--experiment", "distance-mechanism", "--out", tmp_path / "run", "--no-recordings") == 0
+    )
+    figure = experiments.load(tmp_path / "run").figure()
+    assert figure.get_suptitle() == "distance-mechanism (measured): dsnn, n = 1" and len(figure.axes) == 2
 
 
 def test_claims_are_judged_by_the_same_bounds_where_the_conditions_are_there(tmp_path):

@@ -114,7 +114,10 @@ TOLERANCE = {"ae_step": 0.02, "ae_steps": 0.0, "ae_target": 0.01, "ae_zone": 0.0
 
 
 def test_the_exposure_loop_comes_back():
-    found = found_loop(LOOP)
+    loop = exposure_loop(settlings(LOOP))
+    for interval, end in ((loop.low, LOOP.ae_target - LOOP.ae_zone), (loop.high, LOOP.ae_target + LOOP.ae_zone)):
+        assert interval is not None and interval[0] <= end <= interval[1] < interval[0] + 1.5
+    found = {"ae_step": loop.step, "ae_steps": loop.steps, "ae_target": loop.target, "ae_zone": loop.zone}
     for name, tolerance in TOLERANCE.items():
         assert found[name] == pytest.approx(getattr(LOOP, name), rel=tolerance), name
 
