@@ -43,6 +43,7 @@ PAGES = (README, *CHAPTERS)
 
 SKIPPED = {
     "README.md": ("downloads packages",),
+    "back-from-the-robot.md": ("needs polars and duckdb, which no extra installs",),
     "behaviours-and-training.md": (
         "needs PyTorch and minutes: tests/test_train.py",
         "needs PyTorch and half an hour: tests/test_training_seeds.py",

@@ -15,10 +15,12 @@ from tests.test_imports import LEVELS
 __all__ = ["chapter"]
 
 JOURNEYS = {
-    "architecture.md", "behaviours-and-training.md", "eye.md", "footage.md", "index.md", "looming.md", "maps.md",
+    "architecture.md", "back-from-the-robot.md", "behaviours-and-training.md", "eye.md", "footage.md", "index.md",
+    "looming.md", "maps.md",
     "robot-trials.md", "what-the-numbers-mean.md", "your-own-experiment.md", "your-own-model.md",
 }  # fmt: skip
 OWN_TESTS = {
+    "back-from-the-robot.md",
     "eye.md",
     "robot-trials.md",
     "your-own-model.md",

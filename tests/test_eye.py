@@ -17,6 +17,7 @@ import pytest
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
 from colias_sim.camera import point_spread
 from colias_sim.exposure import next_exposure, plan_frame
+from colias_sim.metrology import edge_columns, lean, noise_levels, photon_transfer, transfer
 from colias_sim.scene import FrameClock
 
 LENS = CameraConfig().forward_cm / 100
@@ -63,16 +64,13 @@ def check_lean(camera: CameraConfig) -> None:
         robot.drive(robot.wheels_for(SPEED, 0.0))
         sim.step(rng)
         before = robot.pose.y
-        luma = sim.step(rng).luma.astype(float)
+        luma = sim.step(rng).luma
         speed, y = (before - robot.pose.y) * ROLLING.fps, robot.pose.y
     assert speed == pytest.approx(SPEED, rel=0.01)
     rows = np.arange(30, 52)
-    covered = np.clip((empty - luma) / (empty - luma[45].min()), 0.0, 1.0)[rows]
-    middle = int(np.median(np.flatnonzero(covered[0] > 0.9)))
-    edges = middle - covered[:, :middle].sum(1)  # below the pixel, by the share of the pixel that is covered
     row_s = ROLLING.row_time_us * 1e-6
     expected = [left_edge(y + speed * row_s * (71 - row)) for row in rows]
-    measured, wanted = (np.polyfit(rows, columns, 1)[0] for columns in (edges, expected))
+    measured, wanted = lean(edge_columns(luma, empty, rows), rows), lean(np.array(expected), rows)
     assert measured == pytest.approx(wanted, rel=0.05)
 
 
@@ -212,18 +210,16 @@ def test_light_doubles_until_it_saturates():
 
 def check_photon_transfer(camera: CameraConfig) -> None:
     """EMVA 1288: variance = K mean + sd_dark^2 + 1/12; K = gain shot^2 / 255 and the dark sd = gain read."""
-    points = []
+    levels = []
     with Simulation(camera=camera, scene=PLAIN) as sim:
         rng = np.random.default_rng(1)
         for light in (0.06, 0.12, 0.25, 0.4, 0.55):
             sim.reset({"stimulus": AWAY}, np.random.default_rng(0), light=light)
-            patch_of = np.stack([sim.step(rng).luma[FLOOR].astype(float) for _ in range(60)])
-            points.append((patch_of.mean(), patch_of.var(axis=0, ddof=1).mean() - 1 / 12))
-    mean, variance = np.array(points).T
-    assert mean[0] > 4.0 * math.sqrt(variance[0]), "above the clip at 0"
-    gain, dark = np.polyfit(mean, variance, 1, w=1.0 / variance)
-    assert gain == pytest.approx(1.5 * 4.0**2 / 255.0, rel=0.05)
-    assert math.sqrt(dark) == pytest.approx(1.5 * 2.0, rel=0.05)
+            levels.append(noise_levels(np.stack([sim.step(rng).luma[FLOOR] for _ in range(60)]), bins=1))
+    assert all(own.pixels[0] > 0.95 * 14 * 99 for own in levels), "above the clip at 0"
+    found = photon_transfer(levels)
+    assert found.slope == pytest.approx(1.5 * 4.0**2 / 255.0, rel=0.05)
+    assert found.dark_sd == pytest.approx(1.5 * 2.0, rel=0.05)
 
 
 NOISY = CameraConfig(gain=1.5, shot_noise=4.0, read_noise=2.0)
@@ -248,18 +244,6 @@ def slanted_edge(shape: tuple[int, int] = (72, 99)) -> npt.NDArray[np.uint8]:
     off = x.ravel()[None, :] - (shape[1] / 2 + math.tan(math.radians(5.0)) * (y.ravel()[:, None] - shape[0] / 2))
     covered = (off > 0).reshape(shape[0], 32, shape[1], 32).mean((1, 3))
     return np.repeat(np.rint(20 + 200 * covered).astype(np.uint8)[::-1, :, None], 3, axis=2)
-
-
-def transfer(luma: npt.NDArray[np.uint8]) -> tuple[Floats, Floats]:
-    """ISO 12233: the edge's profile in quarters of a pixel, its derivative, and that one's spectrum."""
-    rows, columns = np.indices(luma.shape)
-    across = columns - (49.5 + math.tan(math.radians(5.0)) * (rows - 36.0))
-    bins = np.floor(4.0 * across * math.cos(math.radians(5.0))).astype(int)
-    used = (np.abs(bins) < 100) & (rows > 8) & (rows < 64)
-    count = np.bincount(bins[used] + 100)
-    profile = np.bincount(bins[used] + 100, luma[used].astype(float))[1:] / count[1:]
-    spread = np.diff(profile) * np.hanning(len(profile) - 1)
-    return np.fft.rfftfreq(len(spread), 0.25), np.abs(np.fft.rfft(spread)) / np.abs(spread.sum())
 
 
 def photograph(camera: CameraConfig, render: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

@@ -25,6 +25,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.leaderboard": 2,
     "experiments.bench.maps": 2,
     "experiments.bench.training": 3,
+    "experiments.bench.measured": 3,
     "experiments.bench.reproduction": 3,
     "experiments.bench.public": 3,
     "experiments.bench.cli": 4,

@@ -29,6 +29,7 @@ def compare(
 
     Equal trials have the same seed and the same condition: runs of one experiment and one seed under other settings
     have them all. Their spikes are compared pair by pair, per condition. Models are paired by label.
+    The trials of an imported log have no seeds: those of equal conditions are compared as independent samples.
     """
     from experiments.bench.core.terminal import error_console, out_console
     from experiments.bench.public.comparison import compare as compared
@@ -69,12 +70,23 @@ def _results(found: Comparison) -> Table:
 
     rows = found.results.to_pylist()
     tests = "; ".join(sorted({row["test"] for row in rows}))
-    title = f"\nspikes a trial on equal trials, first less second ({tests}; p after Holm)"
+    paired = all(row["test"].startswith("Wilcoxon") for row in rows)
+    which = "equal trials" if paired else "independent trials of equal conditions"
+    title = f"\nspikes a trial on {which}, first less second ({tests}; p after Holm)"
     table = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)
     conditions = found.results.column_names[: found.results.column_names.index("model")]
     names = [name for name in conditions if len({row[name] for row in rows}) > 1] or conditions[:1]
     several = len({(row["model"], row["against"]) for row in rows}) > 1 or rows[0]["model"] != rows[0]["against"]
-    for name in (*names, *(["model"] if several else []), "n", "first", "second", "difference", "rank-biserial", "p"):
+    for name in (
+        *names,
+        *(["model"] if several else []),
+        "n",
+        "first",
+        "second",
+        "difference",
+        "rank-biserial" if paired else "delta",
+        "p",
+    ):
         table.add_column(name, justify="left" if name in ("model", "clip", "motion", "direction") else "right")
     for row in rows:
         model = row["model"] if row["model"] == row["against"] else f"{row['model']} - {row['against']}"

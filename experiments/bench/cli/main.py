@@ -10,12 +10,15 @@ from typer.core import TyperGroup
 
 from experiments.bench.cli import (
     behave,
+    camera,
     clips,
     compare,
     doctor,
+    export,
     leaderboard,
     listing,
     maps,
+    measured,
     reproduce,
     run,
     runs,
@@ -27,22 +30,9 @@ from experiments.bench.cli import (
 )
 
 COMMANDS = (
-    run,
-    sweep,
-    maps,
-    reproduce,
-    watch,
-    leaderboard,
-    tune,
-    train,
-    behave,
-    listing,
-    runs,
-    compare,
-    view,
-    clips,
-    doctor,
-)
+    run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, measured,
+    camera, export, clips, doctor,
+)  # fmt: skip
 """The modules of the commands, in the order in which help shows them."""
 
 
@@ -95,6 +85,8 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias view runs/speed-...         a run's recordings in Rerun
   colias runs                        the runs so far: what, changed, verdicts
   colias compare runs/A runs/B       how two runs differ, pair by pair
+  colias import log.csv              a real robot's log as a run
+  colias export runs/A --to csv      tables and frames for other programs
   colias doctor                      does this machine have what is needed?
 
 [b]What a run leaves in its folder[/b]

@@ -17,7 +17,8 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
     """List the runs in a folder, oldest first, down to the parts of sweeps and reproductions.
 
     For each: when it was begun, its experiment, seed and models, the parameters that are not at their defaults, how
-    many of its trials are finished, and how its claims came out. A folder that cannot be read is named in a line.
+    many of its trials are finished, and how its claims came out. Imported logs are marked.
+    A folder that cannot be read is named in a line.
     """
     from rich.markup import escape
     from rich.table import Table
@@ -27,7 +28,17 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
 
     rows = listed(folder).to_pylist()
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in ("run", "when", "seed", "trials", "models", "changed", "verdicts"):
+    imported = any(row["provenance"] not in (None, "simulated") for row in rows)
+    for name in (
+        "run",
+        "when",
+        "seed",
+        "trials",
+        "models",
+        "changed",
+        "verdicts",
+        *(["provenance"] if imported else []),
+    ):
         table.add_column(name, overflow="fold", no_wrap=name == "when")
     for row in (row for row in rows if row["trouble"] is None):
         place = Path(row["run"])
@@ -36,8 +47,10 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
         whole = row["done"] == row["planned"]
         trials = f"{row['done']}" if whole else f"[yellow]{row['done']} of {row['planned']}[/yellow]"
         table.add_row(
-            escape(name), f"{row['when'].astimezone():%Y-%m-%d %H:%M}", f"{row['seed']}", f"{trials}{failed}",
+            escape(name), f"{row['when'].astimezone():%Y-%m-%d %H:%M}",
+            f"{row['seed']}" if row["provenance"] == "simulated" else "-", f"{trials}{failed}",
             escape(row["models"]), escape(row["changed"]), row["verdicts"],
+            *([escape(row["provenance"])] if imported else []),
         )  # fmt: skip
     if table.row_count:
         out_console.print(table)

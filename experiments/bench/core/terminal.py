@@ -49,7 +49,7 @@ def show_verdict(verdict: Verdict, *, model: bool) -> None:
     ``model`` says whether to name the model that it is about.
     """
     who = f" ({escape(verdict.model)})" if model and verdict.model else ""
-    found = coloured(verdict.verdict)
+    found = coloured(verdict.verdict) + (f" [{verdict.provenance}]".replace("[", r"\[") if verdict.provenance else "")
     if (verdict.replicates or 0) > 1:
         found = f"{verdict.held} (replicate 0: {found})"
     out_console.print(f"\n[b]{verdict.id}[/b]{who} {found}: {verdict.says}")

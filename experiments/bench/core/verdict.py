@@ -139,6 +139,8 @@ class Verdict:
         What the claim comes to under the readings of the paper that were not taken, beside those taken.
     assumed
         Of a claim that compares models: what is assumed of the other one, and with which of its constants it holds.
+    provenance
+        Where the trials come from: ``measured``, say, of a real robot's; empty where they are simulated.
 
     Raises
     ------
@@ -172,6 +174,7 @@ class Verdict:
     mechanism: str = ""
     other_reading: str = ""
     assumed: str = ""
+    provenance: str = ""
 
     def __post_init__(self) -> None:
         if self.replicates is None:

@@ -14,7 +14,7 @@ import pyarrow as pa
 
 from experiments.bench.clips.rows import CLIP_SCHEMA, SHOWN
 from experiments.bench.core.models import family
-from experiments.bench.core.statistics import holm, paired
+from experiments.bench.core.statistics import Test, contrast, holm, paired
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.description import LONGEST, RESUMED
 from experiments.bench.core.store.rows import group
@@ -48,6 +48,8 @@ class Comparison:
         A row per model and condition that both runs have trials of: ``n`` equal trials (the same seed and condition),
         ``mean_first`` and ``mean_second`` spikes a trial, ``mean_difference`` (the first less the second), the
         rank-biserial correlation, and Wilcoxon's signed-rank test; ``p_holm`` is corrected for the number of rows.
+        Where a run was imported from a log and no seeds pair its trials, those of a condition are independent: the
+        test is Mann-Whitney's, ``rank_biserial`` is Cliff's delta, and ``n`` is the smaller number of trials.
     note
         Why there are no results; empty where there are.
     code
@@ -208,6 +210,8 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[st
         return [], f"nothing to pair: the runs share no model, and have more than one ({shown})"
     rows = [table.select(sorted(needed)).to_pylist() for table in tables]
     found = [row for pair in pairs for row in _of_models(rows[0], rows[1], pair, columns)]
+    if not found and {one.provenance, other.provenance} != {"simulated"}:
+        found = [row for pair in pairs for row in _independent(rows[0], rows[1], pair, columns)]
     if not found:
         why = f": the seeds are {one.seed} and {other.seed}" if one.seed != other.seed else ""
         return [], f"nothing to pair: no trial of the one has the seed and condition of one of the other{why}"
@@ -219,7 +223,7 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[st
 def _of_models(one: Rows, other: Rows, pair: tuple[str, str], columns: Sequence[str]) -> Iterator[dict[str, Any]]:
     """A row per condition that two models, one of each run, were both shown at the same seeds."""
     matching = {(row["seed"], *(row[name] for name in columns)): row["spikes"] for row in other
-                if row["model"] == pair[1]}  # fmt: skip
+                if row["model"] == pair[1] and row["seed"] is not None}  # fmt: skip
     for condition, own in group([row for row in one if row["model"] == pair[0]], *columns).items():
         both = [
             (row["spikes"], matching[key]) for row in own if (key := (row["seed"], *condition)) in matching
@@ -228,10 +232,28 @@ def _of_models(one: Rows, other: Rows, pair: tuple[str, str], columns: Sequence[
         if not both:
             continue
         first, second = ([float(each[i]) for each in both] for i in (0, 1))
-        test = paired(first, second)
-        means = sum(first) / len(first), sum(second) / len(second)
-        yield {
-            **dict(zip(columns, condition, strict=True)), "model": pair[0], "against": pair[1], "n": len(both),
-            "mean_first": means[0], "mean_second": means[1], "mean_difference": means[0] - means[1],
-            "rank_biserial": test.effect, "test": test.name, "p": test.p,
-        }  # fmt: skip
+        yield _tested(condition, columns, pair, first, second, len(both), paired(first, second))
+
+
+def _independent(one: Rows, other: Rows, pair: tuple[str, str], columns: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """A row per condition that two models, one of each run, were both shown, in trials that nothing pairs."""
+    theirs = group([row for row in other if row["model"] == pair[1]], *columns)
+    for condition, own in group([row for row in one if row["model"] == pair[0]], *columns).items():
+        first, second = ([float(row["spikes"]) for row in rows if row["spikes"] is not None]
+                         for rows in (own, theirs.get(condition, ())))  # fmt: skip
+        if first and second:
+            n = min(len(first), len(second))
+            yield _tested(condition, columns, pair, first, second, n, contrast(first, second))
+
+
+def _tested(
+    condition: Sequence[Any], columns: Sequence[str], pair: tuple[str, str], first: Sequence[float],
+    second: Sequence[float], n: int, test: Test,
+) -> dict[str, Any]:  # fmt: skip
+    """The row of one test."""
+    means = sum(first) / len(first), sum(second) / len(second)
+    return {
+        **dict(zip(columns, condition, strict=True)), "model": pair[0], "against": pair[1], "n": n,
+        "mean_first": means[0], "mean_second": means[1], "mean_difference": means[0] - means[1],
+        "rank_biserial": test.effect, "test": test.name, "p": test.p,
+    }  # fmt: skip

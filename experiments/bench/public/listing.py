@@ -29,6 +29,7 @@ SCHEMA = pa.schema(
         "planned": pa.int64(),
         "failures": pa.int64(),
         "verdicts": pa.string(),
+        "provenance": pa.string(),
         "trouble": pa.string(),
     }
 )
@@ -47,8 +48,9 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
     pyarrow.Table
         ``run``: its folder. ``when``: when it was begun, by the time of ``experiment.json``. ``experiment``,
         ``seed``, ``models``: what ran. ``changed``: the parameters that are not at their defaults. ``done`` of
-        ``planned`` trials are finished, ``failures`` are listed. ``verdicts``: ``3 hold, 1 fails``. ``trouble``:
-        what is wrong with a folder that cannot be read, in one line; otherwise null.
+        ``planned`` trials are finished, ``failures`` are listed. ``verdicts``: ``3 hold, 1 fails``. ``provenance``:
+        ``simulated``, or of an imported log ``measured``, say. ``trouble``: what is wrong with a
+        folder that cannot be read, in one line; otherwise null.
 
     Raises
     ------
@@ -91,6 +93,7 @@ def _row(folder: Path) -> dict[str, Any]:
         return {
             **row, "experiment": run.name, "seed": run.seed, "models": ", ".join(run.models), "changed": run.changed,
             "planned": run.planned, "done": run.done, "failures": run.failures.num_rows, "verdicts": run.verdicts,
+            "provenance": run.provenance,
         }  # fmt: skip
     except UsageError as error:
         trouble = str(error)

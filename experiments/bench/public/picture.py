@@ -20,6 +20,7 @@ from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.mechanism import excitation, excitation_figure
 from experiments.bench.robot.mechanism import figure as mechanism_figure
 from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
+from experiments.bench.robot.rows import caption, drawable
 
 
 def draw(folder: Path, said: Mapping[str, Any], trials: pa.Table, frames: pa.Table) -> Figure:
@@ -56,16 +57,17 @@ def _of_robot(said: Mapping[str, Any], rows: list[Any], frames: pa.Table) -> Fig
     """The figure of trials with the robot."""
     declared, settings = said["experiment"], said["settings"]
     models = {model["label"]: model for model in settings["models"]}
-    arena, labels = settings["scene"]["arena"], list(models)
+    labels = list(models)
+    name, arena, repeats = caption(declared["name"], settings["scene"]["arena"], said["repeats"], rows)
     blind = settings["robot"].get("open_loop", False)  # a run of an older version has no such setting
     if declared["figure"] == "excitation" and set(NEEDED) <= set(models):
         found = excitation.courses(rows, frames, float(models[WHOLE]["network"]["w_i"]))
         if found:
-            title = robot_figure.title(declared["name"], [WHOLE], arena, said["repeats"], open_loop=blind)
+            title = robot_figure.title(name, [WHOLE], arena, repeats, open_loop=blind)
             return excitation_figure.figure(found, title, _threshold(models[WHOLE]))
-    title = robot_figure.title(declared["name"], labels, arena, said["repeats"], open_loop=blind)
+    title = robot_figure.title(name, labels, arena, repeats, open_loop=blind)
     thresholds = {label: _threshold(model) for label, model in models.items()}
-    if declared["figure"] == "mechanism":
+    if drawable(declared["figure"], rows) == "mechanism":
         return mechanism_figure.figure(rows, declared["varies"], title, thresholds[labels[0]])
     shown = without_parts(rows) if declared["figure"] == "excitation" else rows
     return robot_figure.figure(shown, frames, declared["varies"], title, thresholds)

@@ -133,6 +133,12 @@ class Run:
         return ", ".join(f"{count} {_WORDS[word][count != 1]}" for word, count in counts.items() if count)
 
     @property
+    def provenance(self) -> str:
+        """Where its trials come from: ``simulated``, or of an imported log ``measured``, say."""
+        measured = self.description.get("measured")
+        return str(measured["provenance"]) if isinstance(measured, Mapping) else "simulated"
+
+    @property
     def offline(self) -> bool:
         """Whether it is of clips that models were shown, not of the robot."""
         declared = self.description.get("experiment")

@@ -14,6 +14,7 @@ from typing import Any, Literal, get_args
 
 from experiments.bench.core.claims.numbers import is_number, unreadable
 from experiments.bench.core.errors import short
+from experiments.bench.core.store.origin import is_imported
 from experiments.bench.core.store.rows import group
 from experiments.bench.core.verdict import Claim, Outcome, Verdict
 from experiments.bench.robot import judges
@@ -228,8 +229,9 @@ def flaws(rows: Rows) -> str:
     """What makes trials something other than what their conditions say, in words; empty if nothing does.
 
     A trial that was driven open loop is what its stimulus did: its speed and path are told, and bound by no tolerance.
+    Of a trial from a robot's log nobody knows them: it is taken at the log's word.
     """
-    found = []
+    rows, found = [row for row in rows if not is_imported(row)], []
     for name, what in (("achieved_speed_cm_s", "speed"), ("path_error_mm", "path")):
         lost = sum(not is_number(row[name]) for row in rows)
         if lost:

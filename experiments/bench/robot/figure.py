@@ -19,7 +19,7 @@ from experiments.bench.core.figures.plotting import STYLE, plain
 from experiments.bench.core.statistics import summarise
 from experiments.bench.core.store.rows import group
 from experiments.bench.robot.plan import Plan
-from experiments.bench.robot.rows import varying
+from experiments.bench.robot.rows import caption, is_tracked, varying
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -80,14 +80,16 @@ def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
     """`figure` of a run."""
     settings, varies = plan.settings, plan.experiment.varies
     models, blind = [model.label for model in settings.models], settings.robot.open_loop
-    said = title(plan.experiment.name, models, settings.scene.arena, plan.repeats, open_loop=blind)
+    name, arena, repeats = caption(plan.experiment.name, settings.scene.arena, plan.repeats, rows)
+    said = title(name, models, arena, repeats, open_loop=blind)
     return figure(rows, frames, varies, said, {model.label: model.threshold for model in settings.models})
 
 
-def title(name: str, models: Sequence[str], arena: str, repeats: int, *, open_loop: bool = False) -> str:
-    """Return the title of a run's figure."""
+def title(name: str, models: Sequence[str], arena: str, repeats: int | str, *, open_loop: bool = False) -> str:
+    """Return the title of a run's figure. An empty ``arena`` is left out."""
     shown = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
-    return f"{name}: {shown}, {arena} arena{', driven open loop' if open_loop else ''}, n = {repeats}"
+    where = f", {arena} arena" if arena else ""
+    return f"{name}: {shown}{where}{', driven open loop' if open_loop else ''}, n = {repeats}"
 
 
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Mapping[str, float | None]) -> Figure:
@@ -153,10 +155,10 @@ def said(level: Any) -> str:
 
 
 def _trace_axis(rows: Rows) -> str:
-    """Bearing where the stimulus crosses the view and the observer stands; else time."""
+    """Bearing where the stimulus crosses the view, the observer stands and poses are known; else time."""
     crossing = all(row["motion"] == "translation" for row in rows)
     still = not any(row["observer_speed_cm_s"] or row["observer_turn_deg_s"] for row in rows)
-    return "stimulus_bearing_deg" if crossing and still else "sim_time_s"
+    return "stimulus_bearing_deg" if crossing and still and all(is_tracked(row) for row in rows) else "sim_time_s"
 
 
 def _conditions(rows: Rows, varies: str) -> list[str]:

@@ -9,11 +9,13 @@ from typing import Any, TypedDict, get_args, get_type_hints
 import pyarrow as pa
 
 from dsnn import ResponseSeries
+from experiments.bench.core.claims.numbers import is_number
 from experiments.bench.core.store.contents import (
     MAY_BE_NULL,
     Contents,
     planned_trial,
 )
+from experiments.bench.core.store.origin import is_imported, origin
 from experiments.bench.core.store.parameters import Parameters
 from experiments.bench.core.store.rows import (
     OBSERVER,
@@ -23,9 +25,10 @@ from experiments.bench.core.store.rows import (
     ModelRow,
     ResponseRow,
     TrialRecord,
+    group,
     schema_of,
 )
-from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.mechanism.windows import InWindows
 from experiments.bench.robot.trial import FrameColumns, TrialResult
 
@@ -195,3 +198,46 @@ def robot_contents(
         MAY_BE_NULL.union(PARTS),
         parameters or {},
     )
+
+
+NEEDED_TO_DRAW: Mapping[Drawing, tuple[str, ...]] = {
+    "mechanism": ("seconds_in_view", "rate_in_view_hz", "mean_hs_near_axis"),
+    "excitation": (),
+    "spikes": (),
+}
+"""Figure -> the columns that it cannot do without, and that the rows of a log may lack."""
+
+
+def is_tracked(row: Mapping[str, Any]) -> bool:
+    """Return whether the poses of the robots are known in a row's frames: of an imported log only from a tracker."""
+    return not is_imported(row) or is_number(row["closest_cm"])
+
+
+def drawable(figure: Drawing, rows: Sequence[Mapping[str, Any]]) -> Drawing:
+    """Return ``figure``, or ``spikes`` where rows of a log have no number in a column that it draws."""
+    needed = NEEDED_TO_DRAW[figure]
+    lacking = any(not is_number(row.get(name)) for row in rows if is_imported(row) for name in needed)
+    return "spikes" if lacking else figure
+
+
+def caption(name: str, arena: str, repeats: int, rows: Sequence[Mapping[str, Any]]) -> tuple[str, str, str]:
+    """Return what a figure's title says of a run.
+
+    Parameters
+    ----------
+    name, arena, repeats
+        Of the run, as it was planned.
+    rows
+        Of its ``trials.parquet``.
+
+    Returns
+    -------
+    tuple of str
+        The name, of an imported log with where it comes from; the arena, empty for a log; and n, ``8..10`` where the
+        conditions of a log have so many trials.
+    """
+    said = origin(rows)
+    if not said:
+        return name, arena, str(repeats)
+    counts = {len(own) for own in group(rows, "model", *CONDITION_COLUMNS).values()}
+    return f"{name} ({said})", "", "..".join(str(count) for count in sorted({min(counts), max(counts)}))

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from experiments.bench.core.claims.numbers import is_number
 from experiments.bench.core.figures import plotting
 from experiments.bench.core.statistics import holm, paired, summarise
+from experiments.bench.core.store.origin import origin
 from experiments.bench.core.store.rows import Failure, group, mixture
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.verdict import Verdict
@@ -26,6 +27,7 @@ from experiments.bench.robot.mechanism.excitation import Course
 from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
 from experiments.bench.robot.open_loop import in_short, why
 from experiments.bench.robot.plan import Plan
+from experiments.bench.robot.rows import drawable
 
 QUANTITIES = (
     "spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s", "path_error_mm", "drift_mm",
@@ -53,6 +55,8 @@ class Report:
     courses: list[Course]
     """Of a run whose figure is about excitation; else empty."""
     open_loop: str = ""
+    provenance: str = ""
+    """Where the trials come from, as `experiments.bench.core.store.origin` says it; empty: they are simulated."""
 
 
 def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:
@@ -60,7 +64,7 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     rows = folder.rows()
     admitted = [text for text in (mixture(rows), in_short(rows)) if text]
     verdicts = [
-        _admitting(judge(claim, own, model.threshold, model.label), lost, admitted)
+        _admitting(judge(claim, own, model.threshold, model.label), lost, admitted, origin(own))
         for model in plan.settings.models
         for own in [[row for row in rows if row["model"] == model.label]]
         for lost in [sum(failure.model in ("", model.label) for failure in failures)]
@@ -82,10 +86,11 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     folder.write_json("claims.json", verdicts)
     declared = plan.experiment
     return Report(
-        folder.folder, declared.varies, declared.figure, shown, summary, verdicts, compared, flaws(rows),
-        list(failures), found,
+        folder.folder, declared.varies, drawable(declared.figure, rows), shown, summary, verdicts, compared,
+        flaws(rows), list(failures), found,
         why(plan.settings.robot, min(each.speed_cm_s for each in declared.conditions()))
         if plan.settings.robot.open_loop else "",
+        origin(rows),
     )  # fmt: skip
 
 
@@ -93,7 +98,7 @@ def _of_several(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure], ad
     """The verdicts on claims that compare models."""
     thresholds = {model.label: model.threshold for model in plan.settings.models}
     return [
-        _admitting(judge(claim, rows, thresholds.get(claim.spiking), ""), lost, admitted)
+        _admitting(judge(claim, rows, thresholds.get(claim.spiking), ""), lost, admitted, origin(rows))
         for claim in map(find, plan.experiment.claims)
         if claim.models
         for lost in [sum(failure.model in ("", *claim.models) for failure in failures)]
@@ -111,15 +116,16 @@ def courses_of(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> list[Cours
 def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder, found: Sequence[Course]) -> Figure:
     if found:
         return excitation_figure.draw(found, plan)
-    if plan.experiment.figure == "mechanism":
+    if drawable(plan.experiment.figure, rows) == "mechanism":
         return mechanism_figure.draw(rows, plan)
     return robot_figure.draw(rows, folder.frames(), plan)
 
 
-def _admitting(verdict: Verdict, lost: int, admitted: Sequence[str]) -> Verdict:
+def _admitting(verdict: Verdict, lost: int, admitted: Sequence[str], provenance: str) -> Verdict:
     """The verdict saying too on how many trials it could not be judged, and what is ``admitted`` of the others."""
     failed = [f"{lost} trials of the run failed"] if lost else []
-    return dataclasses.replace(verdict, measured="; ".join([verdict.measured, *failed, *admitted]))
+    measured = "; ".join([verdict.measured, *failed, *admitted])
+    return dataclasses.replace(verdict, measured=measured, provenance=provenance)
 
 
 def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:

@@ -27,6 +27,8 @@ SPIKES_TITLE = "HS spikes per trial; highest and lowest HS"
 
 def show(report: Report, recordings: bool) -> None:
     """Print the table of conditions, the verdicts, and where everything is."""
+    if report.provenance:
+        out_console.print(f"[b]{report.provenance}[/b]: imported from a log")
     if report.rows:
         out_console.print(_conditions_table(report))
     several = len({row["model"] for row in report.rows}) > 1

@@ -69,8 +69,8 @@ class Answer:
     peak_vs: float
     trough_vs: float
     peak_looming: float
-    parts: InWindows
-    """The same in parts of the trial."""
+    parts: InWindows | None
+    """The same in parts of the trial; ``None`` where nobody knows where the stimulus was."""
     series: ResponseSeries
 
 
@@ -155,11 +155,11 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     if any(each.poses != first.poses for each in seen.values()):
         raise TrialError("the robots moved otherwise before the other eye: this is a defect of the bench")
     columns = _columns(first.frames, first.poses, settings)
-    parts = _parts(spec, columns)
+    parts = parts_of(spec.condition, settings.camera, columns)
     runners = {each.label: each for eye in seen.values() for each in eye.watching}
     watching = [runners[model.label] for model in settings.models]
     series = [(each.chosen, given) for each in watching if (given := each.series()) is not None]
-    answers = tuple(_answer(chosen, given, parts, settings.camera.fps) for chosen, given in series)
+    answers = tuple(answer(chosen, given, parts, settings.camera.fps) for chosen, given in series)
     broken = {each.label: each.trouble for each in watching if each.trouble}
     if not answers:
         raise TrialError("; ".join(f"{label}: {trouble}" for label, trouble in broken.items()))
@@ -216,7 +216,7 @@ def _result(
         path_error_mm=1000 * float(np.abs(offset[steady]).max()) if measured else math.nan,
         drift_mm=1000 * float(offset[-1]),
         drive="open" if spec.settings.robot.open_loop else "feedback",
-        closest_cm=float(_away_cm(columns, spec.settings.camera.forward_cm).min()),
+        closest_cm=float(away_cm(columns, spec.settings.camera.forward_cm).min()),
         seconds_in_view=float(parts.in_view.sum()) / spec.settings.camera.fps,
         frames=len(poses),
         wall_s=wall_s,
@@ -225,21 +225,34 @@ def _result(
     )
 
 
-def _parts(spec: TrialSpec, columns: FrameColumns) -> Windows:
-    camera = spec.settings.camera
-    away = _away_cm(columns, camera.forward_cm)
-    return windows(spec.condition, camera, columns.sim_time_s, columns.stimulus_bearing_deg, away)
+def parts_of(condition: Condition, camera: CameraConfig, columns: FrameColumns) -> Windows:
+    """Find the parts of a trial in its frames, from its poses."""
+    away = away_cm(columns, camera.forward_cm)
+    return windows(condition, camera, columns.sim_time_s, columns.stimulus_bearing_deg, away)
 
 
-def _away_cm(columns: FrameColumns, forward_cm: float) -> npt.NDArray[np.float64]:
-    """From the lens to the stimulus's centre in every frame, wherever the observer was by then."""
+def away_cm(columns: FrameColumns, forward_cm: float) -> npt.NDArray[np.float64]:
+    """Return how far the stimulus's centre is from the lens in every frame, (T,), wherever the observer was by then."""
     heading = np.radians(columns.observer_heading_deg)
     lens_x = columns.observer_x_cm + forward_cm * np.cos(heading)
     lens_y = columns.observer_y_cm + forward_cm * np.sin(heading)
     return np.hypot(columns.stimulus_x_cm - lens_x, columns.stimulus_y_cm - lens_y)
 
 
-def _answer(model: ConfiguredModel, series: ResponseSeries, parts: Windows, fps: float) -> Answer:
+def answer(model: ConfiguredModel, series: ResponseSeries, parts: Windows | None, fps: float) -> Answer:
+    """Say what a model made of a trial's frames.
+
+    Parameters
+    ----------
+    model
+        The model.
+    series
+        Its answers, T frames long.
+    parts
+        The parts of the trial, if it is known where the stimulus was.
+    fps
+        Frames per second.
+    """
     channels, spikes = model.channels, series.accumulated_spikes(model.counted)
     return Answer(
         model=model.label,
@@ -253,7 +266,7 @@ def _answer(model: ConfiguredModel, series: ResponseSeries, parts: Windows, fps:
         peak_vs=float(series.vs.max()),
         trough_vs=float(series.vs.min()),
         peak_looming=float(series.looming.max()),
-        parts=measure(series, model.counted, parts, fps),
+        parts=None if parts is None else measure(series, model.counted, parts, fps),
         series=series,
     )
 

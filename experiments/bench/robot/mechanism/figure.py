@@ -15,6 +15,7 @@ from experiments.bench.core.statistics import summarise
 from experiments.bench.robot.figure import AXIS_LABELS, title
 from experiments.bench.robot.mechanism.windows import NEAR_AXIS_CM
 from experiments.bench.robot.plan import Plan
+from experiments.bench.robot.rows import caption
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -43,7 +44,8 @@ def draw(rows: Rows, plan: Plan) -> Figure:
     """`figure` of a run."""
     settings, labels = plan.settings, [model.label for model in plan.settings.models]
     blind = settings.robot.open_loop
-    said = title(plan.experiment.name, labels, settings.scene.arena, plan.repeats, open_loop=blind)
+    name, arena, repeats = caption(plan.experiment.name, settings.scene.arena, plan.repeats, rows)
+    said = title(name, labels, arena, repeats, open_loop=blind)
     return figure(rows, plan.experiment.varies, said, settings.models[0].threshold)
 
 

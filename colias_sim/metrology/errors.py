@@ -1,0 +1,5 @@
+"""What frames can lack."""
+
+
+class MetrologyError(ValueError):
+    """Frames that do not show what is to be measured: what they lack, in one line."""

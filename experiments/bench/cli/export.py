@@ -1,0 +1,141 @@
+"""The command ``colias export``. Heavy imports happen when it runs."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from experiments.bench.cli.options import Quiet
+
+LOG = "log"
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command(short_help="Write a run as CSV, .npz or .mat, as a robot's log, or its frames as pictures.")(export)
+
+
+def export(
+    run: Annotated[
+        Path,
+        typer.Argument(help="A run's folder; of footage its table (.parquet, .csv), or with --frames a recording."),
+    ],
+    to: Annotated[
+        str | None, typer.Option(metavar="csv|npz|mat|log", help="What to write; log: what colias import reads.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="New folder; otherwise the run's name and the kind.")] = None,
+    frames: Annotated[
+        Path | None, typer.Option(help="Write the frames of its recordings into this new folder, as PNG pictures.")
+    ] = None,
+    tracked: Annotated[
+        bool, typer.Option("--tracked", help="In a log: poses too, as a tracker over the arena gives them.")
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace what is there already.")] = False,
+    quiet: Quiet = False,
+) -> int:  # fmt: skip
+    """Write the tables of a run, of any kind, for other programs; or the whole run as a robot would have logged it.
+
+    A folder that is there already is refused, unless --force replaces it.
+    """
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.store.convert import KINDS
+
+    if to is not None and to not in (*KINDS, LOG):
+        raise UsageError(f"--to {to}: legal is {', '.join((*KINDS, LOG))}")
+    if to is None and frames is None:
+        raise UsageError("colias export: give --to, --frames, or both: nothing was asked for")
+    if tracked and to != LOG:
+        raise UsageError("--tracked: only --to log has poses to add; other tables hold what the run has")
+    if not run.exists():
+        raise UsageError(f"{run}: no such run, table or recording")
+    place = out or Path(f"{run.resolve().stem if run.is_file() else run.resolve().name}-{to}")
+    for each in ([place] if to else []) + ([frames] if frames else []):
+        if each.exists() and not force:
+            raise FileExistsError(f"{each} is there already: choose another folder, or give --force to replace it")
+        if each.resolve() == run.resolve() or each.resolve() in run.resolve().parents:
+            raise UsageError(f"{each}: holds what is to be exported; choose another folder")
+    if to == LOG:
+        _log(run, place, tracked, quiet)
+    elif to is not None:
+        _tables(run, place, to, quiet)
+    if frames is not None:
+        _pictures(run, frames, quiet)
+    return 0
+
+
+@contextmanager
+def _replacing(place: Path) -> Iterator[Path]:
+    """A folder beside ``place`` that becomes it when the block is done, and is removed when that fails."""
+    part = place.with_name(f"{place.name}.part")
+    shutil.rmtree(part, ignore_errors=True)
+    part.mkdir(parents=True)
+    try:
+        yield part
+        if place.is_dir() and not place.is_symlink():
+            shutil.rmtree(place)
+        else:
+            place.unlink(missing_ok=True)
+        part.rename(place)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def _tables(run: Path, place: Path, kind: str, quiet: bool) -> None:
+    from experiments.bench.core.store import convert
+    from experiments.bench.core.terminal import show_places
+
+    tables = convert.tables_of(run)
+    with _replacing(place) as part:
+        made = convert.write(tables, part, kind)
+    if not quiet:
+        show_places({path.stem: f"{place / path.relative_to(part)}" for path in made})
+
+
+def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
+    import dataclasses
+
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.terminal import progress, show_places
+    from experiments.bench.measured import export as measured_export
+    from experiments.bench.public.result import load
+
+    found = load(run)
+    if "settings" not in found.description or found.offline:
+        raise UsageError(f"{run}: --to log: legal is a run of trials with the robot")
+    with _replacing(place) as part, progress("export", found.done, quiet) as advance:
+        made = measured_export.write_log(
+            found.description, found.trials, found.frames, found.recordings, part, tracked=tracked, advance=advance
+        )
+    made = dataclasses.replace(made, command=made.command.replace(str(part), str(place)))
+    if not quiet:
+        pictured = {"frames": place / made.frames.name} if made.frames else {}
+        show_places({"log": place / made.log.name, **pictured, "import by": made.command})
+
+
+def _pictures(run: Path, place: Path, quiet: bool) -> None:
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.pictures import pictures, write_pictures
+    from experiments.bench.core.terminal import progress, show_places
+
+    recordings = [run] if run.suffix == ".rrd" else sorted(run.rglob("*.rrd")) if run.is_dir() else []
+    if not recordings:
+        raise UsageError(f"--frames: {run} has no recordings (.rrd), which hold the frames")
+    count = 0
+    with _replacing(place) as part, progress("frames", len(recordings), quiet) as advance:
+        for recording in recordings:
+            seen = pictures(recording)
+            if not seen:
+                raise UsageError(f"--frames: {recording} has no pictures")
+            inside = recording.relative_to(run).with_suffix("") if recording != run else Path(recording.stem)
+            inside = Path(*[name for name in inside.parts if name != "recordings"])
+            for entity, own in seen.items():
+                write_pictures(part / inside / entity if len(seen) > 1 else part / inside, own, ".png")
+                count += len(own)
+            advance()
+    if not quiet:
+        show_places({"frames": f"{place}  ({count} pictures of {len(recordings)} recordings)"})

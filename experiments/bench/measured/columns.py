@@ -1,0 +1,74 @@
+"""The columns of a robot's log, and their legal values. docs/back-from-the-robot.md is their documentation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from experiments.bench.robot.experiment import CONDITION_COLUMNS, WORDS
+
+INDEX = ("trial", "model", "seed", "origin")
+TIME = "time_s"
+CHANNELS: Mapping[str, str] = {"hs": "hs_spikes", "vs": "vs_spikes", "looming": "looming_spikes", "azimuth": ""}
+"""Channel -> its column of spikes; the azimuth has none."""
+POTENTIALS: Mapping[str, tuple[float, float]] = {
+    "hs": (-1.0, 1.0), "vs": (-1.0, 1.0), "looming": (0.0, 1.0), "azimuth": (-1.0, 1.0)
+}  # fmt: skip
+"""Channel -> the range of its potential."""
+POSES = (
+    "stimulus_bearing_deg", "stimulus_x_cm", "stimulus_y_cm", "stimulus_heading_deg", "observer_x_cm",
+    "observer_y_cm", "observer_heading_deg",
+)  # fmt: skip
+"""What a tracker over the arena may add; all of them or none."""
+ANSWERS = tuple(name for channel, spikes in CHANNELS.items() for name in (channel, spikes) if name)
+KNOWN = (*INDEX, *CONDITION_COLUMNS, TIME, *ANSWERS, *POSES)
+"""All columns, in the order in which a log is written."""
+WHOLE = frozenset({"trial", "seed", *(spikes for spikes in CHANNELS.values() if spikes)})
+ROBOT, SIMULATION = "robot", "simulation"
+"""What ``origin`` may be; blank is ``robot``. ``colias export --to log`` writes ``simulation``."""
+TEXTS = frozenset({"model", "origin", *WORDS})
+MOST_SPIKES = 1000
+"""Spikes of one frame; a count beyond it is a damaged line."""
+
+
+def parse(name: str, text: str) -> str | int | float | None:
+    """Return the value of a cell.
+
+    Parameters
+    ----------
+    name
+        Its column, one of `KNOWN`.
+    text
+        The cell; blank is ``None``.
+
+    Raises
+    ------
+    ValueError
+        In words, what is wrong with it and what is legal.
+    """
+    text = text.strip()
+    if not text:
+        return None
+    if name == "origin" and text not in (ROBOT, SIMULATION):
+        raise ValueError(f"origin={text[:40]!r}: legal is {ROBOT}, {SIMULATION}")
+    if name in TEXTS:
+        return text
+    kind = "a whole number" if name in WHOLE else "a number"
+    try:
+        value: int | float = int(text) if name in WHOLE else float(text)
+    except ValueError:
+        raise ValueError(f"{name}={text[:40]!r}: legal is {kind}") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{name}={text[:40]!r}: legal is a number, not {text[:40]}")
+    low, high = _range(name)
+    if not low <= value <= high:
+        raise ValueError(f"{name}={text[:40]}: legal is {kind} from {low:g} to {high:g}")
+    return value
+
+
+def _range(name: str) -> tuple[float, float]:
+    if name in POTENTIALS:
+        return POTENTIALS[name]
+    if name in CHANNELS.values():
+        return -MOST_SPIKES, MOST_SPIKES
+    return (0, 2**53) if name in ("trial", "seed", TIME) else (-math.inf, math.inf)

@@ -1,0 +1,155 @@
+"""Write a run as the log that a robot would have sent: `experiments.bench.measured.log` reads it back."""
+
+from __future__ import annotations
+
+import csv
+import shlex
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import load_model
+from experiments.bench.core.pictures import pictures, write_pictures
+from experiments.bench.core.store.origin import COLUMN, FRAMES_MEASURED, MEASURED
+from experiments.bench.core.store.rows import group
+from experiments.bench.core.user_code import is_file
+from experiments.bench.measured.columns import ANSWERS, CHANNELS, INDEX, POSES, ROBOT, SIMULATION, TIME
+from experiments.bench.measured.frames import PGM, trial_name
+from experiments.bench.robot.experiment import CONDITION_COLUMNS
+
+LOG, FRAMES = "log.csv", "frames"
+CAMERA = "camera"
+"""The entity of a recording that has the frames of the camera as it is set."""
+
+Row = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What was written of a run: the log, the folder of frames if there are any, and the command that imports them."""
+
+    log: Path
+    frames: Path | None
+    command: str
+
+
+def write_log(
+    description: Mapping[str, Any], trials: pa.Table, frames: pa.Table, recordings: Sequence[Path], out: Path, *,
+    tracked: bool, advance: Callable[[], None],
+) -> Written:  # fmt: skip
+    """Write a run of the robot as a log.
+
+    Parameters
+    ----------
+    description
+        Its ``experiment.json``.
+    trials, frames
+        Its tables.
+    recordings
+        Its recordings, which hold the frames of the camera.
+    out
+        A new folder.
+    tracked
+        Whether to write poses too, as a tracker over the arena would give them.
+    advance
+        Called once a trial.
+
+    Raises
+    ------
+    UsageError
+        The run is not of the robot.
+    """
+    lacking = [name for name in (*CONDITION_COLUMNS, "trial", "model", "seed") if name not in trials.column_names]
+    if lacking or TIME_IN_RUN not in frames.column_names:
+        raise UsageError(
+            f"--to log: the run is not of trials with the robot (no column {(lacking or [TIME_IN_RUN])[0]})"
+        )
+    rows = trials.to_pylist()
+    channels = _channels(description, rows)
+    header = [*INDEX, *CONDITION_COLUMNS, TIME]
+    header += [name for channel, spikes in CHANNELS.items() for name in (channel, spikes)
+               if name and any(channel in own for own in channels.values())]  # fmt: skip
+    header += POSES if tracked else ()
+    out.mkdir(parents=True, exist_ok=True)
+    own = group(frames.to_pylist(), "trial", "model")
+    with (out / LOG).open("w", newline="", encoding="utf-8") as file:
+        lines = csv.writer(file, lineterminator="\n")
+        lines.writerow(header)
+        for row in rows:
+            lines.writerows(_lines(header, row, own.get((row["trial"], row["model"]), ()), channels[row["model"]]))
+    there = {path.stem: path for path in recordings}
+    for trial in dict.fromkeys(row["trial"] for row in rows):
+        recording = there.get(trial_name(trial))
+        seen = pictures(recording).get(CAMERA) if recording else None
+        if seen is not None:
+            write_pictures(out / FRAMES / trial_name(trial), seen, PGM)
+        advance()
+    pictured = out / FRAMES if (out / FRAMES).is_dir() else None
+    return Written(out / LOG, pictured, _command(description, out / LOG, pictured, channels))
+
+
+TIME_IN_RUN = "sim_time_s"
+"""The column of ``frames.parquet`` that is the log's time."""
+
+
+def _lines(header: Sequence[str], row: Row, frames: Iterable[Row], channels: Sequence[str]) -> Iterator[list[str]]:
+    """The lines of one trial as one model answered it."""
+    known = {name for channel in channels for name in (channel, CHANNELS[channel])}
+    for frame in frames:
+        values = {**row, TIME: frame[TIME_IN_RUN], **{name: frame[name] for name in header if name in frame}}
+        values |= {name: None for name in ANSWERS if name not in known}
+        values["origin"] = ROBOT if row.get(COLUMN) in (MEASURED, FRAMES_MEASURED) else SIMULATION
+        yield [_cell(values[name]) for name in header]
+
+
+def _cell(value: Any) -> str:
+    """The shortest text that is the same number again; blank for null."""
+    return "" if value is None else repr(value) if isinstance(value, float) else str(value)
+
+
+def _channels(description: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, tuple[str, ...]]:
+    """Model -> the channels that it declares, and that the run knows; by its counts where its file is gone."""
+    sources = {model["label"]: model["source"] for model in description["settings"]["models"]}
+    found = {}
+    for (label,), own in group(rows, "model").items():
+        counted = tuple(channel for channel, spikes in CHANNELS.items() if spikes and own[0][spikes] is not None)
+        try:
+            declared = load_model(sources[label]).channels
+        except (UsageError, KeyError):
+            declared = counted
+        found[str(label)] = tuple(channel for channel in declared if channel in counted or not CHANNELS[channel])
+    return found
+
+
+def _command(description: Mapping[str, Any], log: Path, frames: Path | None, models: Iterable[str]) -> str:
+    """The command that imports what was written, with every parameter that is not at its default."""
+    words = ["colias", "import", str(log), *(["--frames", str(frames)] if frames else [])]
+    files = [path for path in description.get("files", ()) if path.endswith(".py")]
+    name = description["experiment"]["name"]
+    words += ["--experiment", _declaring(name, files)]
+    listed = description["settings"]["models"]
+    words += [word for model in listed if is_file(model["source"]) for word in ("--ran", model["source"])]
+    for key, values in (description.get("changed") or {}).items():
+        # What stands in a label after its colon is a model's own.
+        name = key.partition(".")[2]
+        common = {str(value).lower() if isinstance(value, bool) else str(value) for label, value in values.items()
+                  if value is not None and f"{name}=" not in label.partition(":")[2]}  # fmt: skip
+        words += [word for value in sorted(common) for word in ("--set", f"{key}={value}")]
+    return shlex.join(words)
+
+
+def _declaring(name: str, files: Sequence[str]) -> str:
+    """The experiment's name, or the user's file that declares it."""
+    from experiments.bench import registry
+
+    for path in files:
+        try:
+            if registry.find(path).name == name:
+                return path
+        except UsageError:
+            continue
+    return name

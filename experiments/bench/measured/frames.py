@@ -1,0 +1,93 @@
+"""The frames of a robot's trials: a folder of PGM files, or one raw file, for each trial."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.pictures import read_picture
+from experiments.bench.measured.log import Log, LoggedTrial
+
+Images = npt.NDArray[np.uint8]
+PGM, RAW = ".pgm", ".raw"
+
+
+def trial_name(trial: int) -> str:
+    """Return the name of a trial's folder, or of its raw file without the ending."""
+    return f"trial-{trial:04d}"
+
+
+@dataclass(frozen=True, slots=True)
+class FrameFolder:
+    """A folder of trials' frames.
+
+    Parameters
+    ----------
+    folder
+        It holds ``trial-0003/000000.pgm`` and so on, or ``trial-0003.raw``: T frames of R x C bytes, row by row.
+    shape
+        (R, C) of the frames.
+    """
+
+    folder: Path
+    shape: tuple[int, int]
+
+    def check(self, log: Log) -> None:
+        """Raise `UsageError` where the frames are not those of the log's trials, a file for each line."""
+        if not self.folder.is_dir():
+            raise UsageError(f"{self.folder}: no such folder of frames")
+        known = {trial_name(trial.index) for trial in log.trials}
+        for path in sorted(self.folder.iterdir()):
+            stem = path.stem if path.suffix == RAW else path.name
+            if re.fullmatch(r"trial-\d+", stem) and stem not in known:
+                raise UsageError(f"{path}: {log.path} has no such trial")
+        for trial in log.trials:
+            count, where = self._count(trial, log.path)
+            if count != len(trial.time_s):
+                said = f"{count} frames, {log.path}, line {trial.line}, begins a trial of {len(trial.time_s)}"
+                raise UsageError(f"{where}: {said}")
+
+    def read(self, trial: int) -> Images:
+        """Read the frames of a trial, (T, R, C); `UsageError` for a file that is none, or has another size."""
+        folder, raw = self.folder / trial_name(trial), self.folder / f"{trial_name(trial)}{RAW}"
+        if raw.is_file():
+            return np.frombuffer(raw.read_bytes(), np.uint8).reshape(-1, *self.shape)
+        frames = [self._picture(path) for path in _numbered(folder)]
+        return np.stack(frames)
+
+    def _count(self, trial: LoggedTrial, log: Path) -> tuple[int, Path]:
+        folder, raw = self.folder / trial_name(trial.index), self.folder / f"{trial_name(trial.index)}{RAW}"
+        if raw.is_file() and folder.is_dir():
+            raise UsageError(f"{raw}: there is a folder {folder.name} too: which are the trial's frames?")
+        if raw.is_file():
+            rows, columns = self.shape
+            size, one = raw.stat().st_size, rows * columns
+            if size % one:
+                raise UsageError(f"{raw}: {size} bytes, which is no number of frames of {columns}x{rows} = {one} bytes")
+            return size // one, raw
+        if not folder.is_dir():
+            raise UsageError(f"{folder}: no frames of trial {trial.index} there, which {log} has in line {trial.line}")
+        return len(_numbered(folder)), folder
+
+    def _picture(self, path: Path) -> Images:
+        picture = read_picture(path)
+        if picture.shape != self.shape:
+            (rows, columns), (own_rows, own_columns) = self.shape, picture.shape
+            said = f"{own_columns}x{own_rows} px, the camera has {columns}x{rows} (--set camera.width, camera.height)"
+            raise UsageError(f"{path}: {said}")
+        return picture
+
+
+def _numbered(folder: Path) -> Sequence[Path]:
+    """The PGM files of a folder, which are numbered from 0 up without a gap."""
+    files = {int(path.stem): path for path in folder.glob(f"*{PGM}") if path.stem.isdecimal()}
+    missing = next((number for number in range(len(files)) if number not in files), None)
+    if missing is not None:
+        raise UsageError(f"{folder}: frame {missing:06d}{PGM} is missing (it has {len(files)}, to {max(files):06d})")
+    return [files[number] for number in range(len(files))]

@@ -1,0 +1,78 @@
+"""A Rerun recording of a real robot's trial: its frames where they are there, and what models answered."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+import rerun.blueprint as rrb
+
+from dsnn import ResponseSeries
+from experiments.bench.core.recording import plots, potentials, recorded, timelines, video
+from experiments.bench.measured.log import LoggedTrial
+from experiments.bench.measured.rows import Given
+
+Images = npt.NDArray[np.uint8]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Shown:
+    """A model's answers, as recordings draw them."""
+
+    model: str
+    channels: tuple[str, ...]
+    thresholds: Mapping[str, float | None]
+    series: ResponseSeries
+
+
+def record(experiment: str, trial: LoggedTrial, answers: Sequence[Given], frames: Images | None) -> bytes:
+    """Record a trial.
+
+    Parameters
+    ----------
+    experiment
+        Name of the experiment.
+    trial
+        The trial.
+    answers
+        What models answered, at least one.
+    frames
+        What the robot's camera saw, (T, R, C), if it is known.
+
+    Returns
+    -------
+    bytes
+        Of an .rrd file.
+    """
+    shown = [_Shown(own.model.label, own.channels, own.thresholds, own.series) for own in answers]
+    name = f"{trial.index:04d} {trial.condition.label()}, {answers[0].provenance}"
+    said = hashlib.blake2s(b"".join(own.series.hs.tobytes() for own in answers) + trial.time_s.tobytes(), digest_size=6)
+    identity = f"{experiment}-measured-{trial.index:04d}-{said.hexdigest()}"
+    write = partial(_write, experiment, trial, answers[0].provenance, shown, frames)
+    return recorded(write, _blueprint(shown, frames is not None), name, identity)
+
+
+def _write(
+    experiment: str, trial: LoggedTrial, provenance: str, shown: Sequence[_Shown], frames: Images | None,
+    recording: rr.RecordingStream,
+) -> None:  # fmt: skip
+    condition = {name: value for name, value in dataclasses.asdict(trial.condition).items() if value is not None}
+    values = {"experiment": experiment, "trial": trial.index, "provenance": provenance, **condition}
+    recording.send_property("trial", rr.AnyValues(**values))
+    if frames is not None:
+        video(recording, "camera", frames, timelines(trial.time_s, np.arange(len(trial.time_s))))
+    potentials(recording, shown, trial.time_s)
+
+
+def _blueprint(shown: Sequence[_Shown], pictured: bool) -> rrb.Blueprint:
+    views = [rrb.Spatial2DView(origin="camera", name="camera of the robot (Y, 8 bit)")] if pictured else []
+    return rrb.Blueprint(
+        rrb.Vertical(*views, plots(shown), row_shares=[3, 2] if pictured else [1]),
+        rrb.TimePanel(state="collapsed", timeline="sim_time"),
+        collapse_panels=True,
+    )

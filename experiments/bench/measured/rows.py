@@ -1,0 +1,137 @@
+"""The tables of a measured run: those of simulated trials, and where each row comes from.
+
+What a robot cannot know is null: the speed that the stimulus reached, the error of its path, and without a tracker all
+that needs to be told where the stimulus was.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+
+from colias_sim.config import CameraConfig
+from dsnn import ResponseSeries
+from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.store.origin import COLUMN
+from experiments.bench.core.store.rows import OBSERVER
+from experiments.bench.measured.columns import CHANNELS, POSES
+from experiments.bench.measured.log import LoggedTrial
+from experiments.bench.robot.mechanism.windows import Windows
+from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.bench.robot.trial import FrameColumns, answer, away_cm, parts_of
+
+MEASURED_SCHEMA = TRIAL_SCHEMA.append(pa.field(COLUMN, pa.string()))
+RATE_TOLERANCE = 0.001
+"""Share by which a log's frame rate may differ from the camera's setting and still be taken for it."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Given:
+    """What one model answered to a trial.
+
+    Parameters
+    ----------
+    model
+        The model, under the label of its rows.
+    series
+        Its answers; a channel that is not known is 0 there.
+    unknown
+        Channels that the model declares, and the log does not tell.
+    provenance
+        Where the answers come from.
+    """
+
+    model: ConfiguredModel
+    series: ResponseSeries
+    unknown: tuple[str, ...]
+    provenance: str
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels whose answers are known."""
+        return tuple(channel for channel in self.model.channels if channel not in self.unknown)
+
+    @property
+    def thresholds(self) -> Mapping[str, float | None]:
+        """Each known channel's spiking threshold."""
+        return {channel: self.model.thresholds[channel] for channel in self.channels}
+
+
+def given(model: ConfiguredModel, logged: Mapping[str, npt.NDArray[Any]], frames: int, provenance: str) -> Given:
+    """Take the columns of a log as a model's answers.
+
+    Parameters
+    ----------
+    model
+        The model.
+    logged
+        Column -> its values, (T,).
+    frames
+        T.
+    provenance
+        Where the answers come from.
+    """
+    declared = {name for channel in model.channels for name in (channel, CHANNELS[channel])}
+    columns: dict[str, Any] = {
+        field.name: logged[field.name]
+        if field.name in logged and field.name in declared
+        else np.zeros(frames, np.int64 if field.name in CHANNELS.values() else np.float64)
+        for field in dataclasses.fields(ResponseSeries)
+    }
+    unknown = tuple(channel for channel in model.channels if channel not in logged)
+    return Given(model, ResponseSeries(**columns), unknown, provenance)
+
+
+def rate_hz(time_s: npt.NDArray[np.float64], nominal: float) -> float:
+    """Return the frame rate of a trial: ``nominal`` where its times go by that, else what they tell."""
+    if len(time_s) < 2:
+        return nominal
+    own = 1.0 / float(np.median(np.diff(time_s)))
+    return nominal if abs(own / nominal - 1.0) <= RATE_TOLERANCE else own
+
+
+def trial_row(
+    experiment: str, repeat: int, trial: LoggedTrial, own: Given, camera: CameraConfig
+) -> dict[str, Any]:  # fmt: skip
+    """Return the row of a trial as one model answered it, of `MEASURED_SCHEMA`."""
+    columns = _columns(trial)
+    parts: Windows | None = None if columns is None else parts_of(trial.condition, camera, columns)
+    rate = rate_hz(trial.time_s, camera.fps)
+    said = answer(own.model, own.series, parts, rate)
+    row = {name: getattr(said, name, getattr(said.parts, name, None)) for name in TRIAL_SCHEMA.names}
+    row |= {
+        "experiment": experiment, "trial": trial.index, "repeat": repeat, "seed": trial.seed, "robot": OBSERVER,
+        **dataclasses.asdict(trial.condition), "frames": len(trial.time_s), COLUMN: own.provenance,
+    }  # fmt: skip
+    if columns is not None and parts is not None:
+        row["closest_cm"] = float(away_cm(columns, camera.forward_cm).min())
+        row["seconds_in_view"] = float(parts.in_view.sum()) / rate
+    for channel in own.unknown:
+        for name in (f"peak_{channel}", f"trough_{channel}", CHANNELS[channel]):
+            if name in row:
+                row[name] = None
+    return row
+
+
+def frame_table(trial: LoggedTrial, own: Given) -> pa.Table:
+    """Return the frames of a trial as one model answered them, of the schema of simulated frames."""
+    count = len(trial.time_s)
+    columns: dict[str, Any] = {
+        "trial": [trial.index] * count, "model": [own.model.label] * count, "frame": range(count),
+        "robot": [OBSERVER] * count, "sim_time_s": trial.time_s,
+    }  # fmt: skip
+    columns |= {field.name: getattr(own.series, field.name) for field in dataclasses.fields(ResponseSeries)}
+    for channel in own.unknown:
+        columns |= {name: [None] * count for name in (channel, CHANNELS[channel]) if name}
+    columns |= {name: [None] * count if trial.poses is None else trial.poses[name] for name in POSES}
+    arrays = [pa.array(columns[field.name], field.type) for field in FRAME_SCHEMA]
+    return pa.Table.from_arrays(arrays, schema=FRAME_SCHEMA)
+
+
+def _columns(trial: LoggedTrial) -> FrameColumns | None:
+    return None if trial.poses is None else FrameColumns(sim_time_s=trial.time_s, **trial.poses)

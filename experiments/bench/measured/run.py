@@ -1,0 +1,275 @@
+"""Make a run of a robot's log: the same tables, statistics, figure and claims as of simulated trials."""
+
+from __future__ import annotations
+
+import dataclasses
+import shutil
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from experiments.bench.core.batch import tell
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.model_runner import ModelRunner
+from experiments.bench.core.models import ConfiguredModel, ask, choose
+from experiments.bench.core.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
+from experiments.bench.core.store.rows import Failure, TrialRecord
+from experiments.bench.core.store.run_folder import RunFolder
+from experiments.bench.core.terminal import error_console, progress
+from experiments.bench.core.user_code import sha256
+from experiments.bench.measured.frames import FrameFolder, Images
+from experiments.bench.measured.log import Log, LoggedTrial, read
+from experiments.bench.measured.rows import MEASURED_SCHEMA, Given, frame_table, given, rate_hz, trial_row
+from experiments.bench.robot.experiment import Condition, Experiment
+from experiments.bench.robot.plan import Plan, configure, describe
+from experiments.bench.robot.rows import FRAME_SCHEMA
+from experiments.bench.robot.summary import Report, conclude
+
+EYE = "@"
+"""Before the name of an eye, in the labels of `experiments.bench.robot.pictures.eyes`."""
+SHOWN_FRAMES = "@frames"
+"""Ends the label of a model that was shown the frames, where the robot's own has that name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """How a log is to be taken.
+
+    Parameters
+    ----------
+    log
+        The CSV file.
+    frames
+        The folder of the trials' frames, if there is one.
+    ran
+        What the robot ran, where the log's labels are no registered models: names, or .py files. Of a log without a
+        column ``model`` the first; ``dsnn`` if none is given.
+    models
+        Models to show the frames to.
+    assignments
+        ``SECTION.NAME=VALUE`` texts: parameters of the experiment, the models and the camera.
+    """
+
+    log: Path
+    frames: Path | None = None
+    ran: Sequence[str] = ()
+    models: Sequence[str] = ()
+    assignments: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Import:
+    """A log that was read and checked: nothing of it is written yet.
+
+    Parameters
+    ----------
+    log
+        The trials.
+    plan
+        The experiment, its settings and the models, in the order of their rows.
+    frames
+        The trials' frames.
+    ran
+        The log's label of a model -> the model.
+    shown
+        The models that the frames are shown to.
+    """
+
+    log: Log
+    plan: Plan
+    frames: FrameFolder | None
+    ran: dict[str, ConfiguredModel]
+    shown: tuple[ConfiguredModel, ...]
+
+
+def prepare(experiment: Experiment, asked: Asked) -> Import:
+    """Read and check all that is to be imported; `UsageError` in one line for what cannot be."""
+    # What the log's models are is not known yet, so their parameters wait.
+    of_design = [text for text in asked.assignments if text.startswith("experiment.")]
+    log = read(asked.log, configure(experiment, ["dsnn"], of_design)[0])
+    if not log.answered and not (asked.models and asked.frames):
+        said = "no column hs or looming, so no model has answered"
+        raise UsageError(f"{log.path}: {said}: --frames DIR --model dsnn shows the frames to one")
+    if asked.models and asked.frames is None:
+        raise UsageError("--model: a model needs --frames DIR to be shown")
+    labels = [label or (asked.ran[0] if asked.ran else "dsnn") for label in log.models] if log.answered else []
+    sources = {label: _source(label, asked.ran) for label in labels}
+    try:
+        texts = list(dict.fromkeys([*sources.values(), *asked.models]))
+        declared, settings = configure(experiment, texts, asked.assignments)
+    except UsageError as error:
+        if not str(error).startswith("--model") or set(asked.models) & set(str(error).split()):
+            raise
+        said = f"the models of {log.path} are {', '.join(labels)}; --ran MODEL.py declares one that is not registered"
+        raise UsageError(f"{error} ({said})") from None
+    by_text = dict(zip(texts, settings.models, strict=True))
+    ran = {
+        own: dataclasses.replace(by_text[sources[label]], label=label if own else by_text[sources[label]].label)
+        for own, label in zip(log.models if labels else (), labels, strict=True)
+    }
+    taken = {model.label for model in ran.values()}
+    shown = tuple(_beside(by_text[text], taken) for text in asked.models)
+    settings = dataclasses.replace(settings, models=(*ran.values(), *shown))
+    frames = None
+    if asked.frames is not None:
+        frames = FrameFolder(asked.frames, (settings.camera.height, settings.camera.width))
+        frames.check(log)
+    most = max(Counter(trial.condition for trial in log.trials).values())
+    made = Import(log, Plan(declared, settings, most, 0, experiment.design), frames, ran, shown)
+    _check_channels(made)
+    return made
+
+
+def _source(label: str, ran: Sequence[str]) -> str:
+    """What ``--model`` would be given for a label of the log: of one eye's model, that model."""
+    named: dict[str, str] = {}
+    for text in ran:
+        asked = ask(text)
+        own = choose(asked.source).label
+        named[f"{own}:{asked.settings}" if asked.settings else own] = text
+    plain = label.rpartition(EYE)[0] or label
+    return named.get(label) or named.get(plain) or (label if label in ran else plain)
+
+
+def _beside(model: ConfiguredModel, taken: set[str]) -> ConfiguredModel:
+    return dataclasses.replace(model, label=f"{model.label}{SHOWN_FRAMES}") if model.label in taken else model
+
+
+def _check_channels(made: Import) -> None:
+    """Refuse a log that does not tell the channel whose spikes count."""
+    for trial in made.log.trials:
+        for label, model in made.ran.items():
+            own = trial.answers.get(label)
+            if own is not None and model.counted and model.counted not in own:
+                said = f"trial {trial.index} has no {model.counted} of {model.label}, whose spikes count"
+                raise UsageError(f"{made.log.path}, line {trial.line}: {said}")
+
+
+def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report:
+    """Write the run of a log: everything, or nothing.
+
+    Parameters
+    ----------
+    made
+        The log, from `prepare`.
+    out
+        Folder of the run, which is not there yet.
+    recordings, quiet
+        Whether to record each trial for Rerun, and whether to print no progress.
+
+    Returns
+    -------
+    Report
+        What the run amounts to.
+
+    Raises
+    ------
+    FileExistsError
+        There is something at ``out``.
+    UsageError
+        A frame cannot be read.
+    """
+    if not quiet:
+        _note_rate(made)
+    with _whole(out) as place:
+        folder = RunFolder(place, MEASURED_SCHEMA, FRAME_SCHEMA, made.plan.changed())
+        folder.create({**_described(made), "recordings": recordings})
+        with closing(folder):
+            repeats: Counter[Condition] = Counter()
+            with progress("import", len(made.log.trials), quiet) as advance:
+                for trial in made.log.trials:
+                    folder.add(_record(made, trial, repeats[trial.condition], recordings))
+                    repeats[trial.condition] += 1
+                    advance()
+            folder.flush()
+            tell(folder)
+            report = conclude(made.plan, folder, folder.failures())
+    return dataclasses.replace(report, folder=out)
+
+
+def _described(made: Import) -> dict[str, Any]:
+    """What ``experiment.json`` holds."""
+    said = [_provenance(trial, shown=shown) for trial in made.log.trials
+            for shown, models in ((False, made.ran), (True, made.shown)) if models]  # fmt: skip
+    measured = {
+        "provenance": "; ".join(dict.fromkeys(said)), "log": str(made.log.path), "sha256": sha256(made.log.path),
+        "frames": str(made.frames.folder) if made.frames else None,
+    }  # fmt: skip
+    return {**describe(made.plan), "trials": len(made.log.trials), "measured": measured}
+
+
+@contextmanager
+def _whole(out: Path) -> Iterator[Path]:
+    """A folder beside ``out`` that becomes it when the block is done, and is removed when that fails."""
+    if out.exists() and not (out.is_dir() and not any(out.iterdir())):
+        raise FileExistsError(f"{out} is there already: choose another --out, or remove it")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    place = out.with_name(f"{out.name}.part")
+    if place.exists():
+        raise FileExistsError(f"{place} is there already, of an import that was cut short: remove it")
+    try:
+        yield place
+        if out.exists():
+            out.rmdir()
+        place.rename(out)
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
+
+
+def _record(made: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> TrialRecord:
+    """The rows of one trial."""
+    frames = None if made.frames is None else made.frames.read(trial.index)
+    answers = [
+        given(made.ran[label], own, len(trial.time_s), _provenance(trial, shown=False))
+        for label, own in trial.answers.items() if label in made.ran
+    ]  # fmt: skip
+    failures = []
+    for model in made.shown:
+        assert frames is not None, "prepare asks for frames"
+        own = _shown(model, frames, _provenance(trial, shown=True))
+        if isinstance(own, Given):
+            answers.append(own)
+        else:
+            failures.append(Failure(trial.index, model.label, trial.condition.label(), trial.seed or 0, 1, own))
+    if not answers:
+        raise UsageError(f"trial {trial.index}: {failures[0].reason}")
+    recorded = None
+    if recordings:
+        from experiments.bench.measured.recording import record  # not before: Rerun takes its time to load
+
+        recorded = record(made.plan.experiment.name, trial, answers, frames)
+    camera, name = made.plan.settings.camera, made.plan.experiment.name
+    rows = tuple(trial_row(name, repeat, trial, own, camera) for own in answers)
+    table = pa.concat_tables([frame_table(trial, own) for own in answers])
+    return TrialRecord(trial.index, rows, table, recorded, tuple(failures))
+
+
+def _provenance(trial: LoggedTrial, *, shown: bool) -> str:
+    """Where the answers of a trial come from: the robot's own, or those of a model ``shown`` its frames."""
+    if trial.simulated:
+        return FRAMES_OF_SIMULATION if shown else LOG_OF_SIMULATION
+    return FRAMES_MEASURED if shown else MEASURED
+
+
+def _shown(model: ConfiguredModel, frames: Images, provenance: str) -> Given | str:
+    """A model's answers to frames, or what went wrong in it."""
+    runner = ModelRunner(model, (frames.shape[1], frames.shape[2]))
+    for frame in frames:
+        runner.see(frame)
+    series = runner.series()
+    return runner.trouble if series is None else Given(model, series, (), provenance)
+
+
+def _note_rate(made: Import) -> None:
+    """Say where a log's frames come at another rate than the camera is set to."""
+    fps = made.plan.settings.camera.fps
+    rates = [rate_hz(trial.time_s, fps) for trial in made.log.trials]
+    if any(rate != fps for rate in rates):
+        said = f"its frames come at {min(rates):.2f} to {max(rates):.2f} per second, camera.fps is {fps:g}"
+        error_console.print(f"note: {made.log.path}: {said}; firing rates go by the log's own", soft_wrap=True,
+                            markup=False)  # fmt: skip

@@ -1,0 +1,154 @@
+"""``colias export``: the tables of every kind of run for other programs, and frames as pictures."""
+
+from __future__ import annotations
+
+import csv
+
+import cv2
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import rerun.blueprint as rrb
+from scipy import io
+
+import experiments
+from experiments.bench.cli import main
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.pictures import pictures
+from experiments.bench.core.recording import jpegs, recorded, timelines, video
+from experiments.bench.core.store.convert import array, fields, tables_of, write
+
+
+def colias(*arguments) -> int:
+    return main.command([str(each) for each in arguments])
+
+
+SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
+SHOWN = experiments.OfflineExperiment("small", "small", (experiments.Clip("right", "plain", SMALL),), ("dsnn",))
+
+
+@pytest.fixture(scope="module")
+def clips(tmp_path_factory):
+    """A run of one small clip, a parameter of it changed."""
+    folder = tmp_path_factory.mktemp("clips") / "small"
+    return experiments.run(SHOWN, settings={"dsnn.n_con": 4}, repeats=3, quiet=True, workers=0, out=folder)
+
+
+@pytest.mark.parametrize("kind", ["csv", "npz", "mat"])
+def test_the_tables_come_out_whole(clips, tmp_path, kind):
+    assert colias("export", clips.folder, "--to", kind, "--out", tmp_path / "out", "--quiet") == 0
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [f"frames.{kind}", f"trials.{kind}"]
+    rows = clips.trials.to_pylist()
+    place = tmp_path / "out" / f"trials.{kind}"
+    if kind == "csv":
+        with place.open() as file:
+            read = list(csv.DictReader(file))
+        assert list(read[0]) == clips.trials.column_names
+        assert [float(row["peak_hs"]) for row in read] == [row["peak_hs"] for row in rows]
+        assert [row["dsnn.n_con"] for row in read] == ["4"] * len(rows)
+    elif kind == "npz":
+        with np.load(place, allow_pickle=False) as read:
+            assert list(read) == clips.trials.column_names
+            np.testing.assert_array_equal(read["peak_hs"], clips.trials["peak_hs"])
+            assert read["model"].tolist() == clips.trials["model"].to_pylist()
+            known = [value if value is not None else np.nan for value in clips.trials["hs_rightward"].to_pylist()]
+            np.testing.assert_array_equal(read["hs_rightward"], known)
+    else:
+        read = io.loadmat(place, simplify_cells=True)["trials"]
+        np.testing.assert_array_equal(read["peak_hs"], clips.trials["peak_hs"])
+        assert list(read["model"]) == clips.trials["model"].to_pylist()
+        assert set(read["dsnn_n_con"]) == {4}
+
+
+def test_what_is_there_is_kept_unless_forced(clips, tmp_path):
+    """Nor is anything replaced before what replaces it is whole."""
+    place = tmp_path / "out"
+    place.mkdir()
+    (place / "mine").write_text("kept")
+    with pytest.raises(FileExistsError, match=r"out is there already: .* --force"):
+        colias("export", clips.folder, "--to", "csv", "--out", place)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(UsageError, match="no recordings"):
+        colias("export", tmp_path / "empty", "--frames", place, "--force")
+    (tmp_path / "empty").rmdir()
+    assert (place / "mine").read_text() == "kept" and len(list(tmp_path.iterdir())) == 1
+    assert colias("export", clips.folder, "--to", "csv", "--out", place, "--force", "--quiet") == 0
+    assert not (place / "mine").exists() and (place / "trials.csv").exists()
+    with pytest.raises(UsageError, match="holds what is to be exported"):
+        colias("export", clips.folder, "--to", "csv", "--out", clips.folder, "--force")
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["--to", "xlsx"], "--to xlsx: legal is csv, npz, mat, log"),
+        ([], "give --to, --frames, or both"),
+        (["--to", "csv", "--tracked"], "--tracked: only --to log"),
+        (["--to", "log"], "--to log: legal is a run of trials with the robot"),
+    ],
+)
+def test_what_cannot_be_exported(clips, tmp_path, monkeypatch, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError, match=said):
+        colias("export", clips.folder, *arguments)
+    with pytest.raises(UsageError, match="no such run"):
+        colias("export", tmp_path / "nothing", "--to", "csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_parts_of_a_run_and_single_tables(tmp_path):
+    """A leaderboard's parts are folders of their own; a table of footage is a file."""
+    table = pa.table({"frame": [0, 1], "time_s": [0.0, 0.1], "hs": [None, 0.5]})
+    for part in ("robot", "clips"):
+        (tmp_path / "run" / part).mkdir(parents=True)
+        pq.write_table(table, tmp_path / "run" / part / "trials.parquet")
+    assert list(tables_of(tmp_path / "run")) == ["clips/trials", "robot/trials"]
+    assert colias("export", tmp_path / "run", "--to", "npz", "--out", tmp_path / "out", "--quiet") == 0
+    with np.load(tmp_path / "out" / "robot" / "trials.npz", allow_pickle=False) as read:
+        np.testing.assert_array_equal(read["hs"], [np.nan, 0.5])
+    pa.csv.write_csv(table, tmp_path / "seen.csv")
+    assert tables_of(tmp_path / "seen.csv")["seen"].equals(table)
+    (tmp_path / "bad.parquet").write_bytes(b"PAR1")
+    with pytest.raises(UsageError, match=r"bad\.parquet: cannot be read"):
+        tables_of(tmp_path / "bad.parquet")
+    with pytest.raises(UsageError, match=r"no trials\.parquet or frames\.parquet there"):
+        tables_of(tmp_path / "out")
+
+
+def test_columns_have_one_type_and_no_pickles(tmp_path):
+    table = pa.table({"n": [1, None], "word": ["a", None], "yes": [True, False], "none": pa.nulls(2), "1.x": [1, 2]})
+    kinds = {name: array(table[name]).dtype.kind for name in table.column_names}
+    assert kinds == {"n": "f", "word": "U", "yes": "b", "none": "f", "1.x": "i"}
+    assert fields(["dsnn.n_con", "dsnn-n_con", "1.x", "_y"]) == ["dsnn_n_con", "dsnn_n_con_2", "c_1_x", "c__y"]
+    for kind in ("csv", "npz", "mat"):
+        (made,) = write({"odd": table}, tmp_path, kind)
+        assert made.stat().st_size
+
+
+def test_frames_are_the_pictures_of_the_recordings(tmp_path):
+    """A folder a recording, one more below it for each eye; frames are numbered from 0, and exact where they were."""
+    frames = np.random.default_rng(0).integers(0, 256, (3, 12, 16), np.uint8)
+    times = timelines(np.arange(3) / 30, np.arange(3))
+
+    def two_eyes(stream):
+        video(stream, "camera", frames, times)
+        video(stream, "camera_ov7670", frames[::-1], times)
+
+    (tmp_path / "run" / "recordings").mkdir(parents=True)
+    for name, write_to in (("trial-0000", two_eyes), ("trial-0001", lambda s: jpegs(s, "clip", frames, times, 95))):
+        data = recorded(write_to, rrb.Blueprint(rrb.Spatial2DView()), name)
+        (tmp_path / "run" / "recordings" / f"{name}.rrd").write_bytes(data)
+    assert colias("export", tmp_path / "run", "--frames", tmp_path / "out", "--quiet") == 0
+    made = sorted(str(path.relative_to(tmp_path / "out")) for path in (tmp_path / "out").rglob("*.png"))
+    folders = ("trial-0000/camera", "trial-0000/camera_ov7670", "trial-0001")
+    assert made == [f"{folder}/{number:06d}.png" for folder in folders for number in range(3)]
+    read = [cv2.imread(str(tmp_path / "out" / path), cv2.IMREAD_UNCHANGED) for path in made]
+    np.testing.assert_array_equal(read[:3], frames)
+    np.testing.assert_array_equal(read[3:6], frames[::-1])
+    single = tmp_path / "run" / "recordings" / "trial-0001.rrd"
+    assert colias("export", single, "--frames", tmp_path / "one", "--quiet") == 0
+    assert len(list((tmp_path / "one" / "trial-0001").iterdir())) == 3
+    single.write_bytes(b"no recording")
+    with pytest.raises(UsageError, match="no recording"):
+        pictures(single)

@@ -1,0 +1,320 @@
+"""A robot's log as a run: what is checked of it, what it becomes, and that a run's own log comes back equal."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import shlex
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+import rerun as rr
+
+import experiments
+from experiments.bench.cli import main
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.pictures import pictures
+from experiments.bench.measured.columns import POSES
+from experiments.bench.robot.trial import forget_simulations
+
+UNKNOWN = {"achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "wall_s"}
+"""What no robot can know."""
+TRACKED = {
+    "closest_cm", "seconds_in_view", "spikes_in_view", "rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis",
+    "spikes_in_window", "spikes_in_inner_window",
+}  # fmt: skip
+"""What takes a tracker."""
+FRAMES = 30
+
+
+def colias(*arguments) -> int:
+    return main.command([str(each) for each in arguments])
+
+
+def written(folder, speeds=(20, 30), repeats=2, name="log.csv", **changes):
+    """A log of crossings whose HS goes up and down, and whose spikes rise with the speed. These numbers are made up."""
+    columns = ["trial", "speed_cm_s", "time_s", "hs", "hs_spikes"]
+    rows = [
+        [trial, speed, (i + 1) / 30, math.sin(math.pi * i / FRAMES) * 0.9, int(i < speed - trial)]
+        for trial, speed in enumerate(speeds * repeats) for i in range(FRAMES)
+    ]  # fmt: skip
+    lines = [columns, *rows]
+    for line, cells in changes.get("lines", {}).items():
+        lines[line - 1 : line] = [cells] if cells is not None else []
+    path = folder / name
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows(lines)
+    return path
+
+
+def taken(log, out, *more):
+    """The run of a log."""
+    fast = "--set", "experiment.speeds_cm_s=20,30"
+    assert colias("import", log, "--out", out, *fast, "--quiet", *more) == 0
+    return experiments.load(out)
+
+
+OWN = """
+from experiments import Experiment, Translation
+
+EXPERIMENT = Experiment("fast", "fast crossings", Translation((25,), (6,), "both"), varies="direction", claims=("C14",))
+"""
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory):
+    """Crossings each way, of an experiment of one's own, with as many trials as its claim takes."""
+    folder = tmp_path_factory.mktemp("simulated")
+    (folder / "fast.py").write_text(OWN)
+    try:
+        yield experiments.run(
+            folder / "fast.py", settings={"dsnn.n_con": 6}, repeats=5, recordings=False, quiet=True, workers=0,
+            out=folder / "run",
+        )  # fmt: skip
+    finally:
+        forget_simulations()
+
+
+@pytest.fixture(scope="module")
+def pictured(tmp_path_factory):
+    """Two crossings with their recordings."""
+    folder = tmp_path_factory.mktemp("pictured") / "speed"
+    settings = {"experiment.speeds_cm_s": [20, 30]}
+    try:
+        yield experiments.run("speed", settings=settings, repeats=1, quiet=True, workers=0, out=folder)
+    finally:
+        forget_simulations()
+
+
+@pytest.mark.parametrize("tracked", [False, True])
+def test_a_simulated_run_comes_back_equal(simulated, tmp_path, capsys, tracked):
+    """Spikes, HS to the last bit, statistics and verdicts: where it comes from is all that differs."""
+    options = ["--tracked"] if tracked else []
+    assert colias("export", simulated.folder, "--to", "log", "--out", tmp_path / "log", *options) == 0
+    _, _, printed = " ".join(capsys.readouterr().out.split()).partition("import by ")
+    assert printed.startswith("colias import ") and "--set dsnn.n_con=6" in printed and "fast.py" in printed
+    assert colias(*shlex.split(printed)[1:], "--out", tmp_path / "back", "--quiet", "--no-recordings") == 0
+    back = experiments.load(tmp_path / "back")
+    lost = UNKNOWN if tracked else UNKNOWN | TRACKED
+    for before, after in zip(simulated.trials.to_pylist(), back.trials.to_pylist(), strict=True):
+        assert after.pop("provenance") == "log of a simulated run"
+        assert all(after[name] is None for name in lost)
+        assert after == {name: None if name in lost else value for name, value in before.items()}
+    own = [name for name in simulated.frames.column_names if tracked or name not in POSES]
+    assert back.frames.select(own).equals(simulated.frames.select(own))
+    summaries = [[row for row in run.summary.to_pylist() if row["quantity"] not in lost] for run in (simulated, back)]
+    assert summaries[0] == summaries[1] and summaries[0]
+    verdicts = [run.claims.to_pylist() for run in (simulated, back)]
+    assert {row["provenance"] for row in verdicts[1]} == {"log of a simulated run"}
+    for before, after in zip(*verdicts, strict=True):
+        assert {**after, "provenance": before["provenance"]} == before
+    assert {row["verdict"] for row in verdicts[0]} <= {"holds", "fails"} and verdicts[0]
+
+
+def test_frames_of_a_camera_alone_are_shown_to_a_model(pictured, tmp_path):
+    """What the network made of the frames in the simulation it makes of them again, from PGM and from raw files."""
+    export = ["export", pictured.folder, "--to", "log", "--out", tmp_path / "log", "--quiet"]
+    assert colias(*export) == 0
+    with (tmp_path / "log" / "log.csv").open() as file:
+        rows = [{name: row[name] for name in ("trial", "speed_cm_s", "time_s")} for row in csv.DictReader(file)]
+    log = tmp_path / "camera.csv"
+    with log.open("w", newline="") as file:
+        lines = csv.DictWriter(file, list(rows[0]))
+        lines.writeheader()
+        lines.writerows(rows)
+    with pytest.raises(UsageError, match=r"no column hs or looming.*--model dsnn"):
+        taken(log, tmp_path / "none")
+    # The whole log has the answers too: the robot's own and the model's on its frames stand side by side.
+    own = tmp_path / "log" / "log.csv", tmp_path / "both", "--frames", tmp_path / "log" / "frames", "--model", "dsnn"
+    both = taken(*own, "--no-recordings")
+    assert both.models == ["dsnn", "dsnn@frames"]
+    assert set(both.trials["provenance"].to_pylist()) == {
+        "log of a simulated run", "frames from the log of a simulated run"
+    }  # fmt: skip
+    answers = [both.frames.filter(np.asarray(both.frames["model"]) == name)["hs"] for name in both.models]
+    assert answers[0].equals(answers[1])
+    first, second = (tmp_path / "log" / "frames" / f"trial-000{i}" for i in (0, 1))
+    seen = pictures(pictured.recordings[1])["camera"]
+    for path in second.iterdir():
+        path.unlink()
+    second.rmdir()
+    second.with_suffix(".raw").write_bytes(seen.tobytes())
+    run = taken(log, tmp_path / "camera", "--frames", first.parent, "--model", "dsnn")
+    assert run.provenance == "frames measured, network simulated"
+    for name in ("hs", "vs", "hs_spikes"):
+        assert run.frames[name].equals(pictured.frames[name])
+    assert run.trials["spikes"].equals(pictured.trials["spikes"]) and run.trials["seed"].null_count == 2
+    np.testing.assert_array_equal(pictures(run.recordings[1])["camera"], seen)
+    (first / "000003.pgm").unlink()
+    with pytest.raises(UsageError, match=r"frame 000003\.pgm is missing"):
+        taken(log, tmp_path / "gap", "--frames", first.parent, "--model", "dsnn")
+    second.with_suffix(".raw").write_bytes(seen.tobytes()[:-1])
+    assert not (tmp_path / "gap").exists()
+
+
+def test_frames_that_are_not_the_log_s(tmp_path):
+    log, frames = written(tmp_path), tmp_path / "frames"
+    with pytest.raises(UsageError, match="no such folder of frames"):
+        taken(log, tmp_path / "run", "--frames", frames)
+    frames.mkdir()
+    with pytest.raises(UsageError, match=r"trial-0000: no frames of trial 0 there, which .*log.csv has in line 2"):
+        taken(log, tmp_path / "run", "--frames", frames)
+    for trial in range(5):
+        (frames / f"trial-{trial:04d}.raw").write_bytes(bytes(72 * 99 * FRAMES))
+    with pytest.raises(UsageError, match=r"trial-0004.raw: .*log.csv has no such trial"):
+        taken(log, tmp_path / "run", "--frames", frames)
+    (frames / "trial-0004.raw").unlink()
+    (frames / "trial-0003.raw").write_bytes(bytes(72 * 99 * (FRAMES - 1)))
+    with pytest.raises(UsageError, match=rf"trial-0003.raw: 29 frames, .*log.csv, line {2 + 3 * FRAMES}, begins"):
+        taken(log, tmp_path / "run", "--frames", frames)
+    (frames / "trial-0003.raw").write_bytes(bytes(72 * 99 * FRAMES - 1))
+    with pytest.raises(UsageError, match=r"no number of frames of 99x72 = 7128 bytes"):
+        taken(log, tmp_path / "run", "--frames", frames)
+    assert not list(tmp_path.glob("run*"))
+
+
+HEAD = ["trial", "speed_cm_s", "time_s", "hs", "hs_spikes"]
+ELSEWHERE = {line: [0, 25, line / 30, 0.1, 0] for line in range(2, 2 + FRAMES)}
+TWICE = {2 + FRAMES: [0, 20, 9.0, 0.1, 0], 4 + FRAMES: [0, 20, 9.9, 0.1, 0]}
+WRONG = {
+    "an unknown column": ({1: [*HEAD[:3], "HS", "hs_spikes"]}, r"line 1: unknown column 'HS' \(nearest: hs;"),
+    "a missing column": ({1: [*HEAD[:4], "azimuth"]}, "line 1: column 'hs_spikes' is missing: hs needs it"),
+    "a missing condition": ({1: ["trial", "direction", *HEAD[2:]]}, "line 1: column 'speed_cm_s' is missing: it tells"),
+    "a column twice": ({1: [*HEAD[:4], "hs"]}, "line 1: column 'hs' is there twice"),
+    "a part of a tracker's": ({1: [*HEAD[:3], "azimuth", "observer_x_cm"]}, "line 1: column .* is missing: a tracker"),
+    "a time that runs back": ({4: [0, 20, 0.01, 0.1, 0]}, "line 4: time_s=0.01 runs back: line 3 of trial 0 has 0.066"),
+    "a time that stands": ({3: [0, 20, 1 / 30, 0.1, 0]}, "line 3: time_s=.* runs back"),
+    "not a number": ({4: [0, 20, 0.1, "nan", 0]}, "line 4: hs='nan': legal is a number, not nan"),
+    "a word": ({4: [0, 20, 0.1, "high", 0]}, "line 4: hs='high': legal is a number"),
+    "half a spike": ({4: [0, 20, 0.1, 0.1, 0.5]}, "line 4: hs_spikes='0.5': legal is a whole number"),
+    "a potential out of range": ({4: [0, 20, 0.1, 1.5, 0]}, "line 4: hs=1.5: legal is a number from -1 to 1"),
+    "a blank time": ({4: [0, 20, "", 0.1, 0]}, "line 4: time_s is blank"),
+    "a blank potential": ({4: [0, 20, 0.1, "", 0]}, "line 4: hs is blank, but not its partner"),
+    "blank in one frame": ({4: [0, 20, 0.1, "", ""]}, "line 4: hs is blank in some frames of trial 0"),
+    "another condition": ({2: [0, 25, 1 / 30, 0.1, 0]}, "line 3: speed_cm_s=20.0: trial 0 began in line 2 with 25.0"),
+    "no such condition": (ELSEWHERE, r"line 2: speed_cm_s=25.0: no condition of speed \(it has 20, 30;"),
+    "a doubled trial": (TWICE, f"line {4 + FRAMES}: trial 0 is there twice: it began in line 2"),
+    "too few cells": ({4: [0, 20, 0.1]}, "line 4: 3 cells, the header has 5 columns"),
+    "an empty file": ({1: []}, "line 1: the file is empty"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_each_fault_is_one_line_and_nothing_is_written(what, tmp_path):
+    lines, said = WRONG[what]
+    log = written(tmp_path, lines=lines)
+    with pytest.raises(UsageError, match=said) as refused:
+        taken(log, tmp_path / "run")
+    assert "\n" not in str(refused.value) and str(refused.value).startswith(f"{log}, line ")
+    assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
+
+
+def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
+    """HS alone, no tracker, one repeat more of one condition: what nobody knows is null, and all readers cope."""
+    log = written(tmp_path, speeds=(20, 30, 20), repeats=1)
+    assert colias("import", log, "--set", "experiment.speeds_cm_s=20,30", "--out", tmp_path / "runs" / "first") == 0
+    printed = capsys.readouterr().out
+    assert "measured: imported from a log" in printed and "[measured]" in printed
+    run = experiments.load(tmp_path / "runs" / "first")
+    described = json.loads((run.folder / "experiment.json").read_text())
+    assert described["measured"]["provenance"] == run.provenance == "measured"
+    assert set(run.trials["provenance"].to_pylist()) == set(run.claims["provenance"].to_pylist()) == {"measured"}
+    assert set(run.claims["verdict"].to_pylist()) == {"untested"}
+    assert "needs rightward translations" in run.claims["measured"][0].as_py()
+    assert "speed (measured): dsnn, n = 1..2" in (run.folder / "figure.svg").read_text()
+    assert all(run.trials[name].null_count == 3 for name in (UNKNOWN | TRACKED | {"peak_vs", "vs_spikes", "seed"}))
+    assert run.frames["vs"].null_count == run.frames.num_rows and not run.frames["hs"].null_count
+    assert {"peak_vs", "achieved_speed_cm_s"}.isdisjoint(run.summary["quantity"].to_pylist())
+    assert run.figure().get_suptitle() == "speed (measured): dsnn, n = 1..2"
+    entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(run.recordings[0]).stream().to_chunks()}
+    assert "/potential/dsnn/hs" in entities and "/potential/dsnn/vs" not in entities
+    assert colias("runs", tmp_path / "runs") == 0
+    assert "measured" in capsys.readouterr().out
+    with pytest.raises(FileExistsError, match="is there already"):
+        taken(log, run.folder)
+
+
+def test_a_figure_of_mechanism_takes_a_tracker(tmp_path):
+    """Without poses there is no time in view to draw: the run has the figure of counts and potentials instead."""
+    log = tmp_path / "log.csv"
+    with log.open("w", newline="") as file:
+        lines = csv.writer(file)
+        lines.writerow(["trial", "distance_cm", "time_s", "hs", "hs_spikes"])
+        for trial, distance in enumerate((5, 10, 15)):
+            lines.writerows([trial, distance, (i + 1) / 30, 0.5, int(i > distance)] for i in range(FRAMES))
+    assert (
+        colias("import", log, "--experiment", "distance-mechanism", "--out", tmp_path / "run", "--no-recordings") == 0
+    )
+    figure = experiments.load(tmp_path / "run").figure()
+    assert figure.get_suptitle() == "distance-mechanism (measured): dsnn, n = 1" and len(figure.axes) == 2
+
+
+def test_claims_are_judged_by_the_same_bounds_where_the_conditions_are_there(tmp_path):
+    """Made-up spikes of 4 trials of each speed: one model has most at 6 cm/s (C15), the other no more than at 4."""
+    log, made = tmp_path / "log.csv", {"dsnn": (3, 9, 20, 12), "dsn2017": (3, 9, 9, 12)}
+    with log.open("w", newline="") as file:
+        lines = csv.writer(file)
+        lines.writerow(["trial", "model", "speed_cm_s", "time_s", "hs", "hs_spikes"])
+        for trial in range(16):
+            for model, spikes in made.items():
+                here = trial, model, (2, 4, 6, 10)[trial % 4]
+                lines.writerows([*here, (i + 1) / 30, 0.5, int(i < spikes[trial % 4])] for i in range(FRAMES))
+    assert colias("import", log, "--out", tmp_path / "run", "--quiet", "--no-recordings") == 0
+    claims = {(row["id"], row["model"]): row for row in experiments.load(tmp_path / "run").claims.to_pylist()}
+    assert claims["C15", "dsnn"]["verdict"] == "holds" and claims["C15", "dsn2017"]["verdict"] == "fails"
+    for row in claims.values():
+        assert row["provenance"] == "measured"
+        if row["id"] == "C29":
+            assert row["verdict"] == "untested" and "spikes_in_window" in row["measured"]
+
+
+def test_two_robots_compare_as_independent_samples(tmp_path):
+    one = taken(written(tmp_path, repeats=6), tmp_path / "one", "--no-recordings")
+    slow = written(tmp_path, repeats=6, name="other.csv")
+    text = slow.read_text().splitlines()
+    slow.write_text("\n".join(line if i % 2 else line[: line.rindex(",")] + ",0" for i, line in enumerate(text[1:])))
+    slow.write_text("\n".join([text[0], *slow.read_text().splitlines()]))
+    other = taken(slow, tmp_path / "other", "--no-recordings")
+    found = experiments.compare(one, other)
+    rows = found.results.to_pylist()
+    assert len(rows) == 2 and all(row["test"].startswith("Mann-Whitney") for row in rows)
+    assert all(row["rank_biserial"] > 0.5 and row["mean_difference"] > 0 and row["n"] == 6 for row in rows)
+    assert not experiments.compare(one, one).results["mean_difference"].to_pylist()[0]
+
+
+def test_two_models_of_one_log_are_paired(tmp_path):
+    """Each trial has the rows of both; the second model answers with one spike less."""
+    log = written(tmp_path, repeats=3)
+    head, *lines = log.read_text().splitlines()
+    by_trial = [lines[i : i + FRAMES] for i in range(0, len(lines), FRAMES)]
+    other = [f"{line[: line.rindex(',')]},0" for line in lines]
+    log.write_text("\n".join([
+        f"model,{head}",
+        *(f"{name},{line}" for i, own in enumerate(by_trial)
+          for name, part in (("dsnn", own), ("dsn2017", other[i * FRAMES : (i + 1) * FRAMES])) for line in part),
+    ]))  # fmt: skip
+    run = taken(log, tmp_path / "run", "--no-recordings")
+    assert run.models == ["dsnn", "dsn2017"]
+    comparisons = (run.folder / "comparisons.csv").read_text()
+    assert comparisons.count("Wilcoxon") == 2 and "dsn2017" in comparisons
+    log.write_text(log.read_text().replace("dsn2017", "nobody"))
+    with pytest.raises(UsageError, match=r"nobody.*the models of .*log.csv are dsnn, nobody; --ran"):
+        taken(log, tmp_path / "again")
+
+
+def test_a_log_without_the_channel_that_counts(tmp_path):
+    with pytest.raises(UsageError, match=r"line 2: trial 0 has no looming of lgmd1, whose spikes count"):
+        taken(written(tmp_path), tmp_path / "run", "--ran", "lgmd1")
+
+
+def test_a_robot_s_own_frame_rate(tmp_path):
+    """25 frames a second: the firing rate goes by the log's times, not by the camera's setting."""
+    log = written(tmp_path)
+    head, *lines = log.read_text().splitlines()
+    cells = [line.split(",") for line in lines]
+    log.write_text("\n".join([head, *(",".join([*c[:2], str(float(c[2]) * 30 / 25), *c[3:]]) for c in cells)]))
+    rows = taken(log, tmp_path / "run", "--no-recordings").trials.to_pylist()
+    assert all(row["firing_rate_hz"] == pytest.approx(row["spikes"] / (FRAMES / 25)) for row in rows)
+    assert pq.read_table(tmp_path / "run" / "frames.parquet")["sim_time_s"][FRAMES - 1].as_py() == pytest.approx(1.2)
