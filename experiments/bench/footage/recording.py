@@ -141,7 +141,7 @@ class LiveLog:
             arrows = [system for system in ("hs", "vs") if system in model.channels]
             if arrows:
                 tint = [rgb(tints[model.label])] * len(arrows)
-                radii = [rr.Radius.ui_points(ARROW_WIDTH / 2)] * len(arrows)
+                radii = rr.Radius.ui_points([ARROW_WIDTH / 2] * len(arrows))
                 shown = rr.Arrows2D.from_fields(origins=[self._origin(place)] * len(arrows), colors=tint, radii=radii)
                 stream.log(_direction(model), shown, static=True)
         for level in self._levels:

@@ -15,8 +15,9 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
 from experiments.bench.core.figures.palette import LINES, MARKERS, Mark, level_colours, marks
-from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.core.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
 from experiments.bench.core.statistics import summarise
+from experiments.bench.core.store.parameters import in_title
 from experiments.bench.core.store.rows import group
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import varying
@@ -47,6 +48,8 @@ UNITS = {
     "observer_turn_deg_s": "°/s own",
     "acceleration_cm_s2": "cm/s2",
 }
+COUNTS_INCHES = 4.0
+"""Width of the panel of counts."""
 MOST_NAMED = 4
 """Models that a title names."""
 ACROSS = 4
@@ -80,14 +83,17 @@ def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
     """`figure` of a run."""
     settings, varies = plan.settings, plan.experiment.varies
     models, blind = [model.label for model in settings.models], settings.robot.open_loop
-    said = title(plan.experiment.name, models, settings.scene.arena, plan.repeats, open_loop=blind)
+    said = title(plan.experiment.name, models, settings.scene.arena, plan.repeats, plan.changed(), open_loop=blind)
     return figure(rows, frames, varies, said, {model.label: model.threshold for model in settings.models})
 
 
-def title(name: str, models: Sequence[str], arena: str, repeats: int, *, open_loop: bool = False) -> str:
-    """Return the title of a run's figure."""
+def title(
+    name: str, models: Sequence[str], arena: str, repeats: int, changed: Mapping[str, Any], *, open_loop: bool = False
+) -> str:
+    """Return the title of a run's figure, with the parameters that were ``changed``."""
     shown = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
-    return f"{name}: {shown}, {arena} arena{', driven open loop' if open_loop else ''}, n = {repeats}"
+    driven = ", driven open loop" if open_loop else ""
+    return f"{name}: {shown}, {arena} arena{driven}, n = {repeats}{in_title(changed)}"
 
 
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Mapping[str, float | None]) -> Figure:
@@ -125,7 +131,7 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(4.4 + (4.4 if across == 1 else 3.1 * across), max(3.7, 2.4 * down + 0.9)),
                        layout="constrained")  # fmt: skip
-        drawn.suptitle(plain(title), fontsize=10, x=0.01, ha="left")
+        headline(drawn, title)
         left, right = drawn.subfigures(  # type: ignore[misc]  # two of them, as NumPy has them
             1, 2, width_ratios=[4.0, 4.8 if across == 1 else 3.1 * across]
         )
@@ -186,7 +192,8 @@ def _series(rows: Rows, varies: str) -> list[Series]:
         for place, part in enumerate(parts):
             words = [*([plain(model)] if len(own) > 1 else []), *([_condition(part[0], names)] if names else [])]
             each = own[model]
-            mark = each if len(parts) == 1 else Mark(each.colour, MARKERS[place % 8], LINES[place % 8])
+            turn = (place + LINES.index(each.line) * len(parts)) % len(LINES)  # models of one hue stay apart
+            mark = each if len(parts) == 1 else Mark(each.colour, MARKERS[turn], LINES[turn])
             found.append(Series(", ".join(words), part, mark))
     return found
 
@@ -221,10 +228,11 @@ def _counts(
     axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial")
     axes.set_ylim(bottom=min(-2.0, -0.04 * axes.get_ylim()[1]))
     if len(series) > 1:
-        columns = 2 if len(series) <= 12 else 3
-        place.legend(fontsize=7, handlelength=3, frameon=False, loc="outside upper center", ncols=columns)
+        columns = columns_of_key([each.label for each in series], COUNTS_INCHES, 7)
+        place.legend(fontsize=7, handlelength=3, frameon=False, loc="outside upper center", ncols=min(columns, 3))
     if silent:
-        axes.set_title(plain(f"not drawn, as without spikes: {', '.join(silent)}"), fontsize=7, loc="left")
+        left_out = f"not drawn, as without spikes: {', '.join(silent)}"
+        axes.set_title(plain(wrapped(left_out, COUNTS_INCHES, 7)), fontsize=7, loc="left")
 
 
 def _level(
