@@ -7,7 +7,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests import figure_checks as checks
-from tests.figure_rows import FIGURES, MODELS_SHOWN, OF_ONE_MODEL, shown
+from tests.figure_list import FIGURES, OF_ONE_MODEL, shown
+from tests.figure_rows import MODELS_SHOWN
 
 mpl.use("agg")
 SLOW = ("background", "robot, words", "behaviours, one episode", "tuning, size", "tuning, contrast")
