@@ -70,8 +70,11 @@ def written(path: Path, models=LABELS) -> Path:
 def test_a_model_has_the_colour_of_the_figures_in_all_its_plots(tmp_path):
     held = static(written(tmp_path / "looks.rrd"))
     for model, mark in marks(LABELS).items():
-        own = [found for entity, found in held.items() if f"/{model}" in entity and "colors" in found]
-        assert own and {colour(found) for found in own} == {rgb(mark.colour)}
+        first = "looming" if model == "lgmd1" else "hs"
+        assert {colour(held[f"/{plot}/{model}/{first}"]) for plot in ("potential", "spikes")} == {rgb(mark.colour)}
+    assert colour(held["/azimuth/hybrid"]) == colour(held["/potential/hybrid/hs"])
+    lighter, own, darker = (sum(colour(held[f"/potential/hybrid/{name}"])) for name in ("vs", "hs", "looming"))
+    assert lighter > own > darker, "other channels are dots in shades of it"
 
 
 def test_thresholds_name_their_models(tmp_path):

@@ -58,6 +58,8 @@ MOST_DOTTED = 4
 """Series beyond which single trials are left out of the panel of counts: means and intervals stay readable."""
 SPREAD, NARROW = 0.62, 0.34
 """Width of all series at one level, as a share of the smallest gap between levels: of words, and of numbers."""
+NEAR = 0.08
+"""The largest such width on an axis of numbers, as a share of the axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +212,7 @@ def _counts(
     ordinal = isinstance(levels[0], str)
     ticks = {level: float(i) if ordinal else float(level) for i, level in enumerate(levels)}
     gaps = [b - a for a, b in zip(list(ticks.values()), list(ticks.values())[1:], strict=False)]
-    width = (SPREAD if ordinal else NARROW) * (min(gaps) if gaps else 1.0)
+    width = SPREAD if ordinal else min(NARROW * min(gaps), NEAR * sum(gaps)) if gaps else 1.0
     for index, each in enumerate(series):
         shift = 0.0 if len(series) == 1 else width * (index / (len(series) - 1) - 0.5)
         step = width / len(series)
@@ -275,7 +277,7 @@ def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int]) -> Non
         return
     for sign in signs:
         axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
-    text, lowest = f"{'±' if len(signs) > 1 else ''}T = {threshold:g}", -threshold if len(signs) > 1 else 0.0
+    text, lowest = f"{'±' if len(signs) > 1 else ''}T = {threshold:g}", min(signs) * threshold
     axes.annotate(text, (0.01, lowest - 0.02), xycoords=("axes fraction", "data"), va="top", fontsize=7)
 
 

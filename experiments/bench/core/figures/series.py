@@ -20,6 +20,10 @@ DOTS = {
     "looming": rr.components.MarkerShape.Up,
 }
 """Channel -> its dots, where another channel of the same model has the line."""
+SHADES = {"hs": 255, "vs": 255, "looming": 0}
+"""Channel -> the grey that its dots' colour is mixed with: white, or black."""
+SHADE = 0.45
+"""Share of that grey."""
 MOST_NAMED = 3
 """Models that the name of a threshold lists."""
 
@@ -63,7 +67,8 @@ def rgb(colour: str) -> Colour:
 def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Line]:
     """Return the series of a model's declared channels.
 
-    A model has one colour, that of the figures. Its first spiking channel is a line, the others are dots.
+    A model has one colour, that of the figures. Its first spiking channel is a line, the others are dots in lighter
+    (VS) and darker (looming) shades of the colour.
 
     Parameters
     ----------
@@ -84,10 +89,15 @@ def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Li
         if channel not in SPIKING:
             made.append(Line(f"{channel}/{name}", title, channel, colour, width))
             continue
-        dots = None if channel == first else DOTS[channel]
-        made.append(Line(f"potential/{name}/{channel}", title, channel, colour, width, dots))
-        made.append(Line(f"spikes/{name}/{channel}", f"{title} spikes", f"{channel}_spikes", colour, width, dots))
+        dots, tone = (None, colour) if channel == first else (DOTS[channel], _shade(colour, SHADES[channel]))
+        made.append(Line(f"potential/{name}/{channel}", title, channel, tone, width, dots))
+        made.append(Line(f"spikes/{name}/{channel}", f"{title} spikes", f"{channel}_spikes", tone, width, dots))
     return made
+
+
+def _shade(colour: Colour, grey: int) -> Colour:
+    red, green, blue = (round((1 - SHADE) * part + SHADE * grey) for part in colour)
+    return red, green, blue
 
 
 def _said(channel: str) -> str:
