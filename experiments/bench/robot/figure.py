@@ -139,7 +139,7 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
         )
         silent = [model for model in models if thresholds.get(model, 0.0) is None]
         _counts(left, [row for row in rows if row["model"] not in silent] or rows, varies, levels,
-                colours if len(models) == 1 else None, silent)  # fmt: skip
+                colours if len(models) == 1 else None, models, silent)  # fmt: skip
         panels = right.subplots(down, across, squeeze=False, sharex=True, sharey=True)
         axis = _trace_axis(rows)
         for axes, model in zip(panels.flat, models, strict=False):
@@ -185,14 +185,14 @@ def _others(rows: Rows, varies: str, models: Sequence[str]) -> dict[str, Any]:
     return {label: LINES[i % len(LINES)] for i, label in enumerate(labels)} if len(labels) > 1 else {}
 
 
-def _series(rows: Rows, varies: str) -> list[Series]:
-    """A series for every model and combination of the other conditions: colours tell models, lines the conditions."""
-    names, own = _conditions(rows, varies), marks(row["model"] for row in rows)
+def _series(rows: Rows, varies: str, models: Sequence[str]) -> list[Series]:
+    """A series for every model and combination of the other conditions: colours tell ``models``, lines the others."""
+    names, own, several = _conditions(rows, varies), marks(models), len({row["model"] for row in rows}) > 1
     found = []
     for (model,), chosen in group(rows, "model").items():
         parts = list(group(chosen, *names).values()) if names else [chosen]
         for place, part in enumerate(parts):
-            words = [*([plain(model)] if len(own) > 1 else []), *([_condition(part[0], names)] if names else [])]
+            words = [*([plain(model)] if several else []), *([_condition(part[0], names)] if names else [])]
             each = own[model]
             turn = (place + LINES.index(each.line) * len(parts)) % len(LINES)  # models of one hue stay apart
             mark = each if len(parts) == 1 else Mark(each.colour, MARKERS[turn], LINES[turn])
@@ -202,13 +202,13 @@ def _series(rows: Rows, varies: str) -> list[Series]:
 
 def _counts(
     place: SubFigure, rows: Rows, varies: str, levels: Sequence[Any], colours: Mapping[Any, str] | None,
-    silent: Sequence[str],
+    models: Sequence[str], silent: Sequence[str],
 ) -> None:  # fmt: skip
     """Spikes of every trial with means and intervals; ``colours`` of the levels where there is one model.
 
     Models that do not spike, ``silent``, are named instead of being drawn at 0.
     """
-    axes, series = place.subplots(), _series(rows, varies)
+    axes, series = place.subplots(), _series(rows, varies, models)
     ordinal = isinstance(levels[0], str)
     ticks = {level: float(i) if ordinal else float(level) for i, level in enumerate(levels)}
     gaps = [b - a for a, b in zip(list(ticks.values()), list(ticks.values())[1:], strict=False)]

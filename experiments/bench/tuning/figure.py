@@ -133,9 +133,8 @@ def _edges(centres: Sequence[float]) -> list[float]:
 def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
     """A polar plot for each model: its projected response filled, each system's rectified lobe beside it."""
     drawn, panels = _panels(len(channels), 2.8, projection="polar")
-    engine = drawn.get_layout_engine()
-    assert engine is not None
-    engine.set(h_pad=0.12)  # the layout reckons the headings of polar panels a little too low
+    # The layout reckons the headings of polar panels a little too low: hence more room around them.
+    drawn.set_layout_engine("constrained", h_pad=0.12)
     gratings, objects = family.lines
     tints = colours(channels)
     for axes, model in zip(panels, channels, strict=False):
