@@ -16,7 +16,7 @@ from matplotlib.patches import Rectangle
 from experiments.bench.clips.judging.mechanism import LEAST_OF_OTHER, MOST_OF_DRIVEN
 from experiments.bench.clips.judging.paper import DSNN, strongest
 from experiments.bench.core.figures.palette import LINES, colours
-from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.core.figures.plotting import STYLE, columns_of_key, plain
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -33,6 +33,10 @@ CLEAR = 7.0
 """Of a bar's numbers above its highest dot, per cent: over the line at 5 %."""
 WIDTHS = (1.15, 1.0, 0.95)
 """Of the stimulus's icons, of a panel of traces, and of the bars: relative to each other."""
+BAR_WIDTH = 0.16
+"""Of a bar, where there are many."""
+MOST_WRITTEN = 4
+"""Bars beyond which words and numbers stand upright."""
 
 
 def shares(rows: Rows) -> dict[tuple[str, str], float]:
@@ -79,9 +83,13 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
     polarities = [polarity for polarity in CASES if any(row["polarity"] == polarity for row in rows)]
     shown = sorted({(row["motion"], row["speed"]) for row in rows}, key=lambda each: (each[0] != "rightward", *each))
     tints, left = colours(models), shares(rows)
+    styles = _styles(tints)
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(11.0, 2.55 * len(polarities) + 0.7), layout="constrained")
-        ratios = (WIDTHS[0], *[WIDTHS[1]] * len(shown), WIDTHS[2])
+        bar = max(WIDTHS[2], BAR_WIDTH * (len(models) - 1))
+        ratios = (WIDTHS[0], *[WIDTHS[1]] * len(shown), bar)
+        width = 11.0 * sum(ratios) / (sum(ratios) - bar + WIDTHS[2])
+        high = 2.55 if len(models) - 1 <= MOST_WRITTEN else 3.4
+        drawn = Figure(figsize=(width, high * len(polarities) + 1.0), layout="constrained")
         grid = drawn.subplots(len(polarities), len(ratios), squeeze=False, width_ratios=ratios)
         highest = max([strongest(row, "hs") for row in rows] + [t for t in thresholds.values() if t is not None])
         for down, polarity in enumerate(polarities):
@@ -90,7 +98,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
             _icons(icons, polarity)
             for axes, (motion, speed) in zip(traces, shown, strict=True):
                 here = [row for row in own if (row["motion"], row["speed"]) == (motion, speed)]
-                _traces(axes, here, frames, tints)
+                _traces(axes, here, frames, tints, styles)
                 _limits(axes, thresholds)
                 axes.set_ylim(-1.12 * highest, 1.12 * highest)
                 axes.tick_params(labelsize=7, labelleft=axes is traces[0])
@@ -99,10 +107,13 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
             traces[0].set_ylabel("HS, right positive", fontsize=8)
             _bars(bars, own, left, tints)
         keys = [Line2D([], [], color=tint, lw=4.0 if model == DSNN else 1.8, alpha=0.45 if model == DSNN else 1.0,
-                       ls=_style(model, models), label=_said(model)) for model, tint in tints.items()]  # fmt: skip
+                       ls=styles[model], label=_named(model)) for model, tint in tints.items()]  # fmt: skip
         limits = sorted({level for level in thresholds.values() if level is not None})
-        keys += [Line2D([], [], color="black", ls=":", lw=0.8, label=f"±T = {level:g}") for level in limits]
-        drawn.legend(handles=keys, loc="outside upper center", ncols=len(keys), frameon=False, fontsize=8)
+        if limits:
+            said = ", ".join(f"{level:g}" for level in limits)
+            keys.append(Line2D([], [], color="black", ls=":", lw=0.8, label=f"±T = {said}"))
+        across = columns_of_key([str(key.get_label()) for key in keys], width, 8)
+        drawn.legend(handles=keys, loc="outside lower center", ncols=across, frameon=False, fontsize=8)
     return drawn
 
 
@@ -110,10 +121,22 @@ def _said(model: str) -> str:
     return NAMES.get(model) or plain(model)
 
 
-def _style(model: str, models: Sequence[str]) -> Any:
-    """Solid for the network as it is; another for each of the others, as they lie on it or on each other."""
-    others = [each for each in models if each != DSNN]
-    return "-" if model == DSNN else LINES[(others.index(model) + 2) % len(LINES)]
+def _named(model: str) -> str:
+    return f"{model} ({NAMES[model]})" if model in NAMES else plain(model)
+
+
+def _styles(tints: Mapping[str, str]) -> dict[str, Any]:
+    """Solid for the network as it is; another for each of the others, as they lie on it or on each other.
+
+    Models of one colour have different styles, while there are any.
+    """
+    broken, found, used = LINES[1:], {}, set()
+    for place, (model, tint) in enumerate((model, tint) for model, tint in tints.items() if model != DSNN):
+        turns = [(place + 1 + more) % len(broken) for more in range(len(broken))]
+        turn = next((each for each in turns if (tint, each) not in used), turns[0])
+        used.add((tint, turn))
+        found[model] = broken[turn]
+    return {**found, DSNN: "-"}
 
 
 def _icons(axes: Axes, polarity: str) -> None:
@@ -136,16 +159,15 @@ def _icons(axes: Axes, polarity: str) -> None:
     axes.text(0.2, 0.55, "luminance where it passes", fontsize=7, va="top", color=INK)
 
 
-def _traces(axes: Axes, rows: Rows, frames: pa.Table, tints: Mapping[str, str]) -> None:
+def _traces(axes: Axes, rows: Rows, frames: pa.Table, tints: Mapping[str, str], styles: Mapping[str, Any]) -> None:
     """HS of every model over one clip."""
     trial, name, hs = (frames[column].to_numpy(zero_copy_only=False) for column in ("trial", "model", "hs"))
-    models = list(tints)
     axes.axhline(0.0, color="black", lw=0.4)
     for row in rows:
         own, intact = (trial == row["trial"]) & (name == row["model"]), row["model"] == DSNN
         time_s = np.arange(np.count_nonzero(own)) / row["fps"]
         axes.plot(time_s, hs[own], color=tints[row["model"]], lw=4.0 if intact else 1.8, alpha=0.45 if intact else 1.0,
-                  ls=_style(row["model"], models), label=row["model"])  # fmt: skip
+                  ls=styles[row["model"]], label=row["model"])  # fmt: skip
 
 
 def _limits(axes: Axes, thresholds: Mapping[str, float | None]) -> None:
@@ -159,19 +181,21 @@ def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], tints: 
     """For each model a bar at the mean of its shares over the clips, and a dot for each clip."""
     clips = list(dict.fromkeys(row["clip"] for row in rows))
     others = [model for model in tints if model != DSNN and any((clip, model) in left for clip in clips)]
+    upright = 90 if len(others) > MOST_WRITTEN else 0
     for place, model in enumerate(others):
         each = [100.0 * left[clip, model] for clip in clips if (clip, model) in left]
         axes.bar(place, float(np.mean(each)), width=0.62, color=tints[model], alpha=0.75)
         axes.plot(place + np.linspace(-0.2, 0.2, len(each)), each, "o", ms=3, color=INK, zorder=3)
         said = f"{min(each):.1f}" if max(each) - min(each) < 0.05 else f"{min(each):.1f} to {max(each):.1f}"
-        axes.text(place, max(each) + CLEAR, f"{said} %", fontsize=7, ha="center", va="bottom")
+        axes.text(place, max(each) + CLEAR, f"{said} %", fontsize=7, ha="center", va="bottom", rotation=upright)
     for bound in (MOST_OF_DRIVEN, LEAST_OF_OTHER):
         axes.axhline(100.0 * bound, color=MARK, ls="--", lw=0.9)
         axes.annotate(f"{100 * bound:g} %", (1.0, 100.0 * bound), xycoords=("axes fraction", "data"), fontsize=7,
                       color=MARK, ha="right", va="bottom")  # fmt: skip
     axes.set_xticks(range(len(others)), [_said(model).replace(" ", "\n") for model in others],
-                    fontsize=7)  # fmt: skip
-    axes.set(ylim=(0.0, 118.0), xlim=(-0.5, len(others)))
+                    fontsize=7, rotation=upright)  # fmt: skip
+    highest = max((100.0 * left[clip, model] for clip in clips for model in others if (clip, model) in left), default=0)
+    axes.set(ylim=(0.0, max(118.0, highest + (60.0 if upright else 18.0))), xlim=(-0.5, len(others)))
     axes.set_yticks([0, 25, 50, 75, 100])
     axes.tick_params(axis="y", labelsize=7)
     axes.set_title("largest |HS|, % of intact", fontsize=8)

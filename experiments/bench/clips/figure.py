@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -14,88 +14,163 @@ from matplotlib.lines import Line2D
 
 from experiments.bench.clips import edges_figure
 from experiments.bench.clips.experiment import Figure as Drawing
-from experiments.bench.core.figures.palette import colours
-from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.core.figures.palette import HUES, LINES, Mark, level_colours, marks
+from experiments.bench.core.figures.plotting import (
+    STYLE,
+    columns_of_key,
+    extra_widths,
+    grid_of_panels,
+    headline,
+    leftmost,
+    lowest,
+    plain,
+    wrapped,
+)
+from experiments.bench.core.store.parameters import in_title
 
 Rows = Sequence[Mapping[str, Any]]
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}
+LEVELS = {"speed": "object", "grey": "grey", "background_speed": "background"}
 ACROSS = 4
-NAMES = {"speed": "speed of the object ({unit})", "grey": "grey", "background_speed": "background ({unit})"}
+"""Most panels side by side."""
+SAME = 0.004
+"""Difference of two potentials that look like one."""
+MOST_NAMED = 3
+"""Models whose threshold the key names."""
+NAMES = {"speed": "speed of the object ({unit})", "grey": "grey (0 to 255)", "background_speed": "background ({unit})"}
 
 
-def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -> Figure:
-    """The figure of one seed's clips, as their experiment's ``figure`` says."""
+def title(name: str, seed: int, changed: Mapping[str, Any]) -> str:
+    """Return the title of a run's figure: of experiment ``name``, with the parameters that were ``changed``."""
+    return f"{name}, seed {seed}{in_title(changed)}"
+
+
+def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None], title: str) -> Figure:
+    """Draw the clips of one seed, as their experiment's ``figure`` says.
+
+    Parameters
+    ----------
+    drawing
+        The kind of figure.
+    rows, frames
+        Of ``trials.parquet``, of one seed, and of ``frames.parquet``.
+    thresholds
+        Each model's spiking threshold; ``None``: it does not spike.
+    title
+        Title of the figure.
+    """
     with mpl.rc_context(STYLE):
         if drawing.kind == "traces":
-            return _traces(rows, frames, thresholds)
-        if drawing.kind == "background":
-            return _background(rows, thresholds)
-        if drawing.kind == "edges":
-            return edges_figure.draw(rows, frames, thresholds)
-        if drawing.kind == "ranges":
-            return _ranges(rows, thresholds)
-        return _peaks(drawing, rows, thresholds)
+            drawn = _traces(rows, frames, thresholds)
+        elif drawing.kind == "background":
+            drawn = _background(rows, thresholds)
+        elif drawing.kind == "edges":
+            drawn = edges_figure.draw(rows, frames, thresholds)
+        elif drawing.kind == "ranges":
+            drawn = _ranges(rows, thresholds)
+        else:
+            drawn = _peaks(drawing, rows, thresholds)
+        headline(drawn, title, 9)
+    return drawn
 
 
 def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -> Figure:
     """A panel for each clip: HS solid and VS dotted against the frame, one colour a model."""
     clips = list(dict.fromkeys(row["clip"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in rows))
-    tints = colours(models)
+    looks = marks(models)
     across = min(ACROSS, len(clips))
     down = -(-len(clips) // across)
-    drawn = Figure(figsize=(2.1 * across + 0.6, 1.7 * down + 0.7), layout="constrained")
-    panels = drawn.subplots(down, across, sharey=True, squeeze=False)
+    drawn = Figure(figsize=(max(2.1 * across + 0.6, 4.8), 1.9 * down + 1.0 + 0.08 * len(models)), layout="constrained")
+    (panels,) = grid_of_panels(drawn, 1, len(clips), ACROSS, sharey=True)
     trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
     columns = {system: frames[system].to_numpy() for system in SYSTEMS}
-    for axes, clip in zip(panels.flat, clips, strict=False):
-        for row in (row for row in rows if row["clip"] == clip):
-            own = (trial == row["trial"]) & (name == row["model"])
-            for system, (_, style) in SYSTEMS.items():
-                axes.plot(columns[system][own], ls=style, lw=1.1, color=tints[row["model"]])
+    for axes, clip in zip(panels, clips, strict=True):
+        own = [row for row in rows if row["clip"] == clip]
+        for system, (_, style) in SYSTEMS.items():
+            curves = [columns[system][(trial == row["trial"]) & (name == row["model"])] for row in own]
+            for row, curve, extra in zip(own, curves, extra_widths(curves, SAME), strict=True):
+                axes.plot(curve, ls=style, lw=1.1 + extra, color=looks[row["model"]].colour,
+                          **_dots(looks[row["model"]], len(curve)))  # fmt: skip
         _limits(axes, thresholds, models)
-        axes.set_title(plain(clip), fontsize=8)
-    for axes in list(panels.flat)[len(clips) :]:
-        axes.set_visible(False)
-    for axes in panels[-1]:
+        axes.set_title(plain(wrapped(clip, 2.1, 8)), fontsize=8)
+    for axes in lowest([panels]):
         axes.set_xlabel("frame", fontsize=8)
-    for axes in panels[:, 0]:
-        axes.set_ylabel("SMP", fontsize=8)
-    _legend(drawn, models, {said: style for said, style in SYSTEMS.values()})
+    for axes in leftmost([panels]):
+        axes.set_ylabel("membrane potential", fontsize=8)
+    keys = [Line2D([], [], color=mark.colour, lw=2, label=plain(model), **_dots(mark, 1))
+            for model, mark in looks.items()]  # fmt: skip
+    _legend(drawn, [*keys, *_system_keys(), *_threshold_keys(thresholds, models)])
     return drawn
+
+
+def _dots(mark: Mark, count: int) -> dict[str, Any]:
+    """Return markers along a line of ``count`` points for a model whose hue another model has, too; else none."""
+    if mark.line == LINES[0]:
+        return {}
+    return {"marker": mark.marker, "ms": 4, "markevery": max(count // 8, 1)}
 
 
 def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     """Largest |HS| and |VS| along one parameter: panels by another and by model, a line for each of a third."""
     shown = [row for row in rows if row["object"] != "absent"]
-    names = {name: said.format(unit=shown[0]["speed_unit"]) for name, said in NAMES.items()}
+    unit = shown[0]["speed_unit"]
     models = list(dict.fromkeys(row["model"] for row in shown))
     rowsof = sorted({row[shape.panels] for row in shown})
-    lines = sorted({row[shape.lines] for row in shown})
-    shades = mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(lines), 2)))
-    drawn = Figure(figsize=(max(2.7 * len(models) + 0.8, 4.8), 2.2 * len(rowsof) + 0.6), layout="constrained")
-    panels = drawn.subplots(len(rowsof), len(models), squeeze=False, sharex=True)
-    for down, level in enumerate(rowsof):
-        for place, model in enumerate(models):
-            axes = panels[down, place]
-            for value, shade in zip(lines, shades, strict=False):
-                own = [r for r in shown if (r["model"], r[shape.panels], r[shape.lines]) == (model, level, value)]
-                own.sort(key=lambda row: row[shape.along])
-                for system, (_, style) in SYSTEMS.items():
-                    peaks = [max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in own]
-                    axes.plot([r[shape.along] for r in own], peaks, "o", ls=style, ms=3, lw=1, color=shade)
+    shades = level_colours(sorted({row[shape.lines] for row in shown}))
+    drawn, panels = _by_model(models, len(rowsof))
+    for level, block in zip(rowsof, panels, strict=True):
+        for axes, model in zip(block, models, strict=True):
+            own = [row for row in shown if (row["model"], row[shape.panels]) == (model, level)]
+            _systems(axes, [
+                (shade, _along([row for row in own if row[shape.lines] == value], lambda row: float(row[shape.along])))
+                for value, shade in shades.items()
+            ])  # fmt: skip
             _limits(axes, thresholds, [model])
-            axes.set_title(plain(f"{model}, {names[shape.panels]} {level:g}"), fontsize=8)
+            axes.set_title(plain(wrapped(f"{model}, {_level(shape.panels, level, unit)}", 2.7, 8)), fontsize=8)
             axes.set_ylim(bottom=0.0)
-    for axes in panels[-1]:
-        axes.set_xlabel(names[shape.along], fontsize=8)
-    for axes in panels[:, 0]:
-        axes.set_ylabel("largest |SMP|", fontsize=8)
-    keys = [Line2D([], [], color=shade, marker="o", ms=3, label=f"{names[shape.lines]} {value:g}")
-            for value, shade in zip(lines, shades, strict=False)]  # fmt: skip
-    keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in SYSTEMS.values()]
-    drawn.legend(handles=keys, loc="outside upper center", ncols=3 if len(models) > 1 else 2, frameon=False, fontsize=7)
+    _labels(panels, NAMES[shape.along].format(unit=unit))
+    keys = [Line2D([], [], color=shade, marker="o", ms=3, label=_level(shape.lines, value, unit))
+            for value, shade in shades.items()]  # fmt: skip
+    _legend(drawn, [*keys, *_system_keys(), *_threshold_keys(thresholds, models)])
     return drawn
+
+
+def _level(name: str, value: float, unit: str) -> str:
+    """Return a level of a parameter in words."""
+    return f"{LEVELS[name]} {value:g}{'' if name == 'grey' else f' {unit}'}"
+
+
+def _by_model(models: Sequence[str], blocks: int) -> tuple[Figure, list[list[Axes]]]:
+    """Return a figure of ``blocks`` of panels, in each a panel for every model."""
+    across = min(len(models), ACROSS)
+    down = blocks * -(-len(models) // across)
+    drawn = Figure(figsize=(max(2.7 * across + 0.8, 5.4), 2.2 * down + 1.2), layout="constrained")
+    return drawn, grid_of_panels(drawn, blocks, len(models), ACROSS, sharex=True)
+
+
+def _along(rows: Rows, place: Callable[[Mapping[str, Any]], float]) -> dict[float, list[Mapping[str, Any]]]:
+    """The rows by their ``place`` along the axis, in its order."""
+    found: dict[float, list[Mapping[str, Any]]] = {}
+    for row in sorted(rows, key=place):
+        found.setdefault(place(row), []).append(row)
+    return found
+
+
+def _systems(axes: Axes, lines: Sequence[tuple[Any, Mapping[float, Rows]]]) -> None:
+    """Draw each line in its colour, HS solid and VS dotted: at each place the largest size of the clips there."""
+    for system, (_, style) in SYSTEMS.items():
+        curves = [[max(max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in own) for own in places.values()]
+                  for _, places in lines]  # fmt: skip
+        for (colour, places), curve, extra in zip(lines, curves, extra_widths(curves, SAME), strict=True):
+            axes.plot(list(places), curve, "o", ls=style, ms=3 + extra, lw=1 + extra / 2, color=colour)
+
+
+def _labels(panels: Sequence[Sequence[Axes]], along: str) -> None:
+    for axes in lowest(panels):
+        axes.set_xlabel(along, fontsize=8)
+    for axes in leftmost(panels):
+        axes.set_ylabel("largest |potential|", fontsize=8)
 
 
 DEPTH = ("looming", "receding")
@@ -111,36 +186,28 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     darkest and of the lightest object with a line a speed, where there are such clips.
     """
     models = list(dict.fromkeys(row["model"] for row in rows))
-    speeds = sorted({row["speed"] for row in _moving(rows)})
-    shades = dict(zip(speeds, mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(speeds), 2))), strict=False))
+    shades = level_colours(sorted({row["speed"] for row in _moving(rows)}))
     parts, ticks = _background_parts(rows, shades), sorted({_px_a_frame(row) for row in rows})
-    drawn = Figure(figsize=(max(2.7 * len(models) + 0.8, 4.8), 2.2 * len(parts) + 0.8), layout="constrained")
-    panels = drawn.subplots(len(parts), len(models), squeeze=False, sharex=True)
-    for down, (title, lines) in enumerate(parts):
-        for across, model in enumerate(models):
-            axes = panels[down, across]
-            for colour, series in lines:
-                _against_background(axes, [row for row in series if row["model"] == model], colour)
+    drawn, panels = _by_model(models, len(parts))
+    for (title, lines), block in zip(parts, panels, strict=True):
+        for axes, model in zip(block, models, strict=True):
+            _systems(axes, [(shade, _along([row for row in own if row["model"] == model], _px_a_frame))
+                            for shade, own in lines])  # fmt: skip
             axes.axvline(PAPER_PX_FRAME, color="black", lw=0.6, ls="-.")
             axes.set_xscale("log")
             axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=6)
             axes.set_xticks([], minor=True)
-            axes.set_title(plain(f"{model}, {title}"), fontsize=8)
+            axes.set_title(plain(wrapped(f"{model}, {title}", 2.7, 8)), fontsize=8)
             if title == ALONE:
                 axes.set_yscale("log")
                 axes.set_ylim(1e-5, 1.5)
             else:
                 axes.set_ylim(bottom=0.0)
-            for level in (t for t in (thresholds.get(model),) if t is not None):
-                axes.axhline(level, color="black", ls="--", lw=0.7)
-    for axes in panels[-1]:
-        axes.set_xlabel("background (px a frame)", fontsize=8)
-    for axes in panels[:, 0]:
-        axes.set_ylabel("largest |SMP|", fontsize=8)
+            _limits(axes, thresholds, [model])
+    _labels(panels, "background (px a frame)")
     keys = [Line2D([], [], color=shade, label=f"object {speed:g} px/s") for speed, shade in shades.items()]
-    keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in SYSTEMS.values()]
-    keys += [Line2D([], [], color="black", ls="-.", lw=0.6, label="the paper's 8 px/s")]
-    drawn.legend(handles=keys, loc="outside upper center", ncols=4, frameon=False, fontsize=7)
+    keys += [*_system_keys(), Line2D([], [], color="black", ls="-.", lw=0.6, label="the paper's 8 px/s")]
+    _legend(drawn, [*keys, *_threshold_keys(thresholds, models)])
     return drawn
 
 
@@ -167,17 +234,6 @@ def _background_parts(rows: Rows, shades: Mapping[float, Any]) -> list[tuple[str
     return parts
 
 
-def _against_background(axes: Axes, rows: Rows, colour: Any) -> None:
-    """HS solid and VS dotted: at each speed of the background the largest of the clips there."""
-    by_speed: dict[float, list[Mapping[str, Any]]] = {}
-    for row in rows:
-        by_speed.setdefault(_px_a_frame(row), []).append(row)
-    speeds = sorted(by_speed)
-    for system, (_, style) in SYSTEMS.items():
-        peaks = [max(max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in by_speed[s]) for s in speeds]
-        axes.plot(speeds, peaks, "o", ls=style, ms=2.5, lw=1, color=colour)
-
-
 def _px_a_frame(row: Mapping[str, Any]) -> float:
     """How fast the background shifts, either way."""
     return float(abs(row["background_speed"]) / (row["fps"] if row["speed_unit"] == "px/s" else 1.0))
@@ -186,33 +242,53 @@ def _px_a_frame(row: Mapping[str, Any]) -> float:
 def _ranges(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     """A bar a model: from the smallest to the largest peak |HS| of translations; below it that without an object."""
     models = list(dict.fromkeys(row["model"] for row in rows))
-    drawn = Figure(figsize=(6.4, 0.9 + 0.28 * len(models)), layout="constrained")
+    drawn = Figure(figsize=(6.4, 1.2 + 0.28 * len(models)), layout="constrained")
     axes = drawn.subplots()
-    kinds = (("an object crosses", _moving(rows), "tab:blue", -0.16),
-             ("background alone", [row for row in rows if row["object"] == "absent"], "tab:gray", 0.2))  # fmt: skip
-    for said, shown, tint, lower in kinds:
+    kinds = (("an object crosses", _moving(rows), HUES[0], -0.16),
+             (ALONE, [row for row in rows if row["object"] == "absent"], HUES[1], 0.2))  # fmt: skip
+    for _, shown, tint, lower in kinds:
         for place, model in enumerate(models):
             peaks = [max(row["peak_hs"], -row["trough_hs"]) for row in shown if row["model"] == model]
             if peaks:
-                axes.plot([min(peaks), max(peaks)], [place + lower] * 2, "-|", color=tint, lw=4, ms=9,
-                          label=said if place == 0 else None)  # fmt: skip
+                axes.plot([min(peaks), max(peaks)], [place + lower] * 2, "-|", color=tint, lw=4, ms=9)
     axes.set_yticks(range(len(models)), [plain(model) for model in models], fontsize=7)
     axes.invert_yaxis()
-    for level in sorted({t for m in models if (t := thresholds.get(m)) is not None}):
-        axes.axvline(level, color="black", ls="--", lw=0.7, label=f"T = {level:g}")
-    axes.set_xlabel("largest |HS| of a clip: smallest to largest", fontsize=8)
-    drawn.legend(loc="outside upper center", ncols=3, frameon=False, fontsize=7)
+    levels = sorted({t for m in models if (t := thresholds.get(m)) is not None})
+    for level in levels:
+        axes.axvline(level, color="black", ls="--", lw=0.7)
+    axes.set_xlabel("largest |HS| potential of a clip: smallest to largest", fontsize=8)
+    _legend(drawn, [*(Line2D([], [], color=tint, lw=4, label=said) for said, _, tint, _ in kinds),
+                    *_threshold_keys(thresholds, models)])  # fmt: skip
     return drawn
 
 
 def _limits(axes: Axes, thresholds: Mapping[str, float | None], models: Sequence[str]) -> None:
-    """The thresholds, dashed."""
+    """The thresholds, dashed; of either sign where the axis has both."""
     for level in sorted({t for m in models if (t := thresholds.get(m)) is not None}):
-        for sign in (1, -1):
+        for sign in (1, -1) if axes.get_ylim()[0] < -level else (1,):
             axes.axhline(sign * level, color="black", ls="--", lw=0.7)
 
 
-def _legend(drawn: Figure, models: Sequence[str], systems: Mapping[str, str]) -> None:
-    keys = [Line2D([], [], color=tint, lw=2, label=plain(model)) for model, tint in colours(models).items()]
-    keys += [Line2D([], [], color="black", ls=style, label=said) for said, style in systems.items()]
-    drawn.legend(handles=keys, loc="outside upper center", ncols=len(keys), frameon=False, fontsize=8)
+def _threshold_keys(thresholds: Mapping[str, float | None], models: Sequence[str]) -> list[Line2D]:
+    """What the dashed lines are: thresholds, and of which models where there are several."""
+    owners: dict[float, list[str]] = {}
+    for model in models:
+        if (level := thresholds.get(model)) is not None:
+            owners.setdefault(level, []).append(model)
+    said = []
+    for level, own in sorted(owners.items()):
+        whose = ", ".join(own[:MOST_NAMED]) + (f" and {len(own) - MOST_NAMED} more" if len(own) > MOST_NAMED else "")
+        said.append(f"{level:g}" + (f" of {whose}" if len(models) > 1 else ""))
+    label = plain(wrapped(f"T = {'; '.join(said)}", 2.2, 7))
+    return [Line2D([], [], color="black", ls="--", lw=0.7, label=label)] if said else []
+
+
+def _system_keys() -> list[Line2D]:
+    return [Line2D([], [], color="black", ls=style, label=said) for said, style in SYSTEMS.values()]
+
+
+def _legend(drawn: Figure, keys: Sequence[Line2D]) -> None:
+    """Put the keys below the panels, in as many columns as fit."""
+    labels = [line for key in keys for line in str(key.get_label()).split("\n")]
+    across = columns_of_key(labels, drawn.get_size_inches()[0], 7)
+    drawn.legend(handles=list(keys), loc="outside lower center", ncols=across, frameon=False, fontsize=7)

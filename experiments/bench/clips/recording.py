@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 
 from dsnn.stimuli import Truth
 from experiments.bench.clips.play import Played
-from experiments.bench.core.recording import jpegs, plots, potentials, recorded, timelines, video
+from experiments.bench.core.recording import jpegs, page, plots, potentials, recorded, timelines, video
 
 BOX_COLOUR = (214, 39, 40)
 
@@ -50,8 +50,5 @@ def _object(recording: rr.RecordingStream, truths: Sequence[Truth], times: list[
 
 
 def _blueprint(played: Played) -> rrb.Blueprint:
-    return rrb.Blueprint(
-        rrb.Vertical(rrb.Spatial2DView(origin="clip", name=played.name), plots(played.answers), row_shares=[3, 2]),
-        rrb.TimePanel(state="collapsed", timeline="sim_time"),
-        collapse_panels=True,
-    )
+    shown = rrb.Spatial2DView(origin="clip", name=played.name)
+    return page(shown, plots(channel for answer in played.answers for channel in answer.channels), shares=[3, 2])

@@ -35,7 +35,8 @@ def conclude(made: OfflinePlan, folder: RunFolder, failures: Sequence[Failure]) 
     folder.write_json("claims.json", judged)
     if rows:
         shown = [row for row in rows if row["repeat"] == 0]
-        drawn = clips_figure.draw(made.experiment.figure, shown, folder.frames(), made.thresholds)
+        title = clips_figure.title(made.experiment.name, made.seed, made.changed())
+        drawn = clips_figure.draw(made.experiment.figure, shown, folder.frames(), made.thresholds, title)
         plotting.save(drawn, folder.folder)
     return OfflineReport(made, folder.folder, rows, judged, list(failures))
 

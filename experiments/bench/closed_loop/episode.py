@@ -116,6 +116,20 @@ def play_entry(
     return play(env, options, agent(policy, entry.senses), seed, name=entry.name, steps=steps, images=images)
 
 
+def start_places(env: str, options: Mapping[str, Any], seed: int) -> dict[str, tuple[float, float, float]]:
+    """Return where every robot of an env stands at the start of an episode: its name -> x and y in cm, heading in deg.
+
+    The world's draws come from the seed alone, so that these are the places of whatever behaviour plays there.
+    """
+    made = gym.make(env, **{**options, "observation": "state"})
+    try:
+        made.reset(seed=seed)
+        assert isinstance(made.unwrapped, ColiasEnv)
+        return {name: _readable(pose) for name, pose in made.unwrapped.poses.items()}
+    finally:
+        made.close()
+
+
 def agent(policy: Policy, senses: str) -> Agent:
     """A policy over a `Response` or a `State`, as an agent over the env's observations."""
     sense = response if senses == "neural" else State.read

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,17 +11,38 @@ import numpy as np
 import pyarrow.compute as pc
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
 from colias_sim.envs import ENVS
+from colias_sim.envs.geometry import HULL_RADIUS
+from colias_sim.envs.world import OBSERVER, TARGET
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.figures import plotting
-from experiments.bench.core.figures.plotting import INCHES_A_ROW, Panel, scoreboard
+from experiments.bench.core.figures.palette import HUES, Mark, marks
+from experiments.bench.core.figures.plotting import (
+    INCHES_A_ROW,
+    Panel,
+    grid_of_panels,
+    headline,
+    leftmost,
+    lowest,
+    plain,
+    scoreboard,
+    wrapped,
+)
 from experiments.bench.core.scores import Standing
+from experiments.bench.core.terminal import count
 from scenes import ARENA_RADIUS_CM
 
-FILLED, FAINT, MARK = "#1f4e79", "#9ab3cc", "#b5485d"
-TRACK_INCHES = 2.3
+COLLISION, PARKED, DRIVING, WALL = HUES[4], "#5a5a5a", "#ffffff", "#8a8a8a"
+"""Of crosses, of robots that are parked and of those that drive, and of the arena's outline."""
+ACROSS = 4
+"""Most panels of paths side by side."""
+WIDTH, TRACK_INCHES, KEYS_INCHES = 9.6, 2.45, 0.75
+"""Of the figure, of a row of panels of paths, of the keys below them; inches."""
+SHOWN_CM = ARENA_RADIUS_CM + 2.0
+"""Half the width of a panel of paths."""
 
 
 def write(played: Played) -> Path | None:
@@ -29,7 +51,11 @@ def write(played: Played) -> Path | None:
 
 
 def draw(played: Played) -> Figure:
-    """A row for each behaviour above, the one asked for on top; below, where each of them drove."""
+    """Draw a row for each behaviour, the one asked for on top; below, where each of them drove.
+
+    Of the first episode the path is drawn stronger, and its world's other robots are shown where they began. Worlds
+    are equal for all behaviours, and differ between episodes.
+    """
     standings = played.standings
     env = ENVS[played.env]
     panels = [
@@ -39,33 +65,86 @@ def draw(played: Played) -> Figure:
         )
         for measure in env.all_measures
     ]  # fmt: skip
-    tracks = env.draws_paths
-    upper = 0.9 + INCHES_A_ROW * len(standings)
+    looks = marks(each.name for each in standings)
+    upper = 1.1 + INCHES_A_ROW * len(standings)
+    lower = -(-len(standings) // ACROSS) * TRACK_INCHES + KEYS_INCHES if env.draws_paths else 0.0
     with mpl.rc_context(plotting.STYLE):
-        drawn = Figure(figsize=(9.6, upper + (TRACK_INCHES + 0.4 if tracks else 0.0)), layout="constrained")
+        drawn = Figure(figsize=(WIDTH, upper + lower), layout="constrained")
         parts: list[Any] = [drawn]
-        if tracks:
-            split: Any = drawn.subfigures(2, 1, height_ratios=[upper, TRACK_INCHES + 0.4])
+        if lower:
+            split: Any = drawn.subfigures(2, 1, height_ratios=[upper, lower])
             parts = list(split)
         axes = np.atleast_1d(parts[0].subplots(1, len(panels), sharey=True))
-        scoreboard(list(axes), panels, standings, dict.fromkeys((each.name for each in standings), FILLED))
-        short, count = played.env.partition("/")[2], len(standings[0].rows)
-        parts[0].suptitle(f"{short}, {count} episodes each; 95 % intervals", fontsize=9, x=0.01, ha="left")
-        if tracks:
-            for place, standing in zip(np.atleast_1d(parts[1].subplots(1, len(standings))), standings, strict=True):
-                _tracks(place, standing, played)
+        scoreboard(list(axes), panels, standings, {name: mark.colour for name, mark in looks.items()})
+        headline(parts[0], _title(played), 9)
+        if lower:
+            _paths(parts[1], played, looks)
     return drawn
 
 
-def _tracks(axes: Axes, standing: Standing, played: Played) -> None:
-    """Every episode's path from above; a cross where one ended by touching something."""
-    axes.add_patch(Circle((0, 0), ARENA_RADIUS_CM, fill=False, color="0.6", lw=0.8))
-    for row in standing.rows:
+def _title(played: Played) -> str:
+    options = ", ".join(
+        f"{name}.{key}={each}" if key else f"{name}={each}"
+        for name, value in played.options
+        for key, each in (value.items() if isinstance(value, Mapping) else [("", value)])
+    )
+    episodes = count(len(played.standings[0].rows), "episode")
+    return f"{played.env.partition('/')[2]}, {episodes} each; 95 % intervals{f'; set: {options}' if options else ''}"
+
+
+def _paths(part: Any, played: Played, looks: dict[str, Mark]) -> None:
+    """A panel for each behaviour, and what everything in them is."""
+    standings = played.standings
+    (panels,) = grid_of_panels(part, 1, len(standings), ACROSS, sharex=True, sharey=True)
+    for axes, standing in zip(panels, standings, strict=True):
+        _tracks(axes, standing, played, looks[standing.name].colour)
+    for axes in lowest([panels]):
+        axes.set_xlabel("x (cm)", fontsize=8)
+    for axes in leftmost([panels]):
+        axes.set_ylabel("y (cm)", fontsize=8)
+    many = any(len(standing.rows) > 1 for standing in standings)
+    part.legend(handles=_keys(played, many=many), loc="outside lower center", ncols=4, frameon=False, fontsize=7)
+
+
+def _tracks(axes: Axes, standing: Standing, played: Played, colour: str) -> None:
+    """Every episode's path from above, the first on top; a cross where one ended by touching something."""
+    axes.add_patch(Circle((0, 0), ARENA_RADIUS_CM, fill=False, color=WALL, lw=1.0))
+    for name, (x, y, _) in played.starts.items():
+        if name != OBSERVER:
+            face = PARKED if name.startswith("parked") else DRIVING
+            axes.add_patch(Circle((x, y), 100 * HULL_RADIUS, fc=face, ec=PARKED, lw=0.9, zorder=2))
+    for place, row in reversed(list(enumerate(standing.rows))):
         steps = played.steps.filter(pc.equal(played.steps["trial"], row["trial"]))
         x, y = steps["x_cm"].to_numpy(), steps["y_cm"].to_numpy()
-        axes.plot(x, y, lw=0.5, color=FILLED, alpha=0.5)
+        width, alpha = (1.5, 1.0) if place == 0 else (0.6, 0.5)
+        axes.plot(x, y, lw=width, color=colour, alpha=alpha, zorder=3)
+        axes.plot(x[:1], y[:1], "o", ms=3.5, mfc="white", mec=colour, mew=0.9, zorder=4)
         if row["touched"]:
-            axes.plot(x[-1:], y[-1:], "x", color=MARK, ms=4)
-    axes.set(xlim=(-47, 47), ylim=(-47, 47), aspect="equal")
-    axes.set_title(standing.name, fontsize=8)
-    axes.set_axis_off()
+            axes.plot(x[-1:], y[-1:], "x", color=COLLISION, ms=5, mew=1.4, zorder=5)
+    axes.set(xlim=(-SHOWN_CM, SHOWN_CM), ylim=(-SHOWN_CM, SHOWN_CM), aspect="equal")
+    axes.set_xticks([-40, -20, 0, 20, 40])
+    axes.set_yticks([-40, -20, 0, 20, 40])
+    axes.tick_params(labelsize=7)
+    axes.set_title(plain(wrapped(standing.name, TRACK_INCHES, 8)), fontsize=8)
+
+
+def _keys(played: Played, *, many: bool) -> list[Line2D]:
+    """What is in the panels of paths."""
+    ink = "#222222"
+    keys = [Line2D([], [], color=ink, lw=1.5, label="path of the first episode" if many else "path")]
+    if many:
+        keys.append(Line2D([], [], color=ink, lw=0.6, alpha=0.5, label="paths of the others"))
+    keys += [
+        Line2D([], [], ls="", marker="o", ms=3.5, mfc="white", mec=ink, mew=0.9, label="start"),
+        Line2D([], [], ls="", marker="x", ms=5, mew=1.4, color=COLLISION, label="end by a collision"),
+        Line2D([], [], ls="", marker="o", ms=9, mfc="none", mec=WALL, label="the arena's wall"),
+    ]
+    kinds = {
+        "parked": (PARKED, "parked robots"), "mover": (DRIVING, "driving robots at their start"),
+        TARGET: (DRIVING, "the target at its start"),
+    }  # fmt: skip
+    which = " (first episode)" if many else ""
+    for kind, (face, said) in kinds.items():
+        if any(name.startswith(kind) for name in played.starts):
+            keys.append(Line2D([], [], ls="", marker="o", ms=6, mfc=face, mec=PARKED, label=said + which))
+    return keys

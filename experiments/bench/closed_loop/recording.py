@@ -14,12 +14,25 @@ import rerun.blueprint as rrb
 
 from dsnn import ResponseSeries
 from experiments.bench.closed_loop.episode import Episode, Floats
-from experiments.bench.core.recording import LIMIT_COLOUR, ROBOT_RADIUS_CM, jpegs, potentials, recorded, timelines
+from experiments.bench.core.figures.palette import HUES
+from experiments.bench.core.figures.series import LIMIT_COLOUR, rgb
+from experiments.bench.core.recording import (
+    ROBOT_RADIUS_CM,
+    jpegs,
+    page,
+    plot,
+    plots,
+    potentials,
+    recorded,
+    timelines,
+)
 from scenes import ARENA_RADIUS_CM
 
 JPEG_QUALITY = 85
 OBSERVER_COLOUR, OTHER_COLOUR = (46, 120, 80), (25, 25, 25)
 TRACK_COLOURS = ((46, 160, 90), (214, 39, 40))
+LEFT, RIGHT = rgb(HUES[1]), rgb(HUES[6])
+"""Of the wheels."""
 
 
 def record(episode: Episode) -> bytes:
@@ -66,8 +79,12 @@ def _write(episode: Episode, recording: rr.RecordingStream) -> None:
     rewards = {name: values for name, values in episode.infos.items() if name.startswith("reward_")}
     rooms: dict[str, dict[str, npt.NDArray[Any]]] = {"wheels": wheels, "reward": rewards}
     for room, shown in rooms.items():
-        for name, values in shown.items():
-            recording.log(f"{room}/{name}", rr.SeriesLines(names=name.removeprefix("reward_"), widths=1.5), static=True)
+        tints = (LEFT, RIGHT) if room == "wheels" else tuple(map(rgb, HUES))
+        for place, (name, values) in enumerate(shown.items()):
+            style = rr.SeriesLines(
+                colors=tints[place % len(tints)], names=name.removeprefix("reward_"), widths=1.5 + place // len(tints)
+            )
+            recording.log(f"{room}/{name}", style, static=True)
             recording.send_columns(f"{room}/{name}", times, rr.Scalars.columns(scalars=values.astype(float)))
 
 
@@ -103,27 +120,9 @@ def _blueprint(episode: Episode) -> rrb.Blueprint:
         origin="arena", name="arena from above (cm)", background=(214, 214, 210),
         visual_bounds=rrb.VisualBounds2D(x_range=(-48, 48), y_range=(-48, 48)),
     )  # fmt: skip
-    wheels = rrb.TimeSeriesView(origin="wheels", name="wheels, share of 35 cm/s",
-                                axis_y=rrb.ScalarAxis(range=(-1.05, 1.05)))  # fmt: skip
-    rewards = rrb.TimeSeriesView(origin="reward", name="reward's terms")
+    driven = rrb.Horizontal(plot("wheels", "wheels, share of 35 cm/s", 1.05), plot("reward", "reward's terms"))
     if episode.series is None:
-        return _page(above, rrb.Horizontal(wheels, rewards), [3, 1])
+        return page(above, driven, shares=[3, 1])
     camera = rrb.Spatial2DView(origin="camera", name="observer's view")
-    potential = rrb.TimeSeriesView(origin="potential", name="membrane potential",
-                                   axis_y=rrb.ScalarAxis(range=(-1.05, 1.05)))  # fmt: skip
-    spikes = rrb.TimeSeriesView(origin="spikes", name="spikes per frame")
-    answers = [potential, spikes]
-    if "azimuth" in episode.channels:
-        answers.append(rrb.TimeSeriesView(origin="azimuth", name="azimuth, -1 left to 1 right",
-                                          axis_y=rrb.ScalarAxis(range=(-1.05, 1.05))))  # fmt: skip
-    lower = rrb.Vertical(rrb.Horizontal(*answers), rrb.Horizontal(wheels, rewards))
     top = rrb.Horizontal(camera, above) if len(episode.frames) else above
-    return _page(top, lower, [3, 2])
-
-
-def _page(top: rrb.View | rrb.Horizontal, lower: rrb.Horizontal | rrb.Vertical, shares: list[float]) -> rrb.Blueprint:
-    return rrb.Blueprint(
-        rrb.Vertical(top, lower, row_shares=shares),
-        rrb.TimePanel(state="collapsed", timeline="sim_time"),
-        collapse_panels=True,
-    )
+    return page(top, rrb.Vertical(plots(episode.channels), driven), shares=[3, 2])

@@ -6,7 +6,7 @@ import dataclasses
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from colias_sim.envs import ENVS
 from colias_sim.envs.factors import PRESET
 from colias_sim.reference import reference_hash
 from experiments.bench.closed_loop.behaviour import Behaviour
-from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry
+from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry, start_places
 from experiments.bench.closed_loop.find import env_id, load_behaviour
 from experiments.bench.closed_loop.scores import COLUMNS, EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
 from experiments.bench.core.batch import Batch, Resources
@@ -93,6 +93,11 @@ class Played:
     steps: pa.Table
     """A row per frame, `STEP_SCHEMA`."""
     failures: list[Failure]
+    options: tuple[tuple[str, Any], ...] = ()
+    """The arguments of the env that were set."""
+    starts: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    """Of the first episode, where every robot stood at its start: x and y in cm, heading in degrees. Empty where no
+    paths are drawn."""
 
 
 def plan(
@@ -241,7 +246,10 @@ def run(made: BehaviourPlan, out: Path, pool: Pool, resources: Resources, *, rec
         failures = episodes.fill(folder, pool, resources)
         standings = _standings(made, folder.rows())
         folder.write_rows("scores.csv", table(made.settings[0].env, standings))
-        return Played(out, made.settings[0].env, standings, folder.frames(), failures)
+        first = made.settings[0]
+        drawn = standings and ENVS[first.env].draws_paths
+        starts = start_places(first.env, dict(first.options), standings[0].rows[0]["seed"]) if drawn else {}
+        return Played(out, first.env, standings, folder.frames(), failures, first.options, starts)
 
 
 def _standings(made: BehaviourPlan, rows: Sequence[Mapping[str, Any]]) -> list[Standing]:

@@ -5,7 +5,6 @@ The only module that uses what Rerun keeps to itself: see `save`.
 
 from __future__ import annotations
 
-import dataclasses
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -19,23 +18,17 @@ import rerun.blueprint as rrb
 import rerun_bindings
 
 from dsnn import ResponseSeries
-from dsnn.model import SPIKING
+from experiments.bench.core.figures.series import levels, lines
 
 APPLICATION = "colias-sim"
 ROBOT_RADIUS_CM = 2.0
 Floats = npt.NDArray[np.float64]
 Images = npt.NDArray[np.uint8]
 LIMIT_COLOUR = (140, 140, 140)
-Colour = tuple[int, int, int]
-HS_COLOURS: tuple[Colour, ...] = (
-    (31, 119, 180), (44, 160, 44), (148, 103, 189), (23, 190, 207), (100, 100, 100)
-)  # fmt: skip
-VS_COLOURS: tuple[Colour, ...] = (
-    (214, 124, 30), (214, 39, 40), (227, 119, 194), (188, 189, 34), (160, 160, 160)
-)  # fmt: skip
-LOOMING_COLOURS: tuple[Colour, ...] = ((180, 30, 60), (120, 60, 20), (90, 0, 120), (0, 90, 90), (60, 60, 60))
-COLOURS = {"hs": HS_COLOURS, "vs": VS_COLOURS, "looming": LOOMING_COLOURS, "azimuth": HS_COLOURS}
-"""Channel -> the colours of the first model's line, the second's, ..."""
+TIMELINE = "sim_time"
+"""The timeline that every layout opens with: seconds of a trial, an episode, a clip or a video."""
+PAPER = rrb.archetypes.PlotBackground(color=(250, 250, 247), show_grid=False)
+"""Of plots: the palette is for a light background."""
 
 
 def recorded(
@@ -100,7 +93,7 @@ def save(stream: rr.RecordingStream, path: Path, layout: rrb.Blueprint) -> None:
 
 def timelines(sim_time_s: Floats, frame: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:
     """Time and number of each frame, (T,), the timelines of every recording."""
-    return [rr.TimeColumn("sim_time", duration=sim_time_s), rr.TimeColumn("frame", sequence=frame)]
+    return [rr.TimeColumn(TIMELINE, duration=sim_time_s), rr.TimeColumn("frame", sequence=frame)]
 
 
 def video(recording: rr.RecordingStream, entity: str, images: Images, times: list[rr.TimeColumn]) -> None:
@@ -142,66 +135,39 @@ class Answered(Protocol):
         ...
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class Line:
-    """A line of a recording's plots: where it is logged, its title, its colour, the `dsnn.Response` field it shows."""
-
-    entity: str
-    title: str
-    colour: Colour
-    field: str
-
-
-def lines(model: str, channels: Sequence[str], place: int, several: bool) -> list[Line]:
-    """The lines of the declared channels of the model at ``place``; titles name the model where there are several."""
-    name, prefix = rr.escape_entity_path_part(model), f"{model} " if several else ""
-    made = []
-    for channel in channels:
-        colour, title = COLOURS[channel][place % 5], channel.upper() if channel in ("hs", "vs") else channel
-        if channel not in SPIKING:
-            made.append(Line(f"{channel}/{name}", f"{prefix}{title}", colour, channel))
-            continue
-        made.append(Line(f"potential/{name}/{channel}", f"{prefix}{title}", colour, channel))
-        made.append(Line(f"spikes/{name}/{channel}", f"{prefix}{title} spikes", colour, f"{channel}_spikes"))
-    return made
-
-
-def levels(thresholds: Iterable[Mapping[str, float | None]]) -> list[float]:
-    """The thresholds to draw, lowest first: of either sign for HS and VS, of looming the positive one alone."""
-    signs = {"hs": (1, -1), "vs": (1, -1), "looming": (1,)}
-    known = [(signs[c], level) for own in thresholds for c, level in own.items() if c in signs and level is not None]
-    return sorted({sign * level for both, level in known for sign in both})
-
-
-def level_entity(level: float) -> str:
-    """Where the line of a threshold is logged."""
-    return f"potential/threshold/{'plus' if level > 0 else 'minus'}_{abs(level):g}".replace(".", "_")
-
-
 def potentials(recording: rr.RecordingStream, answers: Sequence[Answered], time_s: Floats) -> None:
     """Potentials, spikes and azimuth of each model at ``time_s`` (T,), and their thresholds as grey lines."""
     frames = np.arange(len(time_s))
-    times = timelines(time_s, frames)
-    for place, answer in enumerate(answers):
-        for line in lines(answer.model, answer.channels, place, len(answers) > 1):
+    times, models = timelines(time_s, frames), [answer.model for answer in answers]
+    for answer in answers:
+        for line in lines(answer.model, answer.channels, models):
             values = getattr(answer.series, line.field)
-            style = rr.SeriesLines(colors=line.colour, names=line.title, widths=1.5)
-            recording.log(line.entity, style, static=True)
+            recording.log(line.entity, line.style(), static=True)
             recording.send_columns(line.entity, times, rr.Scalars.columns(scalars=values.astype(float)))
     ends = timelines(time_s[[0, -1]], frames[[0, -1]])
-    for level in levels(answer.thresholds for answer in answers):
-        entity, name = level_entity(level), f"{'' if level > 0 else '-'}T = {level:g}"
-        recording.log(entity, rr.SeriesLines(colors=LIMIT_COLOUR, names=name, widths=1.0), static=True)
-        recording.send_columns(entity, ends, rr.Scalars.columns(scalars=[level, level]))
+    for level in levels({answer.model: answer.thresholds for answer in answers}):
+        recording.log(level.entity, level.style(), static=True)
+        recording.send_columns(level.entity, ends, rr.Scalars.columns(scalars=[level.value, level.value]))
 
 
-def plots(answers: Sequence[Answered]) -> rrb.Horizontal:
-    """The views of `potentials`; one of the azimuth where a model declares it."""
-    wide = rrb.ScalarAxis(range=(-1.05, 1.05))
-    views = [
-        rrb.TimeSeriesView(origin="potential", name="membrane potential", axis_y=wide),
-        rrb.TimeSeriesView(origin="spikes", name="spikes per frame", axis_y=rrb.ScalarAxis(range=(-3.2, 3.2))),
-    ]
-    if any("azimuth" in answer.channels for answer in answers):
-        views.append(rrb.TimeSeriesView(origin="azimuth", name="azimuth, -1 left to 1 right", axis_y=wide))
+def plot(origin: str, name: str, limit: float | None = None) -> rrb.TimeSeriesView:
+    """Return a view of the series below ``origin``, from ``-limit`` to ``limit`` where there is one."""
+    axis = None if limit is None else rrb.ScalarAxis(range=(-limit, limit))
+    return rrb.TimeSeriesView(origin=origin, name=name, axis_y=axis, background=PAPER)
+
+
+def plots(channels: Iterable[str]) -> rrb.Horizontal:
+    """Return the views of `potentials`; one of the azimuth where a model declares it among its ``channels``."""
+    views = [plot("potential", "membrane potential", 1.05), plot("spikes", "spikes per frame", 3.2)]
+    if "azimuth" in channels:
+        views.append(plot("azimuth", "azimuth, -1 left to 1 right", 1.05))
     return rrb.Horizontal(*views, column_shares=[3, 2, 2][: len(views)])
+
+
+def page(*views: rrb.View | rrb.Container, shares: Sequence[float]) -> rrb.Blueprint:
+    """Return a layout that opens ready to read: ``views`` below each other, and the timeline."""
+    return rrb.Blueprint(
+        rrb.Vertical(*views, row_shares=list(shares)),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE),
+        collapse_panels=True,
+    )

@@ -24,13 +24,19 @@ import rerun.blueprint as rrb
 
 from dsnn import Response
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.figures.palette import colours
+from experiments.bench.core.figures.series import Line, levels, lines, rgb
 from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.recording import APPLICATION, COLOURS, LIMIT_COLOUR, Line, level_entity, levels, lines, save
+from experiments.bench.core.recording import APPLICATION, page, plots, save, timelines
 from experiments.bench.core.terminal import program
 from experiments.bench.footage.video import Picture
 
 QUALITY = 80
 CHUNK_FRAMES = 64
+ARROW_WIDTH = 6.0
+"""Of the arrows along HS and VS, in points of the screen: as wide in a small picture as in a large one."""
+LONGEST_ARROW_AT = 0.5
+"""Potential from which an arrow is as long as it gets. Models spike from some 0.15 on, and rarely go beyond 0.5."""
 VIEWER_EVERY_S, VIEWER_IMAGES_PER_S = 0.1, 20.0
 VIEWER_START_S, VIEWER_SETTLES_S = 20.0, 1.0
 VIEWER_MEMORY = "1GB"  # the viewer then drops the oldest data: a camera may run for days
@@ -62,7 +68,7 @@ class LiveLog:
         self.note = ""
         self._chunk = _Chunk()
         self._sent = self._shown = 0.0
-        self._levels = levels(model.thresholds for model in models)
+        self._levels = levels({model.label: model.thresholds for model in models})
         self._describe()
 
     @classmethod
@@ -127,41 +133,44 @@ class LiveLog:
 
     def _describe(self) -> None:
         """What does not change: names, colours, where the arrows start."""
-        stream, centre = self._stream, (self._size[0] / 2, self._size[1] / 2)
+        stream, tints = self._stream, colours(model.label for model in self._models)
         stream.log("picture", rr.EncodedImage.from_fields(media_type="image/jpeg"), static=True)
         for place, model in enumerate(self._models):
             for line in self._lines(place):
-                style = rr.SeriesLines(colors=line.colour, names=line.title, widths=1.5)
-                stream.log(line.entity, style, static=True)
+                stream.log(line.entity, line.style(), static=True)
             arrows = [system for system in ("hs", "vs") if system in model.channels]
             if arrows:
-                colours = [COLOURS[system][place % 5] for system in arrows]
-                radii = [1.5] * len(arrows)
-                shown = rr.Arrows2D.from_fields(origins=[centre] * len(arrows), colors=colours, radii=radii)
+                tint = [rgb(tints[model.label])] * len(arrows)
+                radii = rr.Radius.ui_points([ARROW_WIDTH / 2] * len(arrows))
+                shown = rr.Arrows2D.from_fields(origins=[self._origin(place)] * len(arrows), colors=tint, radii=radii)
                 stream.log(_direction(model), shown, static=True)
         for level in self._levels:
-            name = f"{'' if level > 0 else '-'}T = {level:g}"
-            stream.log(level_entity(level), rr.SeriesLines(colors=LIMIT_COLOUR, names=name, widths=1.0), static=True)
+            stream.log(level.entity, level.style(), static=True)
+
+    def _origin(self, place: int) -> tuple[float, float]:
+        """Return where the arrows of a model begin: the models' places share the picture's middle row."""
+        width, height = self._size
+        return width * (place + 1) / (len(self._models) + 1), height / 2
 
     def _lines(self, place: int) -> list[Line]:
         model = self._models[place]
-        return lines(model.label, model.channels, place, len(self._models) > 1)
+        return lines(model.label, model.channels, [each.label for each in self._models])
 
     def _send(self) -> None:
         chunk, self._chunk = self._chunk, _Chunk()
         when = np.asarray(chunk.times_s), np.asarray(chunk.frames)
         if chunk.images:
             images = rr.EncodedImage.columns(blob=chunk.images)
-            self._stream.send_columns("picture", _timelines(*(column[chunk.image_at] for column in when)), images)
+            self._stream.send_columns("picture", timelines(*(column[chunk.image_at] for column in when)), images)
         for place in range(len(self._models)):
             known = [i for i, answers in enumerate(chunk.answers) if answers[place] is not None]
             if known:
                 own = [answer for answers in chunk.answers if (answer := answers[place]) is not None]
-                self._answers(place, own, _timelines(*(column[known] for column in when)))
+                self._answers(place, own, timelines(*(column[known] for column in when)))
         # A level at the ends of the chunk draws its line.
-        ends = _timelines(*(column[[0, -1]] for column in when))
+        ends = timelines(*(column[[0, -1]] for column in when))
         for level in self._levels:
-            self._stream.send_columns(level_entity(level), ends, rr.Scalars.columns(scalars=[level, level]))
+            self._stream.send_columns(level.entity, ends, rr.Scalars.columns(scalars=[level.value, level.value]))
 
     def _answers(self, place: int, answers: Sequence[Response], times: list[rr.TimeColumn]) -> None:
         send, model = self._stream.send_columns, self._models[place]
@@ -171,11 +180,18 @@ class LiveLog:
         axes = [(system, axis) for system, axis in (("hs", (1, 0)), ("vs", (0, 1))) if system in model.channels]
         if not axes:
             return
-        # A potential of 1 reaches the picture's edge.
-        half = np.asarray(self._size) / 2
-        vectors = np.array([[np.multiply(getattr(a, system), axis) for system, axis in axes] for a in answers]) * half
+        vectors = np.array([[np.multiply(getattr(a, system), axis) for system, axis in axes] for a in answers])
+        vectors = arrow_lengths(vectors, self._size)
         arrows = rr.Arrows2D.columns(vectors=vectors.reshape(-1, 2)).partition([len(axes)] * len(answers))
         send(_direction(model), times, arrows)
+
+
+def arrow_lengths(potentials: npt.NDArray[np.float64], size: tuple[int, int]) -> npt.NDArray[np.float64]:
+    """Return arrows (..., 2), in pixels of a picture of ``size``, for potentials (..., 2) along x and y.
+
+    A potential of `LONGEST_ARROW_AT` or more is half the picture's smaller side long, and others in proportion.
+    """
+    return np.clip(potentials / LONGEST_ARROW_AT, -1.0, 1.0) * (min(size) / 2)
 
 
 def _direction(model: ConfiguredModel) -> str:
@@ -185,26 +201,12 @@ def _direction(model: ConfiguredModel) -> str:
 
 def blueprint(size: tuple[int, int], models: Sequence[ConfiguredModel]) -> rrb.Blueprint:
     """A layout that opens ready to read: the picture of ``size`` with its arrows, beneath it what the models answer."""
-    where = any("azimuth" in model.channels for model in models)
-    azimuth = [rrb.TimeSeriesView(origin="azimuth", name="azimuth, -1 left to 1 right")] if where else []
     bounds = rrb.VisualBounds2D(x_range=(0, size[0]), y_range=(0, size[1]))
-    return rrb.Blueprint(
-        rrb.Vertical(
-            rrb.Spatial2DView(
-                origin="picture", name="what the network sees; HS and VS as arrows", visual_bounds=bounds
-            ),
-            rrb.TimeSeriesView(origin="potential", name="membrane potential"),
-            rrb.TimeSeriesView(origin="spikes", name="spikes per frame"),
-            *azimuth,
-            row_shares=[4, 2, 1, 1][: 3 + len(azimuth)],
-        ),
-        rrb.TimePanel(state="collapsed", timeline="time"),
-        collapse_panels=True,
+    return page(
+        rrb.Spatial2DView(origin="picture", name="what the network sees; HS and VS as arrows", visual_bounds=bounds),
+        plots(channel for model in models for channel in model.channels),
+        shares=[2, 1],
     )
-
-
-def _timelines(times_s: npt.NDArray[np.float64], frames: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:
-    return [rr.TimeColumn("time", duration=times_s), rr.TimeColumn("frame", sequence=frames)]
 
 
 def _partial(path: Path) -> Path:

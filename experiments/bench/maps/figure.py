@@ -12,7 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.core.figures.plotting import STYLE, headline, plain
+from experiments.bench.core.settings import PRESET
+from experiments.bench.core.store.parameters import in_title
 from experiments.bench.maps.axes import Axis, said
 from experiments.bench.maps.judging import TOGETHER, Cell, Number, by_claim, by_measure
 from experiments.bench.maps.plan import MapPlan
@@ -72,8 +74,19 @@ def draw(made: MapPlan, found: Sequence[Cell], measured: Sequence[Number] = ()) 
         if len(made.axes) > 1:
             drawn.supylabel(plain("\n".join(made.axes[1].words())), fontsize=8)
         counted = f"{_counted(made, bool(found))}, from seed {made.seed}"
-        drawn.suptitle(plain(f"{made.model.label}: {counted}"), fontsize=9, x=0.01, ha="left")
+        headline(drawn, f"{made.model.label}: {counted}{in_title(_set(made))}", 9)
     return drawn
+
+
+def _set(made: MapPlan) -> dict[str, Any]:
+    """Return the parameters that are not at their defaults at any point, without those that the axes move."""
+    moved = [key for axis in made.axes for key in axis.keys] + [key for point in made.points for key, _ in point.values]
+    ends = tuple(key.removesuffix(PRESET) for key in moved if key.endswith(f".{PRESET}"))
+    return {
+        key: values
+        for key, values in made.description.get("changed", {}).items()
+        if not key.startswith(ends) and not any(each == key or each.startswith(f"{key}.") for each in moved)
+    }
 
 
 def _counted(made: MapPlan, claims: bool) -> str:

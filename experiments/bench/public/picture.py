@@ -44,7 +44,8 @@ def draw(folder: Path, said: Mapping[str, Any], trials: pa.Table, frames: pa.Tab
         if "clips" in declared:
             shown = [row for row in rows if row["repeat"] == 0]
             thresholds = {model["label"]: _threshold(model) for model in said["models"]}
-            drawn = clips_figure.draw(Drawing(**declared["figure"]), shown, frames, thresholds)
+            title = clips_figure.title(declared["name"], said["seed"], said.get("changed") or {})
+            drawn = clips_figure.draw(Drawing(**declared["figure"]), shown, frames, thresholds, title)
         else:
             drawn = _of_robot(said, rows, frames)
     except (KeyError, TypeError, IndexError) as error:
@@ -60,12 +61,13 @@ def _of_robot(said: Mapping[str, Any], rows: list[Any], frames: pa.Table) -> Fig
     labels = list(models)
     name, arena, repeats = caption(declared["name"], settings["scene"]["arena"], said["repeats"], rows)
     blind = settings["robot"].get("open_loop", False)  # a run of an older version has no such setting
+    changed = said.get("changed") or {}
     if declared["figure"] == "excitation" and set(NEEDED) <= set(models):
         found = excitation.courses(rows, frames, float(models[WHOLE]["network"]["w_i"]))
         if found:
-            title = robot_figure.title(name, [WHOLE], arena, repeats, open_loop=blind)
+            title = robot_figure.title(name, [WHOLE], arena, repeats, changed, open_loop=blind)
             return excitation_figure.figure(found, title, _threshold(models[WHOLE]))
-    title = robot_figure.title(name, labels, arena, repeats, open_loop=blind)
+    title = robot_figure.title(name, labels, arena, repeats, changed, open_loop=blind)
     thresholds = {label: _threshold(model) for label, model in models.items()}
     if drawable(declared["figure"], rows) == "mechanism":
         return mechanism_figure.figure(rows, declared["varies"], title, thresholds[labels[0]])

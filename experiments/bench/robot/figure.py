@@ -15,8 +15,9 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
 from experiments.bench.core.figures.palette import LINES, MARKERS, Mark, level_colours, marks
-from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.core.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
 from experiments.bench.core.statistics import summarise
+from experiments.bench.core.store.parameters import in_title
 from experiments.bench.core.store.rows import group
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import caption, is_tracked, varying
@@ -47,6 +48,8 @@ UNITS = {
     "observer_turn_deg_s": "°/s own",
     "acceleration_cm_s2": "cm/s2",
 }
+COUNTS_INCHES = 4.0
+"""Width of the panel of counts."""
 MOST_NAMED = 4
 """Models that a title names."""
 ACROSS = 4
@@ -55,6 +58,8 @@ MOST_DOTTED = 4
 """Series beyond which single trials are left out of the panel of counts: means and intervals stay readable."""
 SPREAD, NARROW = 0.62, 0.34
 """Width of all series at one level, as a share of the smallest gap between levels: of words, and of numbers."""
+NEAR = 0.08
+"""The largest such width on an axis of numbers, as a share of the axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,15 +86,18 @@ def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
     settings, varies = plan.settings, plan.experiment.varies
     models, blind = [model.label for model in settings.models], settings.robot.open_loop
     name, arena, repeats = caption(plan.experiment.name, settings.scene.arena, plan.repeats, rows)
-    said = title(name, models, arena, repeats, open_loop=blind)
+    said = title(name, models, arena, repeats, plan.changed(), open_loop=blind)
     return figure(rows, frames, varies, said, {model.label: model.threshold for model in settings.models})
 
 
-def title(name: str, models: Sequence[str], arena: str, repeats: int | str, *, open_loop: bool = False) -> str:
-    """Return the title of a run's figure. An empty ``arena`` is left out."""
+def title(
+    name: str, models: Sequence[str], arena: str, repeats: int | str, changed: Mapping[str, Any], *,
+    open_loop: bool = False,
+) -> str:  # fmt: skip
+    """Return the title of a run's figure, with the parameters that were ``changed``. An empty ``arena`` is left out."""
     shown = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
-    where = f", {arena} arena" if arena else ""
-    return f"{name}: {shown}{where}{', driven open loop' if open_loop else ''}, n = {repeats}"
+    where, driven = f", {arena} arena" if arena else "", ", driven open loop" if open_loop else ""
+    return f"{name}: {shown}{where}{driven}, n = {repeats}{in_title(changed)}"
 
 
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Mapping[str, float | None]) -> Figure:
@@ -127,13 +135,13 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(4.4 + (4.4 if across == 1 else 3.1 * across), max(3.7, 2.4 * down + 0.9)),
                        layout="constrained")  # fmt: skip
-        drawn.suptitle(plain(title), fontsize=10, x=0.01, ha="left")
+        headline(drawn, title)
         left, right = drawn.subfigures(  # type: ignore[misc]  # two of them, as NumPy has them
             1, 2, width_ratios=[4.0, 4.8 if across == 1 else 3.1 * across]
         )
         silent = [model for model in models if thresholds.get(model, 0.0) is None]
         _counts(left, [row for row in rows if row["model"] not in silent] or rows, varies, levels,
-                colours if len(models) == 1 else None, silent)  # fmt: skip
+                colours if len(models) == 1 else None, models, silent)  # fmt: skip
         panels = right.subplots(down, across, squeeze=False, sharex=True, sharey=True)
         axis = _trace_axis(rows)
         for axes, model in zip(panels.flat, models, strict=False):
@@ -179,33 +187,34 @@ def _others(rows: Rows, varies: str, models: Sequence[str]) -> dict[str, Any]:
     return {label: LINES[i % len(LINES)] for i, label in enumerate(labels)} if len(labels) > 1 else {}
 
 
-def _series(rows: Rows, varies: str) -> list[Series]:
-    """A series for every model and combination of the other conditions: colours tell models, lines the conditions."""
-    names, own = _conditions(rows, varies), marks(row["model"] for row in rows)
+def _series(rows: Rows, varies: str, models: Sequence[str]) -> list[Series]:
+    """A series for every model and combination of the other conditions: colours tell ``models``, lines the others."""
+    names, own, several = _conditions(rows, varies), marks(models), len({row["model"] for row in rows}) > 1
     found = []
     for (model,), chosen in group(rows, "model").items():
         parts = list(group(chosen, *names).values()) if names else [chosen]
         for place, part in enumerate(parts):
-            words = [*([plain(model)] if len(own) > 1 else []), *([_condition(part[0], names)] if names else [])]
+            words = [*([plain(model)] if several else []), *([_condition(part[0], names)] if names else [])]
             each = own[model]
-            mark = each if len(parts) == 1 else Mark(each.colour, MARKERS[place % 8], LINES[place % 8])
+            turn = (place + LINES.index(each.line) * len(parts)) % len(LINES)  # models of one hue stay apart
+            mark = each if len(parts) == 1 else Mark(each.colour, MARKERS[turn], LINES[turn])
             found.append(Series(", ".join(words), part, mark))
     return found
 
 
 def _counts(
     place: SubFigure, rows: Rows, varies: str, levels: Sequence[Any], colours: Mapping[Any, str] | None,
-    silent: Sequence[str],
+    models: Sequence[str], silent: Sequence[str],
 ) -> None:  # fmt: skip
     """Spikes of every trial with means and intervals; ``colours`` of the levels where there is one model.
 
     Models that do not spike, ``silent``, are named instead of being drawn at 0.
     """
-    axes, series = place.subplots(), _series(rows, varies)
+    axes, series = place.subplots(), _series(rows, varies, models)
     ordinal = isinstance(levels[0], str)
     ticks = {level: float(i) if ordinal else float(level) for i, level in enumerate(levels)}
     gaps = [b - a for a, b in zip(list(ticks.values()), list(ticks.values())[1:], strict=False)]
-    width = (SPREAD if ordinal else NARROW) * (min(gaps) if gaps else 1.0)
+    width = SPREAD if ordinal else min(NARROW * min(gaps), NEAR * sum(gaps)) if gaps else 1.0
     for index, each in enumerate(series):
         shift = 0.0 if len(series) == 1 else width * (index / (len(series) - 1) - 0.5)
         step = width / len(series)
@@ -223,10 +232,11 @@ def _counts(
     axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial")
     axes.set_ylim(bottom=min(-2.0, -0.04 * axes.get_ylim()[1]))
     if len(series) > 1:
-        columns = 2 if len(series) <= 12 else 3
-        place.legend(fontsize=7, handlelength=3, frameon=False, loc="outside upper center", ncols=columns)
+        columns = columns_of_key([each.label for each in series], COUNTS_INCHES, 7)
+        place.legend(fontsize=7, handlelength=3, frameon=False, loc="outside upper center", ncols=min(columns, 3))
     if silent:
-        axes.set_title(plain(f"not drawn, as without spikes: {', '.join(silent)}"), fontsize=7, loc="left")
+        left_out = f"not drawn, as without spikes: {', '.join(silent)}"
+        axes.set_title(plain(wrapped(left_out, COUNTS_INCHES, 7)), fontsize=7, loc="left")
 
 
 def _level(
@@ -269,7 +279,7 @@ def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int]) -> Non
         return
     for sign in signs:
         axes.axhline(sign * threshold, color="black", ls="--", lw=0.8)
-    text, lowest = f"{'±' if len(signs) > 1 else ''}T = {threshold:g}", -threshold if len(signs) > 1 else 0.0
+    text, lowest = f"{'±' if len(signs) > 1 else ''}T = {threshold:g}", min(signs) * threshold
     axes.annotate(text, (0.01, lowest - 0.02), xycoords=("axes fraction", "data"), va="top", fontsize=7)
 
 

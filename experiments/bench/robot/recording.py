@@ -18,10 +18,12 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from colias_sim.config import CameraConfig
+from experiments.bench.core.figures.series import LIMIT_COLOUR
 from experiments.bench.core.recording import (
-    LIMIT_COLOUR,
     ROBOT_RADIUS_CM,
     Floats,
+    page,
+    plot,
     plots,
     potentials,
     recorded,
@@ -171,18 +173,15 @@ def blueprint(result: TrialResult) -> rrb.Blueprint:
             ),
             column_shares=[*[2] * len(eyes), 3],
         ),
-        plots(result.answers),
+        plots(channel for answer in result.answers for channel in answer.channels),
     ]
     shares = [3, 2]
     if media is not None and exposing(media):
-        views.append(rrb.TimeSeriesView(origin="exposure", name="exposure time of each row (ms)"))
+        views.append(plot("exposure", "exposure time of each row (ms)"))
         shares.append(1)
     if media is not None and media.maps:
-        maps = [rrb.Spatial2DView(origin=f"maps/{name}", name=MAP_TITLES[name]) for name in media.maps]
+        whose = result.answers[0].model  # a trial keeps the layer maps of its first model
+        maps = [rrb.Spatial2DView(origin=f"maps/{k}", name=f"{whose}: {MAP_TITLES[k]}") for k in media.maps]
         views.append(rrb.Horizontal(*maps))
         shares.append(2)
-    return rrb.Blueprint(
-        rrb.Vertical(*views, row_shares=shares),
-        rrb.TimePanel(state="collapsed", timeline="sim_time"),
-        collapse_panels=True,
-    )
+    return page(*views, shares=shares)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from colias_sim.envs import ENVS
 from experiments.bench.core.figures import plotting
-from experiments.bench.core.figures.plotting import INCHES_A_ROW, Panel, scoreboard
+from experiments.bench.core.figures.plotting import INCHES_A_ROW, Panel, headline, scoreboard
 from experiments.bench.training.scores import of_runs
 from experiments.bench.training.study import Studied
 from experiments.bench.training.table import described
@@ -39,6 +39,7 @@ def draw(studied: Studied) -> Figure:
         for place, panel in zip(axes, panels, strict=True):
             each = of_runs(studied.runs, panel.title)
             place.plot(each, [BELOW] * len(each), "o", ms=3, mfc=LEARNT, mec="none", alpha=0.6, clip_on=False)
-        drawn.suptitle(described(studied), fontsize=8, x=0.01, ha="left")
+        options = ", ".join(f"{name}={value}" for name, value in studied.study.first.options.items())
+        headline(drawn, f"{described(studied)}{f'; trained with {options}' if options else ''}", 8)
         drawn.supxlabel(LEGEND, fontsize=7, x=0.01, ha="left")
     return drawn

@@ -14,7 +14,7 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from experiments.bench.core.figures.palette import colours, marks
-from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.core.figures.plotting import STYLE, columns_of_key, headline, plain
 from experiments.bench.tuning.curves import (
     NOTHING,
     TuningPoint,
@@ -70,7 +70,8 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
                label=plain(f"{model} (1 = {_largest(given, model, family):.2g})"))
         for model in channels
     ]  # fmt: skip
-    drawn.legend(handles=keys, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
+    across = columns_of_key([str(key.get_label()) for key in keys], drawn.get_size_inches()[0], 8)
+    drawn.legend(handles=keys, loc="outside lower center", ncols=min(across, 3), frameon=False, fontsize=8)
     _title(drawn, family)
     return drawn
 
@@ -132,6 +133,8 @@ def _edges(centres: Sequence[float]) -> list[float]:
 def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
     """A polar plot for each model: its projected response filled, each system's rectified lobe beside it."""
     drawn, panels = _panels(len(channels), 2.8, projection="polar")
+    # The layout reckons the headings of polar panels a little too low: hence more room around them.
+    drawn.set_layout_engine("constrained", h_pad=0.12)
     gratings, objects = family.lines
     tints = colours(channels)
     for axes, model in zip(panels, channels, strict=False):
@@ -145,7 +148,7 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         axes.plot(np.radians(spots), _share(heights), "s", ms=5, mfc="white", mec=tints[model], mew=1.4, zorder=5)
         index = selectivity(*own["hs" if tells else "looming"])
         said = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
-        axes.set_title(plain(f"{model}: {said}"), fontsize=9, color=tints[model])
+        axes.set_title(plain(f"{model}: {said}"), fontsize=9, color=tints[model], y=1.0, pad=25.0)  # above "up"
         _compass(axes)
     keys = [
         Line2D([], [], color="#555555", lw=1.6, label="response (gratings)"),
@@ -210,4 +213,4 @@ def _panels(count: int, side: float, **options: str) -> tuple[Figure, list[Axes]
 
 
 def _title(drawn: Figure, family: Family, more: str = "") -> None:
-    drawn.suptitle(f"{family.name}: {family.summary}{more}", fontsize=10, x=0.01, ha="left")
+    headline(drawn, f"{family.name}: {family.summary}{more}")

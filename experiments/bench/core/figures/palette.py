@@ -11,7 +11,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 
 HUES: tuple[str, ...] = (
@@ -21,8 +20,10 @@ GREYS: tuple[str, ...] = ("#989898", "#383838", "#c8c8c8")
 """Of models and behaviours that a figure shows for comparison alone."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 LINES = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3)), (0, (6, 3)), (0, (6, 2, 1, 2)))
-BASELINES = ("flow", "still", "random", "straight")
-"""Models and behaviours that are drawn in grey."""
+BASELINES = ("flow", "still", "random", "straight", "random-walk")
+"""Models and behaviours that are drawn in grey; so are behaviours whose name begins with `PRIVILEGED`."""
+PRIVILEGED = "oracle-"
+"""Of behaviours that are told the state of the world."""
 NAMED = (
     "dsnn", "dsn2017", "emd", "lgmd1", "lgmd2", "hybrid", "dsnn-on-blocked", "dsnn-off-blocked", "dsnn-reference",
     "t4t5", "lplc2", "mlplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "pon-lgmd",
@@ -67,7 +68,7 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
     greys = iter(range(len(GREYS) * len(LINES)))
     found: dict[str, Mark] = {}
     for name in listed:
-        if name in BASELINES:
+        if name in BASELINES or name.startswith(PRIVILEGED):
             slot, colours = next(greys), GREYS
         else:
             slot, colours = fixed[name] if name in fixed else next(free), HUES
@@ -85,5 +86,7 @@ def level_colours(levels: Sequence[Any]) -> dict[Any, str]:
     """Return a colour for each level of a condition: numbers from dark to light, words in hues; none twice."""
     if all(isinstance(level, str) for level in levels) and len(levels) <= len(HUES):
         return dict(zip(levels, HUES, strict=False))
+    import matplotlib as mpl  # not before: workers, which need the palette for recordings, do without
+
     shades = mpl.colormaps["viridis"](np.linspace(0.0, 0.88, max(len(levels), 2)))
     return {level: mpl.colors.to_hex(shade) for level, shade in zip(levels, shades, strict=False)}

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import MaxNLocator, NullFormatter
+from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.core.scores import Score, Standing
 
@@ -28,6 +31,89 @@ STYLE: dict[Any, Any] = {
 def plain(text: str) -> str:
     """Words as they are: a dollar sign in a label of the user's begins no formula."""
     return text.replace("$", r"\$")
+
+
+LETTER = 0.58
+"""Mean width of a letter of titles and keys, as a share of the type's size."""
+
+
+def headline(place: Figure | SubFigure, text: str, size: float = 10.0) -> None:
+    """Write ``text`` as the title of a figure, from its left edge, in as many lines as it takes."""
+    whole = place.figure if isinstance(place, SubFigure) else place
+    assert isinstance(whole, Figure)
+    place.suptitle(plain(wrapped(text, whole.get_size_inches()[0], size)), fontsize=size, x=0.01, ha="left")
+
+
+def wrapped(text: str, inches: float, size: float) -> str:
+    """Break ``text`` into lines of at most ``inches``, in type of ``size`` points."""
+    most = max(int(inches * 72.0 / (LETTER * size)), 8)
+    return "\n".join(
+        part for line in text.split("\n") for part in textwrap.wrap(line, most, break_on_hyphens=False) or [""]
+    )
+
+
+WIDER = 2.4
+"""Points by which a curve is drawn wider for each later curve that lies on it, so that both are seen."""
+
+
+def extra_widths(curves: Sequence[Sequence[float]], tolerance: float) -> list[float]:
+    """Return by how many points to draw each curve wider, so that no later one hides it.
+
+    Parameters
+    ----------
+    curves
+        Values at the same places along the axis, in the order in which they are drawn.
+    tolerance
+        Largest difference of two curves that look like one.
+    """
+    return [
+        WIDER * sum(len(one) == len(other) and bool(np.allclose(one, other, rtol=0.0, atol=tolerance))
+                    for other in curves[place + 1 :])
+        for place, one in enumerate(curves)
+    ]  # fmt: skip
+
+
+def grid_of_panels(drawn: Figure | SubFigure, blocks: int, each: int, across: int, **options: Any) -> list[list[Axes]]:
+    """Return panels for ``blocks`` of ``each`` panels, at most ``across`` side by side; each block begins a row.
+
+    The lowest panel of each column has the numbers of the axis below it; see `lowest`.
+    """
+    across = min(each, across)
+    down = -(-each // across)
+    places = drawn.subplots(blocks * down, across, squeeze=False, **options)
+    for axes in places.flat:
+        axes.set_visible(False)
+    found = []
+    for block in range(blocks):
+        own = list(places[block * down : (block + 1) * down].flat)[:each]
+        for axes in own:
+            axes.set_visible(True)
+        found.append(own)
+    for axes in lowest(found):
+        axes.tick_params(labelbottom=True)
+    return found
+
+
+def lowest(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
+    """Return the lowest panel of each column."""
+    columns: dict[int, Axes] = {}
+    for block in panels:
+        for axes in block:
+            spec = axes.get_subplotspec()
+            assert spec is not None
+            columns[spec.colspan.start] = axes
+    return list(columns.values())
+
+
+def leftmost(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
+    """Return the panels at the left edge."""
+    return [axes for block in panels for axes in block if (spec := axes.get_subplotspec()) and spec.is_first_col()]
+
+
+def columns_of_key(labels: Sequence[str], inches: float, size: float) -> int:
+    """Return into how many columns a key of ``labels`` fits that is ``inches`` wide, in type of ``size`` points."""
+    longest = max((len(label) for label in labels), default=1)
+    return max(1, min(len(labels), int(inches * 72.0 / size / (LETTER * longest + 4.5))))
 
 
 def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
@@ -111,16 +197,18 @@ def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mappi
         _row(axes, panel, row, standing, tints[standing.name])
     if panel.log:
         axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
-        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        ticks = log_ticks(*axes.get_xlim())
+        axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         axes.xaxis.set_minor_formatter(NullFormatter())
     elif panel.share:
         axes.set_xlim(-0.04, 1.04)
         axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "¼", "½", "¾", "1"])
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(3))
     axes.tick_params(axis="y", length=0)
     axes.set_title(panel.title, fontsize=9, loc="left")
     if panel.keys:
-        _keys(axes, panel, TICKS_INCHES / (INCHES_A_ROW * len(standings)))
+        _keys(axes, panel)
 
 
 def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str) -> None:
@@ -146,8 +234,27 @@ def _dot(axes: Axes, score: Score, height: float, tint: str, *, filled: bool) ->
     axes.plot(score.value, height, "o", ms=5, mfc=face, mec=tint, mew=1.2, zorder=3, clip_on=False)
 
 
-def _keys(axes: Axes, panel: Panel, below: float) -> None:
-    """Which dots are which, ``below`` the axis as a share of its height."""
+def log_ticks(low: float, high: float) -> list[float]:
+    """Return three to five round numbers from ``low`` to ``high``, both above 0, for a logarithmic axis."""
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    ticks: list[float] = []
+    for steps in ((1.0,), (1.0, 3.0), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)):
+        ticks = [tick for decade in decades for step in steps if low <= (tick := step * 10.0**decade) <= high]
+        if len(ticks) >= LEAST_TICKS:
+            break
+    every = -(-len(ticks) // MOST_TICKS)
+    return ticks[:: max(every, 1)] if len(ticks) > 1 else [float(f"{low:.2g}"), float(f"{high:.2g}")]
+
+
+LEAST_TICKS, MOST_TICKS = 3, 5
+"""Of a logarithmic axis."""
+
+
+def _keys(axes: Axes, panel: Panel) -> None:
+    """Which dots are which, below the numbers of the axis."""
+    whole = axes.get_figure(root=True)
+    assert whole is not None
+    below = ScaledTranslation(0.0, -TICKS_INCHES, whole.dpi_scale_trans)
     grey = "#444444"
     keys = [
         Line2D(
@@ -157,5 +264,5 @@ def _keys(axes: Axes, panel: Panel, below: float) -> None:
     ]
     axes.legend(
         handles=keys, ncols=2, fontsize=8, frameon=False, loc="upper center", borderaxespad=0.0,
-        bbox_to_anchor=(0.5, -below), handletextpad=0.1, columnspacing=1.0,
+        bbox_to_anchor=(0.5, 0.0), bbox_transform=axes.transAxes + below, handletextpad=0.1, columnspacing=1.0,
     )  # fmt: skip

@@ -94,6 +94,18 @@ def of_model(parameters: Parameters, model: str) -> dict[str, Any]:
     return {key: values.get(model) for key, values in parameters.items()}
 
 
+MOST_SAID = 8
+"""Parameters that a figure's title names."""
+
+
+def in_title(parameters: Mapping[str, Any]) -> str:
+    """Return what a figure's title says of the parameters that are not at their defaults; empty if all are."""
+    keys = list(parameters)
+    shown = said({key: parameters[key] for key in keys[:MOST_SAID]})
+    more = f" and {len(keys) - MOST_SAID} more" if len(keys) > MOST_SAID else ""
+    return f"; set: {shown}{more}" if keys else ""
+
+
 def said(parameters: Mapping[str, Any]) -> str:
     """Return parameters, as ``experiment.json`` tells them, in a line: ``dsnn.n_con=4|6, camera.read_noise=0``."""
     parts = []

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from experiments.bench.core.figures.palette import HUES
-from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.core.figures.plotting import STYLE, headline
 from experiments.bench.robot.figure import title
 from experiments.bench.robot.mechanism.excitation import Course, Floats
 from experiments.bench.robot.mechanism.parts import WHOLE
@@ -37,7 +37,7 @@ def draw(found: Sequence[Course], plan: Plan) -> Figure:
     """`figure` of a run."""
     settings = plan.settings
     (whole,) = (model for model in settings.models if model.label == WHOLE)
-    said = title(plan.experiment.name, [WHOLE], settings.scene.arena, plan.repeats)
+    said = title(plan.experiment.name, [WHOLE], settings.scene.arena, plan.repeats, plan.changed())
     return figure(found, said, whole.threshold)
 
 
@@ -79,7 +79,7 @@ def figure(found: Sequence[Course], said: str, threshold: float | None) -> Figur
                 panels[0].set_ylim(-0.05 * highest, 1.08 * highest)
                 panels[1].set_ylim(-1.1 * deepest, 1.1 * deepest)
         grid[0, 0].set_xlim(*_busy(found, QUIET * highest))
-        drawn.suptitle(plain(said), fontsize=10, x=0.01, ha="left")
+        headline(drawn, said)
         drawn.legend(handles=_keys(found[0].w_i, threshold), loc="outside lower center", ncols=4, frameon=False,
                      fontsize=8)  # fmt: skip
     return drawn

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.bench.core.figures.palette import HUES, LINES, marks
-from experiments.bench.core.figures.plotting import STYLE, plain
-from experiments.bench.core.statistics import summarise
+from experiments.bench.core.figures.plotting import STYLE, extra_widths, headline, plain
+from experiments.bench.core.statistics import Summary, summarise
 from experiments.bench.robot.figure import AXIS_LABELS, title
 from experiments.bench.robot.mechanism.windows import NEAR_AXIS_CM
 from experiments.bench.robot.plan import Plan
@@ -36,6 +36,8 @@ COMPARED = (
 )  # fmt: skip
 """What all models are compared by: column, title of the panel."""
 
+KEY_INCHES = 0.17
+"""Height of a model's line in the key."""
 LOGARITHMIC_FROM = 5.0
 """Ratio of the largest to the smallest level from which the axis is logarithmic."""
 
@@ -45,7 +47,7 @@ def draw(rows: Rows, plan: Plan) -> Figure:
     settings, labels = plan.settings, [model.label for model in plan.settings.models]
     blind = settings.robot.open_loop
     name, arena, repeats = caption(plan.experiment.name, settings.scene.arena, plan.repeats, rows)
-    said = title(name, labels, arena, repeats, open_loop=blind)
+    said = title(name, labels, arena, repeats, plan.changed(), open_loop=blind)
     return figure(rows, plan.experiment.varies, said, settings.models[0].threshold)
 
 
@@ -71,12 +73,13 @@ def figure(rows: Rows, varies: str, said: str, threshold: float | None) -> Figur
     """
     models = list(dict.fromkeys(row["model"] for row in rows))
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(11.0, 6.2 if len(models) > 1 else 3.2), layout="constrained")
-        parts = drawn.subfigures(2, 1, squeeze=False)[:, 0] if len(models) > 1 else [drawn]
+        lower = max(3.0, 0.3 + KEY_INCHES * len(models)) if len(models) > 1 else 0.0
+        drawn = Figure(figsize=(11.0, 3.2 + lower), layout="constrained")
+        parts = drawn.subfigures(2, 1, squeeze=False, height_ratios=[3.2, lower])[:, 0] if lower else [drawn]
         _first_model([row for row in rows if row["model"] == models[0]], varies, parts[0].subplots(1, 4), threshold)
         if len(models) > 1:
             _every_model(rows, models, varies, parts[1].subplots(1, 4), threshold)
-        drawn.suptitle(plain(said), fontsize=10, x=0.01, ha="left")
+        headline(drawn, said)
     return drawn
 
 
@@ -98,18 +101,17 @@ def _every_model(
     """A panel for each measure; the last place has the legend."""
     given = marks(models)
     for axes, (column, heading) in zip(places, COMPARED, strict=False):
-        for index, model in enumerate(models):
-            own = [row for row in rows if row["model"] == model]
-            mark = given[model]
-            _curve(
-                axes, own, varies, column, mark.colour, mark.line, plain(model), 2.2 if index == 0 else 1.1, mark.marker
-            )
+        owned = [[row for row in rows if row["model"] == model] for model in models]
+        curves = [[summary.mean for summary in _summaries(own, varies, column).values()] for own in owned]
+        largest = max((abs(value) for curve in curves for value in curve), default=1.0)
+        for own, mark, extra in zip(owned, given.values(), extra_widths(curves, 0.01 * largest), strict=True):
+            _curve(axes, own, varies, column, mark.colour, mark.line, plain(own[0]["model"]), 1.1 + extra, mark.marker)
         if column != "spikes":
-            _threshold(axes, threshold)
+            _threshold(axes, threshold, f" of {models[0]}")
         _frame(axes, rows, varies, heading)
     handles, labels = places[0].get_legend_handles_labels()
     places[-1].set_axis_off()
-    places[-1].legend(handles, labels, loc="center left", fontsize=8, frameon=False, handlelength=2.6)
+    places[-1].legend(handles, labels, loc="center left", fontsize=7, frameon=False, handlelength=2.6)
 
 
 def _curve(
@@ -117,21 +119,29 @@ def _curve(
     marker: str = "o",
 ) -> None:  # fmt: skip
     """Means against the level, with their 95 % intervals where there are any."""
-    levels = sorted({row[varies] for row in rows if row[column] is not None})
-    if not levels:
+    found = _summaries(rows, varies, column)
+    if not found:
         return
-    found = [summarise([row[column] for row in rows if row[varies] == level and row[column] is not None])
-             for level in levels]  # fmt: skip
-    means = [summary.mean for summary in found]
-    axes.plot(levels, means, color=tint, ls=style, lw=width, marker=marker, ms=3, label=name)
-    ranges = [(summary.ci_low, summary.ci_high) if summary.n > 1 else (summary.mean,) * 2 for summary in found]
+    levels, means = list(found), [summary.mean for summary in found.values()]
+    axes.plot(levels, means, color=tint, ls=style, lw=width, marker=marker, ms=1.9 + width, label=name)
+    ranges = [(one.ci_low, one.ci_high) if one.n > 1 else (one.mean,) * 2 for one in found.values()]
     axes.vlines(levels, [low for low, _ in ranges], [high for _, high in ranges], color=tint, lw=1.0)
 
 
-def _threshold(axes: Axes, threshold: float | None) -> None:
+def _summaries(rows: Rows, varies: str, column: str) -> dict[float, Summary]:
+    """The means of a column at each level where it has any value."""
+    levels = sorted({row[varies] for row in rows if row[column] is not None})
+    return {
+        level: summarise([row[column] for row in rows if row[varies] == level and row[column] is not None])
+        for level in levels
+    }
+
+
+def _threshold(axes: Axes, threshold: float | None, whose: str = "") -> None:
     if threshold is not None:
         axes.axhline(threshold, color="black", ls="--", lw=0.8)
-        axes.annotate(f"T = {threshold:g}", (0.99, threshold), xycoords=("axes fraction", "data"), va="bottom",
+        said = plain(f"T = {threshold:g}{whose}")
+        axes.annotate(said, (0.99, threshold), xycoords=("axes fraction", "data"), va="bottom",
                       ha="right", fontsize=7)  # fmt: skip
 
 

@@ -10,16 +10,21 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.bench.core.figures.palette import LINES
-from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.core.figures.palette import LINES, MARKERS, Mark, level_colours, marks
+from experiments.bench.core.figures.plotting import LETTER, STYLE, headline, plain
 from experiments.bench.core.statistics import summarise
 from experiments.bench.core.store.rows import group, known
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
-from experiments.bench.robot.figure import AXIS_LABELS, UNITS
+from experiments.bench.robot.figure import AXIS_LABELS, UNITS, said
 from experiments.bench.robot.rows import varying
 
 Row = Mapping[str, Any]
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+PANEL_INCHES = 6.0
+"""Width of the panel; the key stands beside it."""
+MOST_IN_A_COLUMN = 24
+"""Lines of the key below each other."""
+SPREAD = 0.3
+"""Width of all lines at one level, as a share of the smallest gap between levels."""
 
 
 def table(rows: Sequence[Row], keys: Sequence[str]) -> list[dict[str, Any]]:
@@ -55,29 +60,47 @@ def telling(rows: Sequence[Row], keys: Sequence[str], varies: str) -> list[str]:
 def draw(rows: Sequence[Row], keys: Sequence[str], varies: str, title: str) -> Figure:
     """Mean spikes against the condition, with 95 % intervals: a line per model, point and other condition that differs.
 
-    A colour for each model at each point, a marker for each model, a style for each of the other conditions.
+    One model has a colour for each point of the grid. Several have each its own, and each point a marker. Other
+    conditions have line styles. An axis of numbers has their scale; words have no line between them.
     """
     apart = telling(rows, keys, varies)
     others = [name for name in apart if name not in ("model", *keys)]
-    levels = sorted({row[varies] for row in rows})
-    points = list(group(rows, "model", *keys))
-    shades = dict(zip(points, mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(points), 2))), strict=False))
-    markers = {m: MARKERS[i % len(MARKERS)] for i, m in enumerate(dict.fromkeys(row["model"] for row in rows))}
+    levels = list(dict.fromkeys(row[varies] for row in rows))
+    ordinal = isinstance(levels[0], str)
+    ticks = {level: float(i) for i, level in enumerate(levels)} if ordinal else {v: float(v) for v in sorted(levels)}
+    gaps = [b - a for a, b in zip(list(ticks.values()), list(ticks.values())[1:], strict=False)]
     styles = {key: LINES[i % len(LINES)] for i, key in enumerate(group(rows, *others))}
     lines = group(rows, "model", *keys, *others)
+    looks = _looks(rows, keys)
+    labels = [_said(chosen[0], apart, keys) for chosen in lines.values()]
+    across = -(-len(lines) // MOST_IN_A_COLUMN)
+    key_inches = across * (0.6 + LETTER * 7 / 72 * max(map(len, labels)))
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(8.4, 4.2), layout="constrained")
+        drawn = Figure(figsize=(PANEL_INCHES + key_inches, 4.4), layout="constrained")
         axes = drawn.subplots()
-        for place, (line, chosen) in enumerate(lines.items()):
-            shift = 0.3 * (place / max(len(lines) - 1, 1) - 0.5)
-            _line(axes, chosen, varies, levels, shift, color=shades[line[: 1 + len(keys)]],
-                  ls=styles[line[1 + len(keys) :]], fmt=markers[line[0]],
-                  label=_said(chosen[0], apart, keys))  # fmt: skip
-        axes.set_xticks(range(len(levels)), [v if isinstance(v, str) else f"{v:g}" for v in levels])
-        axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial", title=plain(title))
-        if len(lines) <= 24:
-            drawn.legend(loc="outside right upper", frameon=False, fontsize=7)
+        for place, (label, (line, chosen)) in enumerate(zip(labels, lines.items(), strict=True)):
+            shift = SPREAD * (min(gaps) if gaps else 1.0) * (place / max(len(lines) - 1, 1) - 0.5)
+            point, style = looks[line[: 1 + len(keys)]], styles[line[1 + len(keys) :]]
+            _line(axes, chosen, varies, ticks, shift, color=point.colour, ls="none" if ordinal else style,
+                  marker=point.marker, label=label)  # fmt: skip
+        axes.set_xticks(list(ticks.values()), [said(level) for level in ticks])
+        axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial")
+        headline(drawn, title)
+        drawn.legend(loc="outside right upper", frameon=False, fontsize=7, ncols=across)
     return drawn
+
+
+def _looks(rows: Sequence[Row], keys: Sequence[str]) -> dict[tuple[Any, ...], Mark]:
+    """A mark for each model at each point: of one model a colour a point, of several each model's colour."""
+    points = list(group(rows, "model", *keys))
+    own = marks(point[0] for point in points)
+    if len(own) == 1:
+        shades = level_colours(list(range(len(points))))
+        return {each: Mark(shades[i], MARKERS[i % len(MARKERS)], "-") for i, each in enumerate(points)}
+    places = {model: [each for each in points if each[0] == model] for model in own}
+    return {
+        each: Mark(own[each[0]].colour, MARKERS[places[each[0]].index(each) % len(MARKERS)], "-") for each in points
+    }
 
 
 def _said(row: Row, apart: Sequence[str], keys: Sequence[str]) -> str:
@@ -92,11 +115,11 @@ def _said(row: Row, apart: Sequence[str], keys: Sequence[str]) -> str:
     return plain(", ".join([*model, *([grid] if grid else []), *others]) or row["model"])
 
 
-def _line(axes: Axes, rows: Sequence[Row], varies: str, levels: Sequence[Any], shift: float, **style: Any) -> None:
+def _line(axes: Axes, rows: Sequence[Row], varies: str, ticks: Mapping[Any, float], shift: float, **style: Any) -> None:
     """Means with intervals at the levels that these rows have."""
-    spikes = {tick: [row["spikes"] for row in rows if row[varies] == level] for tick, level in enumerate(levels)}
-    summaries = {tick + shift: summarise(values) for tick, values in spikes.items() if values}
+    spikes = {place: [row["spikes"] for row in rows if row[varies] == level] for level, place in ticks.items()}
+    summaries = {place + shift: summarise(values) for place, values in spikes.items() if values}
     # NaN of a single trial: then no bar is drawn.
     spread = np.array([[s.mean - s.ci_low, s.ci_high - s.mean] for s in summaries.values()]).T
     means = [summary.mean for summary in summaries.values()]
-    axes.errorbar(list(summaries), means, yerr=spread, ms=3, lw=1, capsize=2, **style)
+    axes.errorbar(list(summaries), means, yerr=spread, ms=4, lw=1, capsize=2, **style)

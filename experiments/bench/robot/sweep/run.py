@@ -10,6 +10,7 @@ from typing import Any
 
 from experiments.bench.core.batch import Resources
 from experiments.bench.core.store.files import Files
+from experiments.bench.core.store.parameters import in_title
 from experiments.bench.core.terminal import error_console
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.sweep.grid import Part, Point
@@ -70,7 +71,8 @@ def run(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path, 
     from experiments.bench.robot.sweep import figure
 
     summary = figure.table(rows, keys)
-    title = f"{parts[0].plan.experiment.name}, n = {parts[0].plan.repeats}"
+    changed = {key: values for key, values in parts[0].plan.changed().items() if key not in keys}
+    title = f"{parts[0].plan.experiment.name}, n = {parts[0].plan.repeats}{in_title(changed)}"
     picture = plotting.save(figure.draw(rows, keys, varies, title), out)
     # Last, as it makes the sweep a whole one, which is not gone on with.
     Files(out).write_rows("sweep.csv", summary)

@@ -1,0 +1,178 @@
+"""What a machine can see wrong in a figure: each function returns what it found, in words; an empty list is well."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+
+Place = tuple[str, Bbox]
+DIMENSIONLESS = (
+    "spikes", "potential", "response", "accuracy", "auc", "alarms", "return", "time on target", "gain", "trials",
+    "frame", "hs", "reflectance", "contrast", "motion of", "direction in", "on target",
+)  # fmt: skip
+"""Words of a label that needs no unit: counts, potentials, shares, and classes."""
+UNIT = re.compile(r"\(.+\)|%|/min|/m\b|µs|, deg|cm/s|°")
+
+
+def drawn(figure: Figure) -> list[Place]:
+    """Draw a figure; return its texts with their places. An axis keeps labels that it does not draw."""
+    texts: list[Text] = []
+    draw = Text.draw
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Text, "draw", lambda self, *args, **more: (texts.append(self), draw(self, *args, **more)))
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        shown = {id(text): text for text in texts if text.get_text().strip() and text.get_visible()}.values()
+        found = [(text.get_text(), text.get_window_extent(canvas.get_renderer())) for text in shown]
+    return [(said, box) for said, box in found if box.width > 1 and box.height > 1]
+
+
+def overlaps(places: Sequence[Place]) -> list[str]:
+    """Texts that lie on each other, but for a tenth of their height and a fiftieth of their width."""
+    small = [(said, box.shrunk(0.98, 0.88)) for said, box in places]
+    return [f"{one!r} on {other!r}" for (one, a), (other, b) in itertools.combinations(small, 2) if a.overlaps(b)]
+
+
+def outside(figure: Figure, places: Sequence[Place]) -> list[str]:
+    """Texts that run out of the figure by more than a pixel."""
+    whole = figure.bbox
+    return [
+        said for said, box in places
+        if box.x0 < whole.x0 - 1 or box.y0 < whole.y0 - 1 or box.x1 > whole.x1 + 1 or box.y1 > whole.y1 + 1
+    ]  # fmt: skip
+
+
+def panels(figure: Figure) -> list[Axes]:
+    """The axes that show data."""
+    return [axes for axes in figure.axes if axes.get_visible() and axes.axison]
+
+
+def _titles(axes: Axes) -> list[str]:
+    return [axes.get_title(loc=side) for side in ("left", "center", "right")]  # type: ignore[arg-type]
+
+
+def _parents(axes: Axes) -> Iterable[Any]:
+    place: Any = axes.get_figure(root=False)
+    while place is not None:
+        yield place
+        place = place.get_figure(root=False) if isinstance(place, SubFigure) else None
+
+
+def _neighbours(axes: Axes, name: str) -> list[Axes]:
+    """The panels of the same figure in its column, or in its row, itself among them: one label is for all."""
+    own = axes.get_subplotspec()
+    if own is None:
+        return [axes]
+    span = "colspan" if name == "x" else "rowspan"
+    return [
+        other for other in axes.get_figure(root=False).axes
+        if (spec := other.get_subplotspec()) and spec.get_gridspec() is own.get_gridspec() and other.get_visible()
+        and getattr(spec, span).start == getattr(own, span).start
+    ]  # fmt: skip
+
+
+def _named(axes: Axes, name: str) -> bool:
+    """Whether an axis has words for numbers, or nothing at all, at its ticks."""
+    ticks = [tick.get_text() for tick in getattr(axes, f"get_{name}ticklabels")() if tick.get_text()]
+    return not any(number(tick) is not None for tick in ticks)
+
+
+def number(text: str) -> float | None:
+    """The number that a tick label says, if it says one."""
+    said = text.replace("\N{MINUS SIGN}", "-").replace("$\\mathdefault{", "").replace("}$", "")
+    try:
+        return float(said)
+    except ValueError:
+        return None
+
+
+def unlabelled(figure: Figure) -> list[str]:
+    """Axes of numbers without a label that says what they are, with a unit or as a number without one."""
+    found = []
+    for axes in panels(figure):
+        if axes.name == "polar":
+            continue  # its angles are words, its radius is said in the key
+        for name in ("x", "y"):
+            if _named(axes, name):
+                continue
+            labels = [getattr(other, f"get_{name}label")() for other in _neighbours(axes, name)]
+            labels += [getattr(part, f"get_sup{name}label")() for part in _parents(axes)]
+            said = [label for label in (*labels, *_titles(axes)) if label]
+            if not any(UNIT.search(label) or any(word in label.lower() for word in DIMENSIONLESS) for label in said):
+                found.append(f"{name} axis of {_titles(axes)}: {said}")
+    return found
+
+
+def keys(figure: Figure) -> list[list[Line2D]]:
+    """The handles of each key."""
+    legends = [*figure.legends, *(each for part in figure.subfigs for each in part.legends)]
+    legends += [axes.get_legend() for axes in figure.axes if axes.get_legend() is not None]
+    return [[handle for handle in legend.legend_handles if isinstance(handle, Line2D)] for legend in legends]
+
+
+def missing(figure: Figure, places: Sequence[Place], names: Sequence[str]) -> list[str]:
+    """Names that no key, no panel's title and no tick has."""
+    titles = {part.get_suptitle() for part in (figure, *figure.subfigs)}
+    said = [text for text, _ in places if text not in titles or len(names) == 1]
+    whole = "\n".join([*said, *(text.replace("\n", " ") for text in said), *(t.replace("\n", "") for t in said)])
+    return [name for name in names if name not in whole]
+
+
+def alike(figure: Figure) -> list[str]:
+    """Handles of one key that look the same."""
+    found = []
+    for own in keys(figure):
+        looks: dict[Any, str] = {}
+        for key in own:
+            look = (key.get_color(), key.get_linestyle(), key.get_marker(), key.get_markerfacecolor(),
+                    key.get_linewidth(), str(key._dash_pattern), key.get_markersize())  # fmt: skip
+            if look in looks:
+                found.append(f"{key.get_label()!r} and {looks[look]!r}")
+            looks[look] = str(key.get_label())
+    return found
+
+
+def hidden(figure: Figure) -> list[str]:
+    """Lines that a later one of another colour covers: neither wider, nor is the later one broken."""
+    found = []
+    for axes in panels(figure):
+        lines = [line for line in axes.get_lines() if len(line.get_xdata()) > 1 and line.get_linestyle() != "None"]
+        low, high = axes.get_ylim()
+        for earlier, later in itertools.combinations(lines, 2):
+            seen_through = later.get_linestyle() not in ("-", earlier.get_linestyle())
+            if earlier.get_color() == later.get_color() or seen_through:
+                continue
+            if not np.array_equal(earlier.get_xdata(), later.get_xdata()):
+                continue
+            a, b = np.asarray(earlier.get_ydata(), float), np.asarray(later.get_ydata(), float)
+            wider = earlier.get_linewidth() >= later.get_linewidth() + 1.0
+            dots = earlier.get_marker() != "None" and earlier.get_markersize() >= later.get_markersize() + 1.0
+            if np.allclose(a, b, rtol=0.0, atol=0.002 * abs(high - low)) and not (wider or dots):
+                found.append(f"{earlier.get_label()} under {later.get_label()} in {_titles(axes)}")
+    return found
+
+
+def ordinal(figure: Figure) -> list[str]:
+    """Axes whose ticks say numbers and do not stand at them. Grids of cells have one tick a level, wherever it is."""
+    found = []
+    for axes in panels(figure):
+        if axes.images or axes.name == "polar":
+            continue
+        for name in ("x", "y"):
+            axis = getattr(axes, f"{name}axis")
+            for label, at in zip(axis.get_ticklabels(), axis.get_ticklocs(), strict=False):
+                value = number(label.get_text())
+                if value is not None and abs(value - at) > 0.06 * abs(at) + 1e-9:
+                    found.append(f"{name} axis of {_titles(axes)}: {label.get_text()} at {at:g}")
+    return found

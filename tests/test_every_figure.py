@@ -1,0 +1,92 @@
+"""Every figure of the bench, from fixed rows, with one model, three, twenty, and one of a user's own."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import pytest
+from matplotlib.figure import Figure
+
+from tests import figure_checks as checks
+from tests.figure_list import FIGURES, OF_ONE_MODEL, shown
+from tests.figure_rows import MODELS_SHOWN
+
+mpl.use("agg")
+SLOW = ("background", "robot, words", "behaviours, one episode", "tuning, size", "tuning, contrast")
+"""Not drawn with twenty models: others are, which are laid out by the same function."""
+CASES = [
+    (name, count) for name in FIGURES for count in MODELS_SHOWN
+    if count == "one" or (name not in OF_ONE_MODEL and (count, name) not in [("twenty", each) for each in SLOW])
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "count"), CASES, ids=lambda each: each)
+def test_a_figure_can_be_read(name, count):
+    models = MODELS_SHOWN[count]
+    figure = FIGURES[name](models)
+    figure.set_dpi(72)
+    places = checks.drawn(figure)
+    found = {
+        "texts that overlap": checks.overlaps(places),
+        "texts that run out of the figure": checks.outside(figure, places),
+        "axes without a label": checks.unlabelled(figure),
+        "not in the key": checks.missing(figure, places, shown(name, models)),
+        "keys that look alike": checks.alike(figure),
+        "hidden series": checks.hidden(figure),
+        "numbers that stand elsewhere": checks.ordinal(figure),
+    }
+    assert not {what: where for what, where in found.items() if where}
+
+
+SAYS_WHAT_WAS_SET = {
+    **dict.fromkeys(("robot", "mechanism", "excitation", "sweep", "traces", "peaks", "background", "ranges", "edges"),
+                    "set: dsnn.n_con=6"),
+    "behaviours, paths": "robots=5", "training": "trained with robot=colias4", "maps": "camera.read_noise=0",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SAYS_WHAT_WAS_SET)
+def test_what_was_set_stands_in_the_title(name):
+    figure = FIGURES[name](MODELS_SHOWN["one"])
+    titles = " ".join(part.get_suptitle() for part in (figure, *figure.subfigs)).replace("\n", " ")
+    assert SAYS_WHAT_WAS_SET[name] in titles
+
+
+# --- the checks see what is wrong -------------------------------------------------------------------------------------
+
+
+def wrong(**of) -> Figure:
+    """A figure of two lines that is well but for what ``of`` changes."""
+    figure = Figure(figsize=(4, 3), layout="constrained")
+    axes = figure.subplots()
+    axes.plot([1, 2, 3], [1, 2, 3], color="red", lw=1, label="one")
+    axes.plot([1, 2, 3], of.get("later", [3, 2, 1]), color="blue", lw=1, label="two")
+    axes.set(xlabel=of.get("xlabel", "speed (cm/s)"), ylabel="spikes per trial")
+    axes.set_xticks([1, 2, 3], of.get("ticks", ["1", "2", "3"]))
+    for place, said in enumerate(of.get("said", ())):
+        text = axes.annotate(said, (0.1, 0.5 + 0.01 * place), xycoords="axes fraction", annotation_clip=False)
+        text.set_in_layout(False)
+    figure.legend(loc="outside upper center")
+    return figure
+
+
+def test_the_checks_find_nothing_in_a_figure_that_is_well():
+    figure = wrong()
+    places = checks.drawn(figure)
+    assert not checks.overlaps(places) + checks.outside(figure, places) + checks.missing(figure, places, ["one", "two"])
+    assert not checks.unlabelled(figure) + checks.alike(figure) + checks.hidden(figure) + checks.ordinal(figure)
+
+
+def test_the_checks_find_what_is_wrong():
+    crowded = wrong(said=("some words", "others on them"))
+    assert checks.overlaps(checks.drawn(crowded)) == ["'some words' on 'others on them'"]
+    wide = wrong(said=("words " * 30,))
+    assert checks.outside(wide, checks.drawn(wide)) == ["words " * 30]
+    assert len(checks.unlabelled(wrong(xlabel=""))) == len(checks.unlabelled(wrong(xlabel="speed"))) == 1
+    assert checks.missing(wrong(), checks.drawn(wrong()), ["three"]) == ["three"]
+    assert checks.hidden(wrong(later=[1, 2, 3])) == ["one under two in ['', '', '']"]
+    assert len(checks.ordinal(wrong(ticks=["1", "2", "9"]))) == 1
+    twice = wrong()
+    twice.axes[0].get_lines()[1].set_color("red")
+    twice.legends.clear()
+    twice.legend()
+    assert checks.alike(twice) == ["'two' and 'one'"]

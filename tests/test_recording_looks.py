@@ -1,0 +1,147 @@
+"""What a recording looks like, read back from disk: colours, names of thresholds, wheels, arrows, timelines."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import rerun as rr
+
+from colias_sim.envs import ENVS
+from dsnn import MODELS, Response, ResponseSeries
+from experiments.bench.closed_loop import recording as closed_loop_recording
+from experiments.bench.closed_loop.episode import Episode
+from experiments.bench.core.figures.palette import LINES, marks
+from experiments.bench.core.figures.series import levels, lines, rgb
+from experiments.bench.core.models import choose
+from experiments.bench.core.recording import TIMELINE, page, plots, potentials, recorded
+from experiments.bench.footage.recording import LONGEST_ARROW_AT, LiveLog, arrow_lengths
+from experiments.bench.footage.video import Picture
+
+COUNT = 5
+LABELS = ("dsnn", "emd", "lgmd1", "hybrid", "t4t5", "lplc2", "mine")
+
+
+def series() -> ResponseSeries:
+    return ResponseSeries.from_responses([Response(0.1, 0.2, 1, 0, None, 0.6, 1, 0.5)] * COUNT)
+
+
+def static(path: Path) -> dict[str, dict[str, list]]:
+    """Entity -> column without its archetype -> values, of what is logged once."""
+    found: dict[str, dict[str, list]] = {}
+    for chunk in rr.chunk.RrdReader(path).stream().filter(is_static=True).to_chunks():
+        columns = chunk.to_record_batch().to_pydict()
+        found.setdefault(str(chunk.entity_path), {}).update(
+            {name.rpartition(":")[2]: values[0] for name, values in columns.items() if ":" in name}
+        )
+    return found
+
+
+def timelines_of(path: Path) -> set[str]:
+    chunks = rr.chunk.RrdReader(path).stream().filter(is_static=False).to_chunks()
+    return {name for chunk in chunks for name in chunk.to_record_batch().schema.names
+            if name in ("time", "sim_time", "frame")}  # fmt: skip
+
+
+def colour(found: dict[str, list]) -> tuple[int, ...]:
+    """Rerun has colours as one number, the red first."""
+    (packed,) = found["colors"]
+    return tuple(packed >> shift & 255 for shift in (24, 16, 8))
+
+
+def written(path: Path, models=LABELS) -> Path:
+    def write(recording):
+        channels = {"lgmd1": ("looming",), "hybrid": ("hs", "vs", "looming", "azimuth")}
+        own = {"dsnn": 0.16, "mine": 0.3}
+        answers = [
+            SimpleNamespace(model=model, channels=channels.get(model, ("hs", "vs")), series=series(),
+                            thresholds={"hs": own.get(model, 0.2), "vs": own.get(model, 0.2)})
+            for model in models
+        ]  # fmt: skip
+        potentials(recording, answers, np.arange(COUNT) / 30.0)
+
+    path.write_bytes(recorded(write, page(plots(["hs"]), shares=[1]), "looks"))
+    return path
+
+
+def test_a_model_has_the_colour_of_the_figures_in_all_its_plots(tmp_path):
+    held = static(written(tmp_path / "looks.rrd"))
+    for model, mark in marks(LABELS).items():
+        first = "looming" if model == "lgmd1" else "hs"
+        assert {colour(held[f"/{plot}/{model}/{first}"]) for plot in ("potential", "spikes")} == {rgb(mark.colour)}
+    assert colour(held["/azimuth/hybrid"]) == colour(held["/potential/hybrid/hs"])
+    lighter, own, darker = (sum(colour(held[f"/potential/hybrid/{name}"])) for name in ("vs", "hs", "looming"))
+    assert lighter > own > darker, "other channels are dots in shades of it"
+
+
+def test_thresholds_name_their_models(tmp_path):
+    held = static(written(tmp_path / "looks.rrd"))
+    names = {found["names"][0] for entity, found in held.items() if "/threshold/" in entity}
+    assert {"T = 0.16 of dsnn", "-T = 0.16 of dsnn", "T = 0.3 of mine"} <= names
+    assert "T = 0.2 of emd, lgmd1, hybrid and 2 more" in names
+    apart = levels({"hybrid": {"hs": 0.16, "vs": 0.16, "looming": 0.78}})
+    assert [level.title for level in apart] == [
+        "-T = 0.16 of hybrid (HS, VS)", "T = 0.16 of hybrid (HS, VS)", "T = 0.78 of hybrid (looming)"
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("own", [0, 3, 30])
+def test_no_two_lines_of_a_recording_look_alike(own):
+    """Models of one hue, which figures tell apart by line styles, have lines of different widths."""
+    models = [*MODELS, *(f"mine{i}" for i in range(own))]
+    drawn = [line for model in models for line in lines(model, ("hs", "vs", "looming"), models)
+             if line.entity.startswith("potential/")]  # fmt: skip
+    looks = [(line.colour, line.width, line.dots) for line in drawn]
+    assert len(set(looks)) == len(looks)
+    assert max(line.width for line in drawn) <= 1.5 * len(LINES)
+
+
+def episode(env: str) -> Episode:
+    path = np.column_stack([np.arange(COUNT), np.zeros(COUNT), np.zeros(COUNT)]).astype(float)
+    nothing = np.zeros((0, 72, 99), np.uint8)
+    return Episode("mine", env, SimpleNamespace(), 0, False, np.arange(1, COUNT + 1) / 30.0, {"observer": path},
+                   np.full((COUNT, 2), 0.3, np.float32), "dsnn", ("hs", "vs"), series(), np.ones(COUNT),
+                   {"reward_ahead": np.ones(COUNT), "reward_touch": np.zeros(COUNT)}, nothing)  # fmt: skip
+
+
+def test_wheels_and_the_terms_of_the_reward_differ_in_colour(tmp_path):
+    (tmp_path / "episode.rrd").write_bytes(closed_loop_recording.record(episode(next(iter(ENVS)))))
+    held = static(tmp_path / "episode.rrd")
+    for pair in (("wheels/left", "wheels/right"), ("reward/reward_ahead", "reward/reward_touch")):
+        one, other = (colour(held[f"/{entity}"]) for entity in pair)
+        assert one != other
+
+
+def test_every_kind_of_recording_has_the_same_timelines(tmp_path):
+    (tmp_path / "episode.rrd").write_bytes(closed_loop_recording.record(episode(next(iter(ENVS)))))
+    watched = watch(tmp_path / "watched.rrd")
+    for path in (written(tmp_path / "looks.rrd"), tmp_path / "episode.rrd", watched):
+        assert timelines_of(path) == {TIMELINE, "frame"}
+
+
+def watch(path: Path) -> Path:
+    models = [choose("dsnn"), choose("emd")]
+    log = LiveLog.to_file(path, models, (320, 180))
+    answer = Response(0.4, -0.1, 1, 0)
+    for frame in range(COUNT):
+        log.add(Picture(frame, frame / 30.0, np.zeros((180, 320), np.uint8), 0.0, 0.0), [answer, answer])
+    log.close()
+    return path
+
+
+def test_arrows_are_wide_on_any_screen_and_no_model_s_lies_on_another_s(tmp_path):
+    held = static(watch(tmp_path / "watched.rrd"))
+    arrows = {model: held[f"/picture/direction/{model}"] for model in ("dsnn", "emd")}
+    assert all(max(found["radii"]) <= -2.0 for found in arrows.values()), "below 0 are points of the screen"
+    assert arrows["dsnn"]["origins"][0] != arrows["emd"]["origins"][0]
+    assert colour({"colors": arrows["emd"]["colors"][:1]}) == rgb(marks(["dsnn", "emd"])["emd"].colour)
+
+
+def test_an_arrow_is_as_long_as_its_potential_up_to_half_the_picture():
+    potentials_xy = np.array([[LONGEST_ARROW_AT / 2, 0.0], [0.0, -LONGEST_ARROW_AT], [1.0, 0.0]])
+    found = arrow_lengths(potentials_xy, (320, 180))
+    assert found.tolist() == [[45.0, 0.0], [0.0, -90.0], [90.0, 0.0]]
+    assert all((a >= b).all() for a, b in itertools.pairwise([np.abs(found[2]), np.abs(found[0])]))
