@@ -181,6 +181,16 @@ void onboard_reset(onboard *m)
     m->first = 1;
 }
 
+#if defined(__ARM_FEATURE_DSP)
+/* Two neighbours, the first in the lower half. */
+static int16x2_t pair_at(const int16_t *from)
+{
+    int16x2_t pair;
+    __builtin_memcpy(&pair, from, sizeof pair); /* one load; memcpy itself is a call where -ffreestanding is set */
+    return pair;
+}
+#endif
+
 /* ---- Rounding: of magnitudes, so that the sign decides nothing; of two equally near values the smaller in size. ---- */
 
 static int32_t rounded(config_of c, int32_t x, int32_t bits)
@@ -236,6 +246,37 @@ static void retina(onboard *m, const planes *l, const uint8_t *luma)
 
 /* ---- Lamina: signed LA of one row, ON positive, OFF negative. ---- */
 
+#if defined(__ARM_FEATURE_DSP)
+/* Cells x and x + 1 of a row, blurred along y. Where all rows are `inside` the image they follow one another from `top`
+ * on, so that their addresses differ by constants. */
+ALWAYS_INLINE void blur_pair(config_of c, const int16_t *const above[], const int16_t *const below[], const int16_t *top,
+                             int inside, int16_t *e, int16_t *in, int32_t x)
+{
+    const int32_t columns = c->columns, radius_e = 4 * c->d, radius_i = 8 * c->d;
+    const int16x2_t centre = pair_at(above[0] + x);
+    const int32_t first = (int16_t)centre, second = centre >> 16;
+    int32_t e0 = c->kernel_e[0] * first, e1 = c->kernel_e[0] * second, i;
+    int32_t i0 = c->kernel_i[0] * first, i1 = c->kernel_i[0] * second;
+    UNROLLED
+    for (i = 1; i <= radius_i; i++) {
+        const int16x2_t a = pair_at(inside ? top + (radius_i - i) * columns + x : above[i] + x);
+        const int16x2_t b = pair_at(inside ? top + (radius_i + i) * columns + x : below[i] + x);
+        const int16x2_t low = (int16x2_t)(((uint32_t)a & 0xffff) | (uint32_t)b << 16);
+        const int16x2_t high = (int16x2_t)(((uint32_t)b & 0xffff0000) | (uint32_t)a >> 16);
+        i0 = __smlad(low, c->kernel_i[i] * 65537, i0);
+        i1 = __smlad(high, c->kernel_i[i] * 65537, i1);
+        if (i <= radius_e) {
+            e0 = __smlad(low, c->kernel_e[i] * 65537, e0);
+            e1 = __smlad(high, c->kernel_e[i] * 65537, e1);
+        }
+    }
+    e[x] = (int16_t)rounded(c, e0, 15);
+    e[x + 1] = (int16_t)rounded(c, e1, 15);
+    in[x] = (int16_t)rounded(c, i0, 15);
+    in[x + 1] = (int16_t)rounded(c, i1, 15);
+}
+#endif
+
 /* The row `y` of P, blurred along y by both Gaussians, with the ends repeated (two-gauss). */
 static void blur_down(const planes *l, const int16_t *p, int32_t y)
 {
@@ -248,7 +289,16 @@ static void blur_down(const planes *l, const int16_t *p, int32_t y)
         above[i] = p + (size_t)larger(y - i, 0) * (size_t)columns;
         below[i] = p + (size_t)smaller(y + i, last) * (size_t)columns;
     }
-    for (x = 0; x < columns; x++) {
+    x = 0;
+#if defined(__ARM_FEATURE_DSP)
+    if (y >= radius_i && y + radius_i <= last)
+        for (; x < columns - 1; x += 2)
+            blur_pair(c, above, below, above[radius_i], 1, e, in, x);
+    else
+        for (; x < columns - 1; x += 2)
+            blur_pair(c, above, below, above[radius_i], 0, e, in, x);
+#endif
+    for (; x < columns; x++) {
         int32_t sum_e = c->kernel_e[0] * above[0][x], sum_i = c->kernel_i[0] * above[0][x];
         for (i = 1; i <= radius_e; i++) {
             const int32_t pair = above[i][x] + below[i][x];
@@ -268,11 +318,21 @@ static void blur_down(const planes *l, const int16_t *p, int32_t y)
     }
 }
 
-static int32_t blur_along(const int16_t *row, const int16_t *kernel, int32_t radius)
+/* The sum of a kernel's taps and the cells `radius` to either side, all of which are there. */
+ALWAYS_INLINE int32_t blur_along(const int16_t *row, const int16_t *kernel, int32_t radius)
 {
     int32_t sum = kernel[0] * row[0], i;
+#if defined(__ARM_FEATURE_DSP)
+    UNROLLED
+    for (i = 1; i < radius; i += 2) { /* two taps at once; a radius is even */
+        const int32_t right = kernel[i] + kernel[i + 1] * 65536, left = kernel[i + 1] + kernel[i] * 65536;
+        sum = __smlad(pair_at(row + i), right, sum);
+        sum = __smlad(pair_at(row - i - 1), left, sum);
+    }
+#else
     for (i = 1; i <= radius; i++)
         sum += kernel[i] * (row[-i] + row[i]);
+#endif
     return sum;
 }
 
@@ -443,13 +503,6 @@ typedef struct {
 } field;
 
 #if defined(__ARM_FEATURE_DSP)
-static int16x2_t pair_at(const int16_t *from)
-{
-    int16x2_t pair;
-    __builtin_memcpy(&pair, from, sizeof pair); /* one load; memcpy itself is a call where -ffreestanding is set */
-    return pair;
-}
-
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion" /* within the macro __usat16 of arm_acle.h */
 /* Both halves, 0 where negative. */
