@@ -42,7 +42,6 @@ void *memset(void *to, int value, size_t size);
 
 #define LONGEST_SIDE 4096
 #define LARGEST_P 32767
-#define LARGEST_LA 65535
 #define LARGEST_G 32768
 #define SIGMOID_ENTRIES 385
 #define MANTISSA 5 /* bits of a companded code's place within its segment */
@@ -76,7 +75,7 @@ typedef struct {
     size_t cells;
     uint8_t *luma;            /* of the last frame */
     int16_t *p;               /* n_p planes, at least one: P of the last frames, in a ring */
-    uint16_t *la[2];          /* LA of ON and OFF with its residue, of the last frame */
+    uint8_t *la;              /* LA of ON and OFF with its residue, of the last frame; words if lamina_bits is 16 */
     int16_t *h[2];            /* F where positive, else LA - A */
     uint8_t *codes;           /* D: pathway by row by spacing by column; 16-bit words where state_bits says so */
     int16_t *blur_e, *blur_i; /* a row blurred along y, 8 d cells beyond either end */
@@ -109,7 +108,7 @@ static size_t lay_out(config_of c, unsigned char *base, planes *l)
     size_t used = sizeof(onboard), at[11];
     at[0] = taken(&used, cells, 1);
     at[1] = taken(&used, cells * (size_t)larger(c->n_p, 1), 2);
-    at[2] = taken(&used, cells * 2, 2);
+    at[2] = taken(&used, cells * 2, c->lamina_bits == 16 ? 2 : 1);
     at[3] = taken(&used, cells * 2, 2);
     at[4] = taken(&used, cells, 2 * bytes * (size_t)c->spacings);
     at[5] = taken(&used, columns + 2 * radius, 2);
@@ -123,8 +122,7 @@ static size_t lay_out(config_of c, unsigned char *base, planes *l)
         l->cells = cells;
         l->luma = base + at[0];
         l->p = (int16_t *)(void *)(base + at[1]);
-        l->la[0] = (uint16_t *)(void *)(base + at[2]);
-        l->la[1] = l->la[0] + cells;
+        l->la = base + at[2];
         l->h[0] = (int16_t *)(void *)(base + at[3]);
         l->h[1] = l->h[0] + cells;
         l->codes = base + at[4];
@@ -153,7 +151,8 @@ static int is_legal(config_of c)
     return within(c->rows, 2, LONGEST_SIDE) && within(c->columns, 2, LONGEST_SIDE) && within(c->n_p, 0, 60) &&
            within(c->d, 1, 16) && within(c->spacings, 0, 64) &&
            c->spacings * c->d < (c->rows > c->columns ? c->rows : c->columns) &&
-           (c->state_bits == 8 || c->state_bits == 16) && within(c->p_frac, 0, 15) &&
+           (c->state_bits == 8 || c->state_bits == 16) && (c->lamina_bits == 8 || c->lamina_bits == 16) &&
+           within(c->p_frac, 0, 15) &&
            within(c->la_frac, 0, c->p_frac) && within(c->f_frac, 0, 15) && within(c->g_frac, 0, c->f_frac) &&
            within(c->work_frac, larger(c->f_frac, c->la_frac) + 1, 16) && within(c->f_max, 1, 32767) &&
            within(c->sigma_l, 0, 32440) && c->left_fast >= 0 && c->left_slow >= 0 && within(c->w_i, 0, 32768) &&
@@ -446,18 +445,24 @@ static void adapt_row(const planes *l, int32_t y)
 {
     LOOP_CONFIG(l);
     const size_t row = (size_t)y * (size_t)c->columns;
+    const int wide = c->lamina_bits == 16;
     int32_t x, pathway;
     for (pathway = 0; pathway < 2; pathway++) {
-        uint16_t *const las = l->la[pathway] + row;
+        const size_t at = (size_t)pathway * l->cells + row;
+        uint8_t *const bytes = l->la + at;
+        uint16_t *const words = (uint16_t *)(void *)l->la + at;
         int16_t *const hs = l->h[pathway] + row;
         for (x = 0; x < c->columns; x++) {
             const int32_t signed_la = pathway == 0 ? l->la_row[x] : -l->la_row[x];
-            const int32_t before = las[x], h = hs[x];
+            const int32_t before = wide ? words[x] : bytes[x], h = hs[x];
             int32_t la = signed_la > 0 ? signed_la : 0;
             if ((la | before | h) == 0)
                 continue;
-            la = smaller(la + rounded(c, c->sigma_l * before, 15), LARGEST_LA);
-            las[x] = (uint16_t)la;
+            la = smaller(la + rounded(c, c->sigma_l * before, 15), wide ? UINT16_MAX : UINT8_MAX);
+            if (wide)
+                words[x] = (uint16_t)la;
+            else
+                bytes[x] = (uint8_t)la;
             hs[x] = (int16_t)(c->fdsr ? adapted(c, h, before, la) : unadapted(c, la));
         }
     }
