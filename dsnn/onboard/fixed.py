@@ -87,7 +87,7 @@ class Fixed:
     @property
     def la_max(self) -> int:
         """Where LA saturates."""
-        return 2**self.lamina_bits - 1
+        return (1 << self.lamina_bits) - 1
 
     @property
     def state_bytes(self) -> int:
@@ -140,7 +140,8 @@ def constants(shape: tuple[int, int], params: OnboardParams) -> Fixed:
         fdsr=int(q.fdsr), halved=int(q.halved), truncate=int(q.rounding == "truncate"), state_bits=q.state_bits,
         companding=int(q.companding and q.state_bits == 8), lamina_bits=q.lamina_bits, p_frac=p_frac,
         la_frac=la_frac, f_frac=f_frac, g_frac=g_frac, work_frac=max(f_frac, la_frac) + 1, f_max=f_max,
-        sigma_l=_q(q.sigma_l), left_fast=_q(left_fast, 31), left_slow=_q(left_slow, 31), w_i=_q(q.w_i), field_shift=field_shift,
+        sigma_l=_q(q.sigma_l), left_fast=_q(left_fast, 31), left_slow=_q(left_slow, 31), w_i=_q(q.w_i),
+        field_shift=field_shift,
         alpha_mp=_q(alpha(q.tau_mp, q.dt)), plate_limit=limit, plate_shift=shift, plate_gain=gain, plate_right=right,
         thresholds_count=len(thresholds), residues=tuple(_q(residue(q.u, i)) for i in range(1, q.n_p + 1)),
         kernel_e=_kernel(q.d), kernel_i=_kernel(2 * q.d),
