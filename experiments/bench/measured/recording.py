@@ -72,7 +72,11 @@ def _write(
 def _blueprint(shown: Sequence[_Shown], pictured: bool) -> rrb.Blueprint:
     views = [rrb.Spatial2DView(origin="camera", name="camera of the robot (Y, 8 bit)")] if pictured else []
     return rrb.Blueprint(
-        rrb.Vertical(*views, plots(shown), row_shares=[3, 2] if pictured else [1]),
+        rrb.Vertical(
+            *views,
+            plots(channel for each in shown for channel in each.channels),
+            row_shares=[3, 2] if pictured else [1],
+        ),
         rrb.TimePanel(state="collapsed", timeline="sim_time"),
         collapse_panels=True,
     )
