@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from experiments.bench.core.claims.overall import Overall
+
 LEAST_FOR_STANDING = 20
 """Replicates below which a claim is neither robust nor fragile: what is known is told as "so far"."""
 ROBUST_SHARE = 0.9
@@ -82,6 +84,24 @@ class Replicates:
             return "so far"
         return "robust" if most else "fragile"
 
+    @property
+    def overall(self) -> Overall:
+        """What the counts come to in one word: see `experiments.bench.core.claims.overall.MEANINGS`.
+
+        A claim that held in at least 90 % of 20 replicates or more, or in all of fewer, holds. One that held in none
+        fails if it failed in any.
+        """
+        if self.standing == "unjudged":
+            return "untested"
+        if self.standing == "untestable":
+            return "untestable"
+        many = self.of >= LEAST_FOR_STANDING
+        if self.held == self.of or (many and self.held >= ROBUST_SHARE * self.of):
+            return "holds"
+        if self.held:
+            return "fragile" if many else "mixed"
+        return "fails" if self.failed else "vacuous"
+
     def __str__(self) -> str:
         """The standing as a sentence that says what held: ``held in 17 of 20 replicates: fragile``."""
         if self.standing == "unjudged":
@@ -110,6 +130,7 @@ class Replicates:
             "replicates": self.of, "replicates_held": self.held, "replicates_failed": self.failed,
             "replicates_vacuous": self.vacuous, "replicates_untestable": self.untestable,
             "replicates_untested": self.untested, "standing": self.standing, "held": str(self),
+            "overall": self.overall,
         }  # fmt: skip
 
 
