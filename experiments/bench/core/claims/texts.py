@@ -125,7 +125,7 @@ def tried() -> Mapping[str, str]:
 
 
 def title(claim: str) -> str:
-    """Return what a claim says in a few words, from ``headlines.toml``; empty of one that is not the paper's."""
+    """Return what a claim says in a few words, from ``headlines.toml``; empty of a claim without a title."""
     titles: Mapping[str, str] = _table("headlines")["titles"]
     return titles.get(claim, "")
 
