@@ -74,7 +74,7 @@ def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -
     lines = sorted({row[shape.lines] for row in shown})
     shades = mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(lines), 2)))
     drawn = Figure(figsize=(max(2.7 * len(models) + 0.8, 4.8), 2.2 * len(rowsof) + 0.6), layout="constrained")
-    panels = drawn.subplots(len(rowsof), len(models), squeeze=False, sharex=True)
+    panels = drawn.subplots(len(rowsof), len(models), squeeze=False, sharex=True, sharey="row")
     for down, level in enumerate(rowsof):
         for place, model in enumerate(models):
             axes = panels[down, place]
@@ -115,7 +115,7 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     shades = dict(zip(speeds, mpl.colormaps["viridis"](np.linspace(0, 0.92, max(len(speeds), 2))), strict=False))
     parts, ticks = _background_parts(rows, shades), sorted({_px_a_frame(row) for row in rows})
     drawn = Figure(figsize=(max(2.7 * len(models) + 0.8, 4.8), 2.2 * len(parts) + 0.8), layout="constrained")
-    panels = drawn.subplots(len(parts), len(models), squeeze=False, sharex=True)
+    panels = drawn.subplots(len(parts), len(models), squeeze=False, sharex=True, sharey="row")
     for down, (title, lines) in enumerate(parts):
         for across, model in enumerate(models):
             axes = panels[down, across]

@@ -17,7 +17,6 @@ from experiments.bench.core.store.files import Files
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.page.cards import cards
 from experiments.bench.reproduction.page.overview import overview, tile
-from experiments.bench.reproduction.page.pictures import first_strips, frame_words
 from experiments.bench.reproduction.page.sections import clip_section, loop_section, robot_section
 from experiments.bench.reproduction.page.sensitivity import moves, sensitivity_figure
 from experiments.bench.reproduction.page.stored import read, stored
@@ -61,8 +60,7 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "runs": runs,
         "clips": clips,
         "loops": loops,
-        "seen": first_strips([run.strips for run in runs]),
-        "frame_words": frame_words(result.runs[0][0]),
+        "seen": next((run.seen for run in runs if run.seen.strips), None),
         "anchors": {each.name for each in (*runs, *clips, *loops)},
         "common": readings_of_all(),
         "moved": moves(result.sensitivity),
@@ -70,7 +68,6 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "stored": stored(result.folder),
         "file": partial(read, result.folder),
         "cited": cited,
-        "tiled": {card.claim.id: card.tile for card in evidence},
         "whole": WHOLE,
         "unknown": UNKNOWN,
         "parameters": json.dumps(result.description, indent=2, default=plain),

@@ -17,7 +17,7 @@ LEAST_FOR_STANDING = 20
 ROBUST_SHARE = 0.9
 """Of the replicates, the share in which a robust claim holds: 18 of 20."""
 
-Standing = Literal["robust", "fragile", "so far", "deterministic", "untestable", "unjudged"]
+Standing = Literal["robust", "fragile", "never held", "so far", "deterministic", "untestable", "unjudged"]
 
 UNKNOWN = "another model's constants are not known"
 """Why a claim is untestable."""
@@ -70,7 +70,7 @@ class Replicates:
 
         ``unjudged`` where the claim could be judged in none; ``untestable`` where it was in some, and did not hold in
         90 % of all; ``deterministic`` where nothing is random, ``so far`` below 20 replicates; from there ``robust``
-        if it held in 18 of 20 (90 %) or more, and ``fragile`` otherwise. A replicate in which the claim was vacuous
+        if it held in 18 of 20 (90 %) or more, ``never held`` in none, and ``fragile`` otherwise. A replicate in which the claim was vacuous
         or could not be judged counts as one in which it did not hold.
         """
         if self.untested == self.of:
@@ -82,7 +82,7 @@ class Replicates:
             return "deterministic"
         if self.of < LEAST_FOR_STANDING:
             return "so far"
-        return "robust" if most else "fragile"
+        return "robust" if most else "fragile" if self.held else "never held"
 
     @property
     def overall(self) -> Overall:
@@ -116,7 +116,7 @@ class Replicates:
         elif self.standing == "so far":
             parts.append(" so far")
         else:
-            parts.append(f": {self.standing}{'' if self.held else ', it never held'}")
+            parts.append(f": {self.standing if self.held else 'it never held'}")
         others = {"vacuous": self.vacuous, "untestable": self.untestable, "not judged": self.untested}
         parts += [f"; {word} in {number}" for word, number in others.items() if number]
         return "".join(parts)

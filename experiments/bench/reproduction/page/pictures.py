@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -112,12 +111,17 @@ def _seen(folder: Path, trial: int, half_deg: float) -> list[tuple[int, float]]:
     return [(int(frame), float(times[frame])) for frame in np.flatnonzero(np.abs(bearings) <= half_deg)]
 
 
-def first_strips(found: Sequence[Sequence[Strip]]) -> Sequence[Strip]:
-    """Return the strips of the first experiment that has any, for the first screen."""
-    return next((own for own in found if own), ())
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What the robot saw in one experiment: its name, what a frame is, in words, and strips of frames, or none."""
+
+    name: str
+    frame: str
+    strips: tuple[Strip, ...]
 
 
-def frame_words(plan: Plan) -> str:
-    """Return what a frame is, in words."""
+def seen(plan: Plan, folder: Path) -> Seen:
+    """Return what the robot saw in an experiment; ``folder`` is that of its run."""
     camera = plan.settings.camera
-    return f"{camera.width}x{camera.height} grey pixels, {camera.hfov_deg:g} degrees wide, {camera.fps:g} frames a second"
+    frame = f"{camera.width}x{camera.height} grey pixels, {camera.hfov_deg:g} degrees wide, {camera.fps:g} frames a second"
+    return Seen(plan.experiment.name, frame, tuple(strips(plan, folder)))

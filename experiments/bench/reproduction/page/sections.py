@@ -18,7 +18,7 @@ from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.verdict import Verdict
 from experiments.bench.reproduction.claims import is_random
 from experiments.bench.reproduction.page.cards import Card
-from experiments.bench.reproduction.page.pictures import Strip, strips
+from experiments.bench.reproduction.page.pictures import Seen, seen
 from experiments.bench.robot.experiment import Drawing
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import varying
@@ -53,7 +53,7 @@ class RobotSection:
         Its figure; ``None`` without rows.
     judged, explained
         The claims that are judged on it, and those whose mechanism it shows.
-    strips
+    seen
         What the robot saw in replicate 0.
     columns, conditions, spikes
         Names and values of what tells the conditions apart, and their rows of ``summary.csv`` about spikes.
@@ -70,7 +70,7 @@ class RobotSection:
     figure: Picture | None
     judged: tuple[Card, ...]
     explained: tuple[Card, ...]
-    strips: tuple[Strip, ...]
+    seen: Seen
     columns: list[str]
     conditions: list[list[str]]
     spikes: list[dict[str, Any]]
@@ -138,7 +138,7 @@ def robot_section(plan: Plan, report: Report, cards: Sequence[Card]) -> RobotSec
         figure=_figure(report.folder, name, ALTS[plan.experiment.figure].format(name=name)) if report.rows else None,
         judged=_judged(name, cards),
         explained=_explained(name, cards),
-        strips=tuple(strips(plan, report.folder)),
+        seen=seen(plan, report.folder),
         columns=names,
         conditions=[[_cell(row[name]) for name in names] for row in spikes],
         spikes=spikes,
