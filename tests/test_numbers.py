@@ -64,7 +64,8 @@ def run(tmp_path):
                    "versions": {"numpy": "2"}},
         "claims": [
             {"id": "C1", "verdict": "holds", "replicates_held": 2, "replicates": 3, "standing": "so far",
-             "held": "held in 2 of 3 replicates so far; not judged in 1", "overall": "mixed", "rate": "1 of 60 trials break it; and why",
+             "held": "held in 2 of 3 replicates so far; not judged in 1", "overall": "mixed",
+             "rate": "1 of 60 trials break it; and why",
              "used_to_choose": "a reading; another", "decided": "|VS| 0.1 (needs below 0.2)", "measured": "m"},
             {"id": "C2", "verdict": "untested", "replicates_held": None, "replicates": None, "standing": "",
              "held": "", "overall": "untested", "rate": "", "used_to_choose": "a reading", "decided": "",

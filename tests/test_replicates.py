@@ -127,7 +127,12 @@ def test_no_page_or_table_puts_a_count_of_what_held_behind_the_word_fails(capsys
 def test_the_terminal_s_columns_stand_under_their_names(capsys):
     show_claims([verdict("fails", ["holds"] * 4)])
     names, row, *_ = capsys.readouterr().out.splitlines()
-    for name, cell in (("claim", "C13"), ("verdict", "mixed"), ("all replicates", "held in 4 of 5"), ("replicate 0", "fails")):
+    for name, cell in (
+        ("claim", "C13"),
+        ("verdict", "mixed"),
+        ("all replicates", "held in 4 of 5"),
+        ("replicate 0", "fails"),
+    ):
         assert names.index(name) == row.index(cell)
 
 

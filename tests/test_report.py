@@ -211,7 +211,11 @@ def contrast(one, other):
 def test_text_can_be_read_in_both_schemes(scheme):
     colours = schemes()[scheme]
     assert colours.keys() == schemes()["light"].keys()
-    grounds = {"plate-text": ("plate",), "plate-link": ("plate",), **dict.fromkeys(("text", "quiet", "link"), ("ground", "panel"))}
+    grounds = {
+        "plate-text": ("plate",),
+        "plate-link": ("plate",),
+        **dict.fromkeys(("text", "quiet", "link"), ("ground", "panel")),
+    }
     for word in MEANINGS:
         grounds[f"{word}-ink"] = (f"{word}-ground", "ground")
     grounds["text"] += tuple(f"{word}-ground" for word in MEANINGS)

@@ -31,8 +31,8 @@ PAGES: Mapping[str, tuple[str, ...]] = {
 }
 """Page -> its measured parts, by the names in their markers."""
 CLAIM_FIELDS = (
-    "id", "verdict", "replicates", "replicates_held", "standing", "held", "overall", "rate", "used_to_choose", "decided",
-    "measured",
+    "id", "verdict", "replicates", "replicates_held", "standing", "held", "overall", "rate", "used_to_choose",
+    "decided", "measured",
 )  # fmt: skip
 OWN_FIELDS = ("id", "says", "verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
@@ -101,7 +101,9 @@ def _verdicts(results: Mapping[str, Any]) -> str:
     lines = [_counted(results), "", columns, "|---|---|---|---|---|"]
     for claim in results["claims"]:
         says, _ = claim_texts()[claim["id"]]
-        lines.append(f"| {claim['id']} | {_cell(says)} | {claim['overall']} | {_cell(claim['held'])} | {claim['verdict']} |")
+        lines.append(
+            f"| {claim['id']} | {_cell(says)} | {claim['overall']} | {_cell(claim['held'])} | {claim['verdict']} |"
+        )
     return "\n".join(lines) + "\n"
 
 

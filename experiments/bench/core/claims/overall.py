@@ -17,7 +17,7 @@ MEANINGS: Mapping[Overall, str] = MappingProxyType({
     "fragile": "it held in some replicates, in less than 90 % of 20 or more",
     "mixed": "it held in some of fewer than 20 replicates, which are too few to call it fragile",
     "fails": "it held in no replicate",
-    "vacuous": "the model keeps it, but is silent before translations too; a network that is always silent would keep it",
+    "vacuous": "the model keeps it, but answers no translation either: a network that is always silent would keep it",
     "untestable": "what it says of the DSNN holds; the rest hangs on constants of another model that are not known",
     "untested": "nothing here judges it",
 })  # fmt: skip

@@ -70,8 +70,9 @@ class Replicates:
 
         ``unjudged`` where the claim could be judged in none; ``untestable`` where it was in some, and did not hold in
         90 % of all; ``deterministic`` where nothing is random, ``so far`` below 20 replicates; from there ``robust``
-        if it held in 18 of 20 (90 %) or more, ``never held`` in none, and ``fragile`` otherwise. A replicate in which the claim was vacuous
-        or could not be judged counts as one in which it did not hold.
+        if it held in 18 of 20 (90 %) or more, ``never held`` in none, and ``fragile``
+        otherwise. A replicate in which the claim was vacuous or could not be judged counts as one in which it did not
+        hold.
         """
         if self.untested == self.of:
             return "unjudged"

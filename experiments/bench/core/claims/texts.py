@@ -1,4 +1,4 @@
-"""What is written of the paper's claims in ``claims.toml``, ``tried.toml``, ``headlines.toml`` and ``readings.toml``."""
+"""What ``claims.toml``, ``tried.toml``, ``headlines.toml`` and ``readings.toml`` say of the paper's claims."""
 
 from __future__ import annotations
 

@@ -123,5 +123,7 @@ class Seen:
 def seen(plan: Plan, folder: Path) -> Seen:
     """Return what the robot saw in an experiment; ``folder`` is that of its run."""
     camera = plan.settings.camera
-    frame = f"{camera.width}x{camera.height} grey pixels, {camera.hfov_deg:g} degrees wide, {camera.fps:g} frames a second"
+    frame = (
+        f"{camera.width}x{camera.height} grey pixels, {camera.hfov_deg:g} degrees wide, {camera.fps:g} frames a second"
+    )
     return Seen(plan.experiment.name, frame, tuple(strips(plan, folder)))
