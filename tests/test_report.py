@@ -6,8 +6,11 @@ import re
 from html.parser import HTMLParser
 from importlib.resources import files
 
+import pyarrow as pa
 import pytest
 
+from experiments.bench import registry
+from experiments.bench.clips import figure as clips_figure
 from experiments.bench.core.claims.overall import MEANINGS, SIGNS
 from experiments.bench.core.claims.paper import cited, numbers
 from experiments.bench.core.claims.replicates import Replicates
@@ -249,7 +252,26 @@ def test_maps_eyes_and_models_claims_in_the_folder_are_shown(result, tmp_path):
     text = report.page(dataclasses.replace(result, folder=tmp_path))
     assert 'id="figure-map-a-map"' in text and 'href="#maps"' in text
     assert re.search(r"default eye, open loop</td><td[^>]*>3 of 20<", text)
-    assert re.search(r"lplc2</td><td[^>]*>LPLC2-1</td><td><span class=\"chip fails\">", text)
+    assert re.search(r"lplc2</td><td[^>]*>LPLC2-1</td><td[^>]*><span class=\"chip fails\">", text)
     found = stored(tmp_path)
     assert (len(found.maps), len(found.models)) == (1, 1) and found.eyes is not None
     assert read(tmp_path / "models", "model_claims") == models and read(tmp_path, "nothing") is None
+
+
+# Figures.
+
+
+def test_panels_of_a_row_have_equal_scales_with_all_curves_inside():
+    """A weak model beside one at its ceiling: neither is stretched, and neither leaves its panel."""
+    rows = [
+        {"object": "dark", "speed_unit": "px/s", "model": model, "speed": speed, "grey": grey, "background_speed": -8.0,
+         "peak_hs": largest * speed / 120, "trough_hs": 0.0, "peak_vs": 0.0, "trough_vs": 0.0}
+        for model, largest in (("dsnn", 0.2), ("dsn2017", 1.0)) for speed in (40.0, 120.0) for grey in (0.0, 255.0)
+    ]  # fmt: skip
+    drawn = clips_figure.draw(registry.find("clutter-speed").figure, rows, pa.table({}), {"dsnn": 0.16})
+    drawn.draw_without_rendering()
+    weak, strong = drawn.axes[:2]
+    assert weak.get_ylim() == strong.get_ylim()
+    for axes in drawn.axes:
+        low, high = axes.get_ylim()
+        assert low == 0.0 and all(max(line.get_ydata()) <= high for line in axes.lines)

@@ -86,7 +86,8 @@ def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -
                     axes.plot([r[shape.along] for r in own], peaks, "o", ls=style, ms=3, lw=1, color=shade)
             _limits(axes, thresholds, [model])
             axes.set_title(plain(f"{model}, {names[shape.panels]} {level:g}"), fontsize=8)
-            axes.set_ylim(bottom=0.0)
+    for axes in panels[:, 0]:
+        axes.set_ylim(bottom=0.0)  # when all of its row is drawn: what is set before would hold for later panels
     for axes in panels[-1]:
         axes.set_xlabel(names[shape.along], fontsize=8)
     for axes in panels[:, 0]:
@@ -126,13 +127,13 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
             axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=6)
             axes.set_xticks([], minor=True)
             axes.set_title(plain(f"{model}, {title}"), fontsize=8)
-            if title == ALONE:
-                axes.set_yscale("log")
-                axes.set_ylim(1e-5, 1.5)
-            else:
-                axes.set_ylim(bottom=0.0)
             for level in (t for t in (thresholds.get(model),) if t is not None):
                 axes.axhline(level, color="black", ls="--", lw=0.7)
+        if title == ALONE:
+            panels[down, 0].set_yscale("log")
+            panels[down, 0].set_ylim(1e-5, 1.5)
+        else:
+            panels[down, 0].set_ylim(bottom=0.0)
     for axes in panels[-1]:
         axes.set_xlabel("background (px a frame)", fontsize=8)
     for axes in panels[:, 0]:
