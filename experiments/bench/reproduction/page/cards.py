@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from experiments.bench.clips.constants import COMPARING
 from experiments.bench.clips.judging.assumed import deciding
 from experiments.bench.core.claims.paper import cited
-from experiments.bench.core.claims.texts import Reading, causes, chosen, readings_of_all
+from experiments.bench.core.claims.texts import Reading, chosen, readings_of_all
 from experiments.bench.core.verdict import Outcome, Verdict
 from experiments.bench.reproduction.mechanisms import constants
-from experiments.bench.reproduction.page.overview import Tile, tile
+from experiments.bench.reproduction.page.overview import Tile, cause_of, tile
 from experiments.bench.reproduction.readings import Chapter, Row
 from experiments.bench.reproduction.reproduce import Reproduction
 
@@ -82,5 +82,5 @@ def _card(claim: Verdict, chapters: Sequence[Chapter], found: Mapping[str, Outco
             Choice(name, "holds" if each.verdict == "holds" else "does not hold", deciding(each))
             for name, each in found.items()
         ),
-        causes().get(claim.id, "") if own.word != "holds" else "",
+        cause_of(own),
     )

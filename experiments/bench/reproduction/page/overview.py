@@ -12,6 +12,7 @@ from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.reproduce import Reproduction
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
+SILENT = "The model answers no translation either, so that it keeps the claim by being silent."
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,16 +123,21 @@ def overview(result: Reproduction) -> Overview:
         totals([(claim.id, claim.word) for claim in result.claims]),
         tiles,
         own,
-        [Reason(each, cause_of(each.id)) for each in _worst_first([*tiles, *own])],
+        [Reason(each, cause_of(each)) for each in _worst_first([*tiles, *own])],
         [each.id for each in (*tiles, *own) if each.word == "untested"],
         _amount(result),
         [(word, SIGNS[word], meaning) for word, meaning in MEANINGS.items() if word in words],
     )
 
 
-def cause_of(claim: str) -> str:
-    """Return in one line why a claim does not hold everywhere."""
-    return causes().get(claim, NO_CAUSE)
+def cause_of(own: Tile) -> str:
+    """Return in one line why a claim does not hold everywhere; empty where it holds, or where nothing judges it.
+
+    The causes in ``headlines.toml`` are of claims that fail, or hang on another model's constants.
+    """
+    if own.word in ("holds", "untested"):
+        return ""
+    return SILENT if own.word == "vacuous" else causes().get(own.id, NO_CAUSE)
 
 
 def _worst_first(tiles: Sequence[Tile]) -> list[Tile]:
