@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from experiments.bench.core import statistics
-from experiments.bench.core.claims.texts import claim_texts, tried
+from experiments.bench.core.claims.texts import causes, claim_texts, tried
 from experiments.bench.core.store.description import to_json
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.leaderboard import stimuli
@@ -64,10 +64,11 @@ def run(tmp_path):
                    "versions": {"numpy": "2"}},
         "claims": [
             {"id": "C1", "verdict": "holds", "replicates_held": 2, "replicates": 3, "standing": "so far",
-             "held": "held in 2 of 3 replicates so far; not judged in 1", "rate": "1 of 60 trials break it; and why",
+             "held": "held in 2 of 3 replicates so far; not judged in 1", "overall": "mixed",
+             "rate": "1 of 60 trials break it; and why",
              "used_to_choose": "a reading; another", "decided": "|VS| 0.1 (needs below 0.2)", "measured": "m"},
             {"id": "C2", "verdict": "untested", "replicates_held": None, "replicates": None, "standing": "",
-             "held": "", "rate": "", "used_to_choose": "a reading", "decided": "",
+             "held": "", "overall": "untested", "rate": "", "used_to_choose": "a reading", "decided": "",
              "measured": "needs more; measured: 4"},
         ],
         "behaviours": [{"id": "B3", "says": "it turns", "verdict": "fails", "decided": "0.1 (needs above 0.5)",
@@ -104,9 +105,10 @@ def test_the_command_takes_figures_over(run):
     for text in texts.values():
         assert text.startswith("before\n") and text.endswith("\nafter\n") and "\nold\n" not in text
     readme, claims, behaviours = texts.values()
-    assert "Of the 2 claims 0 held in every replicate; held in some: C1; not judged: C2. A replicate has 7" in readme
+    counted = "0 of 2 claims hold; 1 held in some replicates so far: C1; 1 was not judged: C2"
+    assert f"{counted}. A replicate has 7" in readme
     says, _ = claim_texts()["C1"]
-    assert f"| C1 | {says} | held in 2 of 3 replicates so far; not judged in 1 | holds |" in readme
+    assert f"| C1 | {says} | mixed | held in 2 of 3 replicates so far; not judged in 1 | holds |" in readme
     held = "held in 2 of 3 replicates so far; not judged in 1"
     decided = r"\|VS\| 0.1 (needs below 0.2); all replicates: 1 of 60 trials break it"
     assert f"| C1 | {held} | holds | {decided} |" in claims
@@ -160,6 +162,16 @@ SETTINGS = {
 def test_what_was_tried_quotes_no_measured_figure():
     for claim, text in tried().items():
         plain = re.sub(r"\b(C|LGMD|B)\d+|cm/s2", "", text)
+        figures = set(re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?", plain))
+        assert figures <= SETTINGS[claim], (claim, figures - SETTINGS[claim])
+
+
+def test_a_cause_is_one_line_and_quotes_no_measured_figure():
+    """Every claim of which it is told what was tried has one."""
+    assert set(causes()) == set(tried())
+    for claim, text in causes().items():
+        assert len(text) <= 120 and "\n" not in text and text.endswith("."), claim
+        plain = re.sub(r"\b(C|LGMD|B)\d+|cm/s2|model of 2017", "", text)
         figures = set(re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?", plain))
         assert figures <= SETTINGS[claim], (claim, figures - SETTINGS[claim])
 

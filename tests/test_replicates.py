@@ -9,6 +9,7 @@ import pytest
 from experiments import Claim, Outcome
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.judging.paper import SIGNED
+from experiments.bench.core.claims.overall import MEANINGS, SIGNS, grouped, totals
 from experiments.bench.core.claims.replicates import Replicates, counted
 from experiments.bench.core.claims.texts import chosen, claim_texts
 from experiments.bench.core.statistics import proportion_interval
@@ -16,7 +17,6 @@ from experiments.bench.core.terminal import show_verdict
 from experiments.bench.core.verdict import Verdict, together
 from experiments.bench.public.result import CLAIM_SCHEMA
 from experiments.bench.reproduction import claims, replicates, robustness
-from experiments.bench.reproduction.report import TONES, tone, totals
 from experiments.bench.reproduction.table import show_claims
 from experiments.bench.robot.claims import CLAIMS, judge
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
@@ -32,7 +32,7 @@ T, T_CLIPS = 0.2, {"dsnn": 0.16, "dsn2017": 0.16, "emd": None, "dsnn-on-blocked"
         (20, 0, "robust", "held in 20 of 20 replicates: robust"),
         (18, 2, "robust", "held in 18 of 20 replicates: robust"),
         (17, 3, "fragile", "held in 17 of 20 replicates: fragile"),
-        (0, 20, "fragile", "held in 0 of 20 replicates: fragile, it never held"),
+        (0, 20, "never held", "held in 0 of 20 replicates: it never held"),
         (19, 0, "so far", "held in 19 of 19 replicates so far"),
         (4, 1, "so far", "held in 4 of 5 replicates so far"),
         (1, 0, "so far", "held in 1 of 1 replicate so far"),
@@ -127,21 +127,48 @@ def test_no_page_or_table_puts_a_count_of_what_held_behind_the_word_fails(capsys
 def test_the_terminal_s_columns_stand_under_their_names(capsys):
     show_claims([verdict("fails", ["holds"] * 4)])
     names, row, *_ = capsys.readouterr().out.splitlines()
-    for name, cell in (("claim", "C13"), ("all replicates", "held in 4 of 5"), ("replicate 0", "fails")):
+    for name, cell in (
+        ("claim", "C13"),
+        ("verdict", "mixed"),
+        ("all replicates", "held in 4 of 5"),
+        ("replicate 0", "fails"),
+    ):
         assert names.index(name) == row.index(cell)
 
 
-def test_the_colour_and_the_totals_go_by_all_replicates():
-    every, some, none = (
-        verdict("holds", ["holds"] * 4),
-        verdict("fails", ["holds"] * 4),
-        verdict("fails", ["fails"] * 4),
-    )
-    others = [verdict(word, [word] * 4) for word in ("vacuous", "untestable", "untested")]
-    assert tuple(map(tone, (every, some, none, *others))) == TONES
-    assert [len(ids) for ids in totals([every, some, none, *others]).values()] == [1] * 6
-    assert tone(verdict("fails", ["holds"] * 19)) == "holds", "19 of 20 are robust"
-    assert tone(verdict("holds", ["fails"] * 3 + ["holds"] * 16)) == "mixed", "17 of 20 are fragile"
+@pytest.mark.parametrize(
+    ("word", "counts"),
+    [
+        ("holds", {"held": 18, "failed": 2}),
+        ("holds", {"held": 1, "random": False}),
+        ("holds", {"held": 5}),
+        ("fragile", {"held": 17, "failed": 3}),
+        ("fragile", {"held": 1, "failed": 19}),
+        ("mixed", {"held": 4, "failed": 1}),
+        ("mixed", {"held": 18, "failed": 1}),
+        ("fails", {"held": 0, "failed": 20}),
+        ("fails", {"held": 0, "failed": 1, "vacuous": 4}),
+        ("fails", {"held": 0, "failed": 1, "random": False}),
+        ("vacuous", {"held": 0, "vacuous": 5}),
+        ("untestable", {"held": 2, "untestable": 3}),
+        ("holds", {"held": 18, "untestable": 2}),
+        ("untested", {"held": 0, "untested": 20}),
+    ],
+)
+def test_one_word_says_what_all_replicates_come_to(word, counts):
+    found = Replicates(**counts)
+    assert found.overall == word == found.fields()["overall"]
+
+
+def test_totals_name_every_claim_once_and_those_that_hold_first():
+    words = [(f"C{place}", word) for place, word in enumerate([*MEANINGS, "fails"], start=1)]
+    assert [claim for ids in grouped(words).values() for claim in ids] == [*(f"C{i}" for i in range(1, 5)), "C8", "C5",
+                                                                          "C6", "C7"]  # fmt: skip
+    assert totals(words)[0] == "1 of 8 claims holds"
+    assert "2 fail: C4, C8" in totals(words) and len(totals(words)) == len(MEANINGS)
+    assert len(set(SIGNS.values())) == len(MEANINGS) == len(SIGNS), "a sign of its own for each"
+    with pytest.raises(ValueError, match="C1: overall='robust': legal is holds, fragile"):
+        grouped([("C1", "robust")])
 
 
 def test_a_run_s_table_has_every_field():

@@ -97,6 +97,9 @@ def test_the_page_needs_nothing_from_outside(reproduced):
     assert "@import" not in page and "url(" not in page
     anchors = set(re.findall(r'id="([^"]*)"', page))
     assert {t[1:] for t in re.findall(r'href="(#[^"]*)"', page)} <= anchors
+    ids = re.findall(r'\bid="([^"]*)"', page)
+    assert len(ids) == len(set(ids))
+    assert all(re.search(r'\balt="[^"]+"', picture) for picture in re.findall(r"<img [^>]*>", page))
 
 
 def test_again_in_the_same_folder_runs_nothing(reproduced):
@@ -116,18 +119,25 @@ PROBE = """<!doctype html><title>waiting</title>
 <script>
 document.getElementById("page").onload = event => {{
   const page = event.target.contentDocument, body = page.documentElement;
-  const pictures = [...page.images];
+  const pictures = [...page.images], overflow = body.scrollWidth - {width};
+  const wide = [...page.querySelectorAll("body *")].filter(
+    e => e.getBoundingClientRect().right > {width} + 1 && !e.closest(".wide, pre"));
+  const figure = page.querySelector(".plate"), before = figure.querySelector("img").getBoundingClientRect().width;
+  event.target.contentWindow.location.hash = figure.id;
+  const after = figure.querySelector("img").getBoundingClientRect().width;
   document.title = JSON.stringify({{
-    heading: page.querySelector("h1").innerText, overflow: body.scrollWidth - {width},
+    heading: page.querySelector("h1").innerText, overflow, wide: wide.map(e => e.outerHTML.slice(0, 80)),
     pictures: pictures.length, drawn: pictures.filter(p => p.complete && p.naturalWidth > 0).length,
-    claims: page.querySelectorAll(".claim").length,
+    claims: page.querySelectorAll(".claim").length, tiles: page.querySelectorAll(".tile").length,
+    figures: page.querySelectorAll(".plate").length, seen: page.querySelectorAll("#overview .strip").length,
+    before, after, scrolls: figure.scrollWidth > figure.clientWidth,
   }});
 }};
 </script>"""
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian run 'apt-get install chromium'")
-@pytest.mark.parametrize("width", [360, 1200])
+@pytest.mark.parametrize("width", [390, 1280])
 def test_the_page_in_a_browser(reproduced, width, tmp_path):
     """In Chromium, without a network, as wide as a phone and as a desk: everything drawn, nothing sticks out."""
     colias, _ = reproduced
@@ -137,15 +147,19 @@ def test_the_page_in_a_browser(reproduced, width, tmp_path):
         CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
         "--disable-background-networking", "--disable-component-update", "--disable-sync",
         "--host-resolver-rules=MAP * ~NOTFOUND", "--allow-file-access-from-files", f"--user-data-dir={tmp_path}",
-        "--window-size=1300,1000", "--virtual-time-budget=20000", "--dump-dom", probe.as_uri(),
+        "--window-size=1400,1000", "--virtual-time-budget=20000", "--dump-dom", probe.as_uri(),
     ]  # fmt: skip
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
     seen = json.loads(re.search(r"<title>(.*?)</title>", done.stdout).group(1).replace("&quot;", '"'))
     assert "claims hold" in seen["heading"]
-    assert seen["overflow"] <= 0
-    assert seen["claims"] == len(claim_texts()) + 4  # the paper's, and our own of behaviours
+    assert seen["overflow"] <= 0 and not seen["wide"]
+    assert seen["claims"] == seen["tiles"] == len(claim_texts()) + 4  # the paper's, and our own of behaviours
     # A figure for each experiment, one's own too, and each of three envs.
-    assert seen["drawn"] == seen["pictures"] == len(planned(QUICK, 0).plans) + 1 + len(QUICK.offline) + 3
+    assert seen["figures"] == len(planned(QUICK, 0).plans) + 1 + len(QUICK.offline) + 3
+    assert seen["drawn"] == seen["pictures"] > seen["figures"]
+    assert seen["seen"] == 4, "frames of the four conditions of the first experiment"
+    assert seen["before"] <= width and seen["after"] >= 1024, "a figure's link opens it large"
+    assert seen["scrolls"] == (width < 1024)
 
 
 @pytest.mark.parametrize("name", ["replicates", "sensitivity", "speed"])

@@ -19,7 +19,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.core.claims.replicates import UNKNOWN
+from experiments.bench.core.claims.overall import totals
 from experiments.bench.core.claims.texts import claim_texts
 
 ROOT = Path(__file__).parents[1]
@@ -31,8 +31,8 @@ PAGES: Mapping[str, tuple[str, ...]] = {
 }
 """Page -> its measured parts, by the names in their markers."""
 CLAIM_FIELDS = (
-    "id", "verdict", "replicates", "replicates_held", "standing", "held", "rate", "used_to_choose", "decided",
-    "measured",
+    "id", "verdict", "replicates", "replicates_held", "standing", "held", "overall", "rate", "used_to_choose",
+    "decided", "measured",
 )  # fmt: skip
 OWN_FIELDS = ("id", "says", "verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
@@ -96,27 +96,20 @@ def blocks(results: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _verdicts(results: Mapping[str, Any]) -> str:
-    """How many claims held in all replicates, and a row a claim: its words, in how many replicates it held."""
-    lines = [_counted(results), "", "| claim | the paper says | in all replicates | replicate 0 |", "|---|---|---|---|"]
+    """What claims came to, and a row a claim: its words, its verdict, and in how many replicates it held."""
+    columns = "| claim | the paper says | verdict | in all replicates | replicate 0 |"
+    lines = [_counted(results), "", columns, "|---|---|---|---|---|"]
     for claim in results["claims"]:
         says, _ = claim_texts()[claim["id"]]
-        lines.append(f"| {claim['id']} | {_cell(says)} | {_cell(claim['held'])} | {claim['verdict']} |")
+        lines.append(
+            f"| {claim['id']} | {_cell(says)} | {claim['overall']} | {_cell(claim['held'])} | {claim['verdict']} |"
+        )
     return "\n".join(lines) + "\n"
 
 
 def _counted(results: Mapping[str, Any]) -> str:
     claims, scale, seed = results["claims"], results["design"]["scale"], results["design"]["seed"]
-    untestable = [claim["id"] for claim in claims if claim["standing"] == "untestable"]
-    judged = [claim for claim in claims if claim["standing"] not in ("", "unjudged", "untestable")]
-    every = [claim["id"] for claim in judged if claim["replicates_held"] == claim["replicates"]]
-    some = [claim["id"] for claim in judged if 0 < claim["replicates_held"] < claim["replicates"]]
-    never = [claim["id"] for claim in judged if not claim["replicates_held"]]
-    others = [claim["id"] for claim in claims if claim not in judged and claim["id"] not in untestable]
-    said = f"Of the {len(claims)} claims {len(every)} held in every replicate"
-    unknown = f"untestable ({UNKNOWN})"
-    for ids, words in ((some, "held in some"), (never, "held in none"), (untestable, unknown), (others, "not judged")):
-        if ids:
-            said += f"; {words}: {', '.join(ids)}"
+    said = "; ".join(totals([(claim["id"], claim["overall"]) for claim in claims]))
     return (
         f"{said}. A replicate has {scale['repeats']} repeats of each of the robot's conditions, or every clip, at one "
         f"seed; replicate 0 has seed {seed}."

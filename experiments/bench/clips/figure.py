@@ -128,7 +128,7 @@ def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -
             ])  # fmt: skip
             _limits(axes, thresholds, [model])
             axes.set_title(plain(wrapped(f"{model}, {_level(shape.panels, level, unit)}", 2.7, 8)), fontsize=8)
-            axes.set_ylim(bottom=0.0)
+        _from_zero(block)
     _labels(panels, NAMES[shape.along].format(unit=unit))
     keys = [Line2D([], [], color=shade, marker="o", ms=3, label=_level(shape.lines, value, unit))
             for value, shade in shades.items()]  # fmt: skip
@@ -147,6 +147,13 @@ def _by_model(models: Sequence[str], blocks: int) -> tuple[Figure, list[list[Axe
     down = blocks * -(-len(models) // across)
     drawn = Figure(figsize=(max(2.7 * across + 0.8, 5.4), 2.2 * down + 1.2), layout="constrained")
     return drawn, grid_of_panels(drawn, blocks, len(models), ACROSS, sharex=True)
+
+
+def _from_zero(block: Sequence[Axes]) -> None:
+    """Give the panels of a block, when all are drawn, one scale from 0 up: else a weak model looks like a strong one."""
+    top = max(axes.get_ylim()[1] for axes in block)
+    for axes in block:
+        axes.set_ylim(0.0, top)
 
 
 def _along(rows: Rows, place: Callable[[Mapping[str, Any]], float]) -> dict[float, list[Mapping[str, Any]]]:
@@ -201,9 +208,9 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
             if title == ALONE:
                 axes.set_yscale("log")
                 axes.set_ylim(1e-5, 1.5)
-            else:
-                axes.set_ylim(bottom=0.0)
             _limits(axes, thresholds, [model])
+        if title != ALONE:
+            _from_zero(block)
     _labels(panels, "background (px a frame)")
     keys = [Line2D([], [], color=shade, label=f"object {speed:g} px/s") for speed, shade in shades.items()]
     keys += [*_system_keys(), Line2D([], [], color="black", ls="-.", lw=0.6, label="the paper's 8 px/s")]

@@ -30,6 +30,7 @@ error_console = Console(stderr=True, highlight=False, emoji=False)
 
 VERDICT_COLOURS: Mapping[str, str] = {
     "holds": "green", "fails": "red", "vacuous": "yellow", "untestable": "yellow", "untested": "yellow",
+    "fragile": "yellow", "mixed": "yellow",
 }  # fmt: skip
 
 

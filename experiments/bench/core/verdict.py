@@ -123,6 +123,9 @@ class Verdict:
         replicates were not counted.
     standing, held
         What these numbers come to, in a word and in words: see `experiments.bench.core.claims.replicates`.
+    overall
+        What they come to in one word: see `experiments.bench.core.claims.overall`. Empty where replicates were not
+        counted; a claim of a reproduction that nothing judges has ``untested``.
     interval
         The exact 95 % interval of the share of replicates in which it holds, or why there is none.
     rate
@@ -166,6 +169,7 @@ class Verdict:
     replicates_untested: int | None = None
     standing: str = ""
     held: str = ""
+    overall: str = ""
     interval: str = ""
     rate: str = ""
     pooled: str = ""
@@ -175,6 +179,11 @@ class Verdict:
     other_reading: str = ""
     assumed: str = ""
     provenance: str = ""
+
+    @property
+    def word(self) -> str:
+        """The verdict that tiles and tables show: that of all replicates, or of the only one."""
+        return self.overall or self.verdict
 
     def __post_init__(self) -> None:
         if self.replicates is None:

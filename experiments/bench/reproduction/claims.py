@@ -75,7 +75,7 @@ def _untested(claim: str) -> Verdict:
         why = "needs footage of your own: colias watch FILE --judge"
     else:
         why = "none of the experiments here declares this claim"
-    return Verdict(claim, *claim_texts()[claim], "untested", why)
+    return Verdict(claim, *claim_texts()[claim], "untested", why, overall="untested")
 
 
 def _explained(verdict: Verdict) -> Verdict:

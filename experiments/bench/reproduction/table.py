@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from rich.markup import escape
 from rich.table import Table
 
+from experiments.bench.core.claims.overall import totals
 from experiments.bench.core.claims.texts import chosen, readings_of_all
 from experiments.bench.core.terminal import coloured, out_console
 from experiments.bench.core.verdict import Verdict
@@ -46,9 +47,10 @@ def show_model_claims(claims: Sequence[Verdict]) -> None:
 
 
 def show_claims(claims: Sequence[Verdict]) -> None:
-    """Print the claims tested, each with its replicates and the number that decided; then those not tested."""
+    """Print the claims tested, each with its verdict, replicates and the number that decided; then totals."""
     table = Table(box=None, header_style="bold", pad_edge=False)
     table.add_column("claim", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
     table.add_column("all replicates", min_width=24, max_width=24)
     table.add_column("replicate 0", no_wrap=True)
     table.add_column("the paper says")
@@ -60,8 +62,9 @@ def show_claims(claims: Sequence[Verdict]) -> None:
             used = f"used to choose: {', '.join(own)}" if own else ""
             lines = filter(None, (f"replicate 0: {decided}", claim.rate.partition(";")[0], used))
             said = f"{claim.says}\n[dim]{escape(chr(10).join(lines))}[/dim]"
-            table.add_row(claim.id, claim.held, coloured(claim.verdict), said)
+            table.add_row(claim.id, coloured(claim.word), claim.held, coloured(claim.verdict), said)
     out_console.print(table)
+    out_console.print(f"\n{'; '.join(totals([(claim.id, claim.word) for claim in claims]))}", markup=False)
     if common:
         out_console.print(f"\nall claims were used to choose: {', '.join(common)}")
     others = [claim.id for claim in claims if not claim.experiment]

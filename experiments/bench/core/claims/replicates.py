@@ -10,12 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from experiments.bench.core.claims.overall import Overall
+
 LEAST_FOR_STANDING = 20
 """Replicates below which a claim is neither robust nor fragile: what is known is told as "so far"."""
 ROBUST_SHARE = 0.9
 """Of the replicates, the share in which a robust claim holds: 18 of 20."""
 
-Standing = Literal["robust", "fragile", "so far", "deterministic", "untestable", "unjudged"]
+Standing = Literal["robust", "fragile", "never held", "so far", "deterministic", "untestable", "unjudged"]
 
 UNKNOWN = "another model's constants are not known"
 """Why a claim is untestable."""
@@ -68,8 +70,9 @@ class Replicates:
 
         ``unjudged`` where the claim could be judged in none; ``untestable`` where it was in some, and did not hold in
         90 % of all; ``deterministic`` where nothing is random, ``so far`` below 20 replicates; from there ``robust``
-        if it held in 18 of 20 (90 %) or more, and ``fragile`` otherwise. A replicate in which the claim was vacuous
-        or could not be judged counts as one in which it did not hold.
+        if it held in 18 of 20 (90 %) or more, ``never held`` in none, and ``fragile``
+        otherwise. A replicate in which the claim was vacuous or could not be judged counts as one in which it did not
+        hold.
         """
         if self.untested == self.of:
             return "unjudged"
@@ -80,7 +83,25 @@ class Replicates:
             return "deterministic"
         if self.of < LEAST_FOR_STANDING:
             return "so far"
-        return "robust" if most else "fragile"
+        return "robust" if most else "fragile" if self.held else "never held"
+
+    @property
+    def overall(self) -> Overall:
+        """What the counts come to in one word: see `experiments.bench.core.claims.overall.MEANINGS`.
+
+        A claim that held in at least 90 % of 20 replicates or more, or in all of fewer, holds. One that held in none
+        fails if it failed in any.
+        """
+        if self.standing == "unjudged":
+            return "untested"
+        if self.standing == "untestable":
+            return "untestable"
+        many = self.of >= LEAST_FOR_STANDING
+        if self.held == self.of or (many and self.held >= ROBUST_SHARE * self.of):
+            return "holds"
+        if self.held:
+            return "fragile" if many else "mixed"
+        return "fails" if self.failed else "vacuous"
 
     def __str__(self) -> str:
         """The standing as a sentence that says what held: ``held in 17 of 20 replicates: fragile``."""
@@ -96,7 +117,7 @@ class Replicates:
         elif self.standing == "so far":
             parts.append(" so far")
         else:
-            parts.append(f": {self.standing}{'' if self.held else ', it never held'}")
+            parts.append(f": {self.standing if self.held else 'it never held'}")
         others = {"vacuous": self.vacuous, "untestable": self.untestable, "not judged": self.untested}
         parts += [f"; {word} in {number}" for word, number in others.items() if number]
         return "".join(parts)
@@ -110,6 +131,7 @@ class Replicates:
             "replicates": self.of, "replicates_held": self.held, "replicates_failed": self.failed,
             "replicates_vacuous": self.vacuous, "replicates_untestable": self.untestable,
             "replicates_untested": self.untested, "standing": self.standing, "held": str(self),
+            "overall": self.overall,
         }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""What is written of the paper's claims in ``claims.toml``, ``tried.toml`` and ``readings.toml``."""
+"""What ``claims.toml``, ``tried.toml``, ``headlines.toml`` and ``readings.toml`` say of the paper's claims."""
 
 from __future__ import annotations
 
@@ -119,11 +119,23 @@ def _named() -> Mapping[str, list[str]]:
     return named
 
 
-@cache
 def tried() -> Mapping[str, str]:
     """Claim id -> what was tried to make it hold, or limits it, from ``tried.toml``."""
     return _table("tried")
 
 
+def title(claim: str) -> str:
+    """Return what a claim says in a few words, from ``headlines.toml``; empty of a claim without a title."""
+    titles: Mapping[str, str] = _table("headlines")["titles"]
+    return titles.get(claim, "")
+
+
+def causes() -> Mapping[str, str]:
+    """Claim id -> in one line why it fails, or holds in some replicates only, from ``headlines.toml``."""
+    found: Mapping[str, str] = _table("headlines")["causes"]
+    return found
+
+
+@cache
 def _table(name: str) -> dict[str, Any]:
     return tomllib.loads(files("experiments.bench.core").joinpath(f"{name}.toml").read_text(encoding="utf-8"))

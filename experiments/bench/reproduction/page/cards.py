@@ -1,0 +1,86 @@
+"""The evidence of each claim, as the report shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from experiments.bench.clips.constants import COMPARING
+from experiments.bench.clips.judging.assumed import deciding
+from experiments.bench.core.claims.paper import cited
+from experiments.bench.core.claims.texts import Reading, chosen, readings_of_all
+from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.reproduction.mechanisms import constants
+from experiments.bench.reproduction.page.overview import Tile, cause_of, tile
+from experiments.bench.reproduction.readings import Chapter, Row
+from experiments.bench.reproduction.reproduce import Reproduction
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One choice of the constants of another model, whether the claim holds with it, and the number that decides."""
+
+    name: str
+    holds: str
+    decided: str
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A claim with its evidence.
+
+    Parameters
+    ----------
+    tile, claim
+        The claim at a glance, and its verdict.
+    source
+        Where the paper says it, with the paper's own figure numbers.
+    experiments
+        Those that it was judged on.
+    mechanism
+        The experiment whose figure shows why it comes out so, and what that figure draws.
+    used
+        The readings that it was used to choose, without those that all claims were used to choose.
+    readings
+        The readings that bear on it alone, each with what it comes to under it.
+    choices
+        Of a claim that compares models: the other model's constants.
+    cause
+        In one line why it does not hold; empty where it holds.
+    """
+
+    tile: Tile
+    claim: Verdict
+    source: str
+    experiments: tuple[str, ...]
+    mechanism: tuple[str, str]
+    used: tuple[str, ...]
+    readings: tuple[tuple[Reading, Row], ...]
+    choices: tuple[Choice, ...]
+    cause: str
+
+
+def cards(result: Reproduction) -> list[Card]:
+    """Return a card for each of the paper's claims, in their order."""
+    found = {claim: constants(claim, result.offline) for claim in COMPARING}
+    return [_card(claim, result.readings, found.get(claim.id, {})) for claim in result.claims]
+
+
+def _card(claim: Verdict, chapters: Sequence[Chapter], found: Mapping[str, Outcome]) -> Card:
+    own = tile(claim)
+    place, _, drawn = claim.mechanism.partition(": ")
+    common = readings_of_all()
+    return Card(
+        own,
+        claim,
+        cited(claim.source),
+        tuple(name for name in claim.experiment.split(", ") if name),
+        (place, drawn),
+        tuple(reading for reading in chosen().get(claim.id, ()) if reading not in common),
+        tuple((chapter.reading, row) for chapter in chapters for row in chapter.rows if row.claim == claim.id),
+        tuple(
+            Choice(name, "holds" if each.verdict == "holds" else "does not hold", deciding(each))
+            for name, each in found.items()
+        ),
+        cause_of(own),
+    )
