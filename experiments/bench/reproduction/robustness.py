@@ -12,6 +12,7 @@ from experiments.bench import registry
 from experiments.bench.core.batch import Batch
 from experiments.bench.core.models import choose
 from experiments.bench.core.settings import changed
+from experiments.bench.reproduction.onboard import series
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.claims import CLAIMS, find
 from experiments.bench.robot.experiment import TrialSpec
@@ -149,19 +150,29 @@ def numbered(cases: Sequence[Case]) -> list[TrialSpec]:
     return [dataclasses.replace(spec, index=index) for index, spec in enumerate(specs)]
 
 
-def batch(name: str, cases: Sequence[Case], example: Plan) -> Batch[TrialSpec]:
+def batch(
+    name: str, cases: Sequence[Case], example: Plan, kept: Collection[str] = ()
+) -> Batch[TrialSpec]:
     """Return all trials of a study's cases as a batch. They leave neither recordings nor frames.
 
-    ``example`` is a plan of the same run: what computes it, its seed and settings describe the study too.
+    Parameters
+    ----------
+    name, cases
+        What the study is called, and what it is of.
+    example
+        A plan of the same run: what computes it, its seed and settings describe the study too.
+    kept
+        Labels of models whose HS and spikes in every frame are kept in their rows.
     """
     specs = numbered(cases)
     listed = [{"case": case.name, "trials": len(case.specs), "settings": case.specs[0].settings} for case in cases]
+    plain = robot_contents(specs, recordings=False, frames=False)
     return Batch(
         name=name,
         specs=specs,
-        work=partial(robot_run.work, keep=robot_run.ROWS_ONLY),
+        work=partial(series.work, labels=tuple(kept)) if kept else partial(robot_run.work, keep=robot_run.ROWS_ONLY),
         description={**describe(example), "experiment": name, "trials": len(specs), "cases": listed},
-        contents=robot_contents(specs, recordings=False, frames=False),
-        schemas=(TRIAL_SCHEMA, FRAME_SCHEMA),
+        contents=series.contents(plain) if kept else plain,
+        schemas=(series.SCHEMA if kept else TRIAL_SCHEMA, FRAME_SCHEMA),
         size=robot_run.seconds,
     )

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
-from threadpoolctl import threadpool_limits
 
 from colias_sim import gl
 from experiments.bench.core.store.rows import TrialRecord
 from experiments.bench.reproduction.detectors.panel import spikes_in_a_row
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished
-from experiments.bench.robot.trial import run_trial
+from experiments.bench.robot.run import simulated
 
 EDGE = 15
 """Grey levels from one frame to the next, above which a cell counts as moving edge. In both arenas camera noise stays
@@ -39,9 +37,7 @@ potential reaches each of `THRESHOLDS`. Cells are the same for every detector.""
 
 def work(spec: TrialSpec) -> TrialRecord:
     """Run one trial in a worker, and count."""
-    cv2.setNumThreads(1)
-    with threadpool_limits(1):
-        result = run_trial(spec, keep_media=True)
+    result = simulated(spec, keep_media=True)
     assert result.media is not None
     cells = moving_edge(next(iter(result.media.pictures.values())))
     edge = {"edge_cells": int(cells.sum()), "edge_frames": [int((cells >= level).sum()) for level in EDGE_LEVELS]}

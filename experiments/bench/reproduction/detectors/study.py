@@ -26,7 +26,7 @@ from experiments.bench.robot.rows import robot_contents
 from experiments.bench.robot.run import seconds
 
 REPLICATES = 20
-FILE = "detectors.json"
+FILE, STUDY = "detectors.json", "detectors"
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ def run(
     Parameters
     ----------
     folder
-        A new one, or one that holds a part of this table.
+        A new one, one that holds a part of this table, or that of a reproduction, whose report then shows it.
     replicates, repeats, seed
         How many replicates, trials of each condition in one, and the seed of the first.
     resources
@@ -91,7 +91,7 @@ def run(
         for number in range(replicates):
             own = cases(repeats, seed + number)
             batch = _batch(f"replicate {number}", own, repeats, seed + number)
-            with closing(batch.open(folder / f"replicate-{number}", resources)) as done:
+            with closing(batch.open(folder / STUDY / f"replicate-{number}", resources)) as done:
                 failures += batch.fill(done, pool, resources)
                 for case, each in zip(own, _by_case(own, done.rows()), strict=True):
                     shown[case.name].append(each)
