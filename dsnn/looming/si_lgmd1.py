@@ -57,7 +57,7 @@ class SILGMD1Params:
 
     @classmethod
     def presets(cls) -> Mapping[str, SILGMD1Params]:
-        """Make the presets, by name: `firmware`, the same with its T_s for the arena, 0.65, as ``t_sp``, and `paper`."""
+        """Make the presets, by name: `firmware`, ``arena`` with that one's T_s for the arena, 0.65, and `paper`."""
         return {"firmware": cls.firmware(), "arena": cls.firmware(t_sp=0.65), "paper": cls.paper()}
 
 

@@ -60,6 +60,14 @@ def reproduce(
             " with --quick in two short ones.",
         ),
     ] = False,
+    onboard: Annotated[
+        bool,
+        typer.Option(
+            "--onboard",
+            help="Instead: C13 to C20 in the arithmetic of the robot's own processor, in several formats, in 20"
+            " replicates; with --quick in two short ones.",
+        ),
+    ] = False,
     seed: Seed = 0,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the report, otherwise runs/reproduce-TIME; goes on with one begun.")
@@ -99,7 +107,8 @@ def reproduce(
     check_counts(seed)
     means = resources(workers, cluster, quiet, other_code)
     whole_only = full or robot_only or bool(model or experiment or only)
-    tables = {"--models": bool(models), "--fidelity": fidelity, "--detectors": detectors}
+    tables = {"--models": bool(models), "--fidelity": fidelity, "--detectors": detectors,
+              "--onboard": onboard}  # fmt: skip
     chosen = [option for option, used in tables.items() if used]
     if len(chosen) > 1:
         raise UsageError(f"{' and '.join(chosen)}: give one of them")
@@ -110,12 +119,13 @@ def reproduce(
     if chosen:
         if whole_only:
             raise UsageError(f"{chosen[0]}: goes with --quick, --seed, --out, --workers, --cluster and --quiet alone")
-        study = _fidelity if fidelity else _detectors
+        study = _fidelity if fidelity else _detectors if detectors else _onboard
         return study(quick, seed, out, means)
     from experiments.bench.closed_loop import table as closed_loop_table
     from experiments.bench.core.terminal import out_console, show_places
     from experiments.bench.reproduction import plan, report, table
     from experiments.bench.reproduction import reproduce as whole
+    from experiments.bench.reproduction.onboard import table as onboard_table
 
     scale = plan.QUICK if quick else plan.FULL if full else plan.USUAL
     shown = whole.models_shown(model, only)
@@ -126,6 +136,8 @@ def reproduce(
         table.show_claims(result.claims)
         closed_loop_table.show_claims(result.own_claims)
         out_console.print()
+        if result.onboard:
+            onboard_table.show(result.onboard)
         show_places({"report": page})
     return EXIT_FAILED if result.failed else 0
 
@@ -165,6 +177,20 @@ def _detectors(quick: bool, seed: int, out: Path | None, means: Resources) -> in
     if not means.quiet:
         out_console.print()
         table.show_causes(result)
+        show_places({"table": folder / study.FILE})
+    return EXIT_FAILED if result.failures else 0
+
+
+def _onboard(quick: bool, seed: int, out: Path | None, means: Resources) -> int:
+    """The table of claims over formats of numbers, printed anew after every replicate."""
+    from experiments.bench.core.terminal import out_console, show_places
+    from experiments.bench.reproduction.onboard import study, table
+
+    folder = new_folder(out, "onboard")
+    show = (lambda _: None) if means.quiet else table.show
+    result = study.run(folder, *_size(quick, study.REPLICATES), seed, means, show)
+    if not means.quiet:
+        out_console.print()
         show_places({"table": folder / study.FILE})
     return EXIT_FAILED if result.failures else 0
 

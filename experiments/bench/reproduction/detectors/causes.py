@@ -23,7 +23,9 @@ def explained(row: DetectorRow, edge: EdgeRow) -> DetectorRow:
 
 def _parts(row: DetectorRow, edge: EdgeRow) -> list[str]:
     if not any(row.spikes):
-        return [f"silent at every angle: its potential peaks at {max(row.peak):.3f} on average, below {row.threshold:g}"]
+        return [
+            f"silent at every angle: its potential peaks at {max(row.peak):.3f} on average, below {row.threshold:g}"
+        ]
     if all(count >= EVERY_FRAME * frames for count, frames in zip(row.spikes, row.frames, strict=True)):
         return ["spikes in nearly every frame, so that the count is how long the trial lasts", *_threshold(row)]
     return [_order(row), _edge(edge), *_ceiling(row), *_threshold(row)]

@@ -109,7 +109,9 @@ def _table(shown: Mapping[str, Sequence[Shown]], repeats: int, seed: int, failur
         for arena, every in shown.items()
         for detector in PANEL
     ]
-    return Detectors(tuple(rows), tuple(edges.values()), edges[rows[0].arena].replicates, repeats, seed, tuple(failures))
+    return Detectors(
+        tuple(rows), tuple(edges.values()), edges[rows[0].arena].replicates, repeats, seed, tuple(failures)
+    )
 
 
 def _batch(name: str, own: Sequence[Case], repeats: int, seed: int) -> Batch[Any]:

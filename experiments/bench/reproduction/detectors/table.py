@@ -12,7 +12,9 @@ from experiments.bench.reproduction.detectors.study import Detectors
 
 def show(table: Detectors) -> None:
     """Print in how many replicates so far C21 held, and in how many it would by the rule of spikes in a row."""
-    shown = Table(box=None, header_style="bold", pad_edge=False, title=f"C21 held in k of {table.replicates} replicates")
+    shown = Table(
+        box=None, header_style="bold", pad_edge=False, title=f"C21 held in k of {table.replicates} replicates"
+    )
     shown.add_column("arena", no_wrap=True)
     shown.add_column("detector")
     for name in ("T", "held", "95 %", "by rule", "spikes at 0, 15, 30"):

@@ -136,9 +136,7 @@ def tabled(
         Those that were shown, the float network first.
     """
     outcomes = {
-        (claim, each.label): [of_model(claim, own, each.label) for own in every]
-        for claim in CLAIMS
-        for each in formats
+        (claim, each.label): [of_model(claim, own, each.label) for own in every] for claim in CLAIMS for each in formats
     }
     claims = [
         _claim_row(claim, each.label, outcomes[claim, each.label], outcomes[claim, formats[0].label])
