@@ -154,10 +154,10 @@ def edge_row(arena: str, label: str, shown: Sequence[Shown]) -> EdgeRow:
     every = [each.of(label) for each in shown]
     trials = [row for rows in every for row in rows]
     levels = {level: _entry("edge_frames", index) for index, level in enumerate(EDGE_LEVELS)}
-    return EdgeRow(
-        arena, _means(trials, _column("edge_cells")), {level: _means(trials, of) for level, of in levels.items()},
-        _held_by(every, _column("edge_cells")), {level: _held_by(every, of) for level, of in levels.items()}, len(every),
-    )  # fmt: skip
+    frames = {level: _means(trials, of) for level, of in levels.items()}
+    held = {level: _held_by(every, of) for level, of in levels.items()}
+    cells = _column("edge_cells")
+    return EdgeRow(arena, _means(trials, cells), frames, _held_by(every, cells), held, len(every))
 
 
 def _judged(rows: Rows, trials: int, threshold: float) -> Outcome:
