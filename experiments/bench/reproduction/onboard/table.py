@@ -11,7 +11,7 @@ from experiments.bench.reproduction.onboard.rows import Onboard
 
 
 def show(table: Onboard) -> None:
-    """Print in how many replicates so far each claim held in each format, and how far each is from the float network."""
+    """Print in how many replicates so far each claim held in each format, and each format's error."""
     shown = Table(box=None, header_style="bold", pad_edge=False, title=f"held in k of {table.replicates} replicates")
     shown.add_column("claim", no_wrap=True)
     for each in table.formats:
