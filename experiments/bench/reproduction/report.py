@@ -26,7 +26,7 @@ from experiments.bench.core.figures.plotting import STYLE
 from experiments.bench.core.store.description import plain
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.verdict import Outcome, Verdict
-from experiments.bench.reproduction import robustness
+from experiments.bench.reproduction import chapters, robustness
 from experiments.bench.reproduction.claims import is_random
 from experiments.bench.reproduction.mechanisms import constants
 from experiments.bench.reproduction.plan import WHOLE
@@ -72,6 +72,7 @@ def write(result: Reproduction) -> Path:
             *(claim.id for claim in result.claims if claim.verdict == "untested"),
             *(claim.id for claim in result.own_claims if claim.verdict == "untested"),
         ],
+        chapters=chapters.rendered(result.folder),
         runs=[_run(plan, report) for plan, report in result.runs],
         shows=[_show(report) for report in result.offline],
         loops=[_loop(played) for played in result.behaviours],

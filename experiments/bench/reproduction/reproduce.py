@@ -25,6 +25,7 @@ from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console
 from experiments.bench.core.verdict import Outcome, Verdict
 from experiments.bench.reproduction import claims, mechanisms, readings, replicates, robustness
+from experiments.bench.reproduction.detectors.summary import with_detectors
 from experiments.bench.reproduction.onboard.formats import BEST, FORMATS
 from experiments.bench.reproduction.onboard.rows import FILE, Onboard, tabled
 from experiments.bench.reproduction.plan import BESIDE, REPLICATES, SENSITIVITY, Planned, Scale, design, planned
@@ -139,6 +140,7 @@ def reproduce(
     there = [each.experiment.name for each in made.plans] + [each.experiment.name for each in made.offline]
     courses = {each.experiment.name: report.courses for each, report in runs}
     verdicts = mechanisms.explained(claims.verdicts(every, shows, scale.name), there, shows, courses)
+    verdicts = with_detectors(verdicts, folder)
     chapters = readings.chapters(
         readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, survived, scale.name)
     )
