@@ -25,8 +25,6 @@ from dsnn.looming.pon_lgmd import PONLGMD, PONLGMDParams
 from dsnn.looming.si_lgmd1 import SILGMD1, SILGMD1Params
 from dsnn.looming.si_lgmd2 import SILGMD2, SILGMD2Params
 from dsnn.model import CHANNELS, SPIKING, VisionModel
-from dsnn.onboard.model import OnboardDSNN
-from dsnn.onboard.params import OnboardParams
 from dsnn.params import DSNNParams
 
 DIRECTION = ("hs", "vs")
@@ -121,15 +119,6 @@ _ENTRIES = (
     _dsnn("dsnn-off-blocked", "the DSNN with its OFF pathway blocked", off=False),
     _dsnn("dsn2017", "its forerunner (Fu and Yue 2017): no FDSR", _DSN2017, fdsr=False),
     _dsnn("dsnn-reference", "the DSNN in plain float64 form, to test against", build=ReferenceDSNN),
-    ModelEntry(
-        "dsnn-onboard",
-        "the DSNN in whole numbers of 8 and 16 bits, as the robot's processor could run it",
-        OnboardDSNN,
-        OnboardParams.robot(),
-        _DSNN,
-        DIRECTION,
-        OnboardParams.offline(),
-    ),
     ModelEntry(
         "emd",
         "array of Hassenstein-Reichardt detectors, not split by polarity (after Iida 2000)",
