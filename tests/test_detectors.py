@@ -63,7 +63,8 @@ def test_every_entry_of_the_panel_is_a_looming_detector_under_its_own_constants(
     values = {label: (model.thresholds["looming"], spikes_in_a_row(model.network)) for label, model in by_label.items()}
     published = {
         "lgmd1": (0.78, 5), "lgmd1:preset=firmware": (0.72, 4), "lgmd1:preset=arena": (0.65, 4),
-        "lgmd2": (0.78, 8), "lgmd2:preset=firmware": (0.63, 8), "si-lgmd1": (0.72, 4), "si-lgmd1:preset=arena": (0.65, 4),
+        "lgmd2": (0.78, 8), "lgmd2:preset=firmware": (0.63, 8),
+        "si-lgmd1": (0.72, 4), "si-lgmd1:preset=arena": (0.65, 4),
         "si-lgmd2": (0.64, 4), "hybrid": (0.78, 5),
     }  # fmt: skip
     assert {label: values[label] for label in published} == published

@@ -64,11 +64,12 @@ class ErrorRow:
     frames, trials
         How many frames, of how many trials.
     median, most, worst
-        Median, 99th percentile and largest ``| |HS| - |HS of the float network| |`` of a frame.
+        Median, 99th percentile and largest ``|HS - HS of the float network|`` of a frame.
     spikes
         Spikes of the float network in these frames, of either sign.
     gained, lost
-        Spikes of a frame that the float network has not, and those that it alone has, over all frames.
+        Spikes of a frame that the float network has not, and those that it alone has, over all frames; as
+        `dsnn.onboard.error.differences` counts them.
     """
 
     label: str
@@ -166,7 +167,7 @@ def error_row(label: str, every: Sequence[Replicate], plain: str = FLOAT) -> Err
         return ErrorRow(label, 0, 0, *(float("nan"),) * 3, 0, 0, 0)
     hs, spikes = (np.concatenate([own[key][part] for key in both]) for part in (0, 1))
     wanted, expected = (np.concatenate([float_[key][part] for key in both]) for part in (0, 1))
-    error = np.abs(np.abs(hs) - np.abs(wanted))
+    error = np.abs(hs - wanted)
     # A spike of the other sign is one lost and one gained.
     same = np.where(spikes * expected > 0, np.minimum(np.abs(spikes), np.abs(expected)), 0)
     gained, lost = int((np.abs(spikes) - same).sum()), int((np.abs(expected) - same).sum())

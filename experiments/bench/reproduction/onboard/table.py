@@ -26,7 +26,7 @@ def show(table: Onboard) -> None:
     out_console.print(shown)
     for error in table.errors:
         said = (
-            f"{error.label}: |HS| error median {error.median:.1e}, 99 % {error.most:.1e}, worst {error.worst:.1e} over "
+            f"{error.label}: error of HS: median {error.median:.1e}, 99 % {error.most:.1e}, worst {error.worst:.1e} over "
             f"{error.frames} frames; of {error.spikes} spikes {error.lost} lost, {error.gained} gained"
         )
         out_console.print(said, markup=False, soft_wrap=True)
