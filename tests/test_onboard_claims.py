@@ -11,7 +11,7 @@ from experiments.bench.core.models import choose
 from experiments.bench.reproduction import chapters, reproduce, robustness
 from experiments.bench.reproduction.onboard import series, study
 from experiments.bench.reproduction.onboard.formats import BEST, CLAIMS, FLOAT, FORMATS, Format
-from experiments.bench.reproduction.onboard.rows import error_row, tabled
+from experiments.bench.reproduction.onboard.rows import FILE, error_row, tabled
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
 from experiments.bench.reproduction.replicates import of_model, replicate
 from experiments.bench.robot.trial import run_trial
@@ -126,7 +126,7 @@ def test_it_goes_on_where_it_was_and_the_report_shows_it(tmp_path, monkeypatch):
     fine, finer = seen[0].errors
     assert 0.0 < finer.median < fine.median and finer.worst < fine.worst, "more bits, smaller errors"
     assert fine.worst < 0.05 and fine.frames == finer.frames > 100
-    assert json.loads((tmp_path / study.FILE).read_text())["replicates"] == 1
+    assert json.loads((tmp_path / FILE).read_text())["replicates"] == 1
     (chapter,) = chapters.rendered(tmp_path)
     assert chapter.name == "onboard" and chapter.html.count("does not fit") == 1
     assert choose(BEST.label).network.state_bits == 8

@@ -184,14 +184,14 @@ def _detectors(quick: bool, seed: int, out: Path | None, means: Resources) -> in
 def _onboard(quick: bool, seed: int, out: Path | None, means: Resources) -> int:
     """The table of claims over formats of numbers, printed anew after every replicate."""
     from experiments.bench.core.terminal import out_console, show_places
-    from experiments.bench.reproduction.onboard import study, table
+    from experiments.bench.reproduction.onboard import rows, study, table
 
     folder = new_folder(out, "onboard")
     show = (lambda _: None) if means.quiet else table.show
     result = study.run(folder, *_size(quick, study.REPLICATES), seed, means, show)
     if not means.quiet:
         out_console.print()
-        show_places({"table": folder / study.FILE})
+        show_places({"table": folder / rows.FILE})
     return EXIT_FAILED if result.failures else 0
 
 

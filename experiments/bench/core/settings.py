@@ -12,7 +12,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from dsnn import MODELS
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import PRESET, Asked, ConfiguredModel, Shown, family, look_up
+from experiments.bench.core.models import PRESET as PRESET
+from experiments.bench.core.models import Asked, ConfiguredModel, Shown, family, look_up
 
 LISTED_BY = "colias parameters"
 SECTIONS = frozenset(map(family, MODELS))

@@ -139,13 +139,15 @@ def detector_row(arena: str, detector: Detector, shown: Sequence[Shown]) -> Dete
     at = [_held_by(every, _entry("frames_above", index)) for index in range(len(THRESHOLDS))]
     best = max(range(len(THRESHOLDS)), key=lambda index: at[index])
     trials = [row for rows in every for row in rows]
+    frames, peak = _column("collision_frames"), _column("peak_looming")
     return DetectorRow(
-        arena, detector.label, detector.preset, detector.source, threshold, spikes_in_a_row(model.network), held,
-        sum(each.verdict == "untested" for each in judged), len(judged), low, high,
-        *(_means(trials, _column(name)) for name in ("spikes", "peak_looming", "frames")),
-        _means(trials, lambda row: float(row["collision_frames"] > 0)), _means(trials, _column("collision_frames")),
-        _held_by(every, _column("collision_frames")), _held_by(every, _column("peak_looming")),
-        THRESHOLDS[best], at[best],
+        arena=arena, label=detector.label, preset=detector.preset, source=detector.source, threshold=threshold,
+        in_a_row=spikes_in_a_row(model.network), held=held,
+        untested=sum(each.verdict == "untested" for each in judged), replicates=len(judged), low=low, high=high,
+        spikes=_means(trials, _column("spikes")), peak=_means(trials, peak), frames=_means(trials, _column("frames")),
+        announced=_means(trials, lambda row: float(row["collision_frames"] > 0)),
+        collision_frames=_means(trials, frames), held_by_collision=_held_by(every, frames),
+        held_by_peak=_held_by(every, peak), best_threshold=THRESHOLDS[best], held_at_best=at[best],
     )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
+import numpy as np
 import pyarrow as pa
 
 from colias_sim import gl
@@ -16,7 +17,7 @@ from experiments.bench.robot.run import simulated
 
 HS, SPIKES = "hs_series", "hs_spikes_series"
 SCHEMA = TRIAL_SCHEMA.append(pa.field(HS, pa.list_(pa.float32()))).append(pa.field(SPIKES, pa.list_(pa.int32())))
-"""``trials.parquet``, with HS and its spikes in every frame; null of a model whose are not kept."""
+"""``trials.parquet``, with HS, in float32, and its spikes in every frame; null of a model whose are not kept."""
 
 
 def work(spec: TrialSpec, *, labels: Collection[str]) -> TrialRecord:
@@ -26,7 +27,7 @@ def work(spec: TrialSpec, *, labels: Collection[str]) -> TrialRecord:
     rows = tuple(
         {
             **row,
-            HS: answer.series.hs.tolist() if answer.model in labels else None,
+            HS: answer.series.hs.astype(np.float32).tolist() if answer.model in labels else None,
             SPIKES: answer.series.hs_spikes.tolist() if answer.model in labels else None,
         }
         for row, answer in zip(record.rows, result.answers, strict=True)
