@@ -12,6 +12,7 @@ from experiments.bench.reproduction import chapters, reproduce, robustness
 from experiments.bench.reproduction.onboard import series, study
 from experiments.bench.reproduction.onboard.formats import BEST, CLAIMS, FLOAT, FORMATS, Format
 from experiments.bench.reproduction.onboard.rows import FILE, error_row, tabled
+from experiments.bench.reproduction.onboard.table import survival
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
 from experiments.bench.reproduction.replicates import of_model, replicate
 from experiments.bench.robot.trial import run_trial
@@ -62,7 +63,9 @@ def test_what_is_lost_and_gained_is_counted_by_replicate():
     assert (best.held, best.vacuous, best.lost, best.gained) == (1, 2, 2, 0), "silent: vacuous, which is not held"
     assert best.standing == "so far" and table.broken() == [], "three replicates say neither robust nor fragile"
     with_plan = [*every, *(every[1],) * 17]
-    assert table.replicates == 3 and tabled(with_plan, 5, 0).broken() == ["C13"]
+    assert survival(table) == "which claims survive takes 20 replicates"
+    whole = tabled(with_plan, 5, 0)
+    assert whole.broken() == ["C13"] and survival(whole) == f"do not survive in {BEST.label}: C13"
 
 
 def test_a_spike_of_the_other_sign_is_one_lost_and_one_gained():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from rich.markup import escape
 from rich.table import Table
 
+from experiments.bench.core.claims.replicates import LEAST_FOR_STANDING
 from experiments.bench.core.terminal import out_console
 from experiments.bench.reproduction.onboard.formats import CLAIMS
 from experiments.bench.reproduction.onboard.rows import Onboard
@@ -26,9 +27,18 @@ def show(table: Onboard) -> None:
     out_console.print(shown)
     for error in table.errors:
         said = (
-            f"{error.label}: error of HS: median {error.median:.1e}, 99 % {error.most:.1e}, worst {error.worst:.1e} over "
-            f"{error.frames} frames; of {error.spikes} spikes {error.lost} lost, {error.gained} gained"
+            f"{error.label}: error of HS: median {error.median:.1e}, 99 % {error.most:.1e}, worst {error.worst:.1e} "
+            f"over {error.frames} frames; of {error.spikes} spikes {error.lost} lost, {error.gained} gained"
         )
         out_console.print(said, markup=False, soft_wrap=True)
+    out_console.print(survival(table))
+
+
+def survival(table: Onboard) -> str:
+    """Return which robust claims do not survive in the best format; below 20 replicates none is robust or fragile."""
+    if table.replicates < LEAST_FOR_STANDING:
+        return f"which claims survive takes {LEAST_FOR_STANDING} replicates"
     broken = table.broken()
-    out_console.print(f"do not survive: {', '.join(broken)}" if broken else "every robust claim survives")
+    return (
+        f"do not survive in {table.formats[1].label}: {', '.join(broken)}" if broken else "every robust claim survives"
+    )
