@@ -23,28 +23,21 @@ def explained(row: DetectorRow, edge: EdgeRow) -> DetectorRow:
 
 def _parts(row: DetectorRow, edge: EdgeRow) -> list[str]:
     if not any(row.spikes):
-        return [
-            f"silent at every angle: its potential peaks at {max(row.peak):.3f} on average, below {row.threshold:g}"
-        ]
+        silent = f"silent at every angle: its potential peaks at {max(row.peak):.3f}, below {row.threshold:g}"
+        return [silent, *_threshold(row)]
     if all(count >= EVERY_FRAME * frames for count, frames in zip(row.spikes, row.frames, strict=True)):
         return ["spikes in nearly every frame, so that the count is how long the trial lasts", *_threshold(row)]
-    return [_order(row), _edge(edge), *_ceiling(row), *_threshold(row)]
+    return [_more(row, edge), *_ceiling(row), *_threshold(row)]
 
 
-def _order(row: DetectorRow) -> str:
-    """Which angle it answers more than straight ahead."""
+def _more(row: DetectorRow, edge: EdgeRow) -> str:
+    """Which angle it answers more than straight ahead, and how much more edge moves there."""
     most = max(range(1, len(AWAY)), key=lambda index: row.spikes[index])
-    return f"{row.spikes[most]:.1f} spikes at {AWAY[most]:g} degrees, {row.spikes[0]:.1f} straight ahead"
-
-
-def _edge(edge: EdgeRow) -> str:
-    """How the moving edge differs from that straight ahead."""
-    cells = [f"{edge.cells[index] / edge.cells[0] - 1.0:+.1%} at {AWAY[index]:g}" for index in range(1, len(AWAY))]
-    frames = edge.frames[PERIMETER]
-    more = [f"{frames[index] - frames[0]:+.1f}" for index in range(1, len(AWAY))]
+    cells = edge.cells[most] / edge.cells[0] - 1.0
+    frames = edge.frames[PERIMETER][most] - edge.frames[PERIMETER][0]
     return (
-        f"moving edge against straight ahead: {', '.join(cells)} degrees, {' and '.join(more)} frames with at least "
-        f"{PERIMETER} cells of it"
+        f"{row.spikes[most]:.1f} spikes at {AWAY[most]:g} degrees, {row.spikes[0]:.1f} straight ahead; moving edge there "
+        f"{cells:+.1%}, {frames:+.1f} frames with {PERIMETER} cells or more"
     )
 
 
@@ -56,7 +49,7 @@ def _threshold(row: DetectorRow) -> list[str]:
     """Whether a constant of another camera decides."""
     at = f"{row.held_at_best} of {row.replicates} replicates at {row.best_threshold:g}"
     if row.held_at_best >= MOST * row.replicates:
-        return [f"the threshold decides: counting frames it would hold in {at}"]
+        return [f"the threshold decides: counting frames, it would hold in {at}"]
     if not row.held_at_best:
-        return ["no threshold from 0.52 to 0.98 would make it hold"]
-    return [f"no threshold would make it hold in most replicates (at best {at})"]
+        return ["counting frames, no threshold from 0.52 to 0.98 would make it hold"]
+    return [f"counting frames, no threshold would make it hold in most replicates (at best in {at})"]
