@@ -151,14 +151,13 @@ def test_a_trial_that_failed_leaves_the_replicate_untested():
         ({0.0: 98, 15.0: 99, 30.0: 100}, "spikes in nearly every frame"),
         (
             {0.0: 5, 15.0: 6, 30.0: 8},
-            "8.0 spikes at 30 degrees, 5.0 straight ahead; moving edge against straight ahead",
+            "8.0 spikes at 30 degrees, 5.0 straight ahead; moving edge there +20.0%",
         ),
     ],
 )
 def test_a_cause_is_told_in_numbers(counts, said):
     row, _ = row_of("lgmd1", [shown(counts)])
     assert row.held == 0 and row.cause.startswith(said)
-    assert "+20.0% at 30" in row.cause or not said.startswith("8.0")
 
 
 def test_it_goes_on_where_it_was_and_the_report_shows_it(tmp_path, monkeypatch):
