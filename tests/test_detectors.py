@@ -1,6 +1,5 @@
 """C21 of every looming detector: what is counted, what the row of a detector says, and the presets."""
 
-import dataclasses
 import json
 import subprocess
 import sys
@@ -18,7 +17,7 @@ from experiments.bench.reproduction.detectors import panel, study
 from experiments.bench.reproduction.detectors.causes import explained
 from experiments.bench.reproduction.detectors.measure import EDGE, EDGE_LEVELS, THRESHOLDS, collisions, moving_edge
 from experiments.bench.reproduction.detectors.panel import PANEL, Detector, spikes_in_a_row
-from experiments.bench.reproduction.detectors.rows import Shown, detector_row, edge_row
+from experiments.bench.reproduction.detectors.rows import detector_row, edge_row, shown_in
 from experiments.bench.reproduction.detectors.summary import with_detectors
 from experiments.bench.robot.plan import plan
 from tests.test_replicates import rows_of
@@ -116,7 +115,7 @@ def shown(counts, edge=(100, 100, 120), seed=0):
                 "frames_above": [spikes * (threshold < 0.7) for threshold in THRESHOLDS],
             }
         )  # fmt: skip
-    return Shown(tuple(rows), len(specs), specs[0].settings.models)
+    return shown_in(rows, len(specs), specs[0].settings.models)
 
 
 def row_of(label, replicates):
@@ -140,7 +139,7 @@ def test_a_row_counts_the_replicates_in_which_the_detector_spikes_most_ahead():
 
 def test_a_trial_that_failed_leaves_the_replicate_untested():
     whole = shown(COUNTS)
-    row, _ = row_of("lgmd2", [dataclasses.replace(whole, rows=whole.rows[len(PANEL) :])])
+    row, _ = row_of("lgmd2", [shown_in(whole.rows[len(PANEL) :], len(whole.rows) // len(PANEL), whole.models)])
     assert (row.held, row.untested) == (0, 1)
 
 

@@ -36,8 +36,8 @@ def _more(row: DetectorRow, edge: EdgeRow) -> str:
     cells = edge.cells[most] / edge.cells[0] - 1.0
     frames = edge.frames[PERIMETER][most] - edge.frames[PERIMETER][0]
     return (
-        f"{row.spikes[most]:.1f} spikes at {AWAY[most]:g} degrees, {row.spikes[0]:.1f} straight ahead; moving edge there "
-        f"{cells:+.1%}, {frames:+.1f} frames with {PERIMETER} cells or more"
+        f"{row.spikes[most]:.1f} spikes at {AWAY[most]:g} degrees, {row.spikes[0]:.1f} straight ahead; moving edge "
+        f"there {cells:+.1%}, {frames:+.1f} frames with {PERIMETER} cells or more"
     )
 
 

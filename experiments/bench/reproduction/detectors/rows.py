@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.statistics import proportion_interval
-from experiments.bench.core.verdict import Outcome
+from experiments.bench.core.verdict import Judged
 from experiments.bench.reproduction.detectors.measure import EDGE_LEVELS, THRESHOLDS
 from experiments.bench.reproduction.detectors.panel import CLAIM, Detector, spikes_in_a_row
 from experiments.bench.robot.claims import outcome
@@ -29,15 +29,15 @@ class Shown:
     ----------
     rows
         Those of `experiments.bench.reproduction.detectors.measure.SCHEMA`, of all detectors.
-    trials
-        How many were planned.
     models
         The detectors with their parameters.
+    verdicts
+        Detector -> what C21 comes to for it here. A replicate is judged once.
     """
 
     rows: tuple[Mapping[str, Any], ...]
-    trials: int
     models: tuple[ConfiguredModel, ...]
+    verdicts: Mapping[str, Judged]
 
     def of(self, label: str) -> list[Mapping[str, Any]]:
         """Return the rows of one detector; ``spikes`` are those of looming, of one that tells direction too."""
@@ -127,14 +127,25 @@ class EdgeRow:
     replicates: int
 
 
+def shown_in(rows: Rows, trials: int, models: tuple[ConfiguredModel, ...]) -> Shown:
+    """Judge C21 for each detector in one replicate and arena; it is untested where one of the ``trials`` failed."""
+    bare = Shown(tuple(rows), models, {})
+    verdicts: dict[str, Judged] = {}
+    for model in models:
+        own = bare.of(model.label)
+        whole = len(own) == trials
+        verdicts[model.label] = outcome(CLAIM, own, model.thresholds["looming"]).verdict if whole else "untested"
+    return replace(bare, verdicts=verdicts)
+
+
 def detector_row(arena: str, detector: Detector, shown: Sequence[Shown]) -> DetectorRow:
     """Judge C21 for one detector in every replicate; ``cause`` is left empty."""
     model = shown[0].model(detector.label)
     threshold = model.thresholds["looming"]
     assert threshold is not None
     every = [each.of(detector.label) for each in shown]
-    judged = [_judged(rows, each.trials, threshold) for rows, each in zip(every, shown, strict=True)]
-    held = sum(each.verdict == "holds" for each in judged)
+    judged = [each.verdicts[detector.label] for each in shown]
+    held = judged.count("holds")
     low, high = proportion_interval(held, len(judged))
     at = [_held_by(every, _entry("frames_above", index)) for index in range(len(THRESHOLDS))]
     best = max(range(len(THRESHOLDS)), key=lambda index: at[index])
@@ -143,7 +154,7 @@ def detector_row(arena: str, detector: Detector, shown: Sequence[Shown]) -> Dete
     return DetectorRow(
         arena=arena, label=detector.label, preset=detector.preset, source=detector.source, threshold=threshold,
         in_a_row=spikes_in_a_row(model.network), held=held,
-        untested=sum(each.verdict == "untested" for each in judged), replicates=len(judged), low=low, high=high,
+        untested=judged.count("untested"), replicates=len(judged), low=low, high=high,
         spikes=_means(trials, _column("spikes")), peak=_means(trials, peak), frames=_means(trials, _column("frames")),
         announced=_means(trials, lambda row: float(row["collision_frames"] > 0)),
         collision_frames=_means(trials, frames), held_by_collision=_held_by(every, frames),
@@ -162,22 +173,24 @@ def edge_row(arena: str, label: str, shown: Sequence[Shown]) -> EdgeRow:
     return EdgeRow(arena, _means(trials, cells), frames, _held_by(every, cells), held, len(every))
 
 
-def _judged(rows: Rows, trials: int, threshold: float) -> Outcome:
-    """C21 in one replicate; untested where a trial failed."""
-    found, lost = outcome(CLAIM, rows, threshold), trials - len(rows)
-    return found.untested(f"{lost} trials failed") if lost and found.verdict != "untested" else found
-
-
 def _held_by(every: Sequence[Rows], count: Callable[[Mapping[str, Any]], float]) -> int:
-    """In how many replicates C21 would hold if ``count`` of a trial stood for its spikes."""
-    judged = [outcome(CLAIM, [{**row, "spikes": count(row)} for row in rows], 0.0) for rows in every]
-    return sum(each.verdict == "holds" for each in judged)
+    """In how many replicates C21 would hold if ``count`` of a trial stood for its spikes: most at 0 degrees."""
+    found = 0
+    for rows in every:
+        means = {angle: _mean([count(row) for row in rows if row["angle_deg"] == angle]) for angle in ANGLES}
+        found += all(means[0.0] > mean for angle, mean in means.items() if angle)
+    return found
+
+
+def _mean(values: Sequence[float]) -> float:
+    """A mean; NaN of nothing, which is more than nothing."""
+    return sum(values) / len(values) if values else math.nan
 
 
 def _means(rows: Rows, value: Callable[[Mapping[str, Any]], float]) -> Triple:
     """The mean over trials at each of `AWAY`; NaN where there is no trial."""
     found = [[value(row) for row in rows if abs(row["angle_deg"]) == angle] for angle in AWAY]
-    straight, middle, far = (sum(own) / len(own) if own else math.nan for own in found)
+    straight, middle, far = map(_mean, found)
     return straight, middle, far
 
 

@@ -19,7 +19,7 @@ from experiments.bench.core.store.rows import Failure
 from experiments.bench.reproduction.detectors.causes import explained
 from experiments.bench.reproduction.detectors.measure import FRAMES, SCHEMA, work
 from experiments.bench.reproduction.detectors.panel import ARENAS, EXPERIMENT, PANEL
-from experiments.bench.reproduction.detectors.rows import DetectorRow, EdgeRow, Shown, detector_row, edge_row
+from experiments.bench.reproduction.detectors.rows import DetectorRow, EdgeRow, Shown, detector_row, edge_row, shown_in
 from experiments.bench.reproduction.robustness import Case, numbered
 from experiments.bench.robot.plan import describe, plan
 from experiments.bench.robot.rows import robot_contents
@@ -131,10 +131,10 @@ def _batch(name: str, own: Sequence[Case], repeats: int, seed: int) -> Batch[Any
 
 
 def _by_case(own: Sequence[Case], rows: Sequence[Mapping[str, Any]]) -> list[Shown]:
-    """The rows of a replicate's trials by case, with how many trials each detector lost."""
+    """The rows of a replicate's trials by case, judged."""
     found, begin = [], 0
     for case in own:
         mine = [row for row in rows if begin <= row["trial"] < begin + len(case.specs)]
-        found.append(Shown(tuple(mine), len(case.specs), case.specs[0].settings.models))
+        found.append(shown_in(mine, len(case.specs), case.specs[0].settings.models))
         begin += len(case.specs)
     return found
