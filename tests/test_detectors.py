@@ -175,7 +175,7 @@ def test_it_goes_on_where_it_was_and_the_report_shows_it(tmp_path, monkeypatch):
         (arena, label) for arena in ("bright", "dim") for label in ("lgmd1", "hybrid")
     ]
     (chapter,) = chapters.rendered(tmp_path)
-    assert f'id="{chapter.name}"' in chapter.html and chapter.html.count("<td>hybrid</td>") == 2
+    assert f'id="{chapter.name}"' in chapter.html and chapter.html.count(">hybrid</td>") == 2
     claims = [Verdict(name, "", "", "fails", "", tried="before.") for name in ("C20", "C21")]
     c20, c21 = with_detectors(claims, tmp_path)
     assert c20 == claims[0] and c21.tried.startswith("before. Held, by detector and preset, in the bright arena, of 1")
