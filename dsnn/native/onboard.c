@@ -22,6 +22,7 @@ void *memset(void *to, int value, size_t size);
 #else
 #define CONFIG(model) ((model)->head.config)
 #define CONFIG_OF(planes) ((planes)->c)
+#define COPIED
 #define GIVEN(config) (config)
 #define MOST_RESIDUES 61
 #define MOST_TAPS (8 * 16 + 1)
@@ -41,14 +42,22 @@ void *memset(void *to, int value, size_t size);
 
 #define LONGEST_SIDE 4096
 #define LARGEST_P 32767
-#define LARGEST_LA 65535
 #define LARGEST_G 32768
 #define SIGMOID_ENTRIES 385
 #define MANTISSA 5 /* bits of a companded code's place within its segment */
 #define LOWEST 18  /* bits that D in Q (f_frac + 15) loses in the lowest segment */
+#define BLOCK 64  /* cells that are blurred together */
+#define CHUNK 128 /* cells whose products are summed in 32 bits */
 #define ROOM ((size_t)8)
 
 typedef const onboard_config *config_of;
+
+/* `c`, for loops over cells. Where it is memory, it is a copy, which no byte that the loop writes can be part of. */
+#ifdef COPIED
+#define LOOP_CONFIG(planes) const onboard_config own = *(planes)->c, *const c = &own
+#else
+#define LOOP_CONFIG(planes) const config_of c = CONFIG_OF(planes)
+#endif
 
 /* All states; the planes lie behind it. 48 bytes wherever it is compiled, so that a size holds for chip and host. */
 struct onboard {
@@ -66,7 +75,7 @@ typedef struct {
     size_t cells;
     uint8_t *luma;            /* of the last frame */
     int16_t *p;               /* n_p planes, at least one: P of the last frames, in a ring */
-    uint16_t *la[2];          /* LA of ON and OFF with its residue, of the last frame */
+    uint8_t *la;              /* LA of ON and OFF with its residue, of the last frame; words if lamina_bits is 16 */
     int16_t *h[2];            /* F where positive, else LA - A */
     uint8_t *codes;           /* D: pathway by row by spacing by column; 16-bit words where state_bits says so */
     int16_t *blur_e, *blur_i; /* a row blurred along y, 8 d cells beyond either end */
@@ -99,7 +108,7 @@ static size_t lay_out(config_of c, unsigned char *base, planes *l)
     size_t used = sizeof(onboard), at[11];
     at[0] = taken(&used, cells, 1);
     at[1] = taken(&used, cells * (size_t)larger(c->n_p, 1), 2);
-    at[2] = taken(&used, cells * 2, 2);
+    at[2] = taken(&used, cells * 2, c->lamina_bits == 16 ? 2 : 1);
     at[3] = taken(&used, cells * 2, 2);
     at[4] = taken(&used, cells, 2 * bytes * (size_t)c->spacings);
     at[5] = taken(&used, columns + 2 * radius, 2);
@@ -113,8 +122,7 @@ static size_t lay_out(config_of c, unsigned char *base, planes *l)
         l->cells = cells;
         l->luma = base + at[0];
         l->p = (int16_t *)(void *)(base + at[1]);
-        l->la[0] = (uint16_t *)(void *)(base + at[2]);
-        l->la[1] = l->la[0] + cells;
+        l->la = base + at[2];
         l->h[0] = (int16_t *)(void *)(base + at[3]);
         l->h[1] = l->h[0] + cells;
         l->codes = base + at[4];
@@ -143,7 +151,8 @@ static int is_legal(config_of c)
     return within(c->rows, 2, LONGEST_SIDE) && within(c->columns, 2, LONGEST_SIDE) && within(c->n_p, 0, 60) &&
            within(c->d, 1, 16) && within(c->spacings, 0, 64) &&
            c->spacings * c->d < (c->rows > c->columns ? c->rows : c->columns) &&
-           (c->state_bits == 8 || c->state_bits == 16) && within(c->p_frac, 0, 15) &&
+           (c->state_bits == 8 || c->state_bits == 16) && (c->lamina_bits == 8 || c->lamina_bits == 16) &&
+           within(c->p_frac, 0, 15) &&
            within(c->la_frac, 0, c->p_frac) && within(c->f_frac, 0, 15) && within(c->g_frac, 0, c->f_frac) &&
            within(c->work_frac, larger(c->f_frac, c->la_frac) + 1, 16) && within(c->f_max, 1, 32767) &&
            within(c->sigma_l, 0, 32440) && c->left_fast >= 0 && c->left_slow >= 0 && within(c->w_i, 0, 32768) &&
@@ -181,6 +190,16 @@ void onboard_reset(onboard *m)
     m->first = 1;
 }
 
+#if defined(__ARM_FEATURE_DSP)
+/* Two neighbours, the first in the lower half. */
+static int16x2_t pair_at(const int16_t *from)
+{
+    int16x2_t pair;
+    __builtin_memcpy(&pair, from, sizeof pair); /* one load; memcpy itself is a call where -ffreestanding is set */
+    return pair;
+}
+#endif
+
 /* ---- Rounding: of magnitudes, so that the sign decides nothing; of two equally near values the smaller in size. ---- */
 
 static int32_t rounded(config_of c, int32_t x, int32_t bits)
@@ -199,7 +218,7 @@ static int64_t rounded_long(config_of c, int64_t x, int32_t bits)
 
 static void retina_row(const planes *l, int32_t y, const uint8_t *luma, int first, int16_t *const of[])
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const size_t row = (size_t)y * (size_t)c->columns;
     uint8_t *const before = l->luma + row;
     int32_t x, i, any = 0;
@@ -236,10 +255,56 @@ static void retina(onboard *m, const planes *l, const uint8_t *luma)
 
 /* ---- Lamina: signed LA of one row, ON positive, OFF negative. ---- */
 
+/* A tap times up to BLOCK cells, and the same of two rows of cells added to the sums. */
+static void weighed(int32_t *restrict sums, const int16_t *cells, int16_t tap, int32_t count)
+{
+    int32_t k;
+    for (k = 0; k < count; k++)
+        sums[k] = cells[k] * tap;
+}
+
+static void weigh(int32_t *restrict sums, const int16_t *a, const int16_t *b, int16_t tap, int32_t count)
+{
+    int32_t k;
+    for (k = 0; k < count; k++)
+        sums[k] += a[k] * tap + b[k] * tap;
+}
+
+#if defined(__ARM_FEATURE_DSP)
+/* Cells x and x + 1 of a row, blurred along y. Where all rows are `inside` the image they follow one another from `top`
+ * on, so that their addresses differ by constants. */
+ALWAYS_INLINE void blur_pair(config_of c, const int16_t *const above[], const int16_t *const below[], const int16_t *top,
+                             int inside, int16_t *e, int16_t *in, int32_t x)
+{
+    const int32_t columns = c->columns, radius_e = 4 * c->d, radius_i = 8 * c->d;
+    const int16x2_t centre = pair_at(above[0] + x);
+    const int32_t first = (int16_t)centre, second = centre >> 16;
+    int32_t e0 = c->kernel_e[0] * first, e1 = c->kernel_e[0] * second, i;
+    int32_t i0 = c->kernel_i[0] * first, i1 = c->kernel_i[0] * second;
+    UNROLLED
+    for (i = 1; i <= radius_i; i++) {
+        const int16x2_t a = pair_at(inside ? top + (radius_i - i) * columns + x : above[i] + x);
+        const int16x2_t b = pair_at(inside ? top + (radius_i + i) * columns + x : below[i] + x);
+        const int16x2_t low = (int16x2_t)(((uint32_t)a & 0xffff) | (uint32_t)b << 16);
+        const int16x2_t high = (int16x2_t)(((uint32_t)b & 0xffff0000) | (uint32_t)a >> 16);
+        i0 = __smlad(low, c->kernel_i[i] * 65537, i0);
+        i1 = __smlad(high, c->kernel_i[i] * 65537, i1);
+        if (i <= radius_e) {
+            e0 = __smlad(low, c->kernel_e[i] * 65537, e0);
+            e1 = __smlad(high, c->kernel_e[i] * 65537, e1);
+        }
+    }
+    e[x] = (int16_t)rounded(c, e0, 15);
+    e[x + 1] = (int16_t)rounded(c, e1, 15);
+    in[x] = (int16_t)rounded(c, i0, 15);
+    in[x + 1] = (int16_t)rounded(c, i1, 15);
+}
+#endif
+
 /* The row `y` of P, blurred along y by both Gaussians, with the ends repeated (two-gauss). */
 static void blur_down(const planes *l, const int16_t *p, int32_t y)
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const int32_t columns = c->columns, last = c->rows - 1, radius_e = 4 * c->d, radius_i = 8 * c->d;
     const int16_t *above[MOST_TAPS], *below[MOST_TAPS];
     int16_t *const e = l->blur_e + radius_i, *const in = l->blur_i + radius_i;
@@ -248,17 +313,28 @@ static void blur_down(const planes *l, const int16_t *p, int32_t y)
         above[i] = p + (size_t)larger(y - i, 0) * (size_t)columns;
         below[i] = p + (size_t)smaller(y + i, last) * (size_t)columns;
     }
-    for (x = 0; x < columns; x++) {
-        int32_t sum_e = c->kernel_e[0] * above[0][x], sum_i = c->kernel_i[0] * above[0][x];
-        for (i = 1; i <= radius_e; i++) {
-            const int32_t pair = above[i][x] + below[i][x];
-            sum_e += c->kernel_e[i] * pair;
-            sum_i += c->kernel_i[i] * pair;
+    x = 0;
+#if defined(__ARM_FEATURE_DSP)
+    if (y >= radius_i && y + radius_i <= last)
+        for (; x < columns - 1; x += 2)
+            blur_pair(c, above, below, above[radius_i], 1, e, in, x);
+    else
+        for (; x < columns - 1; x += 2)
+            blur_pair(c, above, below, above[radius_i], 0, e, in, x);
+#endif
+    for (; x < columns; x += BLOCK) { /* tap by tap, as vector units like it */
+        const int32_t count = smaller(BLOCK, columns - x);
+        int32_t sum_e[BLOCK], sum_i[BLOCK], k;
+        weighed(sum_e, above[0] + x, c->kernel_e[0], count);
+        weighed(sum_i, above[0] + x, c->kernel_i[0], count);
+        for (i = 1; i <= radius_e; i++)
+            weigh(sum_e, above[i] + x, below[i] + x, c->kernel_e[i], count);
+        for (i = 1; i <= radius_i; i++)
+            weigh(sum_i, above[i] + x, below[i] + x, c->kernel_i[i], count);
+        for (k = 0; k < count; k++) {
+            e[x + k] = (int16_t)rounded(c, sum_e[k], 15);
+            in[x + k] = (int16_t)rounded(c, sum_i[k], 15);
         }
-        for (; i <= radius_i; i++)
-            sum_i += c->kernel_i[i] * (above[i][x] + below[i][x]);
-        e[x] = (int16_t)rounded(c, sum_e, 15);
-        in[x] = (int16_t)rounded(c, sum_i, 15);
     }
     for (i = 1; i <= radius_i; i++) {
         e[-i] = e[0];
@@ -268,12 +344,26 @@ static void blur_down(const planes *l, const int16_t *p, int32_t y)
     }
 }
 
-static int32_t blur_along(const int16_t *row, const int16_t *kernel, int32_t radius)
+#if defined(__ARM_FEATURE_DSP)
+/* The sum of a kernel's taps and the cells `radius` to either side, all of which are there. */
+ALWAYS_INLINE int32_t blur_along(const int16_t *row, const int16_t *kernel, int32_t radius)
 {
     int32_t sum = kernel[0] * row[0], i;
-    for (i = 1; i <= radius; i++)
-        sum += kernel[i] * (row[-i] + row[i]);
+    UNROLLED
+    for (i = 1; i < radius; i += 2) { /* two taps at once; a radius is even */
+        const int32_t right = kernel[i] + kernel[i + 1] * 65536, left = kernel[i + 1] + kernel[i] * 65536;
+        sum = __smlad(pair_at(row + i), right, sum);
+        sum = __smlad(pair_at(row - i - 1), left, sum);
+    }
     return sum;
+}
+#endif
+
+/* Signed LA of a cell from its P_e and P_i (polar-dogs); both of them, and `bits` more than LA, in the same format. */
+ALWAYS_INLINE int32_t contrast(config_of c, int32_t e, int32_t in, int32_t bits)
+{
+    const int32_t size = rounded(c, e < in ? in - e : e - in, bits);
+    return e >= 0 && in >= 0 ? size : e < 0 && in < 0 ? -size : 0;
 }
 
 /* Whether P of a row that the blur of row `y` reads is not 0 somewhere. */
@@ -289,7 +379,7 @@ static int moves_near(const planes *l, int32_t y)
 
 static void lamina_row(const planes *l, const int16_t *p, int32_t y)
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const int32_t columns = c->columns, radius_i = 8 * c->d, bits = c->p_frac - c->la_frac;
     int32_t *const la = l->la_row;
     int32_t x;
@@ -303,11 +393,26 @@ static void lamina_row(const planes *l, const int16_t *p, int32_t y)
         return;
     }
     blur_down(l, p, y);
-    for (x = 0; x < columns; x++) {
+    x = 0;
+#if defined(__ARM_FEATURE_DSP)
+    for (; x < columns; x++) {
         const int32_t e = blur_along(l->blur_e + radius_i + x, c->kernel_e, 4 * c->d);
         const int32_t in = blur_along(l->blur_i + radius_i + x, c->kernel_i, radius_i);
-        const int32_t contrast = rounded(c, e < in ? in - e : e - in, 15 + bits);
-        la[x] = e >= 0 && in >= 0 ? contrast : e < 0 && in < 0 ? -contrast : 0; /* polar-dogs */
+        la[x] = contrast(c, e, in, 15 + bits);
+    }
+#endif
+    for (; x < columns; x += BLOCK) {
+        const int32_t count = smaller(BLOCK, columns - x);
+        const int16_t *const e = l->blur_e + radius_i + x, *const in = l->blur_i + radius_i + x;
+        int32_t sum_e[BLOCK], sum_i[BLOCK], i;
+        weighed(sum_e, e, c->kernel_e[0], count);
+        weighed(sum_i, in, c->kernel_i[0], count);
+        for (i = 1; i <= 4 * c->d; i++)
+            weigh(sum_e, e - i, e + i, c->kernel_e[i], count);
+        for (i = 1; i <= radius_i; i++)
+            weigh(sum_i, in - i, in + i, c->kernel_i[i], count);
+        for (i = 0; i < count; i++)
+            la[x + i] = contrast(c, sum_e[i], sum_i[i], 15 + bits);
     }
 }
 
@@ -338,20 +443,26 @@ static int32_t unadapted(config_of c, int32_t la)
 
 static void adapt_row(const planes *l, int32_t y)
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const size_t row = (size_t)y * (size_t)c->columns;
+    const int wide = c->lamina_bits == 16;
     int32_t x, pathway;
     for (pathway = 0; pathway < 2; pathway++) {
-        uint16_t *const las = l->la[pathway] + row;
+        const size_t at = (size_t)pathway * l->cells + row;
+        uint8_t *const bytes = l->la + at;
+        uint16_t *const words = (uint16_t *)(void *)l->la + at;
         int16_t *const hs = l->h[pathway] + row;
         for (x = 0; x < c->columns; x++) {
             const int32_t signed_la = pathway == 0 ? l->la_row[x] : -l->la_row[x];
-            const int32_t before = las[x], h = hs[x];
+            const int32_t before = wide ? words[x] : bytes[x], h = hs[x];
             int32_t la = signed_la > 0 ? signed_la : 0;
             if ((la | before | h) == 0)
                 continue;
-            la = smaller(la + rounded(c, c->sigma_l * before, 15), LARGEST_LA);
-            las[x] = (uint16_t)la;
+            la = smaller(la + rounded(c, c->sigma_l * before, 15), wide ? UINT16_MAX : UINT8_MAX);
+            if (wide)
+                words[x] = (uint16_t)la;
+            else
+                bytes[x] = (uint8_t)la;
             hs[x] = (int16_t)(c->fdsr ? adapted(c, h, before, la) : unadapted(c, la));
         }
     }
@@ -393,7 +504,7 @@ static uint32_t risen(config_of c, uint32_t code, int32_t f, int32_t alpha)
 /* Low-pass 8-bit D of all spacings in a row, and leave them decoded in d_rows; whether any of it is not 0. */
 static int delay_bytes(const planes *l, uint8_t *codes, const int16_t *f)
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const int32_t columns = c->columns, spacings = c->spacings;
     int16_t *const rows = l->d_rows;
     int32_t x, j, any = 0;
@@ -422,7 +533,7 @@ static int delay_bytes(const planes *l, uint8_t *codes, const int16_t *f)
 /* The same of 16-bit D, which need no decoding. */
 static int delay_words(const planes *l, uint16_t *words, const int16_t *f)
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const int32_t columns = c->columns, spacings = c->spacings;
     int32_t x, j, any = 0;
     for (x = 0; x < columns; x++) {
@@ -443,13 +554,6 @@ typedef struct {
 } field;
 
 #if defined(__ARM_FEATURE_DSP)
-static int16x2_t pair_at(const int16_t *from)
-{
-    int16x2_t pair;
-    __builtin_memcpy(&pair, from, sizeof pair); /* one load; memcpy itself is a call where -ffreestanding is set */
-    return pair;
-}
-
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion" /* within the macro __usat16 of arm_acle.h */
 /* Both halves, 0 where negative. */
@@ -471,9 +575,19 @@ ALWAYS_INLINE void products(config_of c, const int16_t *d, const int16_t *one, c
         sum_i = __smlald(pair, are_h ? positive_pair(to_other) : to_other, sum_i);
     }
 #endif
-    for (; x < columns; x++) {
-        sum_e += (int64_t)d[x] * (are_h ? larger(one[x], 0) : one[x]);
-        sum_i += (int64_t)d[x] * (are_h ? larger(other[x], 0) : other[x]);
+    for (; x < columns; x += CHUNK) { /* bytes of F apart: their sums over a chunk stay below 2^31 */
+        const int32_t end = smaller(x + CHUNK, columns);
+        int32_t low_e = 0, low_i = 0, high_e = 0, high_i = 0, at;
+        for (at = x; at < end; at++) {
+            const int16_t to_one = (int16_t)(are_h ? larger(one[at], 0) : one[at]);
+            const int16_t to_other = (int16_t)(are_h ? larger(other[at], 0) : other[at]);
+            low_e += d[at] * (int16_t)(to_one & 255);
+            low_i += d[at] * (int16_t)(to_other & 255);
+            high_e += d[at] * (int16_t)(to_one >> 8);
+            high_i += d[at] * (int16_t)(to_other >> 8);
+        }
+        sum_e += (int64_t)high_e * 256 + low_e;
+        sum_i += (int64_t)high_i * 256 + low_i;
     }
     *e += sum_e;
     *i += sum_i;
