@@ -20,7 +20,7 @@ class Format:
     says
         What it computes with.
     fits
-        Whether its states fit into the robot's memory at 99x72 beside the camera's frames.
+        Whether its states fit into the robot's memory at 99x72 beside two frames of its camera.
     """
 
     label: str
