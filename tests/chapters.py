@@ -52,11 +52,13 @@ SKIPPED = {
     ),
     "eye.md": ("takes half an hour: tests/test_fidelity.py",),
     "footage.md": ("needs a screen", "needs a camera", "takes a minute: tests/test_street.py shows a clip of it"),
+    "looming.md": ("takes minutes: tests/test_detectors.py",),
     "maps.md": ("takes minutes: tests/test_map.py",),
     "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/test_pool.py"),
     "what-the-numbers-mean.md": (
         "takes minutes: tests/test_reproduce.py",
         "takes minutes: tests/test_readings.py has their judging",
+        "takes half an hour: tests/test_onboard_claims.py",
     ),
     "your-own-experiment.md": ("takes minutes: tests/test_reproduce.py",),
     "your-own-model.md": ("takes minutes: tests/test_leaderboard.py",),

@@ -9,8 +9,10 @@ import pytest
 
 from colias_sim.config import CameraConfig, RobotConfig
 from experiments.bench.core.batch import Resources
-from experiments.bench.reproduction import fidelity, fidelity_figure, robustness
-from experiments.bench.reproduction.fidelity import CELLS, CLAIMS, Cell, cases, run
+from experiments.bench.reproduction import robustness
+from experiments.bench.reproduction.eye import fidelity
+from experiments.bench.reproduction.eye import figure as fidelity_figure
+from experiments.bench.reproduction.eye.fidelity import CELLS, CLAIMS, Cell, cases, run
 
 APPARATUS = {"camera": CameraConfig(), "robot": RobotConfig()}
 

@@ -8,9 +8,9 @@ from dsnn import MODELS
 from experiments.bench.core.batch import Resources
 from experiments.bench.core.claims.of_models import ModelClaim, model_claims
 from experiments.bench.core.errors import UsageError
-from experiments.bench.reproduction import model_claims as running
-from experiments.bench.reproduction.model_clips import GROUPS, names
-from experiments.bench.reproduction.model_judges import clip_claim
+from experiments.bench.reproduction.models import run as running
+from experiments.bench.reproduction.models.clips import GROUPS, names
+from experiments.bench.reproduction.models.judges import clip_claim
 
 EVERY = [claim for claims in model_claims().values() for claim in claims]
 

@@ -270,7 +270,8 @@ def test_panels_of_a_row_have_equal_scales_with_all_curves_inside():
          "peak_hs": largest * speed / 120, "trough_hs": 0.0, "peak_vs": 0.0, "trough_vs": 0.0}
         for model, largest in (("dsnn", 0.2), ("dsn2017", 1.0)) for speed in (40.0, 120.0) for grey in (0.0, 255.0)
     ]  # fmt: skip
-    drawn = clips_figure.draw(registry.find("clutter-speed").figure, rows, pa.table({}), {"dsnn": 0.16}, "clutter-speed")
+    drawing = registry.find("clutter-speed").figure
+    drawn = clips_figure.draw(drawing, rows, pa.table({}), {"dsnn": 0.16}, "clutter-speed")
     drawn.draw_without_rendering()
     weak, strong = drawn.axes[:2]
     assert weak.get_ylim() == strong.get_ylim()

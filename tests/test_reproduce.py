@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import subprocess
+from dataclasses import fields
 
 import pyarrow.parquet as pq
 import pytest
@@ -11,8 +12,10 @@ import pytest
 from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.core.claims.texts import claim_texts
+from experiments.bench.core.models import choose
 from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates, robustness
+from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, WHOLE, planned
 from experiments.bench.reproduction.report import sensitivity_figure
 from tests.chapters import titled
@@ -175,7 +178,8 @@ def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
 def test_moves_change_what_they_name_and_nothing_else():
     """Each case of the sensitivity study differs from the defaults in its own parameter, and in no seed."""
     network, *apparatus = robustness.sensitivity_cases(1, 0)
-    assert network.moved == tuple(robustness.NETWORK_MOVES)
+    onboard = [BEST.label, *(f"{BEST.label}, {name}" for name in robustness.NETWORK_MOVES)]
+    assert network.moved == (*robustness.NETWORK_MOVES, *onboard)
     (first,) = robustness.replicate_cases([0], 1)
     defaults = first.specs[0].settings
     assert [s.seed for s in first.specs if s.experiment in robustness.moved()] == [s.seed for s in network.specs]
@@ -186,7 +190,15 @@ def test_moves_change_what_they_name_and_nothing_else():
         if not changes[0].startswith("experiment."):
             assert (case.specs[0].settings.camera, case.specs[0].settings.scene) != (defaults.camera, defaults.scene)
     (base,) = defaults.models
-    assert all(model.network != base.network for model in network.specs[0].settings.models)
+    float_, *moved = network.specs[0].settings.models
+    assert float_ == base and all(model.network != base.network for model in moved)
+    plain = choose(BEST.label).network
+    pairs = zip(moved[: len(onboard) - 1], moved[len(onboard) :], strict=True)
+    for own, ours in pairs:
+        changed = {
+            f.name for f in fields(base.network) if getattr(own.network, f.name) != getattr(base.network, f.name)
+        }
+        assert changed == {f.name for f in fields(plain) if getattr(ours.network, f.name) != getattr(plain, f.name)}
 
 
 def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
@@ -239,7 +251,7 @@ def test_the_page_of_sensitivity_has_replicate_0_in_its_first_row():
     (first,) = replicates.studied(cases, rows_of(robustness.numbered(cases)))
     moves = robustness.sensitivity_cases(1, 0)
     found = replicates.survival(moves, rows_of(robustness.numbered(moves)), first)
-    assert list(found) == ["dsnn", *robustness.NETWORK_MOVES, *robustness.APPARATUS_MOVES]
+    assert list(found) == ["dsnn", *moves[0].moved, *robustness.APPARATUS_MOVES]
     assert found["dsnn"] == {claim: replicates.judged(claim, first) for claim in robustness.ROBOT_CLAIMS}
     assert "<svg" in sensitivity_figure(found)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import cv2
@@ -36,6 +36,21 @@ class LGMD1Params:
     )
     t_sp: float = Field(default=0.78, gt=0.5, le=1.0, description="spike threshold on the potential k")
     n_sp: int = Field(default=5, ge=1, le=1000, description="frames with a spike, in a row, that mean a collision")
+
+    @classmethod
+    def presets(cls) -> Mapping[str, LGMD1Params]:
+        """Make the presets, by name.
+
+        ``paper`` has the literature's constants. ``firmware`` has the thresholds of the public firmware of Colias for
+        this detector's successor, which is the LGMD1 where self-inhibition is switched off: T_s 0.72 is ``t_sp``,
+        4 spikes in a row are ``n_sp``, and a mean change of 10, which that firmware takes of halved changes, is a
+        ``t_ffi`` of 20. ``arena`` has its T_s for the arena, 0.65. Its other constants belong to other layers.
+        """
+        return {
+            "paper": cls(),
+            "firmware": cls(t_sp=0.72, t_ffi=20.0, n_sp=4),
+            "arena": cls(t_sp=0.65, t_ffi=20.0, n_sp=4),
+        }
 
 
 class LGMD1:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import cv2
@@ -52,6 +52,15 @@ class LGMD2Params:
     t_sp: float = Field(default=0.78, gt=0.5, le=1.0, description="spike threshold on the adapted potential")
     n_sp: int = Field(default=8, ge=1, le=1000, description="spikes without a silent frame that mean a collision")
     fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
+
+    @classmethod
+    def presets(cls) -> Mapping[str, LGMD2Params]:
+        """Make the presets, by name.
+
+        ``paper`` has the literature's constants. ``firmware`` has the two published of the ON/OFF-competing LGMD2 on
+        Colias: its spike threshold 0.63 is ``t_sp``, its T_pm 8 is ``t_pm``, which the paper has too.
+        """
+        return {"paper": cls(), "firmware": cls(t_sp=0.63, t_pm=8.0)}
 
 
 class Pathway:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,11 @@ class SILGMD1Params:
     def paper(cls, **changes: Any) -> SILGMD1Params:
         """The same constants in floating point, as the equations read."""
         return dataclasses.replace(cls(integer=False), **changes)
+
+    @classmethod
+    def presets(cls) -> Mapping[str, SILGMD1Params]:
+        """Make the presets, by name: `firmware`, ``arena`` with that one's T_s for the arena, 0.65, and `paper`."""
+        return {"firmware": cls.firmware(), "arena": cls.firmware(t_sp=0.65), "paper": cls.paper()}
 
 
 class SILGMD1(Detector):

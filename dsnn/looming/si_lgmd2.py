@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import cv2
@@ -68,6 +69,11 @@ class SILGMD2Params:
     def paper(cls, **changes: Any) -> SILGMD2Params:
         """The same constants in floating point, as the equations read."""
         return dataclasses.replace(cls(integer=False), **changes)
+
+    @classmethod
+    def presets(cls) -> Mapping[str, SILGMD2Params]:
+        """Make the presets, by name: `firmware` and `paper`; T_spi is ``t_sp``, K_spi ``k_spi``, T_pm ``t_pm``."""
+        return {"firmware": cls.firmware(), "paper": cls.paper()}
 
 
 class _Pathway:

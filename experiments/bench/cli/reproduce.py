@@ -52,6 +52,22 @@ def reproduce(
             " with --quick in two short ones.",
         ),
     ] = False,
+    detectors: Annotated[
+        bool,
+        typer.Option(
+            "--detectors",
+            help="Instead: C21 of every looming detector and preset, in the bright and the dim arena, in 20 replicates;"
+            " with --quick in two short ones.",
+        ),
+    ] = False,
+    onboard: Annotated[
+        bool,
+        typer.Option(
+            "--onboard",
+            help="Instead: C13 to C20 in the arithmetic of the robot's own processor, in several formats, in 20"
+            " replicates; with --quick in two short ones.",
+        ),
+    ] = False,
     seed: Seed = 0,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the report, otherwise runs/reproduce-TIME; goes on with one begun.")
@@ -90,19 +106,26 @@ def reproduce(
         raise UsageError("--quick and --full: give one of them")
     check_counts(seed)
     means = resources(workers, cluster, quiet, other_code)
+    whole_only = full or robot_only or bool(model or experiment or only)
+    tables = {"--models": bool(models), "--fidelity": fidelity, "--detectors": detectors,
+              "--onboard": onboard}  # fmt: skip
+    chosen = [option for option, used in tables.items() if used]
+    if len(chosen) > 1:
+        raise UsageError(f"{' and '.join(chosen)}: give one of them")
     if models:
-        given = {"--quick": quick, "--full": full, "--robot-only": robot_only, "--model": model, "--only": only,
-                 "--experiment": experiment, "--fidelity": fidelity}  # fmt: skip
-        for option, used in given.items():
-            if used:
-                raise UsageError(f"--models and {option}: the claims of models have clips of their own")
+        if quick or whole_only:
+            raise UsageError("--models: goes with --seed, --out, --workers, --cluster and --quiet alone")
         return _models(models, new_folder(out, "model-claims"), seed, means)
-    if fidelity:
-        return _fidelity(quick, full or robot_only or bool(model or experiment or only), seed, out, means)
+    if chosen:
+        if whole_only:
+            raise UsageError(f"{chosen[0]}: goes with --quick, --seed, --out, --workers, --cluster and --quiet alone")
+        study = _fidelity if fidelity else _detectors if detectors else _onboard
+        return study(quick, seed, out, means)
     from experiments.bench.closed_loop import table as closed_loop_table
     from experiments.bench.core.terminal import out_console, show_places
     from experiments.bench.reproduction import plan, report, table
     from experiments.bench.reproduction import reproduce as whole
+    from experiments.bench.reproduction.onboard import table as onboard_table
 
     scale = plan.QUICK if quick else plan.FULL if full else plan.USUAL
     shown = whole.models_shown(model, only)
@@ -113,34 +136,70 @@ def reproduce(
         table.show_claims(result.claims)
         closed_loop_table.show_claims(result.own_claims)
         out_console.print()
+        if result.onboard:
+            onboard_table.show(result.onboard)
         show_places({"report": page})
     return EXIT_FAILED if result.failed else 0
 
 
-def _fidelity(quick: bool, others: bool, seed: int, out: Path | None, means: Resources) -> int:
+def _size(quick: bool, replicates: int) -> tuple[int, int]:
+    """How many replicates of a table, and trials of each condition in one."""
+    from experiments.bench.reproduction import plan
+
+    return (plan.QUICK.replicates, plan.QUICK.repeats) if quick else (replicates, plan.WHOLE)
+
+
+def _fidelity(quick: bool, seed: int, out: Path | None, means: Resources) -> int:
     """The table of claims over eyes and drives, printed anew after every replicate."""
-    from experiments.bench.core.errors import UsageError
     from experiments.bench.core.figures import plotting
     from experiments.bench.core.terminal import out_console, show_places
-    from experiments.bench.reproduction import fidelity, fidelity_figure, plan, table
+    from experiments.bench.reproduction import table
+    from experiments.bench.reproduction.eye import fidelity, figure
 
-    if others:
-        raise UsageError("--fidelity: goes with --quick, --seed, --out, --workers, --cluster and --quiet alone")
-    count, repeats = (plan.QUICK.replicates, plan.QUICK.repeats) if quick else (fidelity.REPLICATES, plan.WHOLE)
     folder = new_folder(out, "fidelity")
     show = (lambda _: None) if means.quiet else table.show_fidelity
-    result = fidelity.run(folder, count, repeats, seed, means, show)
-    picture = plotting.save(fidelity_figure.draw(result), folder, "fidelity")
+    result = fidelity.run(folder, *_size(quick, fidelity.REPLICATES), seed, means, show)
+    picture = plotting.save(figure.draw(result), folder, "fidelity")
     if not means.quiet:
         out_console.print()
         show_places({"table": folder / "fidelity.json", "figure": picture})
     return EXIT_FAILED if result.failures else 0
 
 
+def _detectors(quick: bool, seed: int, out: Path | None, means: Resources) -> int:
+    """The table of C21 over detectors and arenas, printed anew after every replicate, then the causes."""
+    from experiments.bench.core.terminal import out_console, show_places
+    from experiments.bench.reproduction.detectors import study, table
+
+    folder = new_folder(out, "detectors")
+    show = (lambda _: None) if means.quiet else table.show
+    result = study.run(folder, *_size(quick, study.REPLICATES), seed, means, show)
+    if not means.quiet:
+        out_console.print()
+        table.show_causes(result)
+        show_places({"table": folder / study.FILE})
+    return EXIT_FAILED if result.failures else 0
+
+
+def _onboard(quick: bool, seed: int, out: Path | None, means: Resources) -> int:
+    """The table of claims over formats of numbers, printed anew after every replicate."""
+    from experiments.bench.core.terminal import out_console, show_places
+    from experiments.bench.reproduction.onboard import rows, study, table
+
+    folder = new_folder(out, "onboard")
+    show = (lambda _: None) if means.quiet else table.show
+    result = study.run(folder, *_size(quick, study.REPLICATES), seed, means, show)
+    if not means.quiet:
+        out_console.print()
+        show_places({"table": folder / rows.FILE})
+    return EXIT_FAILED if result.failures else 0
+
+
 def _models(names: list[str], folder: Path, seed: int, means: Resources) -> int:
     """Judge the claims of models' own papers, and show them."""
     from experiments.bench.core.terminal import out_console, show_places
-    from experiments.bench.reproduction import model_claims, table
+    from experiments.bench.reproduction import table
+    from experiments.bench.reproduction.models import run as model_claims
 
     verdicts, failures = model_claims.run(folder, names, seed, means)
     if not means.quiet:

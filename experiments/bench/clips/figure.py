@@ -150,7 +150,7 @@ def _by_model(models: Sequence[str], blocks: int) -> tuple[Figure, list[list[Axe
 
 
 def _from_zero(block: Sequence[Axes]) -> None:
-    """Give the panels of a block, when all are drawn, one scale from 0 up: else a weak model looks like a strong one."""
+    """Give the panels of a block, when all are drawn, one scale from 0 up, by which models are compared."""
     top = max(axes.get_ylim()[1] for axes in block)
     for axes in block:
         axes.set_ylim(0.0, top)

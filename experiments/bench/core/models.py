@@ -116,6 +116,9 @@ LEFT_OUT = ("dsnn-reference",)
 COMPARED = tuple(name for name in MODELS if name not in LEFT_OUT)
 """The own models of the commands that compare models."""
 
+PRESET = "preset"
+"""``SECTION.preset=NAME`` sets several parameters at once: to one of the ``presets()`` of their class."""
+
 FORM = "expected NAME:PARAM=VALUE or NAME:PARAM=VALUE,PARAM=VALUE, for example dsnn:w_i=1"
 _PARAM = r"[A-Za-z_]\w*="
 
@@ -202,6 +205,8 @@ def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") 
 
 def _check_names(asked: Asked, chosen: ConfiguredModel) -> None:
     known = [field.name for field in dataclasses.fields(chosen.network)]
+    if hasattr(type(chosen.network), "presets"):
+        known.append(PRESET)
     for name in asked.own:
         if name not in known:
             near = "".join(f"nearest: {each}; " for each in difflib.get_close_matches(name, known, n=1, cutoff=0.0))

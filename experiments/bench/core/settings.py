@@ -12,13 +12,12 @@ from pydantic import TypeAdapter, ValidationError
 
 from dsnn import MODELS
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import PRESET as PRESET
 from experiments.bench.core.models import Asked, ConfiguredModel, Shown, family, look_up
 
 LISTED_BY = "colias parameters"
 SECTIONS = frozenset(map(family, MODELS))
 """Those of the registered models."""
-PRESET = "preset"
-"""``SECTION.preset=NAME`` sets several parameters of a section at once: to one of its class's ``presets()``."""
 
 
 def applied(shown: Sequence[Shown], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:

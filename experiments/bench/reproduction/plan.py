@@ -22,6 +22,7 @@ from experiments.bench.core.store import provenance
 from experiments.bench.core.store.description import to_json
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.reproduction import robustness
+from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.robot.claims import CLAIMS, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
 
@@ -50,6 +51,8 @@ class Scale:
         Frames of an episode at most; otherwise the env's own number.
     offline
         The off-line experiments to run.
+    onboard
+        Whether the network in the robot's own arithmetic watches the other replicates too.
     """
 
     replicates: int
@@ -59,6 +62,7 @@ class Scale:
     episodes: int
     steps: int | None = None
     offline: tuple[str, ...] = OFFLINE
+    onboard: bool = False
 
     @property
     def name(self) -> str:
@@ -83,7 +87,7 @@ ENOUGH = max(claim.least for claim in CLAIMS.values())
 """Repeats at which every claim of the robot is judged."""
 QUICK = Scale(2, ENOUGH, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
 USUAL = Scale(5, WHOLE, moves=True, offline_replicates=5, episodes=20, steps=900)
-FULL = Scale(20, WHOLE, moves=True, offline_replicates=20, episodes=60)
+FULL = Scale(20, WHOLE, moves=True, offline_replicates=20, episodes=60, onboard=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +133,8 @@ def planned(
         offline=[_offline_plan(name, scale, seed) for name in scale.offline if not robot_only],
         loops=[] if robot_only else closed_loop_claims.plans(scale.episodes, seed, scale.steps),
         others=robustness.replicate_cases(
-            range(seed + 1, seed + scale.replicates), scale.repeats, shown if only else None
+            range(seed + 1, seed + scale.replicates), scale.repeats, shown if only else None,
+            (BEST.label,) if scale.onboard else (),
         ),
         moves=robustness.sensitivity_cases(scale.repeats, seed) if scale.moves else [],
     )  # fmt: skip

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +13,12 @@ from experiments.bench.core.claims.replicates import UNKNOWN
 from experiments.bench.core.claims.texts import readings_of_all
 from experiments.bench.core.store.description import plain
 from experiments.bench.core.store.files import Files
-from experiments.bench.reproduction import robustness
+from experiments.bench.reproduction import chapters, robustness
 from experiments.bench.reproduction.page.cards import cards
 from experiments.bench.reproduction.page.overview import overview, tile
 from experiments.bench.reproduction.page.sections import clip_section, loop_section, robot_section
 from experiments.bench.reproduction.page.sensitivity import moves, sensitivity_figure
-from experiments.bench.reproduction.page.stored import read, stored
+from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.plan import WHOLE
 from experiments.bench.reproduction.reproduce import Reproduction
 
@@ -66,7 +65,7 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "moved": moves(result.sensitivity),
         "moved_claims": robustness.ROBOT_CLAIMS,
         "stored": stored(result.folder),
-        "file": partial(read, result.folder),
+        "chapters": chapters.rendered(result.folder),
         "cited": cited,
         "whole": WHOLE,
         "unknown": UNKNOWN,

@@ -25,7 +25,11 @@ from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console
 from experiments.bench.core.verdict import Outcome, Verdict
 from experiments.bench.reproduction import claims, mechanisms, readings, replicates, robustness
+from experiments.bench.reproduction.detectors.summary import with_detectors
+from experiments.bench.reproduction.onboard.formats import BEST, FORMATS
+from experiments.bench.reproduction.onboard.rows import FILE, Onboard, tabled
 from experiments.bench.reproduction.plan import BESIDE, REPLICATES, SENSITIVITY, Planned, Scale, design, planned
+from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
@@ -53,6 +57,8 @@ class Reproduction:
     description: Mapping[str, Any]
     readings: list[readings.Chapter]
     """The readings of the paper that were taken, and what claims come to under the others."""
+    onboard: Onboard | None = None
+    """The claims in the robot's own arithmetic, where it was shown."""
 
     @property
     def failed(self) -> bool:
@@ -112,8 +118,18 @@ def reproduce(
                 for each in made.offline
             ]
             played = [_play(each, folder, pool, resources) for each in made.loops]
-            rows, lost = _study(REPLICATES, "other replicates", made.others, made, folder, pool, resources)
-            moved, move_failures = _study(SENSITIVITY, SENSITIVITY, made.moves, made, folder, pool, resources)
+            kept = (robustness.MODEL, BEST.label)
+            rows, lost = _study(
+                REPLICATES,
+                "other replicates",
+                made.others,
+                made,
+                folder,
+                pool,
+                resources,
+                kept if scale.onboard else (),
+            )
+            moved, move_failures = _study(SENSITIVITY, SENSITIVITY, made.moves, made, folder, pool, resources, kept)
         runs = [(each, conclude(each, run, run.failures())) for each, run in zip(made.plans, done, strict=True)]
     first = replicates.replicate(
         [spec for each in made.paper() for spec in each.specs()], [row for _, report in runs for row in report.rows]
@@ -124,12 +140,14 @@ def reproduce(
     there = [each.experiment.name for each in made.plans] + [each.experiment.name for each in made.offline]
     courses = {each.experiment.name: report.courses for each, report in runs}
     verdicts = mechanisms.explained(claims.verdicts(every, shows, scale.name), there, shows, courses)
+    verdicts = with_detectors(verdicts, folder)
     chapters = readings.chapters(
         readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, survived, scale.name)
     )
+    onboard = _onboard(made, every, moved) if scale.onboard and made.moves else None
     result = Reproduction(
         folder, scale, seed, readings.with_readings(verdicts, chapters), runs, shows, survived, played, own,
-        {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]), chapters,
+        {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]), chapters, onboard,
     )  # fmt: skip
     files = Files(folder)
     files.write_json("design.json", design(made))
@@ -142,6 +160,8 @@ def reproduce(
         files.write_json("sensitivity.json", result.sensitivity)
     if own:
         files.write_json("behaviours.json", own)
+    if onboard:
+        files.write_json(FILE, onboard)
     return result
 
 
@@ -171,14 +191,20 @@ def _play(each: BehaviourPlan, folder: Path, pool: Pool, resources: Resources) -
     return done
 
 
+def _onboard(made: Planned, every: Sequence[Replicate], moved: Sequence[Mapping[str, Any]]) -> Onboard:
+    """The claims in the robot's own arithmetic. It watched replicate 0 beside the moves of the network."""
+    first = replicates.studied(made.moves, moved)[0]
+    return tabled([first, *every[1:]], made.scale.repeats, made.seed, formats=FORMATS[:2])
+
+
 def _study(
     place: str, name: str, cases: Sequence[robustness.Case], made: Planned, folder: Path, pool: Pool,
-    resources: Resources,
+    resources: Resources, kept: Sequence[str],
 ) -> tuple[list[dict[str, Any]], list[Failure]]:  # fmt: skip
-    """The rows of a study's trials, which keep neither recordings nor frames, and what failed."""
+    """The rows of a study's trials, with the series of the models ``kept`` and no frames, and what failed."""
     if not cases:
         return [], []
-    batch = robustness.batch(name, cases, made.plans[0])
+    batch = robustness.batch(name, cases, made.plans[0], kept)
     with closing(batch.open(folder / place, resources)) as run:
         failures = batch.fill(run, pool, resources)
         return run.rows(), failures

@@ -10,8 +10,10 @@ from functools import cache, partial
 from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.core.batch import Batch
-from experiments.bench.core.models import choose
+from experiments.bench.core.models import ConfiguredModel, choose
 from experiments.bench.core.settings import changed
+from experiments.bench.reproduction.onboard import series
+from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.claims import CLAIMS, find
 from experiments.bench.robot.experiment import TrialSpec
@@ -87,23 +89,29 @@ def asked_models(experiment: str) -> tuple[str, ...]:
     return (*declared.models, *LOOMING_DETECTORS) if looming else declared.models
 
 
-def replicate_cases(seeds: Iterable[int], repeats: int, among: Collection[str] | None = None) -> list[Case]:
-    """One case per seed, with the defaults; ``among`` are the models to be shown, otherwise all that claims need."""
-    return [Case(str(seed), specs((), repeats, seed, among)) for seed in seeds]
+def replicate_cases(
+    seeds: Iterable[int], repeats: int, among: Collection[str] | None = None, beside: Sequence[str] = ()
+) -> list[Case]:
+    """One case per seed, with the defaults.
+
+    ``among`` are the models to be shown, otherwise all that claims need; ``beside`` are shown in `moved` too.
+    """
+    return [Case(str(seed), specs((), repeats, seed, among, beside=beside)) for seed in seeds]
 
 
 def sensitivity_cases(repeats: int, seed: int) -> list[Case]:
-    """All moves of the network on one rendering, then one case per move of the apparatus.
+    """All moves of the network on one rendering, in float and on board, then one case per move of the apparatus.
 
-    The defaults are not among them: at the same seed they are replicate 0.
+    The network as it is by default watches its moves too, so that the on-board one can be held against it; it is not
+    among the ``moved``, as at the same seed it is replicate 0.
     """
-    base = choose(MODEL)
+    base, onboard = choose(MODEL), choose(BEST.label)
     models = [
-        dataclasses.replace(base, label=name, network=changed(MODEL, base.network, changes))
-        for name, changes in NETWORK_MOVES.items()
-    ]
+        *_moves(base, {name: name for name in NETWORK_MOVES}), onboard,
+        *_moves(onboard, {name: f"{onboard.label}, {name}" for name in NETWORK_MOVES}),
+    ]  # fmt: skip
     network = tuple(
-        dataclasses.replace(spec, settings=dataclasses.replace(spec.settings, models=tuple(models)))
+        dataclasses.replace(spec, settings=dataclasses.replace(spec.settings, models=(base, *models)))
         for spec in specs((), repeats, seed, (MODEL,), moved())
     )
     cases = [Case("network", network, tuple(model.label for model in models))]
@@ -112,9 +120,18 @@ def sensitivity_cases(repeats: int, seed: int) -> list[Case]:
     ]
 
 
+def _moves(base: ConfiguredModel, labels: Mapping[str, str]) -> list[ConfiguredModel]:
+    """A network under each of `NETWORK_MOVES`, by the label that ``labels`` give it."""
+    return [
+        dataclasses.replace(base, label=label, network=changed(base.label, base.network, NETWORK_MOVES[name]))
+        for name, label in labels.items()
+    ]
+
+
 def specs(
-    assignments: Sequence[str], repeats: int, seed: int, among: Collection[str] | None, names: Sequence[str] = ()
-) -> tuple[TrialSpec, ...]:
+    assignments: Sequence[str], repeats: int, seed: int, among: Collection[str] | None, names: Sequence[str] = (),
+    beside: Sequence[str] = (),
+) -> tuple[TrialSpec, ...]:  # fmt: skip
     """Return one replicate's trials of the experiments called ``names``, or of all of `paper`.
 
     Parameters
@@ -127,6 +144,8 @@ def specs(
         Models to be shown; ``None``: all that the experiments' claims are about.
     names
         Names of experiments.
+    beside
+        Models that are shown in those of `moved` too.
     """
     found: list[TrialSpec] = []
     for name in names or paper():
@@ -134,6 +153,7 @@ def specs(
         known = {field.name for field in dataclasses.fields(experiment.design)}  # type: ignore[arg-type]
         own = [text for text in assignments if _applies(text, known)]
         models = [model for model in asked_models(name) if among is None or model in among]
+        models += beside if name in moved() else ()
         found += plan(experiment, models, own, repeats, seed).specs()
     return tuple(found)
 
@@ -149,19 +169,27 @@ def numbered(cases: Sequence[Case]) -> list[TrialSpec]:
     return [dataclasses.replace(spec, index=index) for index, spec in enumerate(specs)]
 
 
-def batch(name: str, cases: Sequence[Case], example: Plan) -> Batch[TrialSpec]:
+def batch(name: str, cases: Sequence[Case], example: Plan, kept: Collection[str] = ()) -> Batch[TrialSpec]:
     """Return all trials of a study's cases as a batch. They leave neither recordings nor frames.
 
-    ``example`` is a plan of the same run: what computes it, its seed and settings describe the study too.
+    Parameters
+    ----------
+    name, cases
+        What the study is called, and what it is of.
+    example
+        A plan of the same run: what computes it, its seed and settings describe the study too.
+    kept
+        Labels of models whose HS and spikes in every frame are kept in their rows.
     """
     specs = numbered(cases)
     listed = [{"case": case.name, "trials": len(case.specs), "settings": case.specs[0].settings} for case in cases]
+    plain = robot_contents(specs, recordings=False, frames=False)
     return Batch(
         name=name,
         specs=specs,
-        work=partial(robot_run.work, keep=robot_run.ROWS_ONLY),
+        work=partial(series.work, labels=tuple(kept)) if kept else partial(robot_run.work, keep=robot_run.ROWS_ONLY),
         description={**describe(example), "experiment": name, "trials": len(specs), "cases": listed},
-        contents=robot_contents(specs, recordings=False, frames=False),
-        schemas=(TRIAL_SCHEMA, FRAME_SCHEMA),
+        contents=series.contents(plain) if kept else plain,
+        schemas=(series.SCHEMA if kept else TRIAL_SCHEMA, FRAME_SCHEMA),
         size=robot_run.seconds,
     )

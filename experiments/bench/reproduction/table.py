@@ -11,7 +11,7 @@ from experiments.bench.core.claims.overall import totals
 from experiments.bench.core.claims.texts import chosen, readings_of_all
 from experiments.bench.core.terminal import coloured, out_console
 from experiments.bench.core.verdict import Verdict
-from experiments.bench.reproduction.fidelity import CELLS, CLAIMS, Fidelity
+from experiments.bench.reproduction.eye.fidelity import CELLS, CLAIMS, Fidelity
 
 
 def show_fidelity(table: Fidelity) -> None:

@@ -20,7 +20,7 @@ from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished, robot_contents
 from experiments.bench.robot.trajectory import nominal
-from experiments.bench.robot.trial import run_trial
+from experiments.bench.robot.trial import TrialResult, run_trial
 
 if TYPE_CHECKING:
     from experiments.bench.robot.summary import Report
@@ -40,16 +40,22 @@ ROWS_ONLY = Keep(recordings=False, frames=False)
 
 def work(spec: TrialSpec, *, keep: Keep) -> TrialRecord:
     """Run one trial in a worker, with its recording if that is kept."""
+    result = simulated(spec, keep_media=keep.recordings)
+    recorded = None
+    if keep.recordings:
+        from experiments.bench.robot import recording  # not before: Rerun takes its time to load
+
+        with threadpool_limits(1):
+            recorded = recording.record(result)
+    done = finished(result, recorded, frames=keep.frames)
+    return replace(done, renderer=gl.renderer(), pixels=reference_hash())
+
+
+def simulated(spec: TrialSpec, *, keep_media: bool) -> TrialResult:
+    """Run one trial in a worker, on one thread. ``keep_media`` keeps its pictures."""
     cv2.setNumThreads(1)  # more threads cost a second core for a sixth of the time
     with threadpool_limits(1):
-        result = run_trial(spec, keep_media=keep.recordings)
-        recorded = None
-        if keep.recordings:
-            from experiments.bench.robot import recording  # not before: Rerun takes its time to load
-
-            recorded = recording.record(result)
-        done = finished(result, recorded, frames=keep.frames)
-        return replace(done, renderer=gl.renderer(), pixels=reference_hash())
+        return run_trial(spec, keep_media=keep_media)
 
 
 def seconds(spec: TrialSpec) -> float:

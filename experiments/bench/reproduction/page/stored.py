@@ -84,7 +84,7 @@ def stored(folder: Path) -> Stored:
 def read(folder: Path, name: str) -> Any:
     """Return what the file ``NAME.json`` in a folder holds; ``None`` where there is none that can be read.
 
-    Chapters of other studies are given their data by this: see ``page.html.j2``.
+    Chapters of other studies are given their data by this: see `experiments.bench.reproduction.chapters`.
     """
     try:
         return json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from experiments.bench.core.figures.plotting import STYLE
-from experiments.bench.reproduction import fidelity
-from experiments.bench.reproduction.fidelity import CELLS, Fidelity
+from experiments.bench.reproduction.eye import fidelity
+from experiments.bench.reproduction.eye.fidelity import CELLS, Fidelity
 
 
 def draw(table: Fidelity) -> Figure:

@@ -23,8 +23,8 @@ from experiments.bench.core.pool import Pool
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.verdict import Verdict
-from experiments.bench.reproduction.model_clips import GROUPS, RANDOM
-from experiments.bench.reproduction.model_judges import clip_claim
+from experiments.bench.reproduction.models.clips import GROUPS, RANDOM
+from experiments.bench.reproduction.models.judges import clip_claim
 
 EVERY = "all"
 REPLICATES = 5

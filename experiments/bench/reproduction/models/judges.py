@@ -12,7 +12,7 @@ from experiments.bench.clips.judging.paper import SIGNED, Rows
 from experiments.bench.core.claims.of_models import ModelClaim
 from experiments.bench.core.verdict import Check, Outcome, decide
 from experiments.bench.leaderboard.scores import answer
-from experiments.bench.reproduction.model_clips import names
+from experiments.bench.reproduction.models.clips import names
 
 Row = Mapping[str, Any]
 REST = 0.5

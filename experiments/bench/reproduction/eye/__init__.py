@@ -1,0 +1,1 @@
+"""What the robot's true eye and wheels do to the claims."""

@@ -1,0 +1,44 @@
+"""What the comparison of formats shows on the terminal: a line for each claim, then the errors."""
+
+from __future__ import annotations
+
+from rich.markup import escape
+from rich.table import Table
+
+from experiments.bench.core.claims.replicates import LEAST_FOR_STANDING
+from experiments.bench.core.terminal import out_console
+from experiments.bench.reproduction.onboard.formats import CLAIMS
+from experiments.bench.reproduction.onboard.rows import Onboard
+
+
+def show(table: Onboard) -> None:
+    """Print in how many replicates so far each claim held in each format, and each format's error."""
+    shown = Table(box=None, header_style="bold", pad_edge=False, title=f"held in k of {table.replicates} replicates")
+    shown.add_column("claim", no_wrap=True)
+    for each in table.formats:
+        shown.add_column(escape(each.label), justify="right")
+    for claim in CLAIMS:
+        cells = []
+        for each in table.formats:
+            row = table.row(claim, each.label)
+            changed = f" (-{row.lost} +{row.gained})" if row.lost or row.gained else ""
+            cells.append(f"{row.held}{'v' if row.vacuous else ''}{changed}")
+        shown.add_row(claim, *cells)
+    out_console.print(shown)
+    for error in table.errors:
+        said = (
+            f"{error.label}: error of HS: median {error.median:.1e}, 99 % {error.most:.1e}, worst {error.worst:.1e} "
+            f"over {error.frames} frames; of {error.spikes} spikes {error.lost} lost, {error.gained} gained"
+        )
+        out_console.print(said, markup=False, soft_wrap=True)
+    out_console.print(survival(table))
+
+
+def survival(table: Onboard) -> str:
+    """Return which robust claims do not survive in the best format; below 20 replicates none is robust or fragile."""
+    if table.replicates < LEAST_FOR_STANDING:
+        return f"which claims survive takes {LEAST_FOR_STANDING} replicates"
+    broken = table.broken()
+    return (
+        f"do not survive in {table.formats[1].label}: {', '.join(broken)}" if broken else "every robust claim survives"
+    )
