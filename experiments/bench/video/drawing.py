@@ -90,7 +90,7 @@ class Drawer:
         left, top, width, height = (int(v) for v in (panel.left, panel.top, panel.width, panel.height))
         part = frame[top : top + height, left : left + width]  # drawing beyond it is cut off
         own = Panel(0, 0, panel.width, panel.height, panel.x, panel.y)
-        _view(part, own, self._reel.tracks[0], time_s)
+        _view(part, own, self._reel.tracks[0], time_s, self._reel.view_deg)
         for track in reversed(self._reel.tracks):
             self._robot(part, own, track, time_s)
 
@@ -141,14 +141,13 @@ class Drawer:
         return f"{_listed(counts)} spikes  " if 0 < len(counts) <= 3 else ""
 
 
-def _view(part: Picture, panel: Panel, track: Track, time_s: float) -> None:
+def _view(part: Picture, panel: Panel, track: Track, time_s: float, view_deg: float) -> None:
     """The observer's field of view, from its lens."""
     x, y, heading = track.poses[max(_until(track.time_s, time_s), 1) - 1]
     if not np.isfinite(heading):
         return
-    camera = CameraConfig()
-    sides = heading + np.radians([camera.hfov_deg / 2, -camera.hfov_deg / 2])
-    lens = np.array([np.cos(heading), np.sin(heading)]) * camera.forward_cm + (x, y)
+    sides = heading + np.radians([view_deg / 2, -view_deg / 2])
+    lens = np.array([np.cos(heading), np.sin(heading)]) * CameraConfig().forward_cm + (x, y)
     wedge = panel.pixels(lens[0] + np.array([0.0, *(VIEW_CM * np.cos(sides))]),
                          lens[1] + np.array([0.0, *(VIEW_CM * np.sin(sides))]))  # fmt: skip
     cv2.fillPoly(part, [_fixed(wedge)], (250, 233, 180), cv2.LINE_AA, _BITS)

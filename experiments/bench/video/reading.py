@@ -19,6 +19,7 @@ import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
+from colias_sim.config import CameraConfig
 from experiments.bench.core.errors import UsageError, explained
 
 Floats = npt.NDArray[np.float64]
@@ -95,6 +96,8 @@ class Reel:
         Thresholds that potentials are held against.
     eyes
         The entities with pictures, in the order in which they were logged.
+    view_deg
+        Horizontal field of view of the observer's camera.
     properties
         What the recording says of itself.
     """
@@ -106,6 +109,7 @@ class Reel:
     tracks: tuple[Track, ...]
     levels: tuple[float, ...]
     eyes: tuple[str, ...]
+    view_deg: float
     properties: Mapping[str, Any]
 
     @property
@@ -211,6 +215,7 @@ class _Found:
         self._eyes: dict[str, list[Floats]] = {}
         self._properties: dict[str, Any] = {}
         self._name = ""
+        self._view_deg = CameraConfig().hfov_deg
 
     def take(self, entity: str, static: bool, batch: pa.RecordBatch) -> None:
         """Take in one chunk of the recording."""
@@ -248,6 +253,9 @@ class _Found:
         elif entity.startswith("__properties/"):
             columns = {name: batch.column(name)[0].as_py() for name in names if not name.startswith("rerun.")}
             self._properties |= {name: value[0] for name, value in columns.items() if value}
+        elif "Pinhole:image_from_camera" in names:
+            focal, (columns, _) = _flat(batch, "Pinhole:image_from_camera")[0], _flat(batch, "Pinhole:resolution")
+            self._view_deg = math.degrees(2 * math.atan(columns / 2 / focal))
         elif "SeriesLines:names" in names:
             title = str(batch.column("SeriesLines:names")[0].as_py()[0])
             self._styles[entity] = title, _colour(batch, "SeriesLines:colors") or GREY
@@ -277,7 +285,7 @@ class _Found:
         spiking = [dataclasses.replace(trace, name=trace.name.removesuffix(" spikes")) for trace in traces
                    if trace.place == "spikes"]  # fmt: skip
         return Reel(path, self._name or path.stem, times, (*first, *spiking), tuple(tracks), tuple(levels),
-                    tuple(self._eyes), self._properties)  # fmt: skip
+                    tuple(self._eyes), self._view_deg, self._properties)  # fmt: skip
 
 
 def _joined(parts: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
@@ -299,8 +307,3 @@ def _colour(batch: pa.RecordBatch, column: str) -> Colour | None:
         return None
     rgba = int(batch.column(column)[0].as_py()[0])
     return rgba >> 24 & 255, rgba >> 16 & 255, rgba >> 8 & 255
-
-
-def nearest(reel: Reel, time_s: float) -> int:
-    """The number of the frame at a time, or of the last one before it."""
-    return max(int(np.searchsorted(reel.time_s, time_s + 1e-9)) - 1, 0) if math.isfinite(time_s) else 0

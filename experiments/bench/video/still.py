@@ -108,7 +108,8 @@ class Still:
             if reel.levels:
                 keys.append(Line2D([], [], color=LEVEL_COLOUR, ls="--", lw=1.0 * scale, label=_levels(reel)))
             axes.legend(handles=keys, ncols=min(len(keys), 7), loc="lower right", bbox_to_anchor=(1.0, 1.0),
-                        frameon=False, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2)  # fmt: skip
+                        frameon=False, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
+                        fontsize=TYPE_PX * scale)  # fmt: skip
         elif not faint:
             for trace in own:
                 fired = trace.values != 0
