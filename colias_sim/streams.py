@@ -4,7 +4,8 @@
 randomisation by strength and disturbances. One draw from the world, ``episode``, seeds the streams that must not
 change the world. ``film`` is the generator of the camera's noise: an episode is the same whatever is observed of it.
 ``factor`` is a generator for each factor that is randomised within a range: none changes the draws of another.
-``clearing`` draws new starts for robots that stand where a reset's options put another. Trials of the testbed pass generators of their own to `Simulation.reset` and `Simulation.step`.
+``clearing`` draws new starts for robots that stand where a reset's options put another. Trials of the testbed pass
+generators of their own to `Simulation.reset` and `Simulation.step`.
 """
 
 from __future__ import annotations

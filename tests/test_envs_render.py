@@ -94,7 +94,7 @@ def test_the_whole_arena_is_in_the_picture_and_a_robot_is_seen_everywhere(view, 
         marker = (red > 180) & (green > 80) & (green < 0.8 * red) & (blue < 0.5 * red)
         rows, columns = np.nonzero(marker)
         assert len(rows) > (0.012 * min(width, height)) ** 2 * math.pi, "a marker of some size"
-        assert 0 < rows.min() and rows.max() < height - 1 and 0 < columns.min() and columns.max() < width - 1
+        assert rows.min() > 0 and rows.max() < height - 1 and columns.min() > 0 and columns.max() < width - 1
         corners = picture[[0, 0, -1, -1], [0, -1, 0, -1]]
         assert corners.max(-1).min() > 50, "black corners"
     env.close()

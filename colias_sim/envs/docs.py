@@ -93,10 +93,10 @@ A range that needs more than the camera has is refused: `ae_target` needs a came
 
 `reset(options={{"light": 0.5, "tilt": (3, -2)}})` gives the same factors one value each, for that episode alone; a
 factor with two draws takes two values. It stands in the place of what `randomise` would draw, and changes no other
-draw. `options={{"poses": {{"observer": (x_cm, y_cm, heading_deg)}}}}` gives start poses, up to 42 cm from the arena's middle
-and 5 cm apart. Another robot that the seed puts within 5 cm of a given pose is drawn anew. Scripted robots go on to
-their usual paths from where they are put. What `randomise` would need another camera for, these options cannot give:
-`row_time_us` above 0 needs a camera that was made with a rolling shutter."""
+draw. `options={{"poses": {{"observer": (x_cm, y_cm, heading_deg)}}}}` gives start poses, up to 42 cm from the arena's
+middle and 5 cm apart. Another robot that the seed puts within 5 cm of a given pose is drawn anew. Scripted robots go
+on to their usual paths from where they are put. `row_time_us` above 0 needs a camera that was made with a rolling
+shutter."""
 
 INFO = """`info` has the reward's terms as `reward_...`, the observer's pose as `x_cm`, `y_cm` and `heading_deg`,
 `driven_cm` (the distance driven in this step), `turn_deg_s` (the turn rate), `slip_deg_s` (the turn rate relative to

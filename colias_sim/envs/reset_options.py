@@ -168,7 +168,9 @@ def _poses(given: Any, robots: Collection[str]) -> dict[str, Pose]:
             raise ValueError(f"reset(options): poses: no robot '{name}' (nearest: {near}; all: {', '.join(robots)})")
         numbers = _numbers(place, 3)
         if numbers is None or not all(map(math.isfinite, numbers)):
-            raise ValueError(f"reset(options): poses: {name}={place!r}: expected three numbers, x_cm, y_cm, heading_deg")
+            raise ValueError(
+                f"reset(options): poses: {name}={place!r}: expected three numbers, x_cm, y_cm, heading_deg"
+            )
         x_cm, y_cm, heading_deg = numbers
         if math.hypot(x_cm, y_cm) > FARTHEST_CM + 1e-9:
             raise ValueError(

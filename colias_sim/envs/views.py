@@ -143,7 +143,7 @@ def _whole_arena(elevation_deg: float, aspect: float) -> mujoco.MjvCamera:
     eye.azimuth, eye.elevation = 90.0, elevation_deg
     turn = np.linspace(0.0, 2 * np.pi, 73)
     floor = np.column_stack([ARENA_RADIUS * np.cos(turn), ARENA_RADIUS * np.sin(turn), np.zeros_like(turn)])
-    raised = floor + (0.0, 0.0, WALL_SHOWN if elevation_deg > -90.0 else 0.04)
+    raised = floor + np.array([0.0, 0.0, WALL_SHOWN if elevation_deg > -90.0 else 0.04])
     seen = np.vstack([floor, raised[raised[:, 1] > 0.0] if elevation_deg > -90.0 else raised])
     near, far = 0.5, 20.0
     for _ in range(40):

@@ -26,8 +26,23 @@ from experiments.bench.cli import (
     watch,
 )
 
-COMMANDS = (run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, video,
-            clips)
+COMMANDS = (
+    run,
+    sweep,
+    maps,
+    reproduce,
+    watch,
+    leaderboard,
+    tune,
+    train,
+    behave,
+    listing,
+    runs,
+    compare,
+    view,
+    video,
+    clips,
+)
 """The modules of the commands, in the order in which help shows them."""
 
 

@@ -163,7 +163,8 @@ def _until(times: Floats, time_s: float) -> int:
 
 
 def _fixed(points: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]:
-    return np.rint(np.asarray(points) * 2**_BITS).astype(np.int32)
+    fixed: npt.NDArray[np.int32] = np.rint(np.asarray(points) * 2**_BITS).astype(np.int32)
+    return fixed
 
 
 def _line(frame: Picture, points: npt.NDArray[np.float64], colour: Colour, width: float) -> None:

@@ -139,7 +139,7 @@ def _upper(
 
 
 def ground(reel: Reel) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The square of ground in cm that a plan shows: the whole arena of an episode, the robots' surroundings of a trial."""
+    """The square of ground in cm that a plan shows: an episode's whole arena, or what is near a trial's robots."""
     if "env" in reel.properties:
         half = ARENA_RADIUS_CM + 2.0
         return (-half, half), (-half, half)

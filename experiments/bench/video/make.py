@@ -17,7 +17,7 @@ from experiments.bench.video.reading import Floats, Picture, Reel, pictures
 from experiments.bench.video.still import draw_still
 
 GIF_RATE = 12.5
-"""Frames a second of a GIF by default: its delays are whole hundredths of a second, and most browsers hold 2 at least."""
+"""Most frames a second of a GIF by default: its delays are whole hundredths of a second, here 8."""
 PALETTE_FRAMES = 6
 SIZES_PX = range(160, 3841)
 RATES_HZ, SPEEDS = (0.1, 120.0), (0.01, 100.0)
@@ -75,7 +75,8 @@ class Film:
         """The time of the recording that each frame shows, (N,), in seconds."""
         step = self.speed / self.frames_per_second(reel)
         first, last = float(reel.time_s[0]), float(reel.time_s[-1])
-        return first + step * np.arange(math.floor((last - first) / step + 1e-6) + 1)
+        times: Floats = first + step * np.arange(math.floor((last - first) / step + 1e-6) + 1, dtype=np.float64)
+        return times
 
 
 def make(reel: Reel, film: Film, advance: Callable[[], None] = lambda: None) -> int:

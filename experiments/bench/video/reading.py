@@ -191,16 +191,24 @@ def _decoded(batch: pa.RecordBatch, shape: tuple[int, int] | None) -> Iterator[t
     for row, time_s in enumerate(_times(batch)):
         content = column[row].values.flatten().to_numpy(zero_copy_only=False).astype(np.uint8, copy=False)
         if encoded:
-            yield float(time_s), cv2.cvtColor(cv2.imdecode(content, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+            yield float(time_s), _as_rgb(cv2.imdecode(content, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
         elif shape is not None:
-            yield float(time_s), cv2.cvtColor(content.reshape(shape), cv2.COLOR_GRAY2RGB)
+            yield float(time_s), _as_rgb(content.reshape(shape), cv2.COLOR_GRAY2RGB)
+
+
+def _as_rgb(picture: Any, conversion: int) -> Picture:
+    if picture is None:
+        raise UsageError("video: a picture of the recording cannot be decoded")
+    rgb: Any = cv2.cvtColor(picture, conversion)
+    return np.asarray(rgb, np.uint8)
 
 
 def _times(batch: pa.RecordBatch) -> Floats:
     """The time of each row in seconds, of the timeline that is one: recordings may call it what they like."""
     for index, field in enumerate(batch.schema):
         if pa.types.is_duration(field.type):
-            return batch.column(index).cast(pa.int64()).to_numpy(zero_copy_only=False) / 1e9
+            times: Floats = batch.column(index).cast(pa.int64()).to_numpy(zero_copy_only=False) / 1e9
+            return times
     raise ValueError("a part of it has no time")
 
 
@@ -277,7 +285,8 @@ class _Found:
             for robot, parts in self._places.items()
         ]
         tracks.sort(key=lambda track: track.name != "observer")
-        timed = [np.concatenate(parts) for parts in self._eyes.values()] + [each.time_s for each in (*traces, *tracks)]
+        timed = [np.concatenate(parts) for parts in self._eyes.values()]
+        timed += [trace.time_s for trace in traces] + [track.time_s for track in tracks]
         if not timed:
             raise UsageError(f"video {path}: a recording with neither pictures nor potentials nor robots")
         times = max(timed, key=len)

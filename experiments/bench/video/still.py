@@ -123,8 +123,9 @@ class Still:
     def picture(self) -> Picture:
         """Return the figure, (H, W, 3) uint8, RGB."""
         with mpl.rc_context(self._style):
-            self._canvas.draw()
-            return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
+            self._canvas.draw()  # type: ignore[no-untyped-call]
+            pixels = np.asarray(self._canvas.buffer_rgba(), np.uint8)  # type: ignore[no-untyped-call]
+            return pixels[..., :3].copy()
 
     def _axes(self, panel: Panel) -> Axes:
         bottom = self._height - panel.top - panel.height
