@@ -25,11 +25,13 @@ from experiments.bench.footage.video import Picture
 from experiments.bench.robot.experiment import Condition, Settings
 from experiments.bench.robot.recording import record
 from experiments.bench.robot.trial import TrialResult, TrialSpec, forget_simulations, run_trial
-from experiments.bench.video import encoding, make, reading
+from experiments.bench.video import encoding, make
+from experiments.bench.video import pictures as reading
 from experiments.bench.video.drawing import Drawer
 from experiments.bench.video.layout import LONGEST_WHOLE_S, WINDOW_S, Layout, Panel, lay_out
 from experiments.bench.video.make import Film, frames
-from experiments.bench.video.reading import Reel, pictures, read
+from experiments.bench.video.pictures import pictures
+from experiments.bench.video.reading import Reel, read
 from experiments.bench.video.still import draw_still
 
 SIZE = 480, 270

@@ -13,7 +13,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from colias_sim.config import CameraConfig
 from experiments.bench.video.layout import WINDOW_S, Layout, Panel
-from experiments.bench.video.reading import Colour, Floats, Picture, Reel, Track
+from experiments.bench.video.pictures import Floats, Picture
+from experiments.bench.video.reading import Colour, Reel, Track
 
 ROBOT_RADIUS_CM = 2.0
 VIEW_CM = 12.0

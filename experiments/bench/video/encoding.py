@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 
 from experiments.bench.core.errors import UsageError
-from experiments.bench.video.reading import Picture
+from experiments.bench.video.pictures import Picture
 
 EXTRA = "the extra [video] (imageio-ffmpeg is not installed): pip install 'colias-sim[video]'"
 QUALITY = "20"

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.video.reading import Floats, Reel
+from experiments.bench.video.pictures import Floats
+from experiments.bench.video.reading import Reel
 from scenes import ARENA_RADIUS_CM
 
 LONGEST_WHOLE_S, WINDOW_S = 30.0, 20.0

@@ -13,7 +13,8 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.video.drawing import Drawer
 from experiments.bench.video.encoding import writer
 from experiments.bench.video.layout import lay_out
-from experiments.bench.video.reading import Floats, Picture, Reel, pictures
+from experiments.bench.video.pictures import Floats, Picture, pictures
+from experiments.bench.video.reading import Reel
 from experiments.bench.video.still import draw_still
 
 GIF_RATE = 12.5

@@ -8,22 +8,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
 from colias_sim.config import CameraConfig
 from experiments.bench.core.errors import UsageError, explained
+from experiments.bench.video.pictures import Floats, times_of
 
-Floats = npt.NDArray[np.float64]
-Picture = npt.NDArray[np.uint8]
 Colour = tuple[int, int, int]
 PLACES = ("potential", "azimuth", "spikes")
 """Where recordings log what models answered: the first part of an entity's path."""
@@ -148,70 +145,6 @@ def read(path: Path) -> Reel:
     return found.reel(path)
 
 
-def pictures(path: Path, entity: str) -> Iterator[tuple[float, Picture]]:
-    """Read the pictures of an eye one after the other.
-
-    Parameters
-    ----------
-    path
-        The recording.
-    entity
-        One of `Reel.eyes`.
-
-    Yields
-    ------
-    float
-        Time in seconds.
-    ndarray
-        (R, C, 3) uint8, RGB.
-    """
-    shape: tuple[int, int] | None = None
-    chunks = rr.chunk.RrdReader(str(path)).stream()
-    late: list[pa.RecordBatch] = []
-    for chunk in chunks:
-        if str(chunk.entity_path).lstrip("/") != entity:
-            continue
-        batch = chunk.to_record_batch()
-        if chunk.is_static:
-            if "Image:format" in batch.schema.names:
-                given = batch.column("Image:format")[0].as_py()[0]
-                shape = int(given["height"]), int(given["width"])
-            continue
-        if "Image:buffer" in batch.schema.names and shape is None:
-            late.append(batch)  # the format may be logged after what it is of
-            continue
-        yield from _decoded(batch, shape)
-    for batch in late:
-        yield from _decoded(batch, shape)
-
-
-def _decoded(batch: pa.RecordBatch, shape: tuple[int, int] | None) -> Iterator[tuple[float, Picture]]:
-    encoded = "EncodedImage:blob" in batch.schema.names
-    column = batch.column("EncodedImage:blob" if encoded else "Image:buffer")
-    for row, time_s in enumerate(_times(batch)):
-        content = column[row].values.flatten().to_numpy(zero_copy_only=False).astype(np.uint8, copy=False)
-        if encoded:
-            yield float(time_s), _as_rgb(cv2.imdecode(content, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
-        elif shape is not None:
-            yield float(time_s), _as_rgb(content.reshape(shape), cv2.COLOR_GRAY2RGB)
-
-
-def _as_rgb(picture: Any, conversion: int) -> Picture:
-    if picture is None:
-        raise UsageError("video: a picture of the recording cannot be decoded")
-    rgb: Any = cv2.cvtColor(picture, conversion)
-    return np.asarray(rgb, np.uint8)
-
-
-def _times(batch: pa.RecordBatch) -> Floats:
-    """The time of each row in seconds, of the timeline that is one: recordings may call it what they like."""
-    for index, field in enumerate(batch.schema):
-        if pa.types.is_duration(field.type):
-            times: Floats = batch.column(index).cast(pa.int64()).to_numpy(zero_copy_only=False) / 1e9
-            return times
-    raise ValueError("a part of it has no time")
-
-
 class _Found:
     """Collects what a recording has, part by part."""
 
@@ -232,9 +165,9 @@ class _Found:
             self._take_static(entity, batch)
         elif "EncodedImage:blob" in names or "Image:buffer" in names:
             if not entity.startswith(MAPS):
-                self._eyes.setdefault(entity, []).append(_times(batch))
+                self._eyes.setdefault(entity, []).append(times_of(batch))
         elif "Scalars:scalars" in names and entity.startswith(PLACES):
-            self._scalars.setdefault(entity, []).append((_times(batch), _flat(batch, "Scalars:scalars")))
+            self._scalars.setdefault(entity, []).append((times_of(batch), _flat(batch, "Scalars:scalars")))
         elif "Transform3D:translation" in names:
             self._take_pose(entity, batch)
         elif "Points2D:positions" in names and entity.startswith("arena/"):
@@ -251,7 +184,7 @@ class _Found:
         self._put(entity, batch, places, 2 * np.arctan2(turns[:, 2], turns[:, 3]))
 
     def _put(self, robot: str, batch: pa.RecordBatch, places: Floats, headings: Floats) -> None:
-        self._places.setdefault(robot, []).append((_times(batch), np.column_stack([places, headings])))
+        self._places.setdefault(robot, []).append((times_of(batch), np.column_stack([places, headings])))
 
     def _take_static(self, entity: str, batch: pa.RecordBatch) -> None:
         names = batch.schema.names

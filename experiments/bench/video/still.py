@@ -11,7 +11,8 @@ from matplotlib.lines import Line2D
 
 from experiments.bench.core.figures.plotting import STYLE, plain
 from experiments.bench.video.layout import Layout, Panel, moves_on
-from experiments.bench.video.reading import Picture, Reel, Trace
+from experiments.bench.video.pictures import Picture
+from experiments.bench.video.reading import Reel, Trace
 from scenes import ARENA_RADIUS_CM
 
 LEVEL_COLOUR, FRAME_COLOUR, FAINT = "#7a7a7a", "#555555", 0.2
