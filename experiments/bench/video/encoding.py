@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from PIL import Image
 from experiments.bench.core.errors import UsageError
 from experiments.bench.video.pictures import Picture
 
+Colour = tuple[int, int, int]
 EXTRA = "the extra [video] (imageio-ffmpeg is not installed): pip install 'colias-sim[video]'"
 QUALITY = "20"
 """x264's constant rate factor: lower is better and larger; 18 to 23 look alike to most."""
@@ -29,7 +30,11 @@ def require_encoder(out: Path) -> None:
 
 @contextmanager
 def writer(
-    out: Path, size: tuple[int, int], rate: float, samples: Callable[[], Iterable[Picture]]
+    out: Path,
+    size: tuple[int, int],
+    rate: float,
+    samples: Callable[[], Iterable[Picture]],
+    colours: Collection[Colour] = (),
 ) -> Iterator[Callable[[Picture], None]]:
     """Open a file of moving pictures; yields what takes its frames one after the other.
 
@@ -46,6 +51,8 @@ def writer(
         Frames a second.
     samples
         Makes some of the frames, whose colours a GIF is to have.
+    colours
+        RGB colours that a GIF has exactly, even if few pixels have them.
 
     Yields
     ------
@@ -58,7 +65,7 @@ def writer(
     with tempfile.TemporaryDirectory(prefix="colias-") as folder:
         if out.suffix == ".gif":
             palette = Path(folder) / "palette.png"
-            _write_palette(palette, samples())
+            _write_palette(palette, samples(), colours)
             graph = f"movie={palette}[p];[0:v][p]paletteuse=dither=none:diff_mode=rectangle"
             settings: dict[str, Any] = {"codec": "gif", "pix_fmt_out": "pal8", "output_params": ["-lavfi", graph]}
         else:
@@ -81,10 +88,12 @@ def writer(
             partial.unlink(missing_ok=True)
 
 
-def _write_palette(path: Path, samples: Iterable[Picture]) -> None:
+def _write_palette(path: Path, samples: Iterable[Picture], exact: Collection[Colour]) -> None:
     """Write the 256 colours that some frames need most, as ffmpeg wants them: a picture of 16 by 16."""
     stacked = Image.fromarray(np.vstack([frame[::2, ::2] for frame in samples]))
-    colours = stacked.quantize(COLOURS, method=Image.Quantize.MEDIANCUT).getpalette() or []
+    fixed = [value for colour in sorted(set(exact)) for value in colour]
+    colours = stacked.quantize(COLOURS - len(fixed) // 3, method=Image.Quantize.MEDIANCUT).getpalette() or []
+    colours = [*fixed, *colours][: 3 * COLOURS]
     full = np.zeros(3 * COLOURS, np.uint8)
     full[: len(colours)] = colours
     Image.fromarray(full.reshape(16, 16, 3)).save(path)

@@ -102,7 +102,9 @@ def make(reel: Reel, film: Film, advance: Callable[[], None] = lambda: None) -> 
     def samples() -> Iterator[Picture]:
         return frames(reel, drawer, times[np.unique(np.linspace(0, len(times) - 1, PALETTE_FRAMES).astype(int))])
 
-    with writer(film.out, (film.width, film.height), film.frames_per_second(reel), samples) as take:
+    size, colours = (film.width, film.height), [trace.colour for trace in reel.traces]
+    colours += [track.colour for track in reel.tracks]
+    with writer(film.out, size, film.frames_per_second(reel), samples, colours) as take:
         for frame in frames(reel, drawer, times):
             take(frame)
             advance()
