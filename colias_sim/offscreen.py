@@ -10,7 +10,7 @@ import hashlib
 import importlib
 import math
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
@@ -118,12 +118,34 @@ class Offscreen:
         pixels = self._pixels.reshape(-1)[: math.prod(shape)].reshape(shape)
         return self._read(pixels, self._part(rows, slot, columns))
 
+    def draw_into(
+        self, rect: tuple[int, int, int, int], data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption,
+        dress: Callable[[mujoco.MjvScene], None] | None = None,
+    ) -> None:  # fmt: skip
+        """Draw the whole view of a camera into a rectangle of the picture. `read_all` reads the picture.
+
+        Parameters
+        ----------
+        rect
+            Left, bottom, width and height of the rectangle, in pixels.
+        data, camera, option
+            As for `render`.
+        dress
+            Called with the scene before it is drawn, to add to it.
+        """
+        self._drawn(mujoco.MjrRect(*rect), data, camera, option, dress=dress)
+
+    def read_all(self) -> npt.NDArray[np.uint8]:
+        """Read the whole picture, as `render` returns it."""
+        self._current()
+        return self._read(self._pixels, self._rect)
+
     def _part(self, rows: range, slot: int, columns: range) -> mujoco.MjrRect:
         return mujoco.MjrRect(columns.start, slot * self._rect.height + rows.start, len(columns), len(rows))
 
     def _drawn(
         self, rect: mujoco.MjrRect, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption,
-        part: tuple[range, range] | None = None,
+        part: tuple[range, range] | None = None, dress: Callable[[mujoco.MjvScene], None] | None = None,
     ) -> None:  # fmt: skip
         """Draw into a rectangle of the framebuffer: the whole view, or some rows and columns of it."""
         surface = self._current()
@@ -138,6 +160,8 @@ class Offscreen:
                     share = 2.0 * eye.frustum_width / self._rect.width
                     eye.frustum_center += share * (columns.start + columns.stop - self._rect.width) / 2
                     eye.frustum_width = share * len(columns) / 2
+        if dress is not None:
+            dress(self._scene)
         if self._bright:
             gl.clip_light(False)
         mujoco.mjr_render(rect, self._scene, surface.mjr)

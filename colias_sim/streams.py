@@ -3,8 +3,9 @@
 ``world`` is Gymnasium's own generator. It decides the starts of all robots, the driving of the other robots, light,
 randomisation by strength and disturbances. One draw from the world, ``episode``, seeds the streams that must not
 change the world. ``film`` is the generator of the camera's noise: an episode is the same whatever is observed of it.
-``factor`` is a generator for each factor that is randomised within a range: none changes the draws of another. Trials
-of the testbed pass generators of their own to `Simulation.reset` and `Simulation.step`.
+``factor`` is a generator for each factor that is randomised within a range: none changes the draws of another.
+``clearing`` draws new starts for robots that stand where a reset's options put another. Trials of the testbed pass
+generators of their own to `Simulation.reset` and `Simulation.step`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from gymnasium.utils import seeding
 
 _FACTORS = 4
 """Begins the spawn keys of factors; a factor's name is the rest of its key."""
+_CLEARING = 5
+"""The spawn key of `clearing`."""
 
 
 def world(seed: int) -> np.random.Generator:
@@ -34,3 +37,8 @@ def film(episode: int) -> np.random.Generator:
 def factor(episode: int, name: str) -> np.random.Generator:
     """Make the generator of one factor for an episode, of the seed that `episode` drew."""
     return np.random.default_rng(np.random.SeedSequence(episode, spawn_key=(_FACTORS, *name.encode())))
+
+
+def clearing(episode: int) -> np.random.Generator:
+    """Make the generator of starts that are drawn anew, for an episode, of the seed that `episode` drew."""
+    return np.random.default_rng(np.random.SeedSequence(episode, spawn_key=(_CLEARING,)))

@@ -54,7 +54,12 @@ SKIPPED = {
     "footage.md": ("needs a screen", "needs a camera", "takes a minute: tests/test_street.py shows a clip of it"),
     "looming.md": ("takes minutes: tests/test_detectors.py",),
     "maps.md": ("takes minutes: tests/test_map.py",),
+    "reinforcement-learning.md": (
+        "takes a minute: the snippet above is its beginning",
+        "needs PyTorch: tests/test_docs_rl.py",
+    ),
     "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/test_pool.py"),
+    "video.md": ("takes a minute: makes the picture of this page",),
     "what-the-numbers-mean.md": (
         "takes minutes: tests/test_reproduce.py",
         "takes minutes: tests/test_readings.py has their judging",

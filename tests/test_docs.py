@@ -16,8 +16,8 @@ __all__ = ["chapter"]
 
 JOURNEYS = {
     "architecture.md", "back-from-the-robot.md", "behaviours-and-training.md", "eye.md", "footage.md", "index.md",
-    "looming.md", "maps.md",
-    "robot-trials.md", "what-the-numbers-mean.md", "your-own-experiment.md", "your-own-model.md",
+    "looming.md", "maps.md", "reinforcement-learning.md", "robot-trials.md",
+    "video.md", "what-the-numbers-mean.md", "your-own-experiment.md", "your-own-model.md",
 }  # fmt: skip
 OWN_TESTS = {
     "back-from-the-robot.md",
@@ -27,6 +27,8 @@ OWN_TESTS = {
     "your-own-experiment.md",
     "behaviours-and-training.md",
     "footage.md",
+    "reinforcement-learning.md",
+    "video.md",
 }
 LONGEST_README = 120
 
@@ -52,7 +54,8 @@ def test_every_command_is_shown():
 def test_the_readme_is_short():
     text = README.read_text()
     assert len(text.splitlines()) <= LONGEST_README
-    assert text.count("![") == 1 and "make run" in text and "make test" in text
+    assert text.count("![") == 2, "a figure, and a picture that moves"
+    assert "make run" in text and "make test" in text
 
 
 def test_few_blocks_are_skipped_and_each_has_a_reason():

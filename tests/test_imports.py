@@ -28,6 +28,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.measured": 3,
     "experiments.bench.reproduction": 3,
     "experiments.bench.public": 3,
+    "experiments.bench.video": 3,
     "experiments.bench.cli": 4,
 }
 """Wing -> its level. A wing imports those of lower levels, and itself."""

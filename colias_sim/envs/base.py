@@ -21,12 +21,13 @@ from colias_sim.envs.observations import neural_observation, observation_space
 from colias_sim.envs.options import EnvOptions, Options
 from colias_sim.envs.randomisation import Randomisation
 from colias_sim.envs.render import Renderer
+from colias_sim.envs.reset_options import ResetOptions, checked_reset_options, placed
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.world import OBSERVER, World
 from colias_sim.gl import has_screen
 from colias_sim.robot import Pose, WheelSpeeds
 from colias_sim.simulation import Simulation
-from colias_sim.streams import episode, film
+from colias_sim.streams import clearing, episode, film
 
 TOUCH_COST = 10.0
 """What touching anything costs: the reward's term ``touch`` is minus this."""
@@ -81,6 +82,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             raise
         super().__init__(sim)
         shells = [name for name, variant in others.items() if variant != "colias"]
+        self._plain, self._made_with = plain, most.camera
         self._randomisation = Randomisation(plain, cast(Any, options.randomise))
         self._apparatus = Apparatus(sim, OBSERVER, shells, plain, self._retexture)
         self._luma = np.zeros(self._shape, np.uint8)
@@ -120,7 +122,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         seed
             Seed of this episode and of those that follow it; ``None`` goes on with the present generator.
         options
-            Must be ``None`` or empty: a reset has no options.
+            For this episode alone: factors of ``randomise`` -> their values, and ``poses`` -> {robot: (x_cm, y_cm,
+            heading_deg)}. What is not named is as the env's arguments and the seed say.
 
         Returns
         -------
@@ -132,12 +135,12 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         Raises
         ------
         ValueError
-            For any entry of ``options``.
+            For an option that is unknown or not legal, in one line. Nothing has changed then.
         gymnasium.error.ClosedEnvironmentError
             After `close`.
         """
         self._check_open()
-        check_reset_options(options)
+        asked = self.check_reset_options(options)
         super().reset(seed=seed)
         self._forget()
         # The camera's noise has a generator of its own: the world is then the same whatever is observed, and
@@ -145,13 +148,15 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         own = episode(self.np_random)
         self._film = film(own)
         placements, drivers = self._begin(self.np_random)
-        drawn = self._randomisation.draw(self.np_random, own)
+        drawn = self._randomisation.draw(self.np_random, own, asked.values)
         settings = drawn.settings
         self._apparatus.set(settings)
         self._wheel_gains = settings.wheel_gains
         self._delay(settings.latency)
         if settings.shift != (0.0, 0.0):
             placements = moved(placements, OBSERVER, *settings.shift)
+        if asked.poses:
+            placements = placed(placements, asked.poses, clearing(own))
         self._sim.reset(placements, self.np_random, light=settings.light)
         self._drivers = drivers
         if self._model is not None:
@@ -162,6 +167,26 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             self._renderer.begin()
         info = self._info({})
         return self._observation(), {**info, "randomised": dict(drawn.values)} if drawn.values else info
+
+    def check_reset_options(self, options: Mapping[str, Any] | None) -> ResetOptions:
+        """Check the options of a reset without resetting; the vector env asks before any of its envs is reset.
+
+        Parameters
+        ----------
+        options
+            As `reset` takes them.
+
+        Returns
+        -------
+        ResetOptions
+            The same, checked.
+
+        Raises
+        ------
+        ValueError
+            As `reset` does.
+        """
+        return checked_reset_options(options, self._plain, self._made_with, self._sim.everyone)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Hold one action for ``frame_skip`` frames.
@@ -324,12 +349,6 @@ def spaces_of(options: EnvOptions) -> tuple[spaces.Space[Any], spaces.Space[Any]
     camera = options.plain_settings().camera
     shape = camera.height, camera.width
     return observation_space(options.observation, shape, options.robots), action_space(options.actions)
-
-
-def check_reset_options(options: Mapping[str, Any] | None) -> None:
-    """Raise ``ValueError`` if there are any: a reset has no options."""
-    if options:
-        raise ValueError(f"reset(options={options}): no such option; what can be set is an argument of gym.make")
 
 
 def _render_modes() -> list[str]:

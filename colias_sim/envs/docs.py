@@ -89,12 +89,19 @@ The name of a preset is short for a mapping, and `{{"preset": NAME, ...}}` adds 
 |---|---|
 {presets}
 
-A range that needs more than the camera has is refused: `ae_target` needs a camera with `auto_exposure`."""
+A range that needs more than the camera has is refused: `ae_target` needs a camera with `auto_exposure`.
+
+`reset(options={{"light": 0.5, "tilt": (3, -2)}})` gives the same factors one value each, for that episode alone; a
+factor with two draws takes two values. It stands in the place of what `randomise` would draw, and changes no other
+draw. `options={{"poses": {{"observer": (x_cm, y_cm, heading_deg)}}}}` gives start poses, up to 42 cm from the arena's
+middle and 5 cm apart. Another robot that the seed puts within 5 cm of a given pose is drawn anew. Scripted robots go
+on to their usual paths from where they are put. `row_time_us` above 0 needs a camera that was made with a rolling
+shutter."""
 
 INFO = """`info` has the reward's terms as `reward_...`, the observer's pose as `x_cm`, `y_cm` and `heading_deg`,
 `driven_cm` (the distance driven in this step), `turn_deg_s` (the turn rate), `slip_deg_s` (the turn rate relative to
 the wall), `drift_deg_s` (the rate at which the disturbance alone would turn the view) and `touched`. With `randomise`
-the info of a reset has `randomised`, a dict of the values drawn."""
+or the options of a reset the info of a reset has `randomised`, a dict of the values drawn or given."""
 
 
 def documented(env: Env) -> Env:

@@ -56,7 +56,9 @@ class Randomisation:
         self._strength = randomise if isinstance(randomise, float | int) else 0.0
         self._ranges = ranges_of(randomise)
 
-    def draw(self, world: np.random.Generator, episode: int) -> Drawn:
+    def draw(
+        self, world: np.random.Generator, episode: int, fixed: Mapping[str, tuple[float, ...]] | None = None
+    ) -> Drawn:  # fmt: skip
         """Draw the values of an episode.
 
         Six numbers are drawn from the world whatever ``randomise`` is, so that it does not change the draws that
@@ -68,6 +70,8 @@ class Randomisation:
             The generator of the episode's world.
         episode
             The seed of the episode's own streams, from `colias_sim.streams.episode`.
+        fixed
+            Factor -> values that are given, and therefore not drawn. They change no other draw.
 
         Returns
         -------
@@ -75,14 +79,17 @@ class Randomisation:
             The values.
         """
         units = world.uniform(-1.0, 1.0, 6).tolist()
-        return self._by_strength(*units) if self._strength > 0.0 else self._by_ranges(episode)
+        if self._strength > 0.0:
+            return _with(self._by_strength(*units), fixed or {})
+        return self._by_ranges(episode, fixed or {})
 
-    def _by_ranges(self, episode: int) -> Drawn:
+    def _by_ranges(self, episode: int, fixed: Mapping[str, tuple[float, ...]]) -> Drawn:
         values: dict[str, float] = {}
         settings = self._plain
-        for name, ends in self._ranges.items():
-            factor = FACTORS[name]
-            drawn = factor.draw(episode, ends)
+        for name, factor in FACTORS.items():
+            if name not in fixed and name not in self._ranges:
+                continue
+            drawn = fixed[name] if name in fixed else factor.draw(episode, self._ranges[name])
             settings = factor.change(settings, drawn)
             values |= zip(factor.parts, drawn, strict=True)
         return Drawn(values, settings)
@@ -105,3 +112,12 @@ class Randomisation:
             "pitch_deg": math.degrees(settings.tilt[0]), "yaw_deg": math.degrees(settings.tilt[1]),
         }  # fmt: skip
         return Drawn(values, settings)
+
+
+def _with(drawn: Drawn, fixed: Mapping[str, tuple[float, ...]]) -> Drawn:
+    """Put given values in the place of what was drawn."""
+    values, settings = dict(drawn.values), drawn.settings
+    for name, given in fixed.items():
+        settings = FACTORS[name].change(settings, given)
+        values |= zip(FACTORS[name].parts, given, strict=True)
+    return Drawn(values, settings)

@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from colias_sim.envs.options import EnvOptions
+from colias_sim.envs.views import View, dress, follow, framed, views
+from colias_sim.envs.world import OBSERVER
 from colias_sim.gl import require_screen
 from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP
@@ -47,11 +49,9 @@ class Renderer:
         if self._mode == "human":
             require_screen()
             return
-        self._eye = _eye(sim.model, options.render_view)
-        self._option = mujoco.MjvOption()
-        for group in range(mujoco.mjNGROUP):
-            self._option.geomgroup[group] = group in DRAWN
-        self._option.geomgroup[OWN_BODY_GROUP] = options.render_view != "observer"
+        self._views = views(sim.model, options.render_view, options.render_width, options.render_height)
+        self._options = {people: _drawn(own_body=people) for people in (False, True)}
+        self._floor = sim.model.geom("floor").id
         self._offscreen = Offscreen(sim.model, options.render_height, options.render_width)
 
     def begin(self) -> None:
@@ -101,7 +101,20 @@ class Renderer:
         assert self._offscreen is not None
         mujoco.mj_kinematics(self._sim.model, self._sim.data)
         mujoco.mj_camlight(self._sim.model, self._sim.data)
-        return np.flipud(self._offscreen.render(self._sim.data, self._eye, self._option)).copy()
+        for view in self._views:
+            self._draw_view(view)
+        return np.flipud(framed(self._offscreen.read_all(), self._views[1:])).copy()
+
+    def _draw_view(self, view: View) -> None:
+        assert self._offscreen is not None
+        poses = {name: robot.pose for name, robot in self._sim.everyone.items()}
+        follow(view, poses[OBSERVER])
+
+        def dressed(scene: mujoco.MjvScene) -> None:
+            dress(scene, self._floor, poses, self._sim.robots)
+
+        option = self._options[view.people]
+        self._offscreen.draw_into(view.rect, self._sim.data, view.eye, option, dressed if view.people else None)
 
     def _sync(self) -> None:
         if self._viewer is None:
@@ -125,12 +138,10 @@ def _shut(viewer: Any, threads: set[threading.Thread]) -> None:
         thread.join(timeout=5.0)
 
 
-def _eye(model: mujoco.MjModel, view: str) -> mujoco.MjvCamera:
-    eye = mujoco.MjvCamera()
-    if view == "observer":
-        eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera("observer/eye").id
-        return eye
-    eye.type = mujoco.mjtCamera.mjCAMERA_FREE.value
-    eye.lookat[:] = 0.0, 0.0, 0.0
-    eye.azimuth, eye.elevation, eye.distance = (90.0, -90.0, 1.3) if view == "top" else (90.0, -50.0, 1.15)
-    return eye
+def _drawn(own_body: bool) -> mujoco.MjvOption:
+    """Draw the groups of `DRAWN`, the observer's own body only on demand: its lens stands in front of all of it."""
+    option = mujoco.MjvOption()
+    for group in range(mujoco.mjNGROUP):
+        option.geomgroup[group] = group in DRAWN
+    option.geomgroup[OWN_BODY_GROUP] = own_body
+    return option

@@ -16,7 +16,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from colias_sim.envs.actions import batch_of
-from colias_sim.envs.base import check_reset_options, spaces_of
+from colias_sim.envs.base import spaces_of
 from colias_sim.envs.options import checked
 from colias_sim.envs.vector.arguments import Flags, reset_mask, reset_seeds, shares, step_limit, worker_count
 from colias_sim.envs.vector.host import Task, env_class
@@ -108,7 +108,8 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
         seed
             An integer seeds env i with seed + i. A sequence has a seed, or ``None``, for each env.
         options
-            ``reset_mask``, (num_envs,) bool: the envs to reset. No other entry is legal.
+            ``reset_mask``, (num_envs,) bool: the envs to reset. All other entries are options of a single env's
+            reset, and hold for each env that is reset now. Episodes that autoreset begins later have none.
 
         Returns
         -------
@@ -127,11 +128,12 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
         self._check_open()
         rest = dict(options or {})
         chosen = reset_mask(rest.pop("reset_mask", None), self.num_envs)
-        check_reset_options(rest)
+        if rest:
+            self.call("check_reset_options", rest)
         seeds = reset_seeds(seed, self.num_envs)
         if not (self._begun | chosen).all():
             raise error.ResetNeeded("the first reset must be of all envs: without a reset_mask")
-        tables = self._ask("reset", [(seeds[task.rows], chosen[task.rows].tolist()) for task in self._tasks])
+        tables = self._ask("reset", [(seeds[task.rows], chosen[task.rows].tolist(), rest) for task in self._tasks])
         self._begun[:] = True
         return self._processes.buffers.copy_observations(), merge_infos(tables, self.num_envs)
 

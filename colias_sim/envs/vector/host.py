@@ -93,13 +93,17 @@ class Host:
         """The numbers of the envs, for messages."""
         return self._task.who
 
-    def reset(self, seeds: Sequence[int | None], chosen: Sequence[bool]) -> list[InfoRow]:
+    def reset(
+        self, seeds: Sequence[int | None], chosen: Sequence[bool], options: Mapping[str, Any]
+    ) -> list[InfoRow]:  # fmt: skip
         """Reset the chosen envs.
 
         Parameters
         ----------
         seeds, chosen
             A seed and a choice for each env.
+        options
+            Of the reset of each of them.
 
         Returns
         -------
@@ -109,7 +113,7 @@ class Host:
         rows = []
         for k, env in enumerate(self.envs):
             if chosen[k]:
-                rows.append((self._task.first + k, self._begin(k, env, seeds[k])))
+                rows.append((self._task.first + k, self._begin(k, env, seeds[k], options)))
                 self._write(k, 0.0, False, False)
         return rows
 
@@ -162,8 +166,10 @@ class Host:
         for env in self.envs:
             env.close()
 
-    def _begin(self, k: int, env: ColiasEnv[Any], seed: int | None = None) -> dict[str, Any]:
-        observation, info = env.reset(seed=seed)
+    def _begin(
+        self, k: int, env: ColiasEnv[Any], seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> dict[str, Any]:  # fmt: skip
+        observation, info = env.reset(seed=seed, options=dict(options or {}))
         self._buffers.write_observation(self._task.first + k, observation)
         self._elapsed[k] = 0
         return info

@@ -25,12 +25,13 @@ from experiments.bench.cli import (
     sweep,
     train,
     tune,
+    video,
     view,
     watch,
 )
 
 COMMANDS = (
-    run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, measured,
+    run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, video, measured,
     camera, export, clips, doctor,
 )  # fmt: skip
 """The modules of the commands, in the order in which help shows them."""
@@ -83,6 +84,8 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias behave hybrid               close the loop: reflexes in an env, scored
   colias parameters                  everything that --set reaches
   colias view runs/speed-...         a run's recordings in Rerun
+  colias video runs/speed-... --out trial.mp4
+                                     a recording as a video, GIF or strip
   colias runs                        the runs so far: what, changed, verdicts
   colias compare runs/A runs/B       how two runs differ, pair by pair
   colias import log.csv              a real robot's log as a run

@@ -1,6 +1,7 @@
 """Chapters of the report that have a study of their own: each a template and the JSON file that fills it.
 
-A chapter is on the page where the reproduction's folder has its file, and that can be read. Templates use the classes of the page.
+A chapter is on the page where the reproduction's folder has its file, and that can be read. Templates use the page's
+classes.
 """
 
 from __future__ import annotations

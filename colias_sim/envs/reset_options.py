@@ -1,0 +1,186 @@
+"""The options of an env's reset: values of factors, and start poses, for one episode."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from colias_sim.config import CameraConfig
+from colias_sim.envs.apparatus import CLEARANCE
+from colias_sim.envs.factors import FACTORS, EpisodeSettings, Factor, reason
+from colias_sim.envs.geometry import ARENA_RADIUS, HULL_RADIUS, random_poses
+from colias_sim.envs.world import OBSERVER
+from colias_sim.robot import Pose
+from colias_sim.tuning import check_tunable
+
+POSES = "poses"
+"""The option that has start poses; every other option is the name of a factor."""
+START = "start"
+"""The factor that moves the observer's start; a pose of the observer stands in its place."""
+FARTHEST_CM = 100 * (ARENA_RADIUS - HULL_RADIUS - CLEARANCE)
+"""Largest distance of a given start from the arena's middle, in cm."""
+_APART = 2 * HULL_RADIUS + CLEARANCE
+
+
+@dataclass(frozen=True, slots=True)
+class ResetOptions:
+    """What one episode is given, checked.
+
+    Parameters
+    ----------
+    values
+        Factor -> a value for each of its parts, in the factor's unit.
+    poses
+        Robot -> its start.
+    """
+
+    values: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    poses: Mapping[str, Pose] = field(default_factory=dict)
+
+
+def checked_reset_options(
+    given: Mapping[str, Any] | None, plain: EpisodeSettings, made_with: CameraConfig, robots: Collection[str]
+) -> ResetOptions:
+    """Check the argument ``options`` of an env's ``reset``.
+
+    Parameters
+    ----------
+    given
+        Names of factors -> a number, or two for a factor with two parts; ``poses`` -> {robot: (x_cm, y_cm,
+        heading_deg)}. ``None`` is the same as none.
+    plain
+        The settings of an episode without randomisation.
+    made_with
+        The settings that the camera was made with.
+    robots
+        The names of the env's robots.
+
+    Returns
+    -------
+    ResetOptions
+        The same; values in the order of `FACTORS`.
+
+    Raises
+    ------
+    ValueError
+        In one line that names the option, its value and what is legal.
+    """
+    if not given:
+        return ResetOptions()
+    if not isinstance(given, Mapping):
+        raise ValueError(f"reset(options={given!r}): expected a mapping from names to values")
+    known = (*FACTORS, POSES)
+    for name in given:
+        if name not in known:
+            near = difflib.get_close_matches(str(name), known, n=1, cutoff=0.0)[0]
+            raise ValueError(f"reset(options): no such option '{name}' (nearest: {near}; all: {', '.join(known)})")
+    values = {name: _values(factor, given[name]) for name, factor in FACTORS.items() if name in given}
+    _check_together(values, plain, made_with)
+    poses = _poses(given.get(POSES, {}), robots)
+    if OBSERVER in poses:
+        if START in values:
+            raise ValueError(f"reset(options): {START} and a pose of '{OBSERVER}': give one of the two")
+        values[START] = (0.0, 0.0)
+    return ResetOptions(values, poses)
+
+
+def placed(places: Mapping[str, Pose], given: Mapping[str, Pose], rng: np.random.Generator) -> dict[str, Pose]:
+    """Put robots at given starts; others that would stand in the way are drawn anew.
+
+    Parameters
+    ----------
+    places
+        The start of every robot, as drawn.
+    given
+        The starts that were asked for. No two are nearer to each other than `CLEARANCE`.
+    rng
+        Generator of the starts that are drawn anew.
+
+    Returns
+    -------
+    dict
+        The starts. Robots that are not in ``given`` stay where they were drawn, unless their hull would come within
+        `CLEARANCE` of a given one.
+    """
+    found = {**places, **given}
+    for name in places:
+        if name not in given and _near(found[name], given.values()):
+            others = [pose for other, pose in found.items() if other != name]
+            (found[name],) = random_poses(rng, 1, others, clear=_APART)
+    return found
+
+
+def _near(pose: Pose, others: Iterable[Pose]) -> bool:
+    return any(math.hypot(pose.x - other.x, pose.y - other.y) < _APART for other in others)
+
+
+def _values(factor: Factor, given: Any) -> tuple[float, ...]:
+    """A value for each part of a factor, checked."""
+    legal = f"{factor.low:g} .. {factor.high:g}" + (f" {factor.unit}" if factor.unit else "")
+    wanted = "a number" if len(factor.parts) == 1 else f"two numbers ({', '.join(factor.parts)})"
+    values = _numbers(given, len(factor.parts))
+    if values is None:
+        raise ValueError(f"reset(options): {factor.name}={given!r}: expected {wanted} in {legal}")
+    if not all(factor.low <= value <= factor.high for value in values):
+        raise ValueError(f"reset(options): {factor.name}={given!r}: legal is {legal}")
+    return values
+
+
+def _numbers(given: Any, count: int) -> tuple[float, ...] | None:
+    """``count`` numbers as floats; ``None`` for anything else."""
+    each = (given,) if np.ndim(given) == 0 else tuple(given)
+    if len(each) != count or any(isinstance(one, str | bool | bytes) for one in each):
+        return None
+    try:
+        return tuple(float(one) for one in each)
+    except (TypeError, ValueError):
+        return None
+
+
+def _check_together(
+    values: Mapping[str, tuple[float, ...]], plain: EpisodeSettings, made_with: CameraConfig
+) -> None:  # fmt: skip
+    """Raise ``ValueError`` for values that this env's robot and camera cannot take without being compiled anew."""
+    settings = plain
+    lamps, bands = made_with.auto_exposure or made_with.gain != 1.0, made_with.row_time_us > 0.0
+    for name, own in values.items():
+        try:
+            settings = FACTORS[name].change(settings, own)
+            check_tunable(settings.camera, made_with, lamps=lamps, bands=bands)
+        except ValueError as error:
+            said = own[0] if len(own) == 1 else own
+            raise ValueError(f"reset(options): {name}={said}: {reason(error)}") from None
+
+
+def _poses(given: Any, robots: Collection[str]) -> dict[str, Pose]:
+    """Start poses, checked against the arena and each other."""
+    if not isinstance(given, Mapping):
+        raise ValueError(f"reset(options): poses={given!r}: expected {{robot: (x_cm, y_cm, heading_deg)}}")
+    poses: dict[str, Pose] = {}
+    for name, place in given.items():
+        if name not in robots:
+            near = difflib.get_close_matches(str(name), robots, n=1, cutoff=0.0)[0]
+            raise ValueError(f"reset(options): poses: no robot '{name}' (nearest: {near}; all: {', '.join(robots)})")
+        numbers = _numbers(place, 3)
+        if numbers is None or not all(map(math.isfinite, numbers)):
+            raise ValueError(
+                f"reset(options): poses: {name}={place!r}: expected three numbers, x_cm, y_cm, heading_deg"
+            )
+        x_cm, y_cm, heading_deg = numbers
+        if math.hypot(x_cm, y_cm) > FARTHEST_CM + 1e-9:
+            raise ValueError(
+                f"reset(options): poses: {name}={place!r}: legal is up to {FARTHEST_CM:g} cm from the arena's middle"
+            )
+        pose = Pose(x_cm / 100, y_cm / 100, math.radians(heading_deg))
+        if _near(pose, poses.values()):
+            raise ValueError(
+                f"reset(options): poses: {name}={place!r} is within {100 * _APART:g} cm of another robot's: "
+                f"expected {100 * _APART:g} cm or more between centres"
+            )
+        poses[name] = pose
+    return poses

@@ -1,0 +1,93 @@
+"""The command ``colias video``. It imports what is heavy when it runs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from experiments.bench.cli.options import Quiet
+
+ENDINGS = (".mp4", ".gif", ".png")
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command(short_help="Make a video, a GIF or a strip of pictures of a recording.")(video)
+
+
+def video(
+    source: Annotated[Path, typer.Argument(metavar="RUN_OR_RRD", help="A run's folder, or one .rrd file.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The file to make: .mp4, .gif, or .png for a strip.")],
+    trial: Annotated[
+        int | None, typer.Option(help="Number of the trial or episode; otherwise the first that was recorded.")
+    ] = None,
+    size: Annotated[
+        str | None,
+        typer.Option(metavar="WxH", help="In pixels; otherwise 1280x720, a GIF 640x360, a strip as its panels need."),
+    ] = None,
+    fps: Annotated[
+        float | None, typer.Option(help="Frames a second; otherwise all that were recorded, in a GIF 12.5 at most.")
+    ] = None,
+    speed: Annotated[float, typer.Option(help="Seconds of the recording in a second of the video.")] = 1.0,
+    frames: Annotated[int | None, typer.Option(help="How many moments a strip has, 1 to 12; otherwise 6.")] = None,
+    caption: Annotated[str | None, typer.Option(help="Text at the top; otherwise what the recording is of.")] = None,
+    quiet: Quiet = False,
+) -> int:
+    """Show a recording in one picture: camera, arena from above, potentials with thresholds, spikes.
+
+    It takes recordings of trials, clips and episodes, from a run's folder, and those of colias watch --record. MP4 is
+    H.264, which browsers and slides play. A strip has some moments side by side above the traces, for papers. Videos
+    and GIFs need the extra colias-sim[video].
+    """
+    _check_out(out)
+    width_height = _size(size)
+    if frames is not None and out.suffix != ".png":
+        from experiments.bench.core.errors import UsageError
+
+        raise UsageError(f"--frames {frames}: a strip has frames side by side; give --out NAME.png")
+    from experiments.bench.video.encoding import require_encoder
+    from experiments.bench.video.source import recording
+
+    require_encoder(out)
+    path = recording(source, trial)
+    from experiments.bench.core.terminal import progress, show_places
+    from experiments.bench.video.make import Film, make
+    from experiments.bench.video.reading import read
+    from experiments.bench.video.strip import make_strip
+
+    if out.suffix == ".png":
+        make_strip(read(path), out, 6 if frames is None else frames, width_height, caption)
+    else:
+        film = Film(out, *(width_height or ((640, 360) if out.suffix == ".gif" else (1280, 720))), caption, fps, speed)
+        reel = read(path)
+        with progress(out.name, len(film.times(reel)), quiet, "frames") as advance:
+            make(reel, film, advance)
+    if not quiet:
+        show_places({"video" if out.suffix != ".png" else "strip": out})
+    return 0
+
+
+def _size(text: str | None) -> tuple[int, int] | None:
+    from experiments.bench.core.errors import UsageError
+
+    if text is None:
+        return None
+    parts = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if parts is None:
+        raise UsageError(f"--size {text}: legal is WIDTHxHEIGHT in pixels, for example 1280x720")
+    return int(parts[1]), int(parts[2])
+
+
+def _check_out(out: Path) -> None:
+    """Refuse a file that cannot be written before anything is read for it; nothing is overwritten."""
+    from experiments.bench.core.errors import UsageError
+
+    if out.suffix not in ENDINGS:
+        raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}")
+    if out.exists():
+        raise UsageError(f"--out {out}: is there already; choose another name, or remove it")
+    if not out.parent.is_dir():
+        raise UsageError(f"--out {out}: no such folder: {out.parent}")

@@ -1,0 +1,1 @@
+"""Videos, GIFs and strips of pictures, made from recordings."""

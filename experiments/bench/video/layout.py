@@ -1,0 +1,176 @@
+"""Where the panels of a video's frames are, and what range of data each shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from experiments.bench.video.pictures import Floats
+from experiments.bench.video.reading import Reel
+from scenes import ARENA_RADIUS_CM
+
+LONGEST_WHOLE_S, WINDOW_S = 30.0, 20.0
+"""Up to this length the traces' axis has all of a recording. Of a longer one it has the last seconds, and moves on."""
+PLAIN_HEIGHT = 720
+"""Height of a frame, in pixels, at which type and lines have their plain size."""
+LEFT, RIGHT, BELOW = 78.0, 30.0, 50.0
+"""Room about the traces for the numbers of their axes, at plain size."""
+ROOM_CM = 7.0
+"""Room about the robots of a plan that does not show the whole arena."""
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """A rectangle of the frame, and the range of data that it shows.
+
+    Parameters
+    ----------
+    left, top, width, height
+        In pixels, from the top left of the frame.
+    x, y
+        The data at the left and right edge, and at the bottom and top edge.
+    """
+
+    left: float
+    top: float
+    width: float
+    height: float
+    x: tuple[float, float] = (0.0, 1.0)
+    y: tuple[float, float] = (0.0, 1.0)
+
+    def pixels(self, x: Floats, y: Floats) -> npt.NDArray[np.float64]:
+        """Where data points are in the frame, (N, 2): column and row."""
+        across = self.left + self.width * (np.asarray(x) - self.x[0]) / (self.x[1] - self.x[0])
+        down = self.top + self.height * (self.y[1] - np.asarray(y)) / (self.y[1] - self.y[0])
+        return np.column_stack([across, down])
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where everything in a frame is.
+
+    Parameters
+    ----------
+    width, height
+        Of the frame, in pixels.
+    eyes
+        A panel for each eye.
+    plan
+        The arena from above in cm, if robots were recorded.
+    traces
+        ``potential`` and ``spikes`` -> their panels, if there are such traces. Their x is the time in s, or that before
+        now where they move on.
+    moving
+        Whether the traces' axes move on.
+    scale
+        Size of type and lines, 1 at `PLAIN_HEIGHT`.
+    """
+
+    width: int
+    height: int
+    eyes: tuple[Panel, ...]
+    plan: Panel | None
+    traces: Mapping[str, Panel]
+    moving: bool
+    scale: float
+
+
+def lay_out(reel: Reel, aspects: Sequence[float], width: int, height: int) -> Layout:
+    """Place the panels of a recording in a frame: eyes and plan above, traces below.
+
+    Parameters
+    ----------
+    reel
+        The recording.
+    aspects
+        Width over height of each eye's pictures.
+    width, height
+        Of the frame, in pixels.
+
+    Returns
+    -------
+    Layout
+        The panels.
+    """
+    scale = min(height / PLAIN_HEIGHT, width / 800)
+    pad, head = 14.0 * scale, 38.0 * scale
+    kinds = trace_kinds(reel)
+    seen = bool(aspects) or bool(reel.tracks)
+    top = (0.56 * height if kinds else height - pad) if seen else head
+    eyes, plan = _upper(reel, aspects, (pad, head + 22 * scale, width - pad, top), scale)
+    lower = trace_panels(reel, (LEFT * scale, top + 34 * scale, width - RIGHT * scale, height - BELOW * scale), scale)
+    return Layout(width, height, eyes, plan, lower, moves_on(reel), scale)
+
+
+def trace_kinds(reel: Reel) -> list[str]:
+    """Which of ``potential`` and ``spikes`` a recording has."""
+    return [kind for kind in ("potential", "spikes") if any(trace.place == kind for trace in reel.traces)]
+
+
+def moves_on(reel: Reel) -> bool:
+    """Whether a recording is too long to show its traces whole."""
+    return float(np.ptp(reel.time_s)) > LONGEST_WHOLE_S
+
+
+def _upper(
+    reel: Reel, aspects: Sequence[float], box: tuple[float, float, float, float], scale: float
+) -> tuple[tuple[Panel, ...], Panel | None]:
+    """The eyes side by side and the plan, which is square, as large as the box allows."""
+    left, top, right, bottom = box
+    every = [*aspects, *([1.0] if reel.tracks else [])]
+    if not every:
+        return (), None
+    gap = 20.0 * scale
+    high = min(bottom - top, (right - left - gap * (len(every) - 1)) / sum(every))
+    across = left + (right - left - sum(every) * high - gap * (len(every) - 1)) / 2
+    down = top + (bottom - top - high) / 2
+    panels = []
+    for aspect in every:
+        panels.append(Panel(round(across), round(down), round(aspect * high), round(high)))
+        across += aspect * high + gap
+    plan = None
+    if reel.tracks:
+        place = panels.pop()
+        x, y = ground(reel)
+        plan = Panel(place.left, place.top, place.width, place.height, x, y)
+    return tuple(panels), plan
+
+
+def ground(reel: Reel) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The square of ground in cm that a plan shows: an episode's whole arena, or what is near a trial's robots."""
+    if "env" in reel.properties:
+        half = ARENA_RADIUS_CM + 2.0
+        return (-half, half), (-half, half)
+    places = np.concatenate([track.poses[:, :2] for track in reel.tracks])
+    middle, half = (places.max(0) + places.min(0)) / 2, float(np.ptp(places, axis=0).max()) / 2 + ROOM_CM
+    return (middle[0] - half, middle[0] + half), (middle[1] - half, middle[1] + half)
+
+
+def trace_panels(reel: Reel, box: tuple[float, float, float, float], scale: float) -> dict[str, Panel]:
+    """Place the traces' panels one above the other in a box (left, top, right, bottom), in pixels."""
+    kinds = trace_kinds(reel)
+    left, top, right, bottom = box
+    gap, shares = 12.0 * scale, {"potential": 0.68, "spikes": 0.32}
+    whole = sum(shares[kind] for kind in kinds)
+    room = bottom - top - gap * (len(kinds) - 1)
+    x = (-WINDOW_S, 0.0) if moves_on(reel) else (float(reel.time_s[0]), float(reel.time_s[-1]) + 1e-6)
+    found = {}
+    for kind in kinds:
+        high = room * shares[kind] / whole
+        found[kind] = Panel(left, top, right - left, high, x, _range(reel, kind))
+        top += high + gap
+    return found
+
+
+def _range(reel: Reel, kind: str) -> tuple[float, float]:
+    values = [trace.values for trace in reel.traces if trace.place == kind]
+    levels = reel.levels if kind == "potential" else ()
+    low = min([float(np.nanmin(each)) for each in values] + [*levels, 0.0])
+    high = max([float(np.nanmax(each)) for each in values] + [*levels, 0.0])
+    if kind == "spikes":
+        low, high = min(low, -1.0 if low < 0 else 0.0), max(high, 1.0)
+    room = 0.08 * max(high - low, 0.1)
+    return low - room, high + room

@@ -1,0 +1,158 @@
+"""A film of a recording: its frames at the times of the video, and the file they go to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from experiments.bench.core.errors import UsageError
+from experiments.bench.video.drawing import Drawer
+from experiments.bench.video.encoding import writer
+from experiments.bench.video.layout import lay_out
+from experiments.bench.video.pictures import Floats, Picture, pictures
+from experiments.bench.video.reading import Reel
+from experiments.bench.video.still import draw_still
+
+GIF_RATE = 12.5
+"""Most frames a second of a GIF by default: its delays are whole hundredths of a second, here 8."""
+PALETTE_FRAMES = 6
+SIZES_PX = range(160, 3841)
+RATES_HZ, SPEEDS = (0.1, 120.0), (0.01, 100.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Film:
+    """What to make of a recording.
+
+    Parameters
+    ----------
+    out
+        The file: ``.mp4`` or ``.gif``.
+    width, height
+        In pixels; even for ``.mp4``.
+    caption
+        The text at the top; by default the recording's name.
+    rate
+        Frames a second; by default those of the recording, at most `GIF_RATE` in a GIF.
+    speed
+        Seconds of the recording in a second of the film.
+
+    Raises
+    ------
+    UsageError
+        For a value that is not legal, in one line.
+    """
+
+    out: Path
+    width: int = 1280
+    height: int = 720
+    caption: str | None = None
+    rate: float | None = None
+    speed: float = 1.0
+
+    def __post_init__(self) -> None:
+        given = f"--size {self.width}x{self.height}"
+        if self.width not in SIZES_PX or self.height not in SIZES_PX:
+            raise UsageError(f"{given}: legal is WIDTHxHEIGHT, each from {SIZES_PX[0]} to {SIZES_PX[-1]} px")
+        if self.out.suffix == ".mp4" and (self.width % 2 or self.height % 2):
+            even = f"{self.width + self.width % 2}x{self.height + self.height % 2}"
+            raise UsageError(f"{given}: H.264 has even sizes only, for example {even}")
+        for name, value, (low, high) in (("--fps", self.rate, RATES_HZ), ("--speed", self.speed, SPEEDS)):
+            if value is not None and not low <= value <= high:
+                raise UsageError(f"{name} {value:g}: legal is {low:g} .. {high:g}")
+
+    def frames_per_second(self, reel: Reel) -> float:
+        """The film's rate."""
+        if self.rate is not None:
+            return self.rate
+        own = round(reel.rate * self.speed, 3)
+        return min(own, GIF_RATE) if self.out.suffix == ".gif" else min(max(own, RATES_HZ[0]), 60.0)
+
+    def times(self, reel: Reel) -> Floats:
+        """The time of the recording that each frame shows, (N,), in seconds."""
+        step = self.speed / self.frames_per_second(reel)
+        first, last = float(reel.time_s[0]), float(reel.time_s[-1])
+        times: Floats = first + step * np.arange(math.floor((last - first) / step + 1e-6) + 1, dtype=np.float64)
+        return times
+
+
+def make(reel: Reel, film: Film, advance: Callable[[], None] = lambda: None) -> int:
+    """Write a film of a recording. No more than a few frames are in memory at any time.
+
+    Parameters
+    ----------
+    reel
+        The recording.
+    film
+        What to make.
+    advance
+        Called after each frame.
+
+    Returns
+    -------
+    int
+        The number of frames.
+    """
+    drawer, times = _drawer(reel, film), film.times(reel)
+
+    def samples() -> Iterator[Picture]:
+        return frames(reel, drawer, times[np.unique(np.linspace(0, len(times) - 1, PALETTE_FRAMES).astype(int))])
+
+    size, colours = (film.width, film.height), [trace.colour for trace in reel.traces]
+    colours += [track.colour for track in reel.tracks]
+    with writer(film.out, size, film.frames_per_second(reel), samples, colours) as take:
+        for frame in frames(reel, drawer, times):
+            take(frame)
+            advance()
+    return len(times)
+
+
+def frames(reel: Reel, drawer: Drawer, times: Floats) -> Iterator[Picture]:
+    """Draw the frames of increasing times, (H, W, 3) uint8 each, reading pictures as they are needed."""
+    eyes = [_Latest(pictures(reel.path, eye)) for eye in reel.eyes]
+    for time_s in times.tolist():
+        yield drawer.frame(time_s, [eye.at(time_s) for eye in eyes])
+
+
+def aspects(reel: Reel) -> list[float]:
+    """Width over height of each eye's pictures."""
+    shapes = [next(pictures(reel.path, eye))[1].shape for eye in reel.eyes]
+    return [shape[1] / shape[0] for shape in shapes]
+
+
+def caption_of(reel: Reel, given: str | None) -> str:
+    """The caption that was given, or what the recording says it is."""
+    if given is not None:
+        return given
+    experiment = reel.properties.get("experiment")
+    return f"{experiment}, trial {reel.name}" if experiment else reel.name
+
+
+def _drawer(reel: Reel, film: Film) -> Drawer:
+    layout = lay_out(reel, aspects(reel), film.width, film.height)
+    return Drawer(reel, layout, draw_still(reel, layout, caption_of(reel, film.caption)))
+
+
+class _Latest:
+    """Pictures by time: the last one that is not after it."""
+
+    def __init__(self, source: Iterator[tuple[float, Picture]]) -> None:
+        self._source = source
+        self._now: Picture | None = None
+        self._next = next(source, None)
+
+    def at(self, time_s: float) -> Picture | None:
+        """The picture of a time. Times never decrease."""
+        while self._next is not None and self._next[0] <= time_s + 1e-6:
+            self._now, self._next = self._next[1], next(self._source, None)
+        return self._now
+
+
+def pictures_at(reel: Reel, eye: str, times: Sequence[float]) -> list[Picture | None]:
+    """The picture of an eye at each of some increasing times."""
+    latest = _Latest(pictures(reel.path, eye))
+    return [latest.at(time_s) for time_s in times]

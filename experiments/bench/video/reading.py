@@ -1,0 +1,251 @@
+"""What a video is made from: a recording, read back without its pictures, and its pictures one by one.
+
+Traces, poses and texts are some numbers a frame and are read whole. Pictures are read again for each video, chunk by
+chunk, so that a recording of any length fits into memory.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import rerun as rr
+
+from colias_sim.config import CameraConfig
+from experiments.bench.core.errors import UsageError, explained
+from experiments.bench.video.pictures import Floats, times_of
+
+Colour = tuple[int, int, int]
+PLACES = ("potential", "azimuth", "spikes")
+"""Where recordings log what models answered: the first part of an entity's path."""
+THRESHOLD = "potential/threshold/"
+MAPS = "maps/"
+"""Pictures that no video shows."""
+GREY: Colour = (90, 90, 90)
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A line of a recording's plots.
+
+    Parameters
+    ----------
+    place
+        One of `PLACES`.
+    name
+        Its title.
+    colour
+        As RGB.
+    time_s, values
+        (N,) each.
+    """
+
+    place: str
+    name: str
+    colour: Colour
+    time_s: Floats
+    values: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """The way of a robot.
+
+    Parameters
+    ----------
+    name
+        The robot.
+    colour
+        As RGB.
+    time_s
+        (N,).
+    poses
+        (N, 3): x and y in cm, heading in radians, left positive; NaN where no heading is recorded.
+    """
+
+    name: str
+    colour: Colour
+    time_s: Floats
+    poses: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Reel:
+    """A recording without its pictures.
+
+    Parameters
+    ----------
+    path
+        The .rrd file.
+    name
+        The recording's name for people.
+    time_s
+        (N,) the time of each frame of the video.
+    traces, tracks
+        What models answered, and where robots were; the observer first.
+    levels
+        Thresholds that potentials are held against.
+    eyes
+        The entities with pictures, in the order in which they were logged.
+    view_deg
+        Horizontal field of view of the observer's camera.
+    properties
+        What the recording says of itself.
+    """
+
+    path: Path
+    name: str
+    time_s: Floats
+    traces: tuple[Trace, ...]
+    tracks: tuple[Track, ...]
+    levels: tuple[float, ...]
+    eyes: tuple[str, ...]
+    view_deg: float
+    properties: Mapping[str, Any]
+
+    @property
+    def rate(self) -> float:
+        """Frames a second."""
+        steps = np.diff(self.time_s)
+        return float(1.0 / np.median(steps)) if len(steps) and np.median(steps) > 0 else 30.0
+
+
+def read(path: Path) -> Reel:
+    """Read a recording without its pictures.
+
+    Parameters
+    ----------
+    path
+        An .rrd file of a trial, a clip, an episode or footage.
+
+    Returns
+    -------
+    Reel
+        The recording.
+
+    Raises
+    ------
+    UsageError
+        If the file cannot be read, or has neither pictures nor traces nor robots.
+    """
+    found = _Found()
+    try:
+        for chunk in rr.chunk.RrdReader(str(path)).stream():
+            found.take(str(chunk.entity_path).lstrip("/"), chunk.is_static, chunk.to_record_batch())
+    except OSError as error:
+        raise UsageError(f"video {path}: {error.strerror or error}") from None
+    except Exception as error:  # bytes that are no recording can make the library raise anything
+        raise UsageError(f"video {path}: no recording that can be read ({explained(error)})") from None
+    return found.reel(path)
+
+
+class _Found:
+    """Collects what a recording has, part by part."""
+
+    def __init__(self) -> None:
+        self._scalars: dict[str, list[tuple[Floats, Floats]]] = {}
+        self._places: dict[str, list[tuple[Floats, Floats]]] = {}
+        self._styles: dict[str, tuple[str, Colour]] = {}
+        self._colours: dict[str, Colour] = {}
+        self._eyes: dict[str, list[Floats]] = {}
+        self._properties: dict[str, Any] = {}
+        self._name = ""
+        self._view_deg = CameraConfig().hfov_deg
+
+    def take(self, entity: str, static: bool, batch: pa.RecordBatch) -> None:
+        """Take in one chunk of the recording."""
+        names = batch.schema.names
+        if static:
+            self._take_static(entity, batch)
+        elif "EncodedImage:blob" in names or "Image:buffer" in names:
+            if not entity.startswith(MAPS):
+                self._eyes.setdefault(entity, []).append(times_of(batch))
+        elif "Scalars:scalars" in names and entity.startswith(PLACES):
+            self._scalars.setdefault(entity, []).append((times_of(batch), _flat(batch, "Scalars:scalars")))
+        elif "Transform3D:translation" in names:
+            self._take_pose(entity, batch)
+        elif "Points2D:positions" in names and entity.startswith("arena/"):
+            places = _flat(batch, "Points2D:positions").reshape(-1, 2) * (1.0, -1.0)  # a 2-D view's y axis points down
+            self._put(entity.removesuffix("/body"), batch, places, np.full(len(places), np.nan))
+        elif "Arrows2D:vectors" in names and entity.startswith("arena/"):
+            ahead, robot = _flat(batch, "Arrows2D:vectors").reshape(-1, 2), entity.removesuffix("/heading")
+            times, poses = self._places[robot][-1]
+            self._places[robot][-1] = times, np.column_stack([poses[:, :2], np.arctan2(-ahead[:, 1], ahead[:, 0])])
+
+    def _take_pose(self, entity: str, batch: pa.RecordBatch) -> None:
+        places = _flat(batch, "Transform3D:translation").reshape(-1, 3)[:, :2]
+        turns = _flat(batch, "Transform3D:quaternion").reshape(-1, 4)
+        self._put(entity, batch, places, 2 * np.arctan2(turns[:, 2], turns[:, 3]))
+
+    def _put(self, robot: str, batch: pa.RecordBatch, places: Floats, headings: Floats) -> None:
+        self._places.setdefault(robot, []).append((times_of(batch), np.column_stack([places, headings])))
+
+    def _take_static(self, entity: str, batch: pa.RecordBatch) -> None:
+        names = batch.schema.names
+        if entity == "__properties":
+            if "RecordingInfo:name" in names:
+                self._name = str(batch.column("RecordingInfo:name")[0].as_py()[0])
+        elif entity.startswith("__properties/"):
+            columns = {name: batch.column(name)[0].as_py() for name in names if not name.startswith("rerun.")}
+            self._properties |= {name: value[0] for name, value in columns.items() if value}
+        elif "Pinhole:image_from_camera" in names:
+            focal, (columns, _) = _flat(batch, "Pinhole:image_from_camera")[0], _flat(batch, "Pinhole:resolution")
+            self._view_deg = math.degrees(2 * math.atan(columns / 2 / focal))
+        elif "SeriesLines:names" in names:
+            title = str(batch.column("SeriesLines:names")[0].as_py()[0])
+            self._styles[entity] = title, _colour(batch, "SeriesLines:colors") or GREY
+        else:
+            for kind in ("Points2D", "Cylinders3D"):
+                if f"{kind}:colors" in names:
+                    self._colours[entity.removesuffix("/body")] = _colour(batch, f"{kind}:colors") or GREY
+
+    def reel(self, path: Path) -> Reel:
+        """Put together what was found."""
+        series = {entity: _joined(parts) for entity, parts in self._scalars.items()}
+        levels = sorted({float(own[1][0]) for entity, own in series.items() if entity.startswith(THRESHOLD)})
+        traces = [
+            Trace(entity.partition("/")[0], *self._styles.get(entity, (entity, GREY)), *own)
+            for entity, own in series.items() if not entity.startswith(THRESHOLD)
+        ]  # fmt: skip
+        tracks = [
+            Track(robot.rpartition("/")[2], self._colours.get(robot, GREY), *_joined(parts))
+            for robot, parts in self._places.items()
+        ]
+        tracks.sort(key=lambda track: track.name != "observer")
+        timed = [np.concatenate(parts) for parts in self._eyes.values()]
+        timed += [trace.time_s for trace in traces] + [track.time_s for track in tracks]
+        if not timed:
+            raise UsageError(f"video {path}: a recording with neither pictures nor potentials nor robots")
+        times = max(timed, key=len)
+        first = [trace for trace in traces if trace.place != "spikes"]
+        spiking = [dataclasses.replace(trace, name=trace.name.removesuffix(" spikes")) for trace in traces
+                   if trace.place == "spikes"]  # fmt: skip
+        return Reel(path, self._name or path.stem, times, (*first, *spiking), tuple(tracks), tuple(levels),
+                    tuple(self._eyes), self._view_deg, self._properties)  # fmt: skip
+
+
+def _joined(parts: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    return np.concatenate([times for times, _ in parts]), np.concatenate([values for _, values in parts])
+
+
+def _flat(batch: pa.RecordBatch, column: str) -> Floats:
+    """All numbers of a column of lists, of any depth."""
+    values: Any = batch.column(column)
+    while pa.types.is_list(values.type) or pa.types.is_fixed_size_list(values.type):
+        values = values.flatten()
+    flat: Floats = values.to_numpy(zero_copy_only=False).astype(np.float64)
+    return flat
+
+
+def _colour(batch: pa.RecordBatch, column: str) -> Colour | None:
+    """The first colour of a column, which has RGBA in 32 bits."""
+    if column not in batch.schema.names:
+        return None
+    rgba = int(batch.column(column)[0].as_py()[0])
+    return rgba >> 24 & 255, rgba >> 16 & 255, rgba >> 8 & 255

@@ -1,0 +1,52 @@
+"""Which recording a video is to be made of: a file, or one of a run's folder."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from experiments.bench.core.errors import UsageError
+
+
+def recording(source: Path, trial: int | None) -> Path:
+    """Find the recording that is meant.
+
+    Parameters
+    ----------
+    source
+        An .rrd file, or the folder of a run.
+    trial
+        The number of a trial or episode; ``None`` for a file, and for the first one that a folder has.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    UsageError
+        If there is none, in one line that says which there are.
+    """
+    if source.is_file():
+        if trial is not None:
+            raise UsageError(f"--trial {trial}: {source} is one recording; a run's folder has several")
+        return source
+    if not source.is_dir():
+        raise UsageError(f"video {source}: no such file or folder")
+    found = {_number(path): path for path in sorted([*source.glob("*.rrd"), *source.glob("recordings/*.rrd")])}
+    if not found:
+        raise UsageError(f"video {source}: no .rrd recordings in it; runs make them unless told --no-recordings")
+    if trial is None:
+        return next(iter(found.values()))
+    if trial not in found:
+        numbers = [number for number in found if isinstance(number, int)]
+        legal = f"{min(numbers)} .. {max(numbers)}, {len(numbers)} of them" if numbers else "none: they have no numbers"
+        raise UsageError(f"--trial {trial}: {source} has no recording of it (recorded: {legal})")
+    return found[trial]
+
+
+def _number(path: Path) -> int | str:
+    """The number in a recording's name; its whole name where there is none."""
+    digits = re.fullmatch(r"\D*(\d+)", path.stem)
+    return int(digits[1]) if digits else path.stem

@@ -1,0 +1,154 @@
+"""The still part of a video's frames: axes, titles, thresholds. matplotlib draws it once."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.video.layout import Layout, Panel, moves_on
+from experiments.bench.video.pictures import Picture
+from experiments.bench.video.reading import Reel, Trace
+from scenes import ARENA_RADIUS_CM
+
+LEVEL_COLOUR, FRAME_COLOUR, FAINT = "#7a7a7a", "#555555", 0.2
+SCALE_CM = 10.0
+"""Length of the plan's scale."""
+TYPE_PX = 15.0
+"""Size of type, in pixels at plain size."""
+
+
+def draw_still(reel: Reel, layout: Layout, caption: str) -> Picture:
+    """Draw all of a frame that does not move.
+
+    Parameters
+    ----------
+    reel
+        The recording.
+    layout
+        Where its panels are.
+    caption
+        The text at the top.
+
+    Returns
+    -------
+    ndarray
+        (H, W, 3) uint8, RGB.
+    """
+    still = Still(layout.width, layout.height, layout.scale)
+    still.caption(caption)
+    for panel, eye in zip(layout.eyes, reel.eyes, strict=True):
+        still.empty(panel, eye_title(eye))
+    if layout.plan is not None:
+        still.plan(layout.plan, "from above")
+    for kind, panel in layout.traces.items():
+        still.traces(reel, kind, panel, last=kind == list(layout.traces)[-1], faint=True)
+    return still.picture()
+
+
+class Still:
+    """A figure whose unit is the pixel.
+
+    Parameters
+    ----------
+    width, height
+        In pixels.
+    scale
+        Size of type and lines.
+    """
+
+    def __init__(self, width: int, height: int, scale: float) -> None:
+        self._width, self._height, self._scale = width, height, scale
+        self._style = {**STYLE, "font.size": TYPE_PX * scale, "axes.linewidth": 0.8 * scale}
+        self._figure = Figure(figsize=(width / 72, height / 72), dpi=72)  # a point is a pixel
+        self._canvas = FigureCanvasAgg(self._figure)
+
+    def caption(self, text: str) -> None:
+        """Write the text at the top."""
+        scale = self._scale
+        self._figure.text(14 * scale / self._width, 1 - 24 * scale / self._height, plain(text), va="center",
+                          fontsize=1.2 * TYPE_PX * scale)  # fmt: skip
+
+    def empty(self, panel: Panel, title: str) -> Axes:
+        """Draw the frame of a picture, with its title."""
+        axes = self._axes(panel)
+        axes.set(xticks=[], yticks=[])
+        axes.set_title(plain(title), loc="left", fontsize=TYPE_PX * self._scale, pad=4 * self._scale,
+                       color=FRAME_COLOUR)  # fmt: skip
+        return axes
+
+    def plan(self, panel: Panel, title: str) -> None:
+        """Draw the arena from above: its wall and a scale."""
+        axes, scale = self.empty(panel, title), self._scale
+        axes.set(facecolor="#f4f4f2")
+        turn = np.linspace(0.0, 2 * np.pi, 181)
+        axes.plot(ARENA_RADIUS_CM * np.cos(turn), ARENA_RADIUS_CM * np.sin(turn), color=FRAME_COLOUR, lw=2 * scale)
+        start, level = (near + 0.06 * (far - near) for near, far in (panel.x, panel.y))
+        axes.plot([start, start + SCALE_CM], [level, level], color="black", lw=2 * scale, solid_capstyle="butt")
+        axes.annotate(f"{SCALE_CM:g} cm", (start, level), xytext=(0, 4 * scale), textcoords="offset points",
+                      fontsize=0.85 * TYPE_PX * scale)  # fmt: skip
+
+    def traces(self, reel: Reel, kind: str, panel: Panel, *, last: bool, faint: bool) -> None:
+        """Draw the axes of potentials or spikes, and the thresholds; the traces themselves only where they are whole.
+
+        ``faint`` traces are a background for what moves. ``last`` says whether it has the axis of time.
+        """
+        axes, scale = self._axes(panel), self._scale
+        axes.axhline(0.0, color="#c9c9c9", lw=0.8 * scale)
+        own = [trace for trace in reel.traces if trace.place == kind]
+        keys = [Line2D([], [], color=_hex(trace), lw=2.5 * scale, label=plain(trace.name)) for trace in own]
+        if kind == "potential":
+            for trace in own if not (faint and moves_on(reel)) else ():
+                axes.plot(trace.time_s, trace.values, color=_hex(trace), lw=1.4 * scale, alpha=FAINT if faint else 1.0)
+            for level in reel.levels:
+                axes.axhline(level, color=LEVEL_COLOUR, lw=1.0 * scale, ls="--")
+            if reel.levels:
+                keys.append(Line2D([], [], color=LEVEL_COLOUR, ls="--", lw=1.0 * scale, label=_levels(reel)))
+            axes.legend(handles=keys, ncols=min(len(keys), 7), loc="lower right", bbox_to_anchor=(1.0, 1.0),
+                        frameon=False, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
+                        fontsize=TYPE_PX * scale)  # fmt: skip
+        elif not faint:
+            for trace in own:
+                fired = trace.values != 0
+                axes.vlines(trace.time_s[fired], 0.0, trace.values[fired], color=_hex(trace), lw=1.4 * scale)
+        axes.set_ylabel(kind)
+        axes.tick_params(width=0.8 * scale, length=3 * scale, labelbottom=last)
+        axes.locator_params(axis="y", nbins=5 if kind == "potential" else 3, integer=kind == "spikes")
+        if last:
+            axes.set_xlabel("time before now (s)" if faint and moves_on(reel) else "time (s)")
+
+    def picture(self) -> Picture:
+        """Return the figure, (H, W, 3) uint8, RGB."""
+        with mpl.rc_context(self._style):
+            self._canvas.draw()  # type: ignore[no-untyped-call]
+            pixels = np.asarray(self._canvas.buffer_rgba(), np.uint8)  # type: ignore[no-untyped-call]
+            return pixels[..., :3].copy()
+
+    def _axes(self, panel: Panel) -> Axes:
+        bottom = self._height - panel.top - panel.height
+        place = (
+            panel.left / self._width, bottom / self._height, panel.width / self._width, panel.height / self._height,
+        )  # fmt: skip
+        with mpl.rc_context(self._style):
+            return self._figure.add_axes(place, xlim=panel.x, ylim=panel.y)
+
+
+def eye_title(entity: str) -> str:
+    """What is written above the pictures of an eye."""
+    name = entity.partition("_")[2]
+    return {"picture": "what the network sees", "clip": "clip"}.get(
+        entity, f"the robot's camera{f', {name}' if name else ''}"
+    )
+
+
+def _levels(reel: Reel) -> str:
+    sizes = sorted({abs(level) for level in reel.levels})
+    return f"threshold {'±' if min(reel.levels) < 0 else ''}{', '.join(f'{size:g}' for size in sizes)}"
+
+
+def _hex(trace: Trace) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*trace.colour)
