@@ -21,6 +21,7 @@ from experiments.bench.core.statistics import area_under_roc, median_interval
 from experiments.bench.leaderboard import figure as leaderboard_figure
 from experiments.bench.leaderboard import run as board
 from experiments.bench.leaderboard.kinds import DIRECTION, Ranking
+from experiments.bench.leaderboard.looming_stimuli import looming_experiments
 from experiments.bench.leaderboard.scores import (
     BACKGROUND,
     DEPTH,
@@ -37,7 +38,6 @@ from experiments.bench.leaderboard.scores import (
     shown,
     strength,
 )
-from experiments.bench.leaderboard.looming_stimuli import looming_experiments
 from experiments.bench.leaderboard.stimuli import ROBOT, clip_experiments
 from experiments.bench.leaderboard.timing import ROUNDS, time_models
 from experiments.bench.robot.designs import Translation

@@ -35,7 +35,6 @@ from experiments.bench.leaderboard.stimuli import REPEATS, ROBOT, clip_experimen
 from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.robot import plan as robot_plan
 from experiments.bench.robot import run as robot_run
-from experiments.bench.robot.plan import Plan
 
 Row = Mapping[str, Any]
 Times = Mapping[str, Mapping[str, Sequence[float]]]
