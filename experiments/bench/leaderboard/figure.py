@@ -25,7 +25,6 @@ def draw(ranking: Ranking, repeats: int) -> Figure:
             axes = part.subplots(1, ACROSS, sharey=True)
             scoreboard(axes, band, standings, colours(standing.name for standing in standings))
         said = "leaderboard" if ranking.kind.name == "direction" else f"leaderboard, {ranking.kind.name}"
-        drawn.suptitle(
-            f"{said}, n = {repeats} of each trial; 95 % intervals; dotted: chance", fontsize=9, x=0.01, ha="left"
-        )
+        what = f"n = {repeats} of each trial; {ranking.kind.drawn}; dotted: chance"
+        drawn.suptitle(f"{said}, {what}", fontsize=9, x=0.01, ha="left")
     return drawn

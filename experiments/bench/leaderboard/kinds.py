@@ -33,6 +33,8 @@ class Kind:
         The measures of each table on the terminal; together all of them.
     notes
         What the numbers mean.
+    drawn
+        What the lines of the figure are.
     table, figure
         Names of the files, the figure's without its ending.
     """
@@ -43,6 +45,7 @@ class Kind:
     panels: tuple[Panel, ...]
     tables: tuple[tuple[str, ...], ...]
     notes: tuple[str, ...]
+    drawn: str
     table: str
     figure: str
 
@@ -93,6 +96,7 @@ DIRECTION = Kind(
         "AUC: translation against motion in depth, by the largest |HS| or |VS|: under 0.5 it prefers depth.",
         "False alarms: clips of background alone that made the model spike. A dash: does not apply, or no answer.",
     ),
+    "95 % intervals",
     "leaderboard.csv",
     "figure",
 )
@@ -123,6 +127,7 @@ LOOMING = Kind(
         "the least and the largest, which is a spread and no interval.",
         "Alarms: spikes after half a second without one, where nothing looms. A dash: does not apply, or no answer.",
     ),
+    "95 % intervals, of times to contact the range over l/v",
     "looming.csv",
     "looming",
 )  # fmt: skip

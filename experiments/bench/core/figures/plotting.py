@@ -78,6 +78,8 @@ INCHES_A_ROW = 0.34
 """Height of a row of a scoreboard."""
 TICKS_INCHES = 0.22
 """Height of the numbers below an axis; the keys stand under them."""
+SPACIOUS = 1000.0
+"""The ratio of the ends of a logarithmic axis from which on powers of ten alone are labelled."""
 MISSING = "#777777"
 NOT_APPLYING = "does not apply"
 
@@ -111,7 +113,8 @@ def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mappi
         _row(axes, panel, row, standing, tints[standing.name])
     if panel.log:
         axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+        low, high = axes.get_xlim()
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if high < SPACIOUS * low else (1.0,)))
         axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
     elif panel.share:
