@@ -10,6 +10,7 @@ from rich.table import Table
 
 from experiments.bench.core.scores import Score
 from experiments.bench.core.terminal import out_console
+from experiments.bench.leaderboard.atlas import Atlas
 from experiments.bench.leaderboard.kinds import Ranking
 from experiments.bench.leaderboard.run import Board
 
@@ -27,6 +28,12 @@ def show(board: Board) -> None:
         kind = ranking.kind
         for name, file in {"figure": f"{kind.figure}.png", "table": kind.table}.items():
             out_console.print(f"{kind.name} {name:<8}{board.folder / file}", soft_wrap=True, markup=False)
+
+
+def show_atlas(made: Atlas) -> None:
+    """Where the atlas is."""
+    for name, place in {"page": made.page, "figure": made.figure}.items():
+        out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
 
 
 def _table(ranking: Ranking, measures: Sequence[str]) -> Table:
