@@ -10,6 +10,7 @@ from typer.core import TyperGroup
 
 from experiments.bench.cli import (
     behave,
+    check,
     clips,
     compare,
     leaderboard,
@@ -25,7 +26,9 @@ from experiments.bench.cli import (
     watch,
 )
 
-COMMANDS = (run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, clips)
+COMMANDS = (
+    run, sweep, maps, reproduce, watch, check, leaderboard, tune, train, behave, listing, runs, compare, view, clips,
+)  # fmt: skip
 """The modules of the commands, in the order in which help shows them."""
 
 
@@ -71,6 +74,7 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias run clean                   the paper's off-line clips, to the DSNN
   colias watch street.mp4            any footage, or a camera
   colias reproduce                   which of the paper's claims hold
+  colias check my_model.py           does a model keep the laws of all models
   colias leaderboard                 every model on the same trials
   colias tune --model emd --only     response against speed, size, direction ...
   colias behave hybrid               close the loop: reflexes in an env, scored
