@@ -54,6 +54,7 @@ SKIPPED = {
     ),
     "eye.md": ("takes half an hour: tests/test_fidelity.py",),
     "footage.md": ("needs a screen", "needs a camera", "takes a minute: tests/test_street.py shows a clip of it"),
+    "looming.md": ("takes minutes: tests/test_leaderboard.py", "takes minutes: tests/test_escape.py"),
     "maps.md": ("takes minutes: tests/test_map.py",),
     "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/test_pool.py"),
     "what-the-numbers-mean.md": (

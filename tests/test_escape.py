@@ -1,5 +1,6 @@
-"""Escape reflexes: one for each looming model, all the same reflex; their table of survival; the atlas is beside."""
+"""Escape reflexes: one for each looming model, all the same reflex; their table of survival."""
 
+import csv
 import math
 
 import numpy as np
@@ -9,8 +10,10 @@ from dsnn import MODELS, Response
 from experiments.behaviours import AVOIDANCE, BEHAVIOURS, ESCAPES, GROUPS, escape
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour
 from experiments.bench.closed_loop.power import shares_needed
-from experiments.bench.closed_loop.run import plan
+from experiments.bench.closed_loop.run import Played, plan
+from experiments.bench.closed_loop.scores import STEP_SCHEMA
 from experiments.bench.closed_loop.survival import best_against, published, survival
+from experiments.bench.closed_loop.table import show_survival
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.scores import Standing
 from tests.test_behaviours import rows
@@ -67,6 +70,19 @@ def test_survival_has_exact_intervals_and_is_sorted_by_collisions():
     assert (found["escape-a"].survived.value, found["escape-a"].per_metre.value) == (0.75, 0.25)
     assert found["hybrid"].ratio is None and found["escape-a"].ratio.value == math.inf
     assert found["escape-b"].row()["survived"] == 0.0 and found["hybrid"].row()["ratio"] is None
+
+
+def test_the_table_of_survival_is_printed_and_written(tmp_path, capsys):
+    standings = [Standing(name, {}, rows(hits, 20 - hits)) for name, hits in (("escape-lplc2", 9), ("hybrid", 2))]
+    show_survival(Played(tmp_path, AVOIDANCE, standings, STEP_SCHEMA.empty_table(), []), "escape")
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "B2 asked of the best of them: escape-lplc2 against hybrid: 4.5" in printed and "untested" in printed
+    with (tmp_path / "survival.csv").open() as file:
+        table = list(csv.DictReader(file))
+    assert [(row["behaviour"], row["episodes"], row["survived"]) for row in table] == [
+        ("hybrid", "20", "0.9"), ("escape-lplc2", "20", "0.55"),
+    ]  # fmt: skip
+    assert table[0]["ratio"] == "" and float(table[1]["ratio"]) == pytest.approx(4.5)
 
 
 @pytest.mark.parametrize(("hits", "said"), [((2, 12), "so too"), ((2, 3), "not shown"), ((0, 0), "neither collided")])

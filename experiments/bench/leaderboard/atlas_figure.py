@@ -53,8 +53,8 @@ def draw(made: OfflinePlan, frames: pa.Table) -> Figure:
     across, down = len(columns), len(models) + 1
     with mpl.rc_context(STYLE):
         size = (LABEL_INCHES + INCHES[0] * across, 0.5 + INCHES[1] * (down + 1) + KEY_INCHES)
-        drawn = Figure(figsize=size, layout="constrained")
-        drawn.get_layout_engine().set(w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)  # type: ignore[union-attr]
+        drawn = Figure(figsize=size)
+        drawn.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)
         panels = drawn.subplots(down, across, squeeze=False, height_ratios=[1.3, *[1.0] * len(models)])
         for axes, column in zip(panels[0], columns, strict=True):
             _head(axes, column)
@@ -86,7 +86,7 @@ def _series(frames: pa.Table) -> dict[tuple[int, str], Mapping[str, Any]]:
     trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
     wanted = ("hs", "vs", "looming", "hs_spikes", "vs_spikes", "looming_spikes")
     columns = {column: frames[column].to_numpy() for column in wanted}
-    found = {}
+    found: dict[tuple[int, str], Mapping[str, Any]] = {}
     for index in np.unique(trial):
         for model in np.unique(name[trial == index]):
             own = (trial == index) & (name == model)

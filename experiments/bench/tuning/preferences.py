@@ -82,7 +82,7 @@ def preferences(given: Sequence[TuningPoint], model: str, channels: Sequence[str
         **_of_map(given, model),
         **_of_directions(given, model, directional(channels)),
     }
-    shapes = {"speed_px_s": speed[1], "size_px": size[1]}
+    shapes: dict[str, Any] = {"speed_px_s": speed[1], "size_px": size[1]}
     response = grid(given, model, "frequency")[2]
     shapes |= {"wavelength_px": response, "temporal_hz": response}
     undefined = {
