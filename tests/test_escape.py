@@ -10,9 +10,8 @@ from dsnn import MODELS, Response
 from experiments.behaviours import AVOIDANCE, BEHAVIOURS, ESCAPES, GROUPS, escape
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour
 from experiments.bench.closed_loop.power import shares_needed
-from experiments.bench.closed_loop.run import Played, plan
-from experiments.bench.closed_loop.scores import STEP_SCHEMA
-from experiments.bench.closed_loop.survival import best_against, published, survival
+from experiments.bench.closed_loop.run import plan
+from experiments.bench.closed_loop.survival import best_against, published, survival, write
 from experiments.bench.closed_loop.table import show_survival
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.scores import Standing
@@ -74,7 +73,8 @@ def test_survival_has_exact_intervals_and_is_sorted_by_collisions():
 
 def test_the_table_of_survival_is_printed_and_written(tmp_path, capsys):
     standings = [Standing(name, {}, rows(hits, 20 - hits)) for name, hits in (("escape-lplc2", 9), ("hybrid", 2))]
-    show_survival(Played(tmp_path, AVOIDANCE, standings, STEP_SCHEMA.empty_table(), []), "escape")
+    found = survival(standings, "hybrid")
+    show_survival(found, "escape", write(tmp_path, found))
     printed = " ".join(capsys.readouterr().out.split())
     assert "B2 asked of the best of them: escape-lplc2 against hybrid: 4.5" in printed and "untested" in printed
     with (tmp_path / "survival.csv").open() as file:

@@ -63,9 +63,10 @@ def behave(
     it than for what is judged. The group [b]escape[/b] plays the escape reflex of every looming model, with a table of
     survival. Exit status: 1 if episodes failed; the others count.
     """
-    from experiments.behaviours import GROUPS
+    from experiments.behaviours import GROUPS, REFERENCE
     from experiments.bench.closed_loop import figure as closed_loop_figure
     from experiments.bench.closed_loop import run as behaving
+    from experiments.bench.closed_loop import survival
     from experiments.bench.closed_loop import table as closed_loop_table
 
     made = behaving.plan(name, env, assignments or (), episodes, seed, baselines, power)
@@ -76,8 +77,11 @@ def behave(
     closed_loop_figure.write(played)
     if not quiet:
         closed_loop_table.show(played, recordings)
-    if name in GROUPS and not quiet:
-        closed_loop_table.show_survival(played, name)
+    if name in GROUPS:
+        found = survival.survival(played.standings, REFERENCE[name][0])
+        path = survival.write(folder, found)
+        if not quiet:
+            closed_loop_table.show_survival(found, name, path)
     if power is not None:
         closed_loop_table.show_power(played, power)
     return EXIT_FAILED if played.failures else 0

@@ -1,4 +1,4 @@
-"""The survival of behaviours that escape: episodes without a collision, collisions a metre, and how they compare. Pure.
+"""The survival of behaviours that escape: episodes without a collision, collisions a metre, and how they compare.
 
 Every behaviour plays at the same seeds, so in the same worlds. What they share is told by exact intervals: of shares
 Clopper and Pearson's, of rates Garwood's, of ratios of rates the conditional one.
@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from experiments.bench.closed_loop.power import shares_needed
 from experiments.bench.closed_loop.scores import rate, rate_ratio
 from experiments.bench.core.scores import Score, Standing
 from experiments.bench.core.statistics import proportion_interval
+from experiments.bench.core.store.files import Files
 from experiments.bench.core.store.rows import known
 
 PUBLISHED = {"lplc2": 0.961, "si-lgmd1": 0.937}
@@ -64,6 +66,12 @@ def survival(standings: Sequence[Standing], reference: str) -> list[Survival]:
         compared = rate_ratio(own, rows[reference]) if reference in rows and name != reference else None
         found.append(Survival(name, share, rate(own, "driven_m"), compared))
     return sorted(found, key=lambda each: (_sortable(each.per_metre.value), each.name))
+
+
+def write(folder: Path, found: Sequence[Survival]) -> Path:
+    """Write ``survival.csv`` into a run's folder; return its path."""
+    Files(folder).write_rows("survival.csv", [each.row() for each in found])
+    return folder / "survival.csv"
 
 
 def _sortable(value: float) -> float:

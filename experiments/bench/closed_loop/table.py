@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from pathlib import Path
 
 from rich.table import Table
 
@@ -11,9 +12,8 @@ from colias_sim.envs import ENVS
 from experiments.behaviours import GROUPS, REFERENCE
 from experiments.bench.closed_loop.power import MOST_EPISODES, TARGET, check_pilot, episodes_needed, pilot, power
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.closed_loop.survival import best_against, published, survival
+from experiments.bench.closed_loop.survival import Survival, best_against, published
 from experiments.bench.core.scores import Score, written
-from experiments.bench.core.store.files import Files
 from experiments.bench.core.terminal import coloured, count, out_console
 from experiments.bench.core.verdict import Verdict
 
@@ -63,11 +63,9 @@ def show_power(played: Played, other: str) -> None:
     out_console.print(f"The power is {chances} episodes.", markup=False)
 
 
-def show_survival(played: Played, group: str) -> None:
-    """Print and write the survival of a group of behaviours, and B2 asked of the best of them."""
+def show_survival(found: Sequence[Survival], group: str, path: Path) -> None:
+    """Print the survival of a group of behaviours, B2 asked of the best of them, and where the table is."""
     members, (reference, *_) = GROUPS[group], REFERENCE[group]
-    found = survival(played.standings, reference)
-    Files(played.folder).write_rows("survival.csv", [each.row() for each in found])
     table = Table(title="survival", title_justify="left", box=None, header_style="bold", pad_edge=False)
     for name in ("behaviour", "episodes", "without collision", "collisions/m", f"times that of {reference}"):
         table.add_column(name, justify="left" if name == "behaviour" else "right", no_wrap=True)
@@ -79,7 +77,7 @@ def show_survival(played: Played, group: str) -> None:
     said = (best_against(found, members, reference), published(max((each.survived.n for each in found), default=0)))
     for text in filter(None, said):
         out_console.print(text, markup=False)
-    out_console.print(f"{'survival':<12}{played.folder / 'survival.csv'}", soft_wrap=True, markup=False)
+    out_console.print(f"{'survival':<12}{path}", soft_wrap=True, markup=False)
 
 
 def show_claims(claims: Sequence[Verdict]) -> None:
