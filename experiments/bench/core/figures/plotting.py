@@ -78,7 +78,7 @@ INCHES_A_ROW = 0.34
 """Height of a row of a scoreboard."""
 TICKS_INCHES = 0.22
 """Height of the numbers below an axis; the keys stand under them."""
-SPACIOUS = 1000.0
+SPACIOUS = 300.0
 """The ratio of the ends of a logarithmic axis from which on powers of ten alone are labelled."""
 MISSING = "#777777"
 NOT_APPLYING = "does not apply"
