@@ -8,12 +8,14 @@ a function or class here, and an entry in `_ENTRIES`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
 from colias_sim.envs import State
-from dsnn import Response
+from dsnn import MODELS, Response
 from experiments import Behaviour, Wheels
 from experiments.bench.closed_loop.behaviour import by_name
 
@@ -86,6 +88,20 @@ def away_from_where(seen: Response) -> float:
 def lgmd(rng: np.random.Generator) -> Saccades:
     """The looming detector alone, which knows no direction: to either side by chance, every time anew."""
     return Saccades(lambda seen: 1.0 if rng.random() < 0.5 else -1.0, hold=False)
+
+
+def escape(model: str, name: str = "") -> Behaviour:
+    """The escape reflex of a looming model, which knows no direction: that of `lgmd`, whatever the model.
+
+    Parameters
+    ----------
+    model
+        A name, or the path of a .py file that declares ``MODEL``; it answers by the channel ``looming``.
+    name
+        Of the behaviour; otherwise ``escape-`` and the model's name.
+    """
+    called = name or f"escape-{Path(model).stem}"
+    return Behaviour(called, f"{model} alone: a looming spike turns it to either side", AVOIDANCE, lgmd, model=model)
 
 
 def lgmd_hybrid(rng: np.random.Generator) -> Saccades:
@@ -173,6 +189,9 @@ def oracle_ways(state: State) -> Wheels:
 AVOIDANCE, FIXATION = "colias_sim/Avoidance-v0", "colias_sim/Fixation-v0"
 OPTOMOTOR, PURSUIT = "colias_sim/Optomotor-v0", "colias_sim/Pursuit-v0"
 
+ESCAPES = tuple(escape(name) for name, entry in MODELS.items() if entry.channels == ("looming",))
+"""An escape reflex for each looming model; that of the hybrid is the LGMD1's."""
+
 _ENTRIES = (
     Behaviour.reflex("optomotor", "turns the way the view moves, by HS", OPTOMOTOR, optomotor),
     Behaviour.reflex("fixation", "turns towards where something moves", FIXATION, fixation),
@@ -189,6 +208,7 @@ _ENTRIES = (
     Behaviour(
         "hybrid", "looming gates where the motion is: away from there, for as long as it looms", AVOIDANCE, hybrid
     ),
+    *ESCAPES,
     Behaviour("still", "does nothing", OPTOMOTOR, still, senses="state"),
     Behaviour("random", "every frame other wheel speeds, of all there are", OPTOMOTOR, random, senses="state"),
     Behaviour("straight", "drives ahead", AVOIDANCE, straight, senses="state"),
@@ -200,3 +220,8 @@ _ENTRIES = (
 )
 
 BEHAVIOURS = by_name(_ENTRIES)
+
+GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": tuple(each.name for each in ESCAPES)})
+"""Name -> the behaviours that ``colias behave NAME`` plays in the same worlds."""
+REFERENCE: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": ("hybrid", "straight")})
+"""Group -> what it is held against: that which is to collide less often, and that which does not look."""

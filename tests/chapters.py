@@ -8,13 +8,16 @@ A fenced block is a ``python`` snippet or ``sh`` commands; blocks of other langu
   ``pip install '.[EXTRA]'`` it is checked that there are such.
 - A comment before the block changes that. ``<!-- test: add ARGUMENTS -->`` appends the arguments to each of its
   ``colias`` commands, to make them short. ``<!-- test: skip REASON -->`` runs none of it: only the commands' options
-  are checked, by their parser. `SKIPPED` has all of these.
+  are checked, by their parser. `SKIPPED` has all of these. ``<!-- test: fails STATUS -->``: its commands end with this
+  exit status, and print the next ``text`` block.
 
 Jobs run in this process, whatever the number of workers: starting workers takes longer than these jobs.
 """
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import re
 import shlex
@@ -52,7 +55,11 @@ SKIPPED = {
     ),
     "eye.md": ("takes half an hour: tests/test_fidelity.py",),
     "footage.md": ("needs a screen", "needs a camera", "takes a minute: tests/test_street.py shows a clip of it"),
-    "looming.md": ("takes minutes: tests/test_detectors.py",),
+    "looming.md": (
+        "takes minutes: tests/test_leaderboard.py",
+        "takes minutes: tests/test_escape.py",
+        "takes minutes: tests/test_detectors.py",
+    ),
     "maps.md": ("takes minutes: tests/test_map.py",),
     "reinforcement-learning.md": (
         "takes a minute: the snippet above is its beginning",
@@ -71,7 +78,7 @@ SKIPPED = {
 """Page -> the reasons for which blocks of it are not run, in their order."""
 
 _FENCE = re.compile(
-    r"(?:^<!-- test: (?P<verb>add|skip) (?P<rest>[^\n]*?) -->\n)?"
+    r"(?:^<!-- test: (?P<verb>add|skip|fails) (?P<rest>[^\n]*?) -->\n)?"
     r"^```(?P<language>\w+)(?: title=(?P<title>[\w.]+))?\n(?P<text>.*?)^```$",
     re.DOTALL | re.MULTILINE,
 )
@@ -88,6 +95,8 @@ class Block:
     text: str
     added: tuple[str, ...]
     skipped: str
+    status: int = 0
+    """The exit status of its commands."""
 
     @property
     def where(self) -> str:
@@ -109,7 +118,8 @@ def blocks(page: Path) -> list[Block]:
         added = tuple(shlex.split(rest)) if match["verb"] == "add" else ()
         line = text.count("\n", 0, match.start("text")) + 1
         skipped = rest if match["verb"] == "skip" else ""
-        found.append(Block(page, line, match["language"], match["title"] or "", match["text"], added, skipped))
+        status = int(rest) if match["verb"] == "fails" else 0
+        found.append(Block(page, line, match["language"], match["title"] or "", match["text"], added, skipped, status))
     return found
 
 
@@ -143,9 +153,18 @@ class _Reader:
     def __call__(self, name: str) -> None:
         """Run the page called ``name``."""
         (page,) = [each for each in PAGES if each.name == name]
+        printed = ""
         for block in blocks(page):
             try:
-                self._do(block)
+                if block.status:
+                    with contextlib.redirect_stdout(io.StringIO()) as written:
+                        self._do(block)
+                    printed = written.getvalue()
+                elif block.language == "text" and printed:
+                    assert block.text in printed, printed
+                    printed = ""
+                else:
+                    self._do(block)
             except BaseException as error:
                 error.add_note(f"in {block.where}")
                 raise
@@ -168,7 +187,7 @@ def _command(words: list[str], block: Block) -> None:
         check_options(arguments)
     elif program == "colias":
         status = main.command([*arguments, *block.added])
-        assert status == 0, f"{shlex.join(words)}: exit status {status}"
+        assert status == block.status, f"{shlex.join(words)}: exit status {status}"
     elif program == "python":
         if not block.skipped:
             _python(arguments)

@@ -19,6 +19,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.robot": 1,
     "experiments.bench.clips": 1,
     "experiments.bench.footage": 1,
+    "experiments.bench.conformance": 1,
     "experiments.bench.registry": 2,
     "experiments.bench.tuning": 2,
     "experiments.bench.closed_loop": 2,

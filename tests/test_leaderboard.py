@@ -20,6 +20,8 @@ from experiments.bench.core.models import COMPARED, choose, shown_models
 from experiments.bench.core.statistics import area_under_roc, median_interval
 from experiments.bench.leaderboard import figure as leaderboard_figure
 from experiments.bench.leaderboard import run as board
+from experiments.bench.leaderboard.kinds import DIRECTION, Ranking
+from experiments.bench.leaderboard.looming_stimuli import looming_experiments
 from experiments.bench.leaderboard.scores import (
     BACKGROUND,
     DEPTH,
@@ -35,7 +37,6 @@ from experiments.bench.leaderboard.scores import (
     separation,
     shown,
     strength,
-    table,
 )
 from experiments.bench.leaderboard.stimuli import ROBOT, clip_experiments
 from experiments.bench.leaderboard.timing import ROUNDS, time_models
@@ -116,15 +117,14 @@ def test_area_under_roc_is_mann_whitney_s_and_its_interval_covers():
     assert 43 <= covered <= 50
 
 
-def test_separation_by_the_largest_of_both_systems_or_by_looming():
+def test_separation_by_the_largest_of_both_systems():
     rows = [clip("rightward", hs=(-0.9, 0.1)), clip("upward", vs=(-0.8, 0.0)),
             clip("looming", hs=(-0.2, 0.7), looming=0.9), clip("rightward", absent=True, hs=(0.0, 1.0))]  # fmt: skip
-    assert strength(rows[0], looming=False) == 0.9
-    assert (separation(rows, looming=False).value, separation(rows, looming=False).n) == (1.0, 3)
-    assert separation(rows, looming=True).value == 0.0, "prefers depth"
-    assert separation(rows[:2], looming=False) is None
+    assert strength(rows[0]) == 0.9
+    assert (separation(rows).value, separation(rows).n) == (1.0, 3)
+    assert separation(rows[:2]) is None
     robot = [trial("translation", "leftward", 0.6), trial("approach", "straight", 0.1)]
-    assert separation(robot, looming=False).value == 1.0
+    assert separation(robot).value == 1.0
 
 
 def test_false_alarms_are_of_backgrounds_alone():
@@ -145,12 +145,11 @@ def test_times():
 
 def test_what_does_not_apply_is_a_dash():
     clips = [right_answer("upward"), clip("looming"), clip("rightward", absent=True, spikes=1)]
-    loomer = scores([], clips, {}, looming=True, spikes=True)
-    assert loomer["direction_clips"] is None and loomer["false_alarms"].value == 1.0
-    plain = scores([], clips, {"us_99x72": [4.0]}, looming=False, spikes=False)
+    assert scores([], clips, {}, spikes=True)["false_alarms"].value == 1.0
+    plain = scores([], clips, {"us_99x72": [4.0]}, spikes=False)
     assert plain["false_alarms"] is None and plain["direction_clips"].value == 1.0
     assert plain["auc_robot"] is None and plain["us_99x72"].value == 4.0 and plain["us_320x180"] is None
-    (row,) = table([Standing("a", plain)])
+    (row,) = Ranking(DIRECTION, [Standing("a", plain)]).rows()
     assert row["false_alarms"] is None and row["us_99x72"] == 4.0
     assert row["us_99x72_low"] is None, "one round has no interval"
     assert (row["direction_clips"], row["direction_clips_n"]) == (1.0, 1)
@@ -209,7 +208,7 @@ def test_a_model_that_raises_is_not_timed(tmp_path):
 
 
 def test_the_figure_draws_a_board_of_dashes():
-    drawn = leaderboard_figure.draw([Standing("a", dict.fromkeys(MEASURES))], 1)
+    drawn = leaderboard_figure.draw(Ranking(DIRECTION, [Standing("a", dict.fromkeys(MEASURES))]), 1)
     assert len(drawn.axes) == 4
 
 
@@ -218,8 +217,8 @@ def example():
     return titled("my_model.py")
 
 
-def written(folder):
-    with (folder / "leaderboard.csv").open() as file:
+def written(folder, name="leaderboard.csv"):
+    with (folder / name).open() as file:
         rows = list(csv.DictReader(file))
     assert all(float(row["us_99x72"]) > 0 for row in rows)
     return [{name: value for name, value in row.items() if not name.startswith("us_")} for row in rows]
@@ -231,20 +230,25 @@ def test_a_user_s_model_is_ranked_and_the_folder_goes_on(colias, capsys):
     done = colias("leaderboard", "--repeats", "1", "--only", "--model", "lgmd1", "--model", own, "--out", "out")
     assert done.returncode == 0, done.stderr
     assert "gradient" in done.stdout and "Sorted by" in done.stdout and "robot: 18 trials" in done.stderr
-    assert "\N{HORIZONTAL ELLIPSIS}" not in done.stdout, "the table fits"
-    first = written(out)
-    rows = {row["model"]: row for row in first}
-    assert list(rows) == ["gradient", "lgmd1"]
-    assert rows["lgmd1"]["direction_robot"] == rows["lgmd1"]["direction_clips"] == ""
-    assert rows["gradient"]["direction_robot_n"] == "12" and float(rows["gradient"]["direction_robot"]) > 0.9
-    assert rows["gradient"]["auc_clips_n"] == "36" and rows["gradient"]["false_alarms_n"] == "4"
+    assert "\N{HORIZONTAL ELLIPSIS}" not in done.stdout, "the tables fit"
+    first, looming = written(out), written(out, "looming.csv")
+    (row,) = first  # each kind stands apart
+    assert row["model"] == "gradient"
+    assert row["direction_robot_n"] == "12" and float(row["direction_robot"]) > 0.9
+    assert row["auc_clips_n"] == "36" and row["false_alarms_n"] == "4"
+    (row,) = looming
+    assert row["model"] == "lgmd1" and float(row["answered"]) > 0.5
+    assert (row["auc_translation_robot_n"], row["auc_recession_robot_n"]) == ("15", "6")
+    assert (row["auc_translation_n"], row["auc_recession_n"], row["auc_background_n"]) == ("50", "36", "30")
     assert (out / "figure.svg").read_text().count(">gradient<") == 1
-    assert pq.read_table(out / "clips-clutter" / "trials.parquet").num_rows == 2 * 16
+    assert (out / "looming.svg").read_text().count(">lgmd1<") == 2, "a row in each of two bands"
+    assert pq.read_table(out / "clips-clutter" / "trials.parquet").num_rows == 16
+    assert pq.read_table(out / "looming-plain" / "trials.parquet").num_rows == 48
 
     (out / "leaderboard.csv").unlink()
     board.run(out, ["lgmd1", own], 1, 0, Resources(0))
-    assert capsys.readouterr().err.count(" of them done already") == 3
-    assert written(out) == first
+    assert capsys.readouterr().err.count(" of them done already") == 5
+    assert (written(out), written(out, "looming.csv")) == (first, looming)
     with pytest.raises(UsageError, match=r"settings\.models"):
         board.run(out, ["emd"], 1, 0, Resources(0, quiet=True))
 
@@ -253,13 +257,19 @@ def fewer(models):
     return tuple(dataclasses.replace(each, clips=each.clips[::5]) for each in clip_experiments(models))
 
 
+def fewer_looming(models):
+    return tuple(dataclasses.replace(each, clips=each.clips[::9]) for each in looming_experiments(models))
+
+
 def test_the_number_of_workers_changes_nothing_but_the_times(tmp_path, monkeypatch):
     monkeypatch.setattr(board, "ROBOT", dataclasses.replace(ROBOT, design=Translation((10.0,), (6.0,), "both")))
     monkeypatch.setattr(board, "clip_experiments", fewer)
+    monkeypatch.setattr(board, "looming_experiments", fewer_looming)
     monkeypatch.setattr(board, "time_models", lambda models, shape: {model.label: [1.0] for model in models})
     for workers in (1, 2):
         board.run(tmp_path / f"{workers}", ["emd", "lgmd1"], 1, 3, Resources(workers, quiet=True))
-    assert written(tmp_path / "1") == written(tmp_path / "2")
+    for name in ("leaderboard.csv", "looming.csv"):
+        assert written(tmp_path / "1", name) == written(tmp_path / "2", name)
 
 
 def test_a_wrong_use_is_told_in_one_line(colias):

@@ -11,6 +11,7 @@ import math
 from typing import Annotated, Literal
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
@@ -96,6 +97,17 @@ class Looming(Stimulus[LoomingParams]):
         if truth.box is not None:
             paint(canvas, truth.box, p.grey)
         return StimulusFrame(canvas, truth)
+
+    def contact_s(self) -> npt.NDArray[np.float64]:
+        """Time until the square would touch the eye, s, by frame (T,); NaN before an approach begins.
+
+        The square stops at ``end_deg``; the time goes on to run out as if it came on at its speed, and is negative
+        after contact. All are NaN where nothing nears: of what recedes, or is absent.
+        """
+        p, steps = self.params, np.arange(len(self)) - self._rest
+        if p.motion != "looming" or p.object == "absent":
+            return np.full(len(self), np.nan)
+        return np.where(steps >= 0, self._first_s - steps / p.fps, np.nan)
 
     def _truth(self, step: int) -> Truth:
         """Of the frame ``step`` frames after the motion began; before it and after its end the square stands."""

@@ -32,6 +32,7 @@ KEYS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "bootstrap.blocks": (ROOM, 3),  # of footage
         "permutations.signs": (ROOM, 5),  # of differences
         "bootstrap.training": (ROOM, 6),  # of training seeds
+        "permutations.points": (ROOM, 7),  # of a tuning curve
         "course.nominal": (ROOM, 4),  # the errors of a start pose whose spread is 0
     }
 )

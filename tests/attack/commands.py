@@ -62,6 +62,8 @@ class Command:
     """Those of them that the command shows anyway."""
     runs: tuple[str, ...] = ()
     """The run folders in what it leaves."""
+    more: tuple[str, ...] = ()
+    """Tables beside the first, where a model may stand instead of it, or too."""
     last: int = -1
     """The number of the last frame of a trial, where all have as many."""
     timeout_s: float = 150.0
@@ -79,7 +81,11 @@ class Command:
                     for row in pq.read_table(folder / run / name).to_pylist():
                         found.setdefault(row.pop("model"), []).append({**_timeless(row), "of": f"{run}/{name}"})
             return found
-        return by_model(rows_of(folder / self.table))
+        found = by_model(rows_of(folder / self.table))
+        for path in (folder / name for name in self.more):
+            for model, rows in by_model(rows_of(path)).items() if path.exists() else ():
+                found.setdefault(model, []).extend(rows)
+        return found
 
 
 def rows_of(path: Path) -> Rows:
@@ -126,7 +132,8 @@ TUNE = Command(
 )
 LEADERBOARD = Command(
     "leaderboard", ("leaderboard", "--only", "--repeats", "1", "--workers", "1", "--out", "out"),
-    "out/leaderboard.csv", ("out",), runs=("out/robot", "out/clips-plain", "out/clips-clutter"), timeout_s=400,
+    "out/leaderboard.csv", ("out",), timeout_s=400, more=("out/looming.csv",),
+    runs=("out/robot", "out/clips-plain", "out/clips-clutter", "out/looming-plain", "out/looming-moving"),
 )  # fmt: skip
 REPRODUCE = Command(
     "reproduce", ("reproduce", "--quick", "--robot-only", "--workers", "1", "--out", "out"), "runs", ("out",),

@@ -16,7 +16,9 @@ def register(app: typer.Typer) -> None:
 
 
 def behave(
-    name: Annotated[str, typer.Argument(help="A behaviour that [b]colias list[/b] shows, or the path of a .py file.")],
+    name: Annotated[
+        str, typer.Argument(help="A behaviour or a group that [b]colias list[/b] shows, or the path of a .py file.")
+    ],
     env: Annotated[
         str | None, typer.Option(help="Avoidance, Fixation, Optomotor or Pursuit; otherwise the behaviour's own.")
     ] = None,
@@ -58,10 +60,13 @@ def behave(
     The robot is the observer of the trials, with its camera, wheels and motors; the network runs on every frame.
     Equal seeds are equal worlds, whoever plays in them. Recordings show the observer's view, the arena from above
     with tracks, the neurons, the wheels and the reward. With --power these episodes are a pilot: use other seeds for
-    it than for what is judged. Exit status: 1 if episodes failed; the others count.
+    it than for what is judged. The group [b]escape[/b] plays the escape reflex of every looming model, with a table of
+    survival. Exit status: 1 if episodes failed; the others count.
     """
+    from experiments.behaviours import GROUPS, REFERENCE
     from experiments.bench.closed_loop import figure as closed_loop_figure
     from experiments.bench.closed_loop import run as behaving
+    from experiments.bench.closed_loop import survival
     from experiments.bench.closed_loop import table as closed_loop_table
 
     made = behaving.plan(name, env, assignments or (), episodes, seed, baselines, power)
@@ -72,6 +77,11 @@ def behave(
     closed_loop_figure.write(played)
     if not quiet:
         closed_loop_table.show(played, recordings)
+    if name in GROUPS:
+        found = survival.survival(played.standings, REFERENCE[name][0])
+        path = survival.write(folder, found)
+        if not quiet:
+            closed_loop_table.show_survival(found, name, path)
     if power is not None:
         closed_loop_table.show_power(played, power)
     return EXIT_FAILED if played.failures else 0

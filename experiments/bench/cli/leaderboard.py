@@ -35,26 +35,39 @@ def leaderboard(
         Path | None,
         typer.Option(help="Folder of the results, otherwise runs/leaderboard-TIME; goes on with one begun."),
     ] = None,
+    atlas: Annotated[
+        bool,
+        typer.Option("--atlas", help="Draw every model's answers to a dozen clips on one page, in place of ranking."),
+    ] = False,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
     quiet: Quiet = False,
 ) -> int:
-    """Show every model the same robot trials and the same clips, time them in turns, and rank them.
+    """Show every model the same robot trials and the clips of its kind, time them in turns, and rank them.
 
     90 robot trials: crossings both ways at 4, 6, 10 cm/s and 6, 10 cm, straight approach and recession at these
-    speeds. 24 clips on an even ground, 60 before clutter and 20 of clutter alone (shifting, swaying, trembling).
-    Writes leaderboard.csv, figure.svg and .png, and a folder of tables for each kind. Every number has its 95 %
-    interval. The command's own models are those registered, but dsnn-reference. Exit status: 1 if trials failed; the
-    others count.
+    speeds. To models that answer by direction 24 clips on an even ground, 60 before clutter and 20 of clutter alone
+    (shifting, swaying, trembling). To looming models 48 clips on an even ground and 160 before what moves: looming,
+    receding, crossing, and gratings and backgrounds alone. The two kinds are ranked apart. Writes leaderboard.csv and
+    figure.svg and .png of direction, looming.csv, looming.svg and .png, and a folder of tables for each set of clips.
+    Every number has its 95 % interval. With --atlas it writes atlas.html, atlas.svg and atlas.png alone. The command's
+    own models are those registered, but dsnn-reference. Exit status: 1 if trials failed; the others count.
     """
     from experiments.bench.core.models import COMPARED, shown_models
+    from experiments.bench.leaderboard import atlas as board_atlas
     from experiments.bench.leaderboard import run as board
     from experiments.bench.leaderboard import table as leaderboard_table
 
     folder = new_folder(out, "leaderboard")
     means = resources(workers, cluster, quiet, other_code)
-    result = board.run(folder, shown_models(COMPARED, model, only), repeats, seed, means)
+    models = shown_models(COMPARED, model, only)
+    if atlas:
+        drawn = board_atlas.run(folder, models, seed, means)
+        if not quiet:
+            leaderboard_table.show_atlas(drawn)
+        return EXIT_FAILED if drawn.failures else 0
+    result = board.run(folder, models, repeats, seed, means)
     if not quiet:
         leaderboard_table.show(result)
     return EXIT_FAILED if result.failures else 0

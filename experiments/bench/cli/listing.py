@@ -22,7 +22,7 @@ def list_all() -> None:
     from dsnn import MODELS
     from dsnn.stimuli import STIMULI
     from experiments import NAMES, OFFLINE
-    from experiments.behaviours import BEHAVIOURS
+    from experiments.behaviours import BEHAVIOURS, GROUPS
     from experiments.bench import registry
     from experiments.bench.core.terminal import out_console
     from scenes import ARENAS
@@ -31,7 +31,8 @@ def list_all() -> None:
     models = {name: entry.summary for name, entry in MODELS.items()}
     stimuli = {name: entry.summary for name, entry in STIMULI.items()}
     envs = {name.partition("/")[2]: entry.summary for name, entry in ENVS.items()}
-    behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()}
+    groups = {name: f"a group: {', '.join(members)}" for name, members in GROUPS.items()}
+    behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()} | groups
     kinds = {
         "experiments": experiments, "models": models, "scenes": ARENAS, "stimuli": stimuli, "envs": envs,
         "behaviours": behaviours,

@@ -11,6 +11,7 @@ from typer.core import TyperGroup
 from experiments.bench.cli import (
     behave,
     camera,
+    check,
     clips,
     compare,
     doctor,
@@ -31,8 +32,8 @@ from experiments.bench.cli import (
 )
 
 COMMANDS = (
-    run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, video, measured,
-    camera, export, clips, doctor,
+    run, sweep, maps, reproduce, watch, check, leaderboard, tune, train, behave, listing, runs, compare, view, video,
+    measured, camera, export, clips, doctor,
 )  # fmt: skip
 """The modules of the commands, in the order in which help shows them."""
 
@@ -79,6 +80,7 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias run clean                   the paper's off-line clips, to the DSNN
   colias watch street.mp4            any footage, or a camera
   colias reproduce                   which of the paper's claims hold
+  colias check my_model.py           does a model keep the laws of all models
   colias leaderboard                 every model on the same trials
   colias tune --model emd --only     response against speed, size, direction ...
   colias behave hybrid               close the loop: reflexes in an env, scored

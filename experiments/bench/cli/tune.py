@@ -22,7 +22,7 @@ from experiments.bench.cli.options import (
 
 def register(app: typer.Typer) -> None:
     """Put the command into ``app``."""
-    app.command(short_help="Measure tuning curves: speed, size, contrast, frequency, direction.")(tune)
+    app.command(short_help="Measure tuning curves: speed, size, contrast, frequency, direction, l/v.")(tune)
 
 
 def tune(
@@ -30,7 +30,7 @@ def tune(
     only: Only = False,
     curve: Annotated[
         list[str] | None,
-        typer.Option(help="Only this one: speed, size, contrast, frequency or direction. Repeatable."),
+        typer.Option(help="Only this one: speed, size, contrast, frequency, direction or l-over-v. Repeatable."),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the gratings' phase, 0 or more.")] = 0,
     out: Annotated[
@@ -48,9 +48,11 @@ def tune(
 
     Clips of 144x108 px at 30 frames/s, models with the paper's off-line parameters. A direction
     model's response is the mean of (hs, vs), projected on the direction of the motion, over the
-    second half of the moving frames; a looming detector's its peak above rest. A figure for
-    each curve, tuning.csv with every point, preferences.csv with a row a model. The command's
-    own models are those registered, but dsnn-reference.
+    second half of the moving frames; a looming detector's its peak above rest. Looming models
+    are shown approaches too, dark and light, at six ratios l/v of half-size to speed. A preference
+    within the noise of its measure is told as not defined. A figure for each curve, tuning.csv with
+    every point, preferences.csv with a row a model. The command's own models are those registered,
+    but dsnn-reference.
     """
     from experiments.bench.core.models import COMPARED, shown_models
     from experiments.bench.tuning import run as tuning_run

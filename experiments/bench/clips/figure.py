@@ -57,19 +57,20 @@ def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str
     thresholds
         Each model's spiking threshold; ``None``: it does not spike.
     title
-        Title of the figure.
+        Of the figure.
     """
     with mpl.rc_context(STYLE):
-        if drawing.kind == "traces":
-            drawn = _traces(rows, frames, thresholds)
-        elif drawing.kind == "background":
-            drawn = _background(rows, thresholds)
-        elif drawing.kind == "edges":
-            drawn = edges_figure.draw(rows, frames, thresholds)
-        elif drawing.kind == "ranges":
-            drawn = _ranges(rows, thresholds)
-        else:
-            drawn = _peaks(drawing, rows, thresholds)
+        match drawing.kind:
+            case "traces":
+                drawn = _traces(rows, frames, thresholds)
+            case "background":
+                drawn = _background(rows, thresholds)
+            case "edges":
+                drawn = edges_figure.draw(rows, frames, thresholds)
+            case "ranges":
+                drawn = _ranges(rows, thresholds)
+            case _:
+                drawn = _peaks(drawing, rows, thresholds)
         headline(drawn, title, 9)
     return drawn
 
@@ -278,10 +279,8 @@ def _limits(axes: Axes, thresholds: Mapping[str, float | None], models: Sequence
 
 def _threshold_keys(thresholds: Mapping[str, float | None], models: Sequence[str]) -> list[Line2D]:
     """What the dashed lines are: thresholds, and of which models where there are several."""
-    owners: dict[float, list[str]] = {}
-    for model in models:
-        if (level := thresholds.get(model)) is not None:
-            owners.setdefault(level, []).append(model)
+    levels = {model: level for model in models if (level := thresholds.get(model)) is not None}
+    owners = {level: [model for model in levels if levels[model] == level] for level in levels.values()}
     said = []
     for level, own in sorted(owners.items()):
         whose = ", ".join(own[:MOST_NAMED]) + (f" and {len(own) - MOST_NAMED} more" if len(own) > MOST_NAMED else "")

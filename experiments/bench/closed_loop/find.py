@@ -26,11 +26,12 @@ def load_behaviour(source: str) -> Behaviour:
             raise UsageError(f"{source}: {error}") from None
         return policy_file.load(Path(source)).behaviour(Path(source).stem)
     if not is_own(source):
-        from experiments.behaviours import BEHAVIOURS
+        from experiments.behaviours import BEHAVIOURS, GROUPS
 
         if source not in BEHAVIOURS:
             near = difflib.get_close_matches(source, BEHAVIOURS, n=1, cutoff=0.0)[0]
-            raise UsageError(f"no behaviour '{source}': known are {', '.join(BEHAVIOURS)}, a .py file, or a policy's"
+            known = ", ".join((*GROUPS, *BEHAVIOURS))
+            raise UsageError(f"no behaviour '{source}': known are {known}, a .py file, or a policy's"
                              f" .npz (nearest: {near})")  # fmt: skip
         return BEHAVIOURS[source]
     entry = declared(Path(source), "BEHAVIOUR")
@@ -38,6 +39,13 @@ def load_behaviour(source: str) -> Behaviour:
         raise UsageError(f"{source}: BEHAVIOUR is a {type(entry).__name__}, expected a Behaviour")
     env_id(entry.env)
     return entry
+
+
+def members(name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The behaviours that ``name`` means, and what a group of them is held against: of one behaviour, nothing."""
+    from experiments.behaviours import GROUPS, REFERENCE
+
+    return (GROUPS[name], REFERENCE[name]) if name in GROUPS else ((name,), ())
 
 
 def env_id(name: str) -> str:

@@ -136,6 +136,27 @@ def episodes_needed(rarer: Pilot, other: Pilot, bound: float, target: float = TA
     return enough
 
 
+def shares_needed(first: float, second: float, target: float = TARGET) -> int:
+    """The number of trials of each of two kinds to tell two shares apart, by a two-sided test at 5 %.
+
+    Parameters
+    ----------
+    first, second
+        The shares, both above 0 and below 1, not equal.
+    target
+        The power that is wanted, above 0 and below 1.
+
+    References
+    ----------
+    Fleiss, Levin and Paik 2003, Statistical Methods for Rates and Proportions, equation 4.14 (without correction for
+    continuity).
+    """
+    middle = (first + second) / 2
+    apart = special.ndtri(1.0 - TAIL) * np.sqrt(2 * middle * (1 - middle))
+    apart += special.ndtri(target) * np.sqrt(first * (1 - first) + second * (1 - second))
+    return int(np.ceil((apart / (first - second)) ** 2))
+
+
 def check_pilot(name: str, found: Pilot) -> None:
     """Raise `UsageError` for a pilot in which ``name``, which is to collide more often, touched nothing."""
     if not found.collisions:

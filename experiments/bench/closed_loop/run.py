@@ -22,7 +22,7 @@ from colias_sim.envs.factors import PRESET
 from colias_sim.reference import reference_hash
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry, start_places
-from experiments.bench.closed_loop.find import env_id, load_behaviour
+from experiments.bench.closed_loop.find import env_id, load_behaviour, members
 from experiments.bench.closed_loop.scores import COLUMNS, EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
 from experiments.bench.core.batch import Batch, Resources
 from experiments.bench.core.errors import UsageError
@@ -106,17 +106,21 @@ def plan(
 ) -> BehaviourPlan:  # fmt: skip
     """A checked plan of one behaviour and its baselines; `UsageError` for what cannot be played.
 
-    ``against`` is another behaviour, whose collisions are compared with the first one's. It takes the place of the
-    baselines.
+    A group of behaviours is played whole, with what it is held against in the place of the baselines. ``against`` is
+    another behaviour, whose collisions are compared with the first one's. It takes the place of the baselines.
     """
     check_counts(seed, episodes, "--episodes")
-    entry = load_behaviour(behaviour)
+    asked, reference = members(behaviour)
+    entry = load_behaviour(asked[0])
     where = env_id(env) if env is not None else env_id(entry.env)
     options = env_options(where, assignments)
-    others = [name for name in ENVS[where].baselines if name != behaviour] if baselines else []
+    usual = reference or ENVS[where].baselines
+    others = [name for name in usual if name not in asked] if baselines else []
     if against is not None:
+        if len(asked) > 1:
+            raise UsageError(f"--power {against}: {behaviour} is a group of behaviours; legal is one of them")
         others = [_comparable(against, entry.name, where)]
-    settings = tuple(Setting(_source(name), where, options) for name in (behaviour, *others))
+    settings = tuple(Setting(_source(name), where, options) for name in (*asked, *others))
     return BehaviourPlan(settings, episodes, seed)
 
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from scipy import special
 
 from colias_sim.envs import ENVS, EpisodeColumn, Measure
 from experiments.bench.closed_loop.episode import Episode
+from experiments.bench.core.alarms import poisson_interval
 from experiments.bench.core.scores import Score
 from experiments.bench.core.statistics import proportion_interval, summarise
 from experiments.bench.core.store.rows import OBSERVER, FrameRow, JobRow, TrialRecord, schema_of
@@ -134,8 +134,7 @@ def rate(rows: Sequence[Row], per: str, unit: float = 1.0) -> Score:
     count, stretch = sum(bool(row["touched"]) for row in rows), sum(row[per] for row in rows) / unit
     if not stretch > 0.0:  # or no number
         return Score(math.nan, math.nan, math.nan, len(rows))
-    low = float(special.gammaincinv(count, 0.025)) if count else 0.0
-    high = float(special.gammaincinv(count + 1, 0.975))
+    low, high = poisson_interval(count)
     return Score(count / stretch, low / stretch, high / stretch, len(rows))
 
 

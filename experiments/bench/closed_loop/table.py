@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from pathlib import Path
 
 from rich.table import Table
 
 from colias_sim.envs import ENVS
+from experiments.behaviours import GROUPS, REFERENCE
 from experiments.bench.closed_loop.power import MOST_EPISODES, TARGET, check_pilot, episodes_needed, pilot, power
 from experiments.bench.closed_loop.run import Played
+from experiments.bench.closed_loop.survival import Survival, best_against, published
 from experiments.bench.core.scores import Score, written
 from experiments.bench.core.terminal import coloured, count, out_console
 from experiments.bench.core.verdict import Verdict
@@ -58,6 +61,23 @@ def show_power(played: Played, other: str) -> None:
     out_console.print(f"For a power of {TARGET:.0%} to show {aim}: {enough}.", markup=False)
     chances = ", ".join(f"{power(rarer, often, EQUAL, episodes):.0%} with {episodes}" for episodes in TRIED_EPISODES)
     out_console.print(f"The power is {chances} episodes.", markup=False)
+
+
+def show_survival(found: Sequence[Survival], group: str, path: Path) -> None:
+    """Print the survival of a group of behaviours, B2 asked of the best of them, and where the table is."""
+    members, (reference, *_) = GROUPS[group], REFERENCE[group]
+    table = Table(title="survival", title_justify="left", box=None, header_style="bold", pad_edge=False)
+    for name in ("behaviour", "episodes", "without collision", "collisions/m", f"times that of {reference}"):
+        table.add_column(name, justify="left" if name == "behaviour" else "right", no_wrap=True)
+    for each in found:
+        cells = (str(each.survived.n), str(each.survived), str(each.per_metre), str(each.ratio or "-"))
+        table.add_row(each.name, *cells)
+    out_console.print()
+    out_console.print(table)
+    said = (best_against(found, members, reference), published(max((each.survived.n for each in found), default=0)))
+    for text in filter(None, said):
+        out_console.print(text, markup=False)
+    out_console.print(f"{'survival':<12}{path}", soft_wrap=True, markup=False)
 
 
 def show_claims(claims: Sequence[Verdict]) -> None:

@@ -1,4 +1,4 @@
-"""Every model on the same robot trials and the same off-line clips: run what is missing, then score."""
+"""Every model on the same robot trials, and on the clips of its kind: run what is missing, then score."""
 
 from __future__ import annotations
 
@@ -8,39 +8,52 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pyarrow as pa
+
+from dsnn.stimuli.looming import Looming
 from experiments.bench.clips import plan as clips_plan
 from experiments.bench.clips import run as clips_run
-from experiments.bench.clips.experiment import OfflineExperiment
+from experiments.bench.clips.experiment import OfflineExperiment, Showing
 from experiments.bench.clips.plan import OfflinePlan
+from experiments.bench.core.alarms import alarm_count, first_alarm_s
 from experiments.bench.core.batch import Batch, Resources
 from experiments.bench.core.figures import plotting
-from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.models import ConfiguredModel, shown_models
 from experiments.bench.core.pool import Pool
 from experiments.bench.core.scores import Standing
+from experiments.bench.core.settings import watchers
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.terminal import error_console
 from experiments.bench.leaderboard import figure as leaderboard_figure
-from experiments.bench.leaderboard.scores import ranked, scores, table
+from experiments.bench.leaderboard import looming_scores, scores
+from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING, Ranking
+from experiments.bench.leaderboard.looming_scores import ShownClip
+from experiments.bench.leaderboard.looming_stimuli import looming_experiments
 from experiments.bench.leaderboard.stimuli import REPEATS, ROBOT, clip_experiments
 from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.robot import plan as robot_plan
 from experiments.bench.robot import run as robot_run
-from experiments.bench.robot.plan import Plan
+
+Row = Mapping[str, Any]
+Times = Mapping[str, Mapping[str, Sequence[float]]]
+"""Measure -> label -> us per frame of every round."""
 
 
 @dataclass(frozen=True, slots=True)
 class Board:
-    """The leaderboard, best first; of trials and clips that failed, what went wrong."""
+    """The leaderboard, a ranking for each kind of which there is a model; of what failed, what went wrong."""
 
     folder: Path
-    standings: list[Standing]
+    rankings: tuple[Ranking, ...]
     failures: list[Failure]
 
 
 def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, resources: Resources) -> Board:
-    """Run what ``folder`` lacks of the trials, time the models, and write ``leaderboard.csv`` and the figure.
+    """Run what ``folder`` lacks of the trials, time the models, and write a table and a figure of each kind.
 
+    A model that answers by hs or vs is shown the clips of direction, one that answers by looming those of looming.
     The robot's trials take each model's parameters for the robot, the clips those for off-line tests.
 
     Parameters
@@ -62,30 +75,60 @@ def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, res
         Something cannot be run, or the folder holds other trials.
     """
     robot = robot_plan.plan(ROBOT, models, (), repeats if repeats is not None else REPEATS, seed)
-    clips = [_clip_plan(experiment, repeats, seed) for experiment in clip_experiments(models)]
+    directional, looming = of_kinds(models)
+    of_direction = [_clip_plan(each, repeats, seed) for each in (clip_experiments(directional) if directional else ())]
+    of_looming = [_clip_plan(each, repeats, seed) for each in (looming_experiments(looming) if looming else ())]
     with resources.pool() as pool:
         folder.mkdir(parents=True, exist_ok=True)
-        batches: list[Batch[Any]] = [_robot_batch(robot), *(clips_run.batch(made, frames=False) for made in clips)]
-        crossed, *watched = [_run(batch, folder / batch.name, pool, resources) for batch in batches]
-    offline = clips[0].showings[0].models
+        batches: list[Batch[Any]] = [
+            robot_run.batch(robot, robot_run.ROWS_ONLY),
+            *(clips_run.batch(made, frames=False) for made in of_direction),
+            *(clips_run.batch(made) for made in of_looming),
+        ]
+        done = [_run(batch, folder / batch.name, pool, resources) for batch in batches]
+    crossed, watched, loomed = done[0], done[1 : 1 + len(of_direction)], done[1 + len(of_direction) :]
+    offline, _ = watchers(shown_models((), models, only=True), ())
     # After the workers have gone: nothing of this run's own competes for the processor.
     times = _times(robot.settings.models, offline, resources)
-    clip_rows = [row for rows, _ in watched for row in rows]
-    standings = ranked(_standing(model, crossed[0], clip_rows, times) for model in offline)
-    Files(folder).write_rows("leaderboard.csv", table(standings))
-    plotting.save(leaderboard_figure.draw(standings, robot.repeats), folder)
-    return Board(folder, standings, [failure for _, failures in (crossed, *watched) for failure in failures])
+    rankings = []
+    if of_direction:
+        clip_rows = [row for each in watched for row in each.rows]
+        own = of_direction[0].showings[0].models
+        rankings.append(_ranking(DIRECTION, [_standing(model, crossed.rows, clip_rows, times) for model in own]))
+    if of_looming:
+        clips = [clip for made, each in zip(of_looming, loomed, strict=True) for clip in _shown(made, each)]
+        own = of_looming[0].showings[0].models
+        rankings.append(_ranking(LOOMING, [_looming_standing(model, crossed.rows, clips, times) for model in own]))
+    for ranking in rankings:
+        Files(folder).write_rows(ranking.kind.table, ranking.rows())
+        plotting.save(leaderboard_figure.draw(ranking, robot.repeats), folder, ranking.kind.figure)
+    return Board(folder, tuple(rankings), [failure for each in done for failure in each.failures])
 
 
-def _robot_batch(robot: Plan) -> Batch[Any]:
-    return robot_run.batch(robot, robot_run.ROWS_ONLY)
+def of_kinds(models: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Those of ``models`` that stand in the ranking of direction, and those that stand in that of looming.
+
+    A model that answers by neither, which tells where motion is alone, stands among those of direction.
+    """
+    chosen = [(text, watchers((text,), ())[0][0].channels) for text in dict.fromkeys(models)]
+    looming = [text for text, channels in chosen if "looming" in channels]
+    return [text for text, channels in chosen if {"hs", "vs"} & set(channels) or text not in looming], looming
 
 
-def _run(batch: Batch[Any], out: Path, pool: Pool, resources: Resources) -> tuple[list[dict[str, Any]], list[Failure]]:
-    """Do what is missing of a batch; its rows, and what failed."""
+@dataclass(frozen=True, slots=True)
+class _Done:
+    """What a batch came to; ``frames`` has a row for each frame and model, where they are kept."""
+
+    rows: list[dict[str, Any]]
+    frames: pa.Table
+    failures: list[Failure]
+
+
+def _run(batch: Batch[Any], out: Path, pool: Pool, resources: Resources) -> _Done:
+    """Do what is missing of a batch."""
     with closing(batch.open(out, resources)) as folder:
         failures = batch.fill(folder, pool, resources)
-        return folder.rows(), failures
+        return _Done(folder.rows(), folder.frames(), failures)
 
 
 def _clip_plan(experiment: OfflineExperiment, repeats: int | None, seed: int) -> OfflinePlan:
@@ -102,14 +145,56 @@ def _times(
     return {"us_99x72": time_models(robot, (72, 99)), "us_320x180": time_models(offline, (180, 320))}
 
 
-def _standing(
-    model: ConfiguredModel, robot: Sequence[Mapping[str, Any]], clips: Sequence[Mapping[str, Any]],
-    times: Mapping[str, Mapping[str, Any]],
-) -> Standing:  # fmt: skip
+def _shown(made: OfflinePlan, done: _Done) -> list[ShownClip]:
+    """Every clip of a plan as each looming model answered it."""
+    showings = {showing.index: showing for showing in made.showings}
+    trial, name = done.frames["trial"].to_numpy(), np.asarray(done.frames["model"])
+    spikes = done.frames["looming_spikes"].to_numpy()
+    found = []
+    for row in done.rows:
+        start, end = np.searchsorted(trial, (row["trial"], row["trial"] + 1))  # trials stand in order
+        found.append(_answered(showings[row["trial"]], row, spikes[start:end][name[start:end] == row["model"]]))
+    return found
+
+
+def _answered(showing: Showing, row: Row, spikes: Any) -> ShownClip:
+    """One clip and one model's spikes in it, (T,)."""
+    first, shade, ways = None, "", dict(showing.condition.changes)
+    centred = row["stimulus"] == "looming" and not {"azimuth_deg", "background"} & ways.keys()
+    if centred and row["motion"] == "looming":
+        clip = showing.condition.build(showing.seed)
+        assert isinstance(clip, Looming)
+        first = first_alarm_s(spikes, clip.contact_s())
+        shade = "dark" if clip.params.grey < clip.params.background_grey else "light"
+    return ShownClip(row, row["frames"] / row["fps"], alarm_count(spikes, row["fps"]), first, shade)
+
+
+def _ranking(kind: Any, standings: Sequence[Standing]) -> Ranking:
+    return Ranking(kind, kind.ranked(standings))
+
+
+def _spikes(model: ConfiguredModel, *channels: str) -> bool:
+    """Whether a model has a threshold in any of some channels."""
+    return any(model.thresholds.get(channel) is not None for channel in channels)
+
+
+def _own(model: ConfiguredModel, times: Times) -> dict[str, Sequence[float]]:
+    """The times of one model, by measure."""
+    return {measure: taken[model.label] for measure, taken in times.items() if model.label in taken}
+
+
+def _standing(model: ConfiguredModel, robot: Sequence[Row], clips: Sequence[Row], times: Times) -> Standing:
     # A model without a potential, which says where motion is alone, has nothing that could be scored.
     known = model.label if model.counted else None
     own_robot, own_clips = ([row for row in rows if row["model"] == known] for rows in (robot, clips))
-    us = {measure: taken[model.label] for measure, taken in times.items() if model.label in taken}
-    looming = not {"hs", "vs"} & set(model.channels)
     spiking = any(threshold is not None for threshold in model.thresholds.values())
-    return Standing(model.label, scores(own_robot, own_clips, us, looming, spiking))
+    return Standing(model.label, scores.scores(own_robot, own_clips, _own(model, times), spiking))
+
+
+def _looming_standing(
+    model: ConfiguredModel, robot: Sequence[Row], clips: Sequence[ShownClip], times: Times
+) -> Standing:
+    own_robot = [row for row in robot if row["model"] == model.label]
+    own_clips = [clip for clip in clips if clip.row["model"] == model.label]
+    found = looming_scores.scores(own_robot, own_clips, _own(model, times), _spikes(model, "looming"))
+    return Standing(model.label, found)

@@ -1,4 +1,4 @@
-"""From the rows of trials and clips to each model's scores. Pure functions; nothing is run or drawn here."""
+"""From the rows of trials and clips to each direction model's scores. Pure functions; nothing is run or drawn here."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MEASURES = {
     "us_320x180": "us, 320x180",
 }
 """Every measure, with a heading for people: the columns of ``leaderboard.csv``, in their order."""
-SORTED_BY = "the mean of both direction accuracies, then of both AUCs; models without a direction last"
+SORTED_BY = "the mean of both direction accuracies, then of both AUCs"
 Scores = Mapping[str, Score | None]
 """Measure -> score; ``None`` where a model has no such thing."""
 
@@ -48,10 +48,8 @@ def answer(row: Row) -> str | None:
     return named[0] if len(named) == 1 else None
 
 
-def strength(row: Row, looming: bool) -> float:
-    """The largest |HS| or |VS| of a trial; of a looming detector the largest potential."""
-    if looming:
-        return float(row["peak_looming"])
+def strength(row: Row) -> float:
+    """The largest |HS| or |VS| of a trial."""
     return float(max(sign * row[column] for column, sign in SIGNED.values()))
 
 
@@ -60,12 +58,12 @@ def direction_accuracy(rows: Iterable[Row]) -> Score | None:
     return _share([answer(row) == shown(row) for row in rows if shown(row) in SIGNED])
 
 
-def separation(rows: Iterable[Row], looming: bool) -> Score | None:
+def separation(rows: Iterable[Row]) -> Score | None:
     """Area under the ROC curve for translation against motion in depth by `strength`; under 0.5 it prefers depth.
 
     Its interval is Newcombe's, which complete separation does not shrink to a point.
     """
-    known = [(shown(row), strength(row, looming)) for row in rows]
+    known = [(shown(row), strength(row)) for row in rows]
     across = [value for what, value in known if what in SIGNED]
     depth = [value for what, value in known if what == DEPTH]
     if not across or not depth:
@@ -98,18 +96,17 @@ def _share(hits: Sequence[bool]) -> Score | None:
 
 
 def scores(
-    robot: Sequence[Row], clips: Sequence[Row], us: Mapping[str, Sequence[float]], looming: bool, spikes: bool
+    robot: Sequence[Row], clips: Sequence[Row], us: Mapping[str, Sequence[float]], spikes: bool
 ) -> dict[str, Score | None]:
-    """Every measure of one model, of whose ``robot`` trials and ``clips`` these are all rows.
+    """Every measure of one direction model, of whose ``robot`` trials and ``clips`` these are all rows.
 
-    ``us`` has its times by the measure's name, ``looming`` is true of a looming detector, ``spikes`` of a model
-    with a threshold.
+    ``us`` has its times by the measure's name, ``spikes`` is true of a model with a threshold.
     """
     return {
-        "direction_robot": None if looming else direction_accuracy(robot),
-        "direction_clips": None if looming else direction_accuracy(clips),
-        "auc_robot": separation(robot, looming),
-        "auc_clips": separation(clips, looming),
+        "direction_robot": direction_accuracy(robot),
+        "direction_clips": direction_accuracy(clips),
+        "auc_robot": separation(robot),
+        "auc_clips": separation(clips),
         "false_alarms": false_alarms(clips) if spikes else None,
         **{name: frame_time(us.get(name)) for name in MEASURES if name.startswith("us_")},
     }
@@ -124,18 +121,3 @@ def _mean(standing: Standing, kind: str) -> float:
     """Of the robot's and the clips' score, as far as there are any; otherwise below all."""
     found = [score.value for s in ("robot", "clips") if (score := standing.scores[f"{kind}_{s}"]) is not None]
     return sum(found) / len(found) if found else -math.inf
-
-
-def table(standings: Iterable[Standing]) -> list[dict[str, Any]]:
-    """The rows of ``leaderboard.csv``: value, ``_low``, ``_high``, ``_n`` of each measure, null for a dash."""
-    rows = []
-    for standing in standings:
-        row: dict[str, Any] = {"model": standing.name}
-        for name in MEASURES:
-            score = standing.scores[name]
-            values = (None, None, None) if score is None else (score.value, score.low, score.high)
-            for end, value in zip(("", "_low", "_high"), values, strict=True):
-                row[f"{name}{end}"] = None if value is None or not math.isfinite(value) else round(value, 6)
-            row[f"{name}_n"] = None if score is None else score.n
-        rows.append(row)
-    return rows

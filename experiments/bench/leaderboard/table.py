@@ -3,53 +3,57 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from rich.markup import escape
 from rich.table import Table
 
-from experiments.bench.core.scores import Score, Standing
+from experiments.bench.core.scores import Score
 from experiments.bench.core.terminal import out_console
+from experiments.bench.leaderboard.atlas import Atlas
+from experiments.bench.leaderboard.kinds import Ranking
 from experiments.bench.leaderboard.run import Board
-from experiments.bench.leaderboard.scores import MEASURES, SORTED_BY
-
-NOTES = (
-    f"Sorted by {SORTED_BY}.",
-    "Below each value its 95 % interval: of shares the exact one (Clopper and Pearson), of AUCs Newcombe's, both as if "
-    "trials were independent; of times (medians of rounds) by order statistics.",
-    "Direction: the strongest potential of either system has the right system and sign; two alike are no answer, so "
-    "a model that saturates in both gets none right. Guessing gets 0.25.",
-    "AUC: translation against motion in depth, by the largest |HS| or |VS|, of a looming detector by its potential: "
-    "under 0.5 it prefers depth.",
-    "False alarms: clips of background alone that made the model spike. A dash: does not apply, or no answer.",
-)
 
 
 def show(board: Board) -> None:
-    """The table, what it means, and where everything is."""
-    out_console.print(_table(board.standings))
-    out_console.print()
-    for note in NOTES:
-        out_console.print(note, markup=False)
-    out_console.print()
-    for name, file in {"figure": "figure.png", "table": "leaderboard.csv"}.items():
-        out_console.print(f"{name:<12}{board.folder / file}", soft_wrap=True, markup=False)
+    """The tables of each kind, what they mean, and where everything is."""
+    for ranking in board.rankings:
+        for measures in ranking.kind.tables:
+            out_console.print(_table(ranking, measures))
+            out_console.print()
+        for note in ranking.kind.notes:
+            out_console.print(note, markup=False)
+        out_console.print()
+    for ranking in board.rankings:
+        kind = ranking.kind
+        for name, file in {"figure": f"{kind.figure}.png", "table": kind.table}.items():
+            out_console.print(f"{kind.name} {name:<8}{board.folder / file}", soft_wrap=True, markup=False)
 
 
-def _table(standings: list[Standing]) -> Table:
+def show_atlas(made: Atlas) -> None:
+    """Where the atlas is."""
+    for name, place in {"page": made.page, "figure": made.figure}.items():
+        out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
+
+
+def _table(ranking: Ranking, measures: Sequence[str]) -> Table:
     """Two lines a model: the values, and below them their intervals."""
-    table = Table(box=None, header_style="bold", pad_edge=False, collapse_padding=True)
+    table = Table(
+        title=ranking.kind.name, title_justify="left", box=None, header_style="bold", pad_edge=False,
+        collapse_padding=True,
+    )  # fmt: skip
     table.add_column("model", no_wrap=True)
-    for heading in MEASURES.values():
+    for name in measures:
+        heading = ranking.kind.measures[name]
         table.add_column("\n".join(heading.replace(",", "").split()), justify="right", no_wrap=True)
-    for standing in standings:
-        cells = (_said(name, standing.scores[name]) for name in MEASURES)
-        table.add_row(escape(standing.name), *cells)
+    for standing in ranking.standings:
+        table.add_row(escape(standing.name), *(_said(name, standing.scores[name]) for name in measures))
     return table
 
 
 def _said(measure: str, score: Score | None) -> str:
     if score is None:
         return "-"
-    form = ".0f" if measure.startswith("us_") else ".2f"
+    form = ".0f" if measure.startswith("us_") else ".1f" if measure.startswith("alarms_") else ".2f"
     interval = "-" if math.isnan(score.low) else f"{score.low:{form}}-{score.high:{form}}"
     return f"{score.value:{form}}\n[dim]{interval}[/dim]"

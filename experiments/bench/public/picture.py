@@ -65,9 +65,9 @@ def _of_robot(said: Mapping[str, Any], rows: list[Any], frames: pa.Table) -> Fig
     if declared["figure"] == "excitation" and set(NEEDED) <= set(models):
         found = excitation.courses(rows, frames, float(models[WHOLE]["network"]["w_i"]))
         if found:
-            title = robot_figure.title(name, [WHOLE], arena, repeats, changed, open_loop=blind)
+            title = robot_figure.title(name, [WHOLE], arena, repeats, changed, blind)
             return excitation_figure.figure(found, title, _threshold(models[WHOLE]))
-    title = robot_figure.title(name, labels, arena, repeats, changed, open_loop=blind)
+    title = robot_figure.title(name, labels, arena, repeats, changed, blind)
     thresholds = {label: _threshold(model) for label, model in models.items()}
     if drawable(declared["figure"], rows) == "mechanism":
         return mechanism_figure.figure(rows, declared["varies"], title, thresholds[labels[0]])

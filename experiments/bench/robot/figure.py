@@ -83,17 +83,17 @@ class Series:
 
 def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
     """`figure` of a run."""
-    settings, varies = plan.settings, plan.experiment.varies
-    models, blind = [model.label for model in settings.models], settings.robot.open_loop
+    settings, models = plan.settings, [model.label for model in plan.settings.models]
     name, arena, repeats = caption(plan.experiment.name, settings.scene.arena, plan.repeats, rows)
-    said = title(name, models, arena, repeats, plan.changed(), open_loop=blind)
-    return figure(rows, frames, varies, said, {model.label: model.threshold for model in settings.models})
+    said = title(name, models, arena, repeats, plan.changed(), settings.robot.open_loop)
+    return figure(
+        rows, frames, plan.experiment.varies, said, {model.label: model.threshold for model in settings.models}
+    )
 
 
 def title(
-    name: str, models: Sequence[str], arena: str, repeats: int | str, changed: Mapping[str, Any], *,
-    open_loop: bool = False,
-) -> str:  # fmt: skip
+    name: str, models: Sequence[str], arena: str, repeats: int | str, changed: Mapping[str, Any], open_loop: bool
+) -> str:
     """Return the title of a run's figure, with the parameters that were ``changed``. An empty ``arena`` is left out."""
     shown = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
     where, driven = f", {arena} arena" if arena else "", ", driven open loop" if open_loop else ""

@@ -4,7 +4,8 @@ The response to a clip, steady over the second half of the frames in which somet
 
 - of a direction model, the mean over that half of (hs, vs) projected on the direction of the motion,
   ``hs cos a + vs sin a``, negative if it answers the other way, in the model's own unit;
-- of a looming detector, the largest potential while something moves, above its rest of 0.5.
+- of a looming detector the largest potential while something moves, above its rest of 0.5; of an approach, whichever
+  model with a looming potential sees it, that from its begin to the clip's end.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ import pyarrow as pa
 
 from dsnn.looming.grouping import REST
 from dsnn.stimuli import ClipParams, Stimulus
+from dsnn.stimuli.looming import Looming
+from experiments.bench.core.alarms import first_alarm_s
 from experiments.bench.tuning.probes import Family, Probe
 
 NOTHING = 1e-6
@@ -32,7 +35,11 @@ ROW_FLOOR = 0.1
 
 @dataclass(frozen=True, slots=True)
 class TuningPoint:
-    """One model's response to one probe. ``hs`` and ``vs`` are steady means, ``looming`` the peak above rest."""
+    """One model's response to one probe. ``hs`` and ``vs`` are steady means, ``looming`` the peak above rest.
+
+    ``spikes`` are those of the looming channel in the clip, ``contact_s`` the time to contact at the first of them in
+    an approach, s, ``None`` without one. ``repeat`` is that of the probe.
+    """
 
     curve: str
     line: str
@@ -44,6 +51,9 @@ class TuningPoint:
     hs: float
     vs: float
     looming: float
+    spikes: int = 0
+    contact_s: float | None = None
+    repeat: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,17 +96,24 @@ def moving(clip: Stimulus[ClipParams]) -> npt.NDArray[np.int64]:
 
 
 def answer(
-    family: Family, probe: Probe, model: str, channels: Sequence[str], series: Mapping[str, Any], frames: Any
-) -> TuningPoint:
-    """The response of a model that answers by ``channels``; ``series`` are its potentials (T,), ``frames`` move."""
+    family: Family, probe: Probe, model: str, channels: Sequence[str], series: Mapping[str, Any], frames: Any,
+    contact_s: npt.NDArray[np.float64] | None = None,
+) -> TuningPoint:  # fmt: skip
+    """The response of a model that answers by ``channels``; ``series`` are its potentials (T,), ``frames`` move.
+
+    ``contact_s`` is the time to contact by frame (T,) of an approach.
+    """
     steady = frames[len(frames) // 2 :]
     hs, vs = (float(series[system][steady].mean()) for system in ("hs", "vs"))
     looming = float(series["looming"][frames].max()) - REST if "looming" in channels else 0.0
     turn = math.radians(probe.direction_deg)
-    response = projected(hs, vs, turn) if directional(channels) else looming
+    response = projected(hs, vs, turn) if directional(channels) and family.kind != "approach" else looming
+    spikes = np.asarray(series.get("looming_spikes", ()))
+    first = first_alarm_s(spikes, contact_s) if contact_s is not None and spikes.size else None
     return TuningPoint(
-        family.name, probe.line, model, probe.x, probe.y, probe.direction_deg, response, hs, vs, max(looming, 0.0)
-    )
+        family.name, probe.line, model, probe.x, probe.y, probe.direction_deg, response, hs, vs, max(looming, 0.0),
+        int(spikes.sum()), first, probe.repeat,
+    )  # fmt: skip
 
 
 def directional(channels: Sequence[str]) -> bool:
@@ -117,22 +134,26 @@ def answers(
     ``shown`` says what the trials showed, ``channels`` by what each model answers. What is not there is left out.
     """
     trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
-    columns = {system: frames[system].to_numpy() for system in ("hs", "vs", "looming")}
+    columns = {system: frames[system].to_numpy() for system in ("hs", "vs", "looming", "looming_spikes")}
     made = []
     for index, family, probe in shown:
         start, end = np.searchsorted(trial, (index, index + 1))  # trials stand in order
-        window = moving(probe.clip.build(seed))
+        clip = probe.clip.build(seed + probe.repeat)
+        contact = clip.contact_s() if isinstance(clip, Looming) else None
+        # A potential may lag behind: an approach is watched from its begin to the clip's end.
+        window = moving(clip) if contact is None else np.flatnonzero(~np.isnan(contact))
         for model in channels:
             own = start + np.flatnonzero(name[start:end] == model)
             if len(own):
                 series = {system: values[own] for system, values in columns.items()}
-                made.append(answer(family, probe, model, channels[model], series, window))
+                made.append(answer(family, probe, model, channels[model], series, window, contact))
     return made
 
 
 def curve(given: Iterable[TuningPoint], model: str, family: str, line: str) -> tuple[list[float], list[float]]:
     """(x, response) of one line, by rising x."""
-    own = sorted((a.x, a.response) for a in given if (a.model, a.curve, a.line) == (model, family, line))
+    wanted = (model, family, line, 0)
+    own = sorted((a.x, a.response) for a in given if (a.model, a.curve, a.line, a.repeat) == wanted)
     return [x for x, _ in own], [response for _, response in own]
 
 
@@ -210,18 +231,19 @@ def selectivity(direction_deg: Sequence[float], response: Sequence[float]) -> Se
     return Selectivity(abs(whole), math.degrees(math.atan2(whole.imag, whole.real)) % 360.0)
 
 
-def lobes(given: Iterable[TuningPoint], model: str, line: str) -> dict[str, tuple[list[float], list[float]]]:
+def lobes(
+    given: Iterable[TuningPoint], model: str, line: str, repeat: int = 0
+) -> dict[str, tuple[list[float], list[float]]]:
     """Directions, and responses to them, of each system: ``hs``, ``vs``, ``looming``."""
-    own = sorted(
-        (a for a in given if (a.model, a.curve, a.line) == (model, "direction", line)), key=lambda a: a.direction_deg
-    )
+    wanted = (model, "direction", line, repeat)
+    own = sorted((a for a in given if (a.model, a.curve, a.line, a.repeat) == wanted), key=lambda a: a.direction_deg)
     turns = [a.direction_deg for a in own]
     return {system: (turns, [getattr(a, system) for a in own]) for system in ("hs", "vs", "looming")}
 
 
 def pointing_error(given: Iterable[TuningPoint], model: str, line: str) -> float | None:
     """Mean absolute angle between (hs, vs) and the direction of motion, degrees; ``None`` if it never answers."""
-    own = [a for a in given if (a.model, a.curve, a.line) == (model, "direction", line)]
+    own = [a for a in given if (a.model, a.curve, a.line, a.repeat) == (model, "direction", line, 0)]
     off = [
         abs((math.degrees(math.atan2(a.vs, a.hs)) - a.direction_deg + 180.0) % 360.0 - 180.0)
         for a in own

@@ -15,6 +15,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 
 from experiments.bench.core.figures.palette import colours, marks
 from experiments.bench.core.figures.plotting import STYLE, columns_of_key, headline, plain
+from experiments.bench.tuning import approach_figure
 from experiments.bench.tuning.curves import (
     NOTHING,
     TuningPoint,
@@ -25,6 +26,8 @@ from experiments.bench.tuning.curves import (
     lobes,
     selectivity,
 )
+from experiments.bench.tuning.defined import undefined_peak
+from experiments.bench.tuning.preferences import direction_undefined
 from experiments.bench.tuning.probes import Family
 
 Answers = Sequence[TuningPoint]
@@ -38,7 +41,8 @@ WIDER = 2.4
 def draw(family: Family, given: Answers, channels: Channels) -> Figure:
     """The figure of one family; ``channels`` say by what each model answers."""
     with mpl.rc_context(STYLE):
-        return {"curve": _curves, "map": _maps, "polar": _polars}[family.kind](family, given, channels)
+        drawings = {"curve": _curves, "map": _maps, "polar": _polars, "approach": approach_figure.draw}
+        return drawings[family.kind](family, given, channels)
 
 
 def _largest(given: Answers, model: str, family: Family) -> float:
@@ -98,12 +102,15 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
         x, y, response = grid(given, model, family.name)
         largest = _largest(given, model, family)
         said = f"1 = {largest:.2g}" if largest > NOTHING else "no answer"
+        scatters = largest > NOTHING and undefined_peak(response)
+        said += "; peak not defined" if scatters else ""
         axes.set_title(plain(f"{model} ({said})"), fontsize=9, color=tints[model])
         if not x:
             continue
         shares = response / (largest or 1.0)
         axes.pcolormesh(_edges(x), _edges(y), shares, cmap=SHADES, vmin=-1, vmax=1, rasterized=True)
-        axes.plot(x, best_rows(y, response), "o", ms=3.5, mfc="white", mec="black", mew=0.8)
+        if not scatters:
+            axes.plot(x, best_rows(y, response), "o", ms=3.5, mfc="white", mec="black", mew=0.8)
         axes.set(xscale="log", yscale="log")
         for axis, ticks in ((axes.xaxis, x[::2]), (axes.yaxis, y[::2])):
             axis.set_minor_locator(NullLocator())
@@ -148,6 +155,8 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         axes.plot(np.radians(spots), _share(heights), "s", ms=5, mfc="white", mec=tints[model], mew=1.4, zorder=5)
         index = selectivity(*own["hs" if tells else "looming"])
         said = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
+        if direction_undefined(given, model, channels[model]):
+            said = "preference not defined"
         axes.set_title(plain(f"{model}: {said}"), fontsize=9, color=tints[model], y=1.0, pad=25.0)  # above "up"
         _compass(axes)
     keys = [

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from experiments.bench.tuning.curves import (
     Preferred,
+    Selectivity,
     TuningPoint,
     best_rows,
     curve,
@@ -24,9 +25,10 @@ from experiments.bench.tuning.curves import (
     selectivity,
     speed_slope,
 )
-from experiments.bench.tuning.probes import curve_family
+from experiments.bench.tuning.defined import SOME, undefined_direction, undefined_peak
+from experiments.bench.tuning.probes import PHASES, curve_family
 
-OBJECT, GRATING = "dark object", "grating"
+OBJECT, GRATING, LOOMING = "dark object", "grating", "dark looming"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,9 @@ class Preferences:
     """Of one model: where it answers most, and how it tells directions; ``None`` for what was not shown or answered.
 
     ``dsi`` and ``prefers_deg`` are those of HS, or of a looming detector's potential, for gratings; ``error_deg``
-    is how far (hs, vs) points off them. ``slope`` is that of `curves.speed_slope`.
+    is how far (hs, vs) points off them. ``slope`` is that of `curves.speed_slope`. ``fires_deg`` is the full angle at
+    which dark looming makes it spike first, the median over l/v. ``undefined`` says of measures why they are within
+    the noise (`experiments.bench.tuning.defined`); they are ``None`` too.
     """
 
     model: str
@@ -48,31 +52,83 @@ class Preferences:
     prefers_deg: float | None = None
     vs_dsi: float | None = None
     error_deg: float | None = None
+    fires_deg: float | None = None
+    undefined: Mapping[str, str] = field(default_factory=dict)
 
     def row(self) -> dict[str, Any]:
         """The same for a table: ranges as their ends and whether it is a maximum inside what was shown."""
         made: dict[str, Any] = {}
-        for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            if field.type.startswith("Preferred"):
-                made[f"{field.name}_low"] = None if value is None else value.low
-                made[f"{field.name}_high"] = None if value is None else value.high
-                made[f"{field.name}_inside"] = None if value is None else value.inside
+        for each in dataclasses.fields(self):
+            value = getattr(self, each.name)
+            if each.name == "undefined":
+                made["not_defined"] = "; ".join(f"{name}: {why}" for name, why in value.items())
+            elif each.type.startswith("Preferred"):
+                made[f"{each.name}_low"] = None if value is None else value.low
+                made[f"{each.name}_high"] = None if value is None else value.high
+                made[f"{each.name}_inside"] = None if value is None else value.inside
             else:
-                made[field.name] = value
+                made[each.name] = value
         return made
 
 
 def preferences(given: Sequence[TuningPoint], model: str, channels: Sequence[str]) -> Preferences:
     """What the answers of ``model``, which answers by ``channels``, come to."""
-    return Preferences(
-        model,
-        preferred(*curve(given, model, "speed", OBJECT)),
-        preferred(*curve(given, model, "size", OBJECT)),
-        half_contrast(*curve(given, model, "contrast", OBJECT)),
+    speed, size = (curve(given, model, family, OBJECT) for family in ("speed", "size"))
+    values: dict[str, Any] = {
+        "speed_px_s": preferred(*speed),
+        "size_px": preferred(*size),
+        "half_contrast": half_contrast(*curve(given, model, "contrast", OBJECT)),
+        "fires_deg": firing_angle(given, model),
         **_of_map(given, model),
         **_of_directions(given, model, directional(channels)),
-    )
+    }
+    shapes: dict[str, Any] = {"speed_px_s": speed[1], "size_px": size[1]}
+    response = grid(given, model, "frequency")[2]
+    shapes |= {"wavelength_px": response, "temporal_hz": response}
+    undefined = {
+        name: why
+        for name, shape in shapes.items()
+        if values.get(name) is not None and str(values[name]) != "flat" and (why := undefined_peak(shape))
+    }
+    if "temporal_hz" in undefined:
+        values["slope"] = None
+    if why := direction_undefined(given, model, channels):
+        undefined |= dict.fromkeys([name for name in ("dsi", "prefers_deg") if values.get(name) is not None], why)
+    values |= dict.fromkeys(undefined)
+    return Preferences(model, **values, undefined=undefined)
+
+
+def firing_angle(given: Sequence[TuningPoint], model: str) -> float | None:
+    """The full angle that a dark square subtends at the first spike, degrees: the median over l/v; or ``None``."""
+    found = [
+        2 * math.degrees(math.atan(a.x / a.contact_s))
+        for a in given
+        if (a.model, a.curve, a.line) == (model, "l-over-v", LOOMING) and a.contact_s is not None
+    ]
+    return float(np.median(found)) if found else None
+
+
+def direction_undefined(given: Sequence[TuningPoint], model: str, channels: Sequence[str]) -> str:
+    """Why the preferred direction of HS, or of looming, varies too much with the grating's phase; empty otherwise.
+
+    Of a model that answers all directions alike, by a DSI below `SOME`, nothing is to be told.
+    """
+    found = [_first(given, model, directional(channels), repeat) for repeat in range(PHASES)]
+    known = [each for each in found if each is not None]
+    if len(known) < 2 or max(each.dsi for each in known) < SOME:
+        return ""
+    turns = lobes(given, model, GRATING)["hs"][0]
+    return undefined_direction([each.preferred_deg for each in known], 360.0 / len(turns))
+
+
+def _first(given: Sequence[TuningPoint], model: str, tells: bool, repeat: int) -> Selectivity | None:
+    """The selectivity of HS, or of looming, at one phase; ``None`` where a direction is missing."""
+    own = lobes(given, model, GRATING, repeat)["hs" if tells else "looming"]
+    return selectivity(*own) if len(own[0]) == _directions() else None
+
+
+def _directions() -> int:
+    return sum(probe.line == GRATING and probe.repeat == 0 for probe in curve_family("direction").probes)
 
 
 def _of_map(given: Sequence[TuningPoint], model: str) -> dict[str, Any]:
@@ -91,7 +147,7 @@ def _of_map(given: Sequence[TuningPoint], model: str) -> dict[str, Any]:
 def _of_directions(given: Sequence[TuningPoint], model: str, tells: bool) -> dict[str, Any]:
     own = lobes(given, model, GRATING)
     # An index over some of the directions alone would be wrong, not rough.
-    if len(own["hs"][0]) < sum(probe.line == GRATING for probe in curve_family("direction").probes):
+    if len(own["hs"][0]) < _directions():
         return {}
     first = selectivity(*own["hs" if tells else "looming"])
     second = selectivity(*own["vs"]) if tells else None

@@ -1,21 +1,22 @@
 """Tuning curves: what is shown, along which axes. How answers become curves is in `curves`.
 
 Clips have 144x108 px at 30 frames/s. Gratings drift for a second; their wavelengths divide the frame's width, so that
-a field's mean does not depend on the phase. Objects start and end whole inside the frame, dark on grey 200.
+a field's mean does not depend on the phase. Objects start and end whole inside the frame, dark on grey 200. Approaches
+have 99x72 px, through the robot's lens.
 """
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Literal
 
 from experiments.bench.clips.experiment import Clip
 from experiments.bench.core.errors import UsageError
 
-Kind = Literal["curve", "map", "polar"]
+Kind = Literal["curve", "map", "polar", "approach"]
 
 FRAME: dict[str, Any] = {"rows": 108, "columns": 144, "rest_s": 0.2}
 OBJECT: dict[str, Any] = {"width": 24.0, "height": 24.0, "speed": 120.0, "enters": False}
@@ -28,6 +29,11 @@ WAVELENGTHS_PX = (4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 36.0, 48.0, 72.0)
 TEMPORAL_HZ = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.3)
 """Up to three quarters of the Nyquist frequency of 30 frames/s: above it a drift turns round."""
 DIRECTIONS = 16
+PHASES = 5
+"""Phases of the grating that each direction is shown at: how far a preferred direction varies between them is noise."""
+L_OVER_V_S = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
+SHADES = {"dark looming": (40.0, 200.0), "light looming": (200.0, 40.0)}
+"""Grey of the square, and of what is behind it."""
 CARDINAL = {0.0: "rightward", 90.0: "downward", 180.0: "leftward", 270.0: "upward"}
 
 GROUND = 127.0
@@ -52,6 +58,8 @@ class Probe:
     x: float
     y: float | None = None
     direction_deg: float = 0.0
+    repeat: int = 0
+    """Added to the run's seed: the same point at another phase. Curves and figures show repeat 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +67,8 @@ class Family:
     """Tuning curves of one kind: the clips, the axes, how it is drawn.
 
     A ``curve`` is the response along ``x``; a ``map`` that over ``x`` and ``y``; a ``polar`` that against the
-    direction of motion, which is its ``x``. Raises ``ValueError`` where two probes are one point of one line.
+    direction of motion, which is its ``x``; an ``approach`` is of looming models alone, their potential, spikes and
+    time to contact along ``x``. Raises ``ValueError`` where two probes are one point of one line.
     """
 
     name: str
@@ -70,7 +79,7 @@ class Family:
     y: Axis | None = None
 
     def __post_init__(self) -> None:
-        points = [(probe.line, probe.x, probe.y) for probe in self.probes]
+        points = [(probe.line, probe.x, probe.y, probe.repeat) for probe in self.probes]
         if len(set(points)) < len(points):
             raise ValueError(f"{self.name}: two probes at one point")
 
@@ -78,6 +87,10 @@ class Family:
     def lines(self) -> tuple[str, ...]:
         """Its lines, in order."""
         return tuple(dict.fromkeys(probe.line for probe in self.probes))
+
+    def shown_to(self, channels: Sequence[str]) -> bool:
+        """Whether a model that answers by ``channels`` is shown it."""
+        return self.kind != "approach" or "looming" in channels
 
 
 def _clip(name: str, stimulus: str, **changes: Any) -> Clip:
@@ -130,6 +143,7 @@ def _frequency() -> Family:
 def _direction() -> Family:
     turns = [360.0 * i / DIRECTIONS for i in range(DIRECTIONS)]
     probes = [Probe(_grating(f"grating {d:g} deg", direction_deg=d), "grating", d, direction_deg=d) for d in turns]
+    probes += [replace(probe, repeat=phase) for phase in range(1, PHASES) for probe in probes]
     for d, motion in CARDINAL.items():
         probes.append(Probe(_object(f"object {d:g} deg", motion=motion), "dark object", d, direction_deg=d))
     axis = Axis("direction_deg", "direction of motion (degrees)")
@@ -137,7 +151,21 @@ def _direction() -> Family:
     return Family("direction", summary, "polar", axis, tuple(probes))
 
 
-_DECLARED = {"speed": _speed, "size": _size, "contrast": _contrast, "frequency": _frequency, "direction": _direction}
+def _l_over_v() -> Family:
+    probes = (
+        Probe(Clip(f"{line} {s:g} s", "looming", (("l_over_v_s", s), ("grey", grey), ("background_grey", ground))),
+              line, s)
+        for line, (grey, ground) in SHADES.items()
+        for s in L_OVER_V_S
+    )  # fmt: skip
+    summary = "a square that looms at the centre, through the robot's lens; looming models alone"
+    return Family("l-over-v", summary, "approach", Axis("l_over_v_s", "l / v (s)"), tuple(probes))
+
+
+_DECLARED = {
+    "speed": _speed, "size": _size, "contrast": _contrast, "frequency": _frequency, "direction": _direction,
+    "l-over-v": _l_over_v,
+}  # fmt: skip
 """Name -> what builds the family; that builds every clip of it once, to see that it can be."""
 
 CURVES = tuple(_DECLARED)

@@ -42,17 +42,23 @@ class TuningPlan:
 
     def shown(self) -> list[tuple[int, Family, Probe]]:
         """Every clip in order, with its number and what it is a point of."""
-        points = [(family, probe) for family in self.families for probe in family.probes]
+        points = [(family, probe) for family in self.families for probe in family.probes if self._seen_by(family)]
         return [(index, family, probe) for index, (family, probe) in enumerate(points)]
 
     def showings(self) -> list[Showing]:
-        """The same as jobs: each clip to all models."""
-        return [Showing(EXPERIMENT, i, 0, self.seed, probe.clip, self.models) for i, _, probe in self.shown()]
+        """The same as jobs: each clip to all models that its family is shown to."""
+        return [
+            Showing(EXPERIMENT, i, probe.repeat, self.seed + probe.repeat, probe.clip, self._seen_by(family))
+            for i, family, probe in self.shown()
+        ]
+
+    def _seen_by(self, family: Family) -> tuple[ConfiguredModel, ...]:
+        return tuple(model for model in self.models if family.shown_to(model.channels))
 
     def amount(self) -> str:
         """Say how many clips and frames there are."""
         shown = self.shown()
-        frames = sum(len(probe.clip.build(self.seed)) for _, _, probe in shown)
+        frames = sum(len(probe.clip.build(self.seed + probe.repeat)) for _, _, probe in shown)
         return f"{len(shown)} clips, {frames:,} frames"
 
     def channels(self) -> dict[str, tuple[str, ...]]:
@@ -89,7 +95,10 @@ def plan(models: Sequence[str], curves: Sequence[str], assignments: Sequence[str
     """A checked plan from what a person typed; `UsageError` for what is not legal."""
     check_counts(seed)
     chosen, _ = watchers(models, assignments)
-    return TuningPlan(families(curves), chosen, seed)
+    made = TuningPlan(families(curves), chosen, seed)
+    if not made.shown():
+        raise UsageError(f"--curve {curves[0]}: no model shown answers by looming; name one by --model")
+    return made
 
 
 def batch(made: TuningPlan) -> Batch[Showing]:
@@ -162,7 +171,8 @@ def conclude(made: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -
 def _row(given: TuningPoint) -> dict[str, Any]:
     """A row of ``tuning.csv``, its axes by name; empty where the curve has no such axis."""
     family = curve_family(given.curve)
-    axes = {"speed_px_s": None, "size_px": None, "contrast": None, "cycles_px": None, "temporal_hz": None}
+    names = ("speed_px_s", "size_px", "contrast", "cycles_px", "temporal_hz", "l_over_v_s")
+    axes: dict[str, float | None] = dict.fromkeys(names)
     values = dataclasses.asdict(given)
     x, y = values.pop("x"), values.pop("y")
     axes |= {family.x.name: x} if family.x.name in axes else {}

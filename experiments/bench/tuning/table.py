@@ -8,28 +8,30 @@ from rich.markup import escape
 from rich.table import Table
 
 from experiments.bench.core.terminal import out_console
+from experiments.bench.tuning.defined import SOME
 from experiments.bench.tuning.preferences import Preferences
 from experiments.bench.tuning.run import TuningReport
 
-COLUMNS: tuple[tuple[str, str, Callable[[Preferences], str]], ...] = (
-    ("speed px/s", "speed", lambda p: _said(p.speed_px_s)),
-    ("size px", "size", lambda p: _said(p.size_px)),
-    ("c50", "contrast", lambda p: _number(p.half_contrast, "{:.2f}")),
-    ("TF Hz", "frequency", lambda p: _said(p.temporal_hz)),
-    ("wave px", "frequency", lambda p: _said(p.wavelength_px)),
-    ("slope", "frequency", lambda p: _number(p.slope, "{:z.2f}")),
-    ("DSI", "direction", lambda p: _number(p.dsi, "{:.2f}")),
-    ("prefers", "direction", lambda p: _number(_told(p), "{:.0f}°")),
-    ("off", "direction", lambda p: _number(p.error_deg, "{:.0f}°")),
+COLUMNS: tuple[tuple[str, str, str, Callable[[Preferences], str]], ...] = (
+    ("speed px/s", "speed", "speed_px_s", lambda p: _said(p.speed_px_s)),
+    ("size px", "size", "size_px", lambda p: _said(p.size_px)),
+    ("c50", "contrast", "half_contrast", lambda p: _number(p.half_contrast, "{:.2f}")),
+    ("TF Hz", "frequency", "temporal_hz", lambda p: _said(p.temporal_hz)),
+    ("wave px", "frequency", "wavelength_px", lambda p: _said(p.wavelength_px)),
+    ("slope", "frequency", "slope", lambda p: _number(p.slope, "{:z.2f}")),
+    ("DSI", "direction", "dsi", lambda p: _number(p.dsi, "{:.2f}")),
+    ("prefers", "direction", "prefers_deg", lambda p: _number(_told(p), "{:.0f}°")),
+    ("off", "direction", "error_deg", lambda p: _number(p.error_deg, "{:.0f}°")),
+    ("fires", "l-over-v", "fires_deg", lambda p: _number(p.fires_deg, "{:.0f}°")),
 )
-"""Heading, the family it comes from, the cell."""
-SOME = 0.05
-"""The least DSI with which there is a preferred direction to tell of."""
+"""Heading, the family it comes from, the field of `Preferences`, the cell."""
+UNDEFINED = "n.d."
 NOTE = (
     "Where each model answers most (≥, ≤: up to an end of what was shown; flat: alike everywhere). c50: "
     "contrast of half its largest answer to a dark object. Slope: of best temporal over spatial frequency; 0 temporal "
     "frequency decides, 1 speed. DSI: of HS, or looming, for gratings, |sum r exp(ia)| / sum r, r rectified; 1 one "
-    "direction alone, 0.79 a cosine, 0 all alike. Off: how far (hs, vs) points off the motion."
+    "direction alone, 0.79 a cosine, 0 all alike. Off: how far (hs, vs) points off the motion. Fires: the "
+    "full angle of dark looming at its first spike, median over l/v. n.d.: not defined, as below."
 )
 
 
@@ -39,12 +41,17 @@ def show(report: TuningReport) -> None:
     columns = [column for column in COLUMNS if column[1] in measured]
     table = Table(title="tuning", title_justify="left", box=None, header_style="bold", pad_edge=False)
     table.add_column("model", no_wrap=True)
-    for name, _, _ in columns:
+    for name, *_ in columns:
         table.add_column(name, justify="right", no_wrap=True)
     for each in report.preferences:
-        table.add_row(escape(each.model), *(cell(each) for _, _, cell in columns))
+        cells = (UNDEFINED if name in each.undefined else cell(each) for _, _, name, cell in columns)
+        table.add_row(escape(each.model), *cells)
     out_console.print(table)
     out_console.print(f"[dim]{NOTE}[/dim]\n")
+    for each in report.preferences:
+        for why in dict.fromkeys(each.undefined.values()):
+            names = ", ".join(name for name in each.undefined if each.undefined[name] == why)
+            out_console.print(f"{each.model}, {names}: not defined: {why}", soft_wrap=True, markup=False)
     for name, path in report.figures.items():
         out_console.print(f"{name:<12}{path}", soft_wrap=True, markup=False)
     out_console.print(f"{'tables':<12}{report.folder / 'tuning.csv'}", soft_wrap=True, markup=False)

@@ -37,7 +37,9 @@ def draw(found: Sequence[Course], plan: Plan) -> Figure:
     """`figure` of a run."""
     settings = plan.settings
     (whole,) = (model for model in settings.models if model.label == WHOLE)
-    said = title(plan.experiment.name, [WHOLE], settings.scene.arena, plan.repeats, plan.changed())
+    said = title(
+        plan.experiment.name, [WHOLE], settings.scene.arena, plan.repeats, plan.changed(), settings.robot.open_loop
+    )
     return figure(found, said, whole.threshold)
 
 

@@ -47,7 +47,7 @@ def draw(rows: Rows, plan: Plan) -> Figure:
     settings, labels = plan.settings, [model.label for model in plan.settings.models]
     blind = settings.robot.open_loop
     name, arena, repeats = caption(plan.experiment.name, settings.scene.arena, plan.repeats, rows)
-    said = title(name, labels, arena, repeats, plan.changed(), open_loop=blind)
+    said = title(name, labels, arena, repeats, plan.changed(), blind)
     return figure(rows, plan.experiment.varies, said, settings.models[0].threshold)
 
 

@@ -1,0 +1,37 @@
+"""The command ``colias check``. It imports what is heavy when it runs."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from experiments.bench.cli.options import EXIT_FAILED
+
+
+def register(app: typer.Typer) -> None:
+    """Put the command into ``app``."""
+    app.command(short_help="Try the laws that every model keeps on one model, such as yours.")(check)
+
+
+def check(
+    model: Annotated[
+        str,
+        typer.Argument(metavar="MODEL", help="A name or a .py file; under other settings as dsnn:w_i=1,n_con=6."),
+    ],
+) -> int:
+    """Try on a model what trials, clips and envs take for granted of any, and say what it breaks and how to mend it.
+
+    Legal answers, reset, determinism, no hold on the caller's frame, silence in a still scene, mirror images, and
+    refusal of frames of another shape; then what a frame costs. It takes the model's parameters for off-line tests.
+    Exit status: 1 if a law is broken.
+    """
+    from experiments.bench.conformance import laws, table
+    from experiments.bench.core.settings import watchers
+    from experiments.bench.leaderboard.timing import time_models
+
+    (chosen,), _ = watchers((model,), ())
+    findings = laws.check(chosen)
+    taken = time_models([chosen], laws.SHAPE).get(chosen.label)
+    table.show(chosen.label, findings, min(taken) if taken else None)
+    return EXIT_FAILED if any(each.trouble for each in findings) else 0

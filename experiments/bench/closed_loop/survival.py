@@ -1,0 +1,105 @@
+"""The survival of behaviours that escape: episodes without a collision, collisions a metre, and how they compare.
+
+Every behaviour plays at the same seeds, so in the same worlds. What they share is told by exact intervals: of shares
+Clopper and Pearson's, of rates Garwood's, of ratios of rates the conditional one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from experiments.bench.closed_loop.power import shares_needed
+from experiments.bench.closed_loop.scores import rate, rate_ratio
+from experiments.bench.core.scores import Score, Standing
+from experiments.bench.core.statistics import proportion_interval
+from experiments.bench.core.store.files import Files
+from experiments.bench.core.store.rows import known
+
+PUBLISHED = {"lplc2": 0.961, "si-lgmd1": 0.937}
+"""Model -> the share of encounters that it escaped on the robot, by the paper of SI-LGMD1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Survival:
+    """How one behaviour fared.
+
+    Attributes
+    ----------
+    name
+        The behaviour.
+    survived
+        The share of episodes without a collision.
+    per_metre
+        Collisions a metre.
+    ratio
+        How many times more often a metre it collides than the reference; ``None`` of the reference itself.
+    """
+
+    name: str
+    survived: Score
+    per_metre: Score
+    ratio: Score | None
+
+    def row(self) -> dict[str, Any]:
+        """A row of ``survival.csv``."""
+        made: dict[str, Any] = {"behaviour": self.name, "episodes": self.survived.n}
+        for name, score in (("survived", self.survived), ("collisions_m", self.per_metre), ("ratio", self.ratio)):
+            ends = (math.nan,) * 3 if score is None else (score.value, score.low, score.high)
+            made |= {f"{name}{end}": known(value) for end, value in zip(("", "_low", "_high"), ends, strict=True)}
+        return made
+
+
+def survival(standings: Sequence[Standing], reference: str) -> list[Survival]:
+    """Every behaviour's survival, the one that collides least a metre first; compared with ``reference``, if it played.
+
+    A behaviour that the rows of ``standings`` have no episode of is not in them.
+    """
+    rows: Mapping[str, Any] = {standing.name: standing.rows for standing in standings}
+    found = []
+    for name, own in rows.items():
+        unharmed = sum(not row["touched"] for row in own)
+        share = Score(unharmed / len(own), *proportion_interval(unharmed, len(own)), len(own))
+        compared = rate_ratio(own, rows[reference]) if reference in rows and name != reference else None
+        found.append(Survival(name, share, rate(own, "driven_m"), compared))
+    return sorted(found, key=lambda each: (_sortable(each.per_metre.value), each.name))
+
+
+def write(folder: Path, found: Sequence[Survival]) -> Path:
+    """Write ``survival.csv`` into a run's folder; return its path."""
+    Files(folder).write_rows("survival.csv", [each.row() for each in found])
+    return folder / "survival.csv"
+
+
+def _sortable(value: float) -> float:
+    return math.inf if math.isnan(value) else value
+
+
+def best_against(found: Sequence[Survival], group: Sequence[str], reference: str) -> str:
+    """Claim B2 asked of the best reflex of a group, in words; empty where it, or the ``reference``, did not play.
+
+    The best is chosen by the episodes that judge it. That flatters it, and works against the claim.
+    """
+    best = next((each for each in found if each.name in group), None)
+    if best is None or best.ratio is None:
+        return ""
+    if math.isnan(best.ratio.value):
+        said = "neither collided, so nothing can be told"
+    else:
+        held = "so too" if best.ratio.low > 1.0 else "not shown"
+        said = f"{best.ratio} times as often a metre; {held} (needs a lower end above 1)"
+    return f"B2 asked of the best of them: {best.name} against {reference}: {said}"
+
+
+def published(episodes: int) -> str:
+    """What is to be said of the escape rates that were published, by so many ``episodes`` of each model."""
+    (first, high), (second, low) = PUBLISHED.items()
+    needed = shares_needed(high, low)
+    return (
+        f"The escape rates published for {first} and {second}, {high:.1%} and {low:.1%} of encounters with one robot: "
+        f"untested. To tell them apart with a power of 80 % takes {needed:,} encounters of each; these are {episodes} "
+        "episodes among ten robots."
+    )

@@ -1,0 +1,1 @@
+"""The laws that every vision model keeps, tried on one model."""

@@ -1,0 +1,145 @@
+"""The atlas as a picture: models by row, clips by column, potentials over time, spikes as ticks."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from dsnn.looming.grouping import REST
+from experiments.bench.clips.experiment import Showing
+from experiments.bench.clips.plan import OfflinePlan
+from experiments.bench.core.figures.palette import colours
+from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.core.models import ConfiguredModel
+
+INCHES = (1.02, 0.62)
+"""Of a panel, across and down."""
+LABEL_INCHES, KEY_INCHES = 1.5, 0.75
+WRAP = 14
+"""Characters of a column's heading in a line."""
+BELOW, ABOVE = -1.45, 1.15
+TICKS = {"hs": -1.15, "vs": -1.35, "looming": -1.25}
+"""Height of the spikes of each channel."""
+UPWARD = {"looming": -0.22}
+"""The same where nothing goes below 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
+    """What a clip shows: a frame of it, and by frame whether something moves, (T,)."""
+
+    name: str
+    picture: npt.NDArray[np.uint8]
+    moves: npt.NDArray[np.bool_]
+    fps: float
+
+
+def draw(made: OfflinePlan, frames: pa.Table) -> Figure:
+    """Draw the answers in ``frames`` to the clips of a plan, one repeat of each."""
+    models = made.showings[0].models
+    tints = colours(model.label for model in models)
+    columns = [_column(showing) for showing in made.showings]
+    series = _series(frames)
+    across, down = len(columns), len(models) + 1
+    with mpl.rc_context(STYLE):
+        size = (LABEL_INCHES + INCHES[0] * across, 0.5 + INCHES[1] * (down + 1) + KEY_INCHES)
+        drawn = Figure(figsize=size)
+        drawn.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)
+        panels = drawn.subplots(down, across, squeeze=False, height_ratios=[1.3, *[1.0] * len(models)])
+        for axes, column in zip(panels[0], columns, strict=True):
+            _head(axes, column)
+        for row, model in zip(panels[1:], models, strict=True):
+            own = {index: series.get((index, model.label)) for index in range(across)}
+            scale = _scale(model, own)
+            for index, axes in enumerate(row):
+                _cell(axes, model, own[index], columns[index], scale, tints[model.label])
+            unit = f"\n1 = {scale:.2g}" if "hs" in model.channels or "vs" in model.channels else ""
+            row[0].set_ylabel(plain(f"{model.label}{unit}"), rotation=0, ha="right", va="center", fontsize=8,
+                              color=tints[model.label])  # fmt: skip
+        for axes, column in zip(panels[-1], columns, strict=True):
+            axes.set_xlabel(f"{len(column.moves) / column.fps:.1f} s", fontsize=7)
+        drawn.legend(handles=_keys(), loc="outside lower center", ncols=5, frameon=False, fontsize=8)
+    return drawn
+
+
+def _column(showing: Showing) -> _Column:
+    clip = showing.condition.build(showing.seed)
+    truths = [frame.truth for frame in clip]
+    moves = np.array([t.motion != "still" or any(t.background_velocity or (0.0, 0.0)) for t in truths])
+    shown = np.flatnonzero(moves) if moves.any() else np.arange(len(clip))
+    # Two thirds of the way: what looms is large by then, and what crosses is still in view.
+    return _Column(showing.condition.name, clip[int(shown[2 * len(shown) // 3])].luma, moves, clip.fps)
+
+
+def _series(frames: pa.Table) -> dict[tuple[int, str], Mapping[str, Any]]:
+    """(Trial, model) -> its columns by frame, (T,) each."""
+    trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
+    wanted = ("hs", "vs", "looming", "hs_spikes", "vs_spikes", "looming_spikes")
+    columns = {column: frames[column].to_numpy() for column in wanted}
+    found: dict[tuple[int, str], Mapping[str, Any]] = {}
+    for index in np.unique(trial):
+        for model in np.unique(name[trial == index]):
+            own = (trial == index) & (name == model)
+            found[int(index), str(model)] = {column: values[own] for column, values in columns.items()}
+    return found
+
+
+def _scale(model: ConfiguredModel, own: Mapping[int, Mapping[str, Any] | None]) -> float:
+    """The largest |HS| or |VS| of a row; 1 where there is none."""
+    sizes = [
+        float(np.abs(each[channel]).max()) for each in own.values() if each is not None
+        for channel in ("hs", "vs") if channel in model.channels
+    ]  # fmt: skip
+    return max(sizes, default=0.0) or 1.0
+
+
+def _head(axes: Axes, column: _Column) -> None:
+    axes.imshow(column.picture, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.spines[:].set_visible(False)
+    axes.set_title("\n".join(textwrap.wrap(column.name, WRAP)), fontsize=8)
+
+
+def _cell(
+    axes: Axes, model: ConfiguredModel, own: Mapping[str, Any] | None, column: _Column, scale: float, tint: str
+) -> None:
+    """One model's answer to one clip."""
+    signed = "hs" in model.channels or "vs" in model.channels
+    steps = np.arange(len(column.moves))
+    axes.set(xlim=(0, max(len(steps) - 1, 1)), ylim=(BELOW, ABOVE) if signed else (-0.4, ABOVE), xticks=[], yticks=[])
+    axes.fill_between(steps, BELOW, ABOVE, where=column.moves.tolist(), color="black", alpha=0.05, lw=0)
+    axes.axhline(0.0, color="black", lw=0.4)
+    for side in axes.spines.values():
+        side.set_linewidth(0.3)
+    if own is None:
+        axes.annotate("failed", (0.5, 0.5), xycoords="axes fraction", ha="center", va="center", fontsize=6, color="0.4")
+        return
+    styles = {"hs": "-", "vs": ":", "looming": "--" if signed else "-"}
+    heights = TICKS if signed else UPWARD
+    for channel in (each for each in styles if each in model.channels):
+        values = (own[channel] - REST) / REST if channel == "looming" else own[channel] / scale
+        axes.plot(steps, values, ls=styles[channel], lw=1.0, color=tint)
+        fired = np.flatnonzero(own[f"{channel}_spikes"])
+        axes.plot(fired, np.full(fired.size, heights[channel]), "|", ms=3, mew=0.6, color="black")
+
+
+def _keys() -> list[Line2D]:
+    grey = "#444444"
+    return [
+        Line2D([], [], color=grey, lw=1.0, label="HS; looming of a looming detector"),
+        Line2D([], [], color=grey, lw=1.0, ls=":", label="VS"),
+        Line2D([], [], color=grey, lw=1.0, ls="--", label="looming beside HS"),
+        Line2D([], [], color="black", ls="", marker="|", ms=5, label="spikes"),
+        Line2D([], [], color="0.9", lw=6, label="something moves"),
+    ]

@@ -1,0 +1,155 @@
+"""From the rows of trials and clips to each looming model's scores. Pure functions; nothing is run or drawn here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from experiments.bench.clips.claims import SIGNED
+from experiments.bench.core.alarms import poisson_interval
+from experiments.bench.core.scores import Score, Standing
+from experiments.bench.core.statistics import area_under_roc, proportion_interval
+from experiments.bench.leaderboard.scores import frame_time
+
+Row = Mapping[str, Any]
+LOOMING, RECEDING, TRANSLATION = "looming", "receding", "translation"
+GRATING, BACKGROUND = "grating", "background"
+"""What a row was shown."""
+
+MEASURES = {
+    "auc_translation_robot": "AUC, translation, robot",
+    "auc_recession_robot": "AUC, recession, robot",
+    "auc_translation": "AUC, translation, clips",
+    "auc_recession": "AUC, recession, clips",
+    "auc_background": "AUC, background, clips",
+    "answered": "looming, answered",
+    "contact_dark_s": "contact, dark, s",
+    "contact_light_s": "contact, light, s",
+    "alarms_translation": "alarms/min, translation",
+    "alarms_gratings": "alarms/min, gratings",
+    "alarms_background": "alarms/min, background",
+    "us_99x72": "us, 99x72",
+    "us_320x180": "us, 320x180",
+}
+"""Every measure, with a heading for people: the columns of ``looming.csv``, in their order."""
+SORTED_BY = "the mean of the AUCs, then by the share of looming that is answered"
+
+
+@dataclass(frozen=True, slots=True)
+class ShownClip:
+    """One clip as one looming model answered it.
+
+    Attributes
+    ----------
+    row
+        Its row in ``trials.parquet``.
+    seconds
+        How long it lasts.
+    alarms
+        The number of alarms in it (`experiments.bench.core.alarms.alarm_count`).
+    contact_s
+        Time to contact at the first spike of an approach, s; ``None`` without one.
+    shade
+        ``dark`` or ``light`` of an approach on an even ground along the camera's axis; otherwise empty.
+    """
+
+    row: Row
+    seconds: float
+    alarms: int
+    contact_s: float | None = None
+    shade: str = ""
+
+
+def shown(row: Row) -> str:
+    """What was shown, of a robot's trial or of a clip."""
+    if "direction" in row:  # a robot's trial
+        return {"approach": LOOMING, "recession": RECEDING}.get(row["motion"], TRANSLATION)
+    if row["stimulus"] == "grating":
+        return GRATING
+    if row["object"] == "absent" or row["motion"] is None:
+        return BACKGROUND
+    return TRANSLATION if row["motion"] in SIGNED else str(row["motion"])
+
+
+def separation(rows: Iterable[Row], *others: str) -> Score | None:
+    """Area under the ROC curve for looming against the ``others`` by the largest potential; 0.5 is guessing.
+
+    Its interval is Newcombe's, which complete separation does not shrink to a point.
+    """
+    known = [(shown(row), float(row["peak_looming"])) for row in rows]
+    looming = [peak for what, peak in known if what == LOOMING]
+    rest = [peak for what, peak in known if what in others]
+    if not looming or not rest:
+        return None
+    return Score(*area_under_roc(looming, rest), len(looming) + len(rest))
+
+
+def answered(clips: Iterable[ShownClip]) -> Score | None:
+    """The share of looming clips with a spike, with Clopper and Pearson's interval."""
+    hits = [clip.alarms > 0 for clip in clips if shown(clip.row) == LOOMING]
+    if not hits:
+        return None
+    return Score(sum(hits) / len(hits), *proportion_interval(sum(hits), len(hits)), len(hits))
+
+
+def time_to_contact(clips: Iterable[ShownClip], shade: str) -> Score | None:
+    """The time to contact at the first spike, s: median over l/v, and the spread from the least to the largest.
+
+    Approaches without a spike are left out; ``n`` says how many had one. ``None`` where none had.
+    """
+    times = [clip.contact_s for clip in clips if clip.shade == shade and clip.contact_s is not None]
+    return Score(float(np.median(times)), min(times), max(times), len(times)) if times else None
+
+
+def alarm_rate(clips: Iterable[ShownClip], what: str) -> Score | None:
+    """Alarms a minute in the clips that show ``what``, with the exact interval of a Poisson rate."""
+    own = [clip for clip in clips if shown(clip.row) == what]
+    minutes, count = sum(clip.seconds for clip in own) / 60.0, sum(clip.alarms for clip in own)
+    if not minutes > 0.0:
+        return None
+    low, high = poisson_interval(count)
+    return Score(count / minutes, low / minutes, high / minutes, len(own))
+
+
+def scores(
+    robot: Sequence[Row], clips: Sequence[ShownClip], us: Mapping[str, Sequence[float]], spikes: bool
+) -> dict[str, Score | None]:
+    """Every measure of one looming model, of whose ``robot`` trials and ``clips`` these are all.
+
+    ``us`` has its times by the measure's name, ``spikes`` is true of a model with a threshold on its potential.
+    """
+    rows = [clip.row for clip in clips]
+    fired = clips if spikes else ()
+    return {
+        "auc_translation_robot": separation(robot, TRANSLATION),
+        "auc_recession_robot": separation(robot, RECEDING),
+        "auc_translation": separation(rows, TRANSLATION),
+        "auc_recession": separation(rows, RECEDING),
+        "auc_background": separation(rows, BACKGROUND, GRATING),
+        "answered": answered(fired),
+        "contact_dark_s": time_to_contact(fired, "dark"),
+        "contact_light_s": time_to_contact(fired, "light"),
+        "alarms_translation": alarm_rate(fired, TRANSLATION),
+        "alarms_gratings": alarm_rate(fired, GRATING),
+        "alarms_background": alarm_rate(fired, BACKGROUND),
+        **{name: frame_time(us.get(name)) for name in MEASURES if name.startswith("us_")},
+    }
+
+
+def ranked(standings: Iterable[Standing]) -> list[Standing]:
+    """In the order that `SORTED_BY` tells; equals by name."""
+
+    def place(standing: Standing) -> tuple[float, float, str]:
+        areas = [score.value for name, score in standing.scores.items() if name.startswith("auc_") and score]
+        hits = standing.scores["answered"]
+        return (
+            -sum(areas) / len(areas) if areas else math.inf,
+            -hits.value if hits is not None else math.inf,
+            standing.name,
+        )
+
+    return sorted(standings, key=place)

@@ -1,0 +1,69 @@
+"""Curves of approaches: potential, spikes and time to contact at the first spike against l / v, dark and light."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, NullLocator
+
+from experiments.bench.core.figures.palette import marks
+from experiments.bench.core.figures.plotting import plain
+from experiments.bench.tuning.curves import TuningPoint
+from experiments.bench.tuning.probes import Family
+
+MEASURES: Mapping[str, Callable[[TuningPoint], float | None]] = {
+    "peak above rest": lambda a: a.response,
+    "spikes": lambda a: float(a.spikes),
+    "time to contact at\nthe first spike (s)": lambda a: a.contact_s,
+}
+"""What is drawn against l / v."""
+ANGLES_DEG = (10.0, 20.0, 40.0, 60.0)
+"""Full angles, whose time to contact is drawn for comparison."""
+
+
+def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Sequence[str]]) -> Figure:
+    """A row for each shade, a panel for each measure, a line for each model with a looming potential."""
+    models = [model for model in channels if family.shown_to(channels[model])]
+    tints = marks(models)
+    places = sorted({probe.x for probe in family.probes})
+    drawn = Figure(figsize=(9.6, 2.5 * len(family.lines) + 1.2), layout="constrained")
+    panels = drawn.subplots(len(family.lines), len(MEASURES), sharex=True, sharey="col", squeeze=False)
+    for row, line in zip(panels, family.lines, strict=True):
+        for axes, (name, value) in zip(row, MEASURES.items(), strict=True):
+            for model in models:
+                own = sorted((a for a in given if (a.model, a.line) == (model, line)), key=lambda a: a.x)
+                known = [(a.x, found) for a in own if (found := value(a)) is not None]
+                mark = tints[model]
+                axes.plot([x for x, _ in known], [y for _, y in known], marker=mark.marker, ms=4, lw=1.2, ls=mark.line,
+                          color=mark.colour)  # fmt: skip
+            axes.set_title(f"{line}: {name}", fontsize=8, loc="left")
+            if name.startswith("time"):
+                _angles(axes, places)
+    for axes in panels[-1]:
+        axes.set_xscale("log")
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.set_xticks(places)
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+        axes.set_xlabel(family.x.label)
+    keys = [
+        Line2D([], [], color=tints[model].colour, marker=tints[model].marker, ls=tints[model].line, ms=4, lw=1.2,
+               label=plain(model))
+        for model in models
+    ]  # fmt: skip
+    drawn.legend(handles=keys, loc="outside lower center", ncols=5, frameon=False, fontsize=8)
+    drawn.suptitle(f"{family.name}: {family.summary}", fontsize=10, x=0.01, ha="left")
+    return drawn
+
+
+def _angles(axes: Axes, places: Sequence[float]) -> None:
+    """What fires at a fixed angle does so at a time to contact in proportion to l / v."""
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
+    for angle in ANGLES_DEG:
+        times = [place / math.tan(math.radians(angle / 2)) for place in places]
+        axes.plot(places, times, color="0.6", lw=0.7, ls=":", zorder=1)
+        axes.annotate(f"{angle:g}°", (places[-1], times[-1]), fontsize=6, color="0.4", ha="left", va="center")
