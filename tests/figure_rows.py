@@ -47,7 +47,7 @@ def thresholds(models: Sequence[str]) -> dict[str, float | None]:
 
 
 def title(models: Sequence[str]) -> str:
-    return robot_figure.title("speed", models, "leaves", 3, SET)
+    return robot_figure.title("speed", models, "leaves", 3, SET, False)
 
 
 # --- the robot --------------------------------------------------------------------------------------------------------
