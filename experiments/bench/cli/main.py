@@ -12,6 +12,7 @@ from experiments.bench.cli import (
     behave,
     clips,
     compare,
+    firmware,
     leaderboard,
     listing,
     maps,
@@ -25,7 +26,9 @@ from experiments.bench.cli import (
     watch,
 )
 
-COMMANDS = (run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, listing, runs, compare, view, clips)
+COMMANDS = (
+    run, sweep, maps, reproduce, watch, leaderboard, tune, train, behave, firmware, listing, runs, compare, view, clips,
+)  # fmt: skip
 """The modules of the commands, in the order in which help shows them."""
 
 
@@ -74,6 +77,7 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias leaderboard                 every model on the same trials
   colias tune --model emd --only     response against speed, size, direction ...
   colias behave hybrid               close the loop: reflexes in an env, scored
+  colias firmware budget             what the network takes of the robot's chip
   colias parameters                  everything that --set reaches
   colias view runs/speed-...         a run's recordings in Rerun
   colias runs                        the runs so far: what, changed, verdicts
