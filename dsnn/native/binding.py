@@ -1,6 +1,6 @@
 """Write the C source of the extension module ``_dsnn_native``: run by the build, never by a user.
 
-cffi in API mode: the compiler checks the declarations against ``dsnn.h``, which is where they are read from.
+cffi in API mode: the compiler checks the declarations against the headers, which is where they are read from.
 """
 
 from __future__ import annotations
@@ -11,7 +11,11 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-SOURCES = ("dsnn.c", "lgmd1.c", "passes.c", "exponential.c", "dsnn.h", "models.h", "lanes.h", "memory.h")
+HEADERS = ("dsnn.h", "onboard.h")
+"""What Python calls; they include no other header of ours."""
+SOURCES = (
+    "dsnn.c", "lgmd1.c", "passes.c", "exponential.c", "onboard.c", *HEADERS, "models.h", "lanes.h", "memory.h",
+)  # fmt: skip
 
 
 def digest() -> str:
@@ -23,8 +27,9 @@ def digest() -> str:
 
 
 def declarations() -> str:
-    """The declarations of ``dsnn.h``, as cffi reads them: without comments and without the preprocessor's lines."""
-    text = re.sub(r"/\*.*?\*/", "", (HERE / "dsnn.h").read_text(encoding="utf-8"), flags=re.DOTALL)
+    """The declarations of `HEADERS`, as cffi reads them: without comments and without the preprocessor's lines."""
+    whole = "\n".join((HERE / name).read_text(encoding="utf-8") for name in HEADERS)
+    text = re.sub(r"/\*.*?\*/", "", whole, flags=re.DOTALL)
     return "\n".join(line for line in text.splitlines() if not line.startswith("#"))
 
 
@@ -36,7 +41,8 @@ def write(path: str) -> None:
     builder.cdef(declarations() + "\nextern const char *const vision_source;\n")
     builder.set_source(
         "_dsnn_native",
-        f'#include "dsnn.h"\nstatic const char *const vision_source = "{digest()}";\n',
+        "".join(f'#include "{name}"\n' for name in HEADERS)
+        + f'static const char *const vision_source = "{digest()}";\n',
     )
     builder.emit_c_code(path)
 

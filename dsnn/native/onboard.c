@@ -1,0 +1,535 @@
+/* The DSNN in whole numbers: see onboard.h. Labels are those of the paper's equations. */
+#include "onboard.h"
+
+#if __STDC_HOSTED__
+#include <string.h>
+#else /* a compiler for bare metal may come without the header */
+void *memcpy(void *to, const void *from, size_t size);
+void *memset(void *to, int value, size_t size);
+#endif
+
+#ifdef ONBOARD_CONFIG_HEADER
+#define ONBOARD_WITH_TABLES
+#include ONBOARD_CONFIG_HEADER
+#define CONFIG(model) ((void)(model), &onboard_fixed)
+#define CONFIG_OF(planes) ((void)(planes), &onboard_fixed) /* not read from memory, so that constants are folded */
+#define GIVEN(config) ((void)(config), &onboard_fixed)
+#define MOST_RESIDUES (ONBOARD_N_P + 1)
+#define MOST_TAPS (8 * ONBOARD_D + 1)
+#else
+#define CONFIG(model) ((model)->head.config)
+#define CONFIG_OF(planes) ((planes)->c)
+#define GIVEN(config) (config)
+#define MOST_RESIDUES 61
+#define MOST_TAPS (8 * 16 + 1)
+#endif
+
+#ifndef ONBOARD_STAGE
+#define ONBOARD_STAGE(i) ((void)0)
+#endif
+
+#define LONGEST_SIDE 4096
+#define LARGEST_P 32767
+#define LARGEST_LA 65535
+#define LARGEST_G 32768
+#define SIGMOID_ENTRIES 385
+#define MANTISSA 5 /* bits of a companded code's place within its segment */
+#define LOWEST 18  /* bits that D in Q (f_frac + 15) loses in the lowest segment */
+#define ROOM ((size_t)8)
+
+typedef const onboard_config *config_of;
+
+/* All states; the planes lie behind it. 48 bytes wherever it is compiled, so that a size holds for chip and host. */
+struct onboard {
+    union {
+        config_of config;
+        int64_t room;
+    } head;
+    int64_t sums[2][2]; /* [HS, VS][ON, OFF]: low-passed field sums */
+    int32_t newest;     /* plane of the last P */
+    int32_t first;      /* no frame has been seen */
+};
+
+typedef struct {
+    config_of c;
+    size_t cells;
+    uint8_t *luma;            /* of the last frame */
+    int16_t *p;               /* n_p planes, at least one: P of the last frames, in a ring */
+    uint16_t *la[2];          /* LA of ON and OFF with its residue, of the last frame */
+    int16_t *h[2];            /* F where positive, else LA - A */
+    uint8_t *codes;           /* D: pathway by spacing by cell; 16-bit words where state_bits says so */
+    int16_t *blur_e, *blur_i; /* a row blurred along y, 8 d cells beyond either end */
+    int32_t *la_row;          /* a row of signed LA */
+    int16_t *f_row;           /* a row of F with a margin of the longest spacing at either end */
+    int16_t *d_row;           /* a row of D */
+    int16_t *no_row;          /* a row of zeros */
+    uint8_t *moves;           /* rows: whether P is not 0 somewhere */
+} planes;
+
+static size_t taken(size_t *used, size_t count, size_t each)
+{
+    const size_t begin = *used;
+    if (begin == SIZE_MAX || (count != 0 && each > (SIZE_MAX - begin - 2 * ROOM) / count)) {
+        *used = SIZE_MAX;
+        return 0;
+    }
+    *used = (begin + count * each + ROOM - 1) / ROOM * ROOM;
+    return begin;
+}
+
+static int32_t larger(int32_t a, int32_t b) { return a > b ? a : b; }
+static int32_t smaller(int32_t a, int32_t b) { return a < b ? a : b; }
+
+/* Where everything lies behind `base`, which may be NULL; the bytes from there on, SIZE_MAX if there cannot be as many. */
+static size_t lay_out(config_of c, unsigned char *base, planes *l)
+{
+    const size_t columns = (size_t)c->columns, cells = (size_t)c->rows * columns, radius = (size_t)(8 * c->d);
+    const size_t margin = (size_t)(c->spacings * c->d), bytes = c->state_bits == 16 ? 2 : 1;
+    size_t used = sizeof(onboard), at[11];
+    at[0] = taken(&used, cells, 1);
+    at[1] = taken(&used, cells * (size_t)larger(c->n_p, 1), 2);
+    at[2] = taken(&used, cells * 2, 2);
+    at[3] = taken(&used, cells * 2, 2);
+    at[4] = taken(&used, cells, 2 * bytes * (size_t)c->spacings);
+    at[5] = taken(&used, columns + 2 * radius, 2);
+    at[6] = taken(&used, columns + 2 * radius, 2);
+    at[7] = taken(&used, columns, 4);
+    at[8] = taken(&used, columns + 2 * margin, 2);
+    at[9] = taken(&used, columns * 2, 2);
+    at[10] = taken(&used, (size_t)c->rows, 1);
+    if (base != NULL) {
+        l->c = c;
+        l->cells = cells;
+        l->luma = base + at[0];
+        l->p = (int16_t *)(void *)(base + at[1]);
+        l->la[0] = (uint16_t *)(void *)(base + at[2]);
+        l->la[1] = l->la[0] + cells;
+        l->h[0] = (int16_t *)(void *)(base + at[3]);
+        l->h[1] = l->h[0] + cells;
+        l->codes = base + at[4];
+        l->blur_e = (int16_t *)(void *)(base + at[5]);
+        l->blur_i = (int16_t *)(void *)(base + at[6]);
+        l->la_row = (int32_t *)(void *)(base + at[7]);
+        l->f_row = (int16_t *)(void *)(base + at[8]);
+        l->d_row = (int16_t *)(void *)(base + at[9]);
+        l->no_row = l->d_row + columns;
+        l->moves = base + at[10];
+    }
+    return used;
+}
+
+static planes planes_of(onboard *m)
+{
+    planes l;
+    lay_out(CONFIG(m), (unsigned char *)m, &l);
+    return l;
+}
+
+static int within(int32_t value, int32_t low, int32_t high) { return value >= low && value <= high; }
+
+static int is_legal(config_of c)
+{
+    return within(c->rows, 2, LONGEST_SIDE) && within(c->columns, 2, LONGEST_SIDE) && within(c->n_p, 0, 60) &&
+           within(c->d, 1, 16) && within(c->spacings, 0, 64) &&
+           c->spacings * c->d < (c->rows > c->columns ? c->rows : c->columns) &&
+           (c->state_bits == 8 || c->state_bits == 16) && within(c->p_frac, 0, 15) &&
+           within(c->la_frac, 0, c->p_frac) && within(c->f_frac, 0, 15) && within(c->g_frac, 0, c->f_frac) &&
+           within(c->work_frac, larger(c->f_frac, c->la_frac) + 1, 16) && within(c->f_max, 1, 32767) &&
+           within(c->sigma_l, 0, 32440) && c->left_fast >= 0 && c->left_slow >= 0 && within(c->w_i, 0, 32768) &&
+           within(c->field_shift, 0, 30) && within(c->alpha_mp, 0, 32768) && c->plate_limit >= 1 &&
+           c->plate_limit <= (int64_t)1 << 46 && within(c->plate_shift, 0, 30) && c->plate_gain >= 0 &&
+           within(c->plate_right, 0, 62) && within(c->thresholds_count, 0, 256);
+}
+
+size_t onboard_size(const onboard_config *config)
+{
+    const config_of c = GIVEN(config);
+    const size_t used = is_legal(c) ? lay_out(c, NULL, NULL) : SIZE_MAX;
+    return used == SIZE_MAX ? 0 : used + ROOM;
+}
+
+onboard *onboard_make(void *memory, size_t size, const onboard_config *config)
+{
+    const config_of c = GIVEN(config);
+    const size_t needed = onboard_size(c);
+    onboard *m;
+    if (needed == 0 || memory == NULL || size < needed)
+        return NULL;
+    m = (onboard *)(void *)((unsigned char *)memory + (ROOM - (size_t)((uintptr_t)memory % ROOM)) % ROOM);
+    m->head.config = c;
+    onboard_reset(m);
+    return m;
+}
+
+void onboard_reset(onboard *m)
+{
+    const config_of c = CONFIG(m);
+    memset((unsigned char *)m + sizeof *m, 0, lay_out(c, NULL, NULL) - sizeof *m);
+    memset(m->sums, 0, sizeof m->sums);
+    m->newest = 0;
+    m->first = 1;
+}
+
+/* ---- Rounding: of magnitudes, so that the sign decides nothing; of two equally near values the smaller in size. ---- */
+
+static int32_t rounded(config_of c, int32_t x, int32_t bits)
+{
+    const int32_t bias = c->truncate || bits == 0 ? 0 : (INT32_C(1) << (bits - 1)) - 1;
+    return x < 0 ? -((bias - x) >> bits) : (x + bias) >> bits;
+}
+
+static int64_t rounded_long(config_of c, int64_t x, int32_t bits)
+{
+    const int64_t bias = c->truncate || bits == 0 ? 0 : (INT64_C(1) << (bits - 1)) - 1;
+    return x < 0 ? -((bias - x) >> bits) : (x + bias) >> bits;
+}
+
+/* ---- Retina: P (high-pass). The oldest plane of P is overwritten. ---- */
+
+static void retina_row(const planes *l, int32_t y, const uint8_t *luma, int first, int16_t *const of[])
+{
+    const config_of c = CONFIG_OF(l);
+    const size_t row = (size_t)y * (size_t)c->columns;
+    uint8_t *const before = l->luma + row;
+    int32_t x, i, any = 0;
+    for (x = 0; x < c->columns; x++) {
+        const int32_t now = luma[row + (size_t)x];
+        int32_t change = first ? 0 : now - before[x], left = 0, p;
+        before[x] = (uint8_t)now;
+        if (c->halved)
+            change = 2 * larger(-127, smaller(127, change / 2));
+        for (i = 1; i <= c->n_p; i++)
+            left += c->residues[i - 1] * of[i][row + (size_t)x];
+        p = change * (INT32_C(1) << c->p_frac) + rounded(c, left, 15);
+        p = larger(-LARGEST_P, smaller(LARGEST_P, p));
+        of[0][row + (size_t)x] = (int16_t)p;
+        any |= p;
+    }
+    l->moves[y] = any != 0;
+}
+
+static void retina(onboard *m, const planes *l, const uint8_t *luma)
+{
+    const config_of c = CONFIG_OF(l);
+    const int32_t count = larger(c->n_p, 1);
+    int16_t *of[MOST_RESIDUES];
+    int32_t i, y;
+    m->newest = (m->newest + count - 1) % count;
+    of[0] = l->p + (size_t)m->newest * l->cells;
+    for (i = 1; i <= c->n_p; i++)
+        of[i] = l->p + (size_t)((m->newest + i) % count) * l->cells;
+    for (y = 0; y < c->rows; y++)
+        retina_row(l, y, luma, m->first, of);
+    m->first = 0;
+}
+
+/* ---- Lamina: signed LA of one row, ON positive, OFF negative. ---- */
+
+/* The row `y` of P, blurred along y by both Gaussians, with the ends repeated (two-gauss). */
+static void blur_down(const planes *l, const int16_t *p, int32_t y)
+{
+    const config_of c = CONFIG_OF(l);
+    const int32_t columns = c->columns, last = c->rows - 1, radius_e = 4 * c->d, radius_i = 8 * c->d;
+    const int16_t *above[MOST_TAPS], *below[MOST_TAPS];
+    int16_t *const e = l->blur_e + radius_i, *const in = l->blur_i + radius_i;
+    int32_t x, i;
+    for (i = 0; i <= radius_i; i++) {
+        above[i] = p + (size_t)larger(y - i, 0) * (size_t)columns;
+        below[i] = p + (size_t)smaller(y + i, last) * (size_t)columns;
+    }
+    for (x = 0; x < columns; x++) {
+        int32_t sum_e = c->kernel_e[0] * above[0][x], sum_i = c->kernel_i[0] * above[0][x];
+        for (i = 1; i <= radius_e; i++) {
+            const int32_t pair = above[i][x] + below[i][x];
+            sum_e += c->kernel_e[i] * pair;
+            sum_i += c->kernel_i[i] * pair;
+        }
+        for (; i <= radius_i; i++)
+            sum_i += c->kernel_i[i] * (above[i][x] + below[i][x]);
+        e[x] = (int16_t)rounded(c, sum_e, 15);
+        in[x] = (int16_t)rounded(c, sum_i, 15);
+    }
+    for (i = 1; i <= radius_i; i++) {
+        e[-i] = e[0];
+        in[-i] = in[0];
+        e[columns - 1 + i] = e[columns - 1];
+        in[columns - 1 + i] = in[columns - 1];
+    }
+}
+
+static int32_t blur_along(const int16_t *row, const int16_t *kernel, int32_t radius)
+{
+    int32_t sum = kernel[0] * row[0], i;
+    for (i = 1; i <= radius; i++)
+        sum += kernel[i] * (row[-i] + row[i]);
+    return sum;
+}
+
+/* Whether P of a row that the blur of row `y` reads is not 0 somewhere. */
+static int moves_near(const planes *l, int32_t y)
+{
+    const int32_t radius = CONFIG_OF(l)->dog ? 8 * CONFIG_OF(l)->d : 0, end = smaller(y + radius, CONFIG_OF(l)->rows - 1);
+    int32_t i;
+    for (i = larger(y - radius, 0); i <= end; i++)
+        if (l->moves[i])
+            return 1;
+    return 0;
+}
+
+static void lamina_row(const planes *l, const int16_t *p, int32_t y)
+{
+    const config_of c = CONFIG_OF(l);
+    const int32_t columns = c->columns, radius_i = 8 * c->d, bits = c->p_frac - c->la_frac;
+    int32_t *const la = l->la_row;
+    int32_t x;
+    if (!moves_near(l, y)) {
+        memset(la, 0, (size_t)columns * sizeof *la);
+        return;
+    }
+    if (!c->dog) {
+        for (x = 0; x < columns; x++)
+            la[x] = rounded(c, p[(size_t)y * (size_t)columns + (size_t)x], bits);
+        return;
+    }
+    blur_down(l, p, y);
+    for (x = 0; x < columns; x++) {
+        const int32_t e = blur_along(l->blur_e + radius_i + x, c->kernel_e, 4 * c->d);
+        const int32_t in = blur_along(l->blur_i + radius_i + x, c->kernel_i, radius_i);
+        const int32_t contrast = rounded(c, e < in ? in - e : e - in, 15 + bits);
+        la[x] = e >= 0 && in >= 0 ? contrast : e < 0 && in < 0 ? -contrast : 0; /* polar-dogs */
+    }
+}
+
+/* ---- Adaptation: LA with its residue, and F of one row (halfwave, fdsr-lowpass, fdsr-subtraction). ---- */
+
+/* F, or LA - A where that is negative, from the last one and LA before and now. */
+static int32_t adapted(config_of c, int32_t h, int32_t before, int32_t la)
+{
+    const int32_t g = h * (INT32_C(1) << (c->work_frac - (h >= 0 ? c->f_frac : c->g_frac)));
+    const int32_t gap = g + (la - before) * (INT32_C(1) << (c->work_frac - c->la_frac));
+    const int64_t left = (int64_t)gap * (la >= before ? c->left_fast : c->left_slow);
+    int64_t size;
+    if (left >= 0) {
+        size = rounded_long(c, left, 31 + c->work_frac - c->f_frac);
+        return size > c->f_max ? c->f_max : (int32_t)size;
+    }
+    size = rounded_long(c, -left, 31 + c->work_frac - c->g_frac);
+    return size > LARGEST_G ? -LARGEST_G : -(int32_t)size;
+}
+
+/* LA as F, where there is no adaptation. */
+static int32_t unadapted(config_of c, int32_t la)
+{
+    const int32_t bits = c->la_frac - c->f_frac;
+    const int32_t f = bits > 0 ? rounded(c, la, bits) : la * (INT32_C(1) << (bits > 0 ? 0 : -bits));
+    return smaller(f, c->f_max);
+}
+
+static void adapt_row(const planes *l, int32_t y)
+{
+    const config_of c = CONFIG_OF(l);
+    const size_t row = (size_t)y * (size_t)c->columns;
+    int32_t x, pathway;
+    for (pathway = 0; pathway < 2; pathway++) {
+        uint16_t *const las = l->la[pathway] + row;
+        int16_t *const hs = l->h[pathway] + row;
+        for (x = 0; x < c->columns; x++) {
+            const int32_t signed_la = pathway == 0 ? l->la_row[x] : -l->la_row[x];
+            const int32_t before = las[x], h = hs[x];
+            int32_t la = signed_la > 0 ? signed_la : 0;
+            if ((la | before | h) == 0)
+                continue;
+            la = smaller(la + rounded(c, c->sigma_l * before, 15), LARGEST_LA);
+            las[x] = (uint16_t)la;
+            hs[x] = (int16_t)(c->fdsr ? adapted(c, h, before, la) : unadapted(c, la));
+        }
+    }
+}
+
+/* ---- Correlation: D at every spacing, and the field sums (dynamic-lowpass, medulla-HS-EI .. lobula-VS-EI). ---- */
+
+/* How many bits `value` has above LOWEST + MANTISSA + 1: the segment of its code. `value` is below 2^30. */
+static int32_t segment_of(int32_t value)
+{
+#if defined(__GNUC__)
+    return 8 - __builtin_clz((uint32_t)value | UINT32_C(1) << (LOWEST + MANTISSA)); /* 31 - (LOWEST + MANTISSA) is 8 */
+#else
+    int32_t segment = 0;
+    while (value >> (LOWEST + MANTISSA + 1 + segment) != 0)
+        segment++;
+    return segment;
+#endif
+}
+
+/* The code of D, which has 15 more fractional bits than F. */
+static int32_t coded(config_of c, int32_t value)
+{
+    if (c->state_bits == 16)
+        return rounded(c, value, 15);
+    if (!c->companding)
+        return rounded(c, value, 22);
+    {
+        const int32_t segment = segment_of(value);
+        return (segment << MANTISSA) + rounded(c, value, LOWEST + segment);
+    }
+}
+
+/* Low-pass a row of D in place, and leave it decoded in d_row; whether any of it is not 0. */
+static int delay_row(const planes *l, size_t at, const int16_t *f, int32_t alpha)
+{
+    const config_of c = CONFIG_OF(l);
+    uint8_t *const bytes = l->codes + at;
+    uint16_t *const words = (uint16_t *)(void *)l->codes + at;
+    int32_t x, any = 0;
+    for (x = 0; x < c->columns; x++) {
+        const int wide = c->state_bits == 16;
+        int32_t code = wide ? words[x] : bytes[x];
+        int32_t d = wide ? code : c->decode[code];
+        if ((code | f[x]) != 0) {
+            code = coded(c, (d << 15) + alpha * (f[x] - d));
+            if (wide)
+                words[x] = (uint16_t)code;
+            else
+                bytes[x] = (uint8_t)code;
+            d = wide ? code : c->decode[code];
+        }
+        l->d_row[x] = (int16_t)d;
+        any |= d;
+    }
+    return any != 0;
+}
+
+typedef struct {
+    int64_t e[2], i[2]; /* excitation and inhibition of HS, VS */
+} field;
+
+/* What row d_row of D gives, with F `s` cells to the right and left, and of the rows below and above. */
+static void correlate_row(const planes *l, int32_t s, const int16_t *f, const int16_t *below, const int16_t *above,
+                          field *sums)
+{
+    const int16_t *const d = l->d_row;
+    const int32_t columns = CONFIG_OF(l)->columns;
+    int64_t e = 0, in = 0;
+    int32_t x;
+    for (x = 0; x < columns; x++) {
+        e += (int64_t)(d[x] * f[x + s]);
+        in += (int64_t)(d[x] * f[x - s]);
+    }
+    sums->e[0] += e;
+    sums->i[0] += in;
+    e = in = 0;
+    for (x = 0; x < columns; x++) {
+        e += (int64_t)(d[x] * larger(below[x], 0));
+        in += (int64_t)(d[x] * larger(above[x], 0));
+    }
+    sums->e[1] += e;
+    sums->i[1] += in;
+}
+
+static void correlate(const planes *l, int32_t pathway, field *sums)
+{
+    const config_of c = CONFIG_OF(l);
+    const int32_t columns = c->columns, rows = c->rows;
+    const int16_t *const h = l->h[pathway];
+    int16_t *const f = l->f_row + c->spacings * c->d;
+    int32_t x, y, j;
+    memset(sums, 0, sizeof *sums);
+    for (y = 0; y < rows; y++) {
+        const size_t row = (size_t)y * (size_t)columns;
+        for (x = 0; x < columns; x++)
+            f[x] = (int16_t)larger(h[row + (size_t)x], 0);
+        for (j = 0; j < c->spacings; j++) {
+            const int32_t s = (j + 1) * c->d;
+            const size_t at = (size_t)(pathway * c->spacings + j) * l->cells + row;
+            if (delay_row(l, at, f, c->alphas[j])) {
+                const int16_t *const below = y + s < rows ? h + row + (size_t)s * (size_t)columns : l->no_row;
+                const int16_t *const above = y >= s ? h + row - (size_t)s * (size_t)columns : l->no_row;
+                correlate_row(l, s, f, below, above, sums);
+            }
+        }
+    }
+}
+
+/* ---- Lobula plate: HS and VS, and their spikes (LPTCs, sigmoid, HS-VS, spiking). ---- */
+
+/* Of a field sum that is not negative, in Q15 up to 1/2: the table's entries, joined by lines. */
+static int32_t sigmoid(config_of c, int64_t sum)
+{
+    int64_t at;
+    int32_t low, high;
+    if (sum >= c->plate_limit)
+        return c->sigmoid[SIGMOID_ENTRIES - 1];
+    at = ((sum >> c->plate_shift) * c->plate_gain) >> c->plate_right;
+    if (at > (SIGMOID_ENTRIES - 1) * 2048 - 1)
+        at = (SIGMOID_ENTRIES - 1) * 2048 - 1;
+    low = c->sigmoid[at >> 11];
+    high = c->sigmoid[(at >> 11) + 1];
+    return low + (((high - low) * (int32_t)(at & 2047) + 1024) >> 11);
+}
+
+static int32_t plate(onboard *m, const planes *l, int32_t system, const field fields[2])
+{
+    const config_of c = CONFIG_OF(l);
+    int32_t potential = 0, i;
+    for (i = 0; i < 2; i++) {
+        const int64_t e = fields[i].e[system] >> c->field_shift, in = fields[i].i[system] >> c->field_shift;
+        const int64_t now = rounded_long(c, e * 32768 - c->w_i * in, 15), before = m->sums[system][i];
+        const int64_t sum = rounded_long(c, before * 32768 + c->alpha_mp * (now - before), 15);
+        m->sums[system][i] = sum;
+        if (i == 0 ? c->on : c->off)
+            potential += sum < 0 ? -sigmoid(c, -sum) : sigmoid(c, sum);
+    }
+    return potential;
+}
+
+static int32_t spikes(config_of c, int32_t potential)
+{
+    const int32_t size = potential < 0 ? -potential : potential;
+    int32_t count = 0;
+    while (count < c->thresholds_count && size >= c->thresholds[count])
+        count++;
+    return potential < 0 ? -count : count;
+}
+
+void onboard_step(onboard *m, const uint8_t *luma, onboard_answer *answer)
+{
+    const planes l = planes_of(m);
+    const int16_t *p;
+    field fields[2];
+    int32_t y;
+    retina(m, &l, luma);
+    ONBOARD_STAGE(0);
+    p = l.p + (size_t)m->newest * l.cells;
+    for (y = 0; y < CONFIG_OF(&l)->rows; y++) {
+        lamina_row(&l, p, y);
+        ONBOARD_STAGE(1);
+        adapt_row(&l, y);
+        ONBOARD_STAGE(2);
+    }
+    correlate(&l, 0, &fields[0]);
+    correlate(&l, 1, &fields[1]);
+    ONBOARD_STAGE(3);
+    answer->hs = plate(m, &l, 0, fields);
+    answer->vs = plate(m, &l, 1, fields);
+    answer->hs_spikes = spikes(l.c, answer->hs);
+    answer->vs_spikes = spikes(l.c, answer->vs);
+    ONBOARD_STAGE(4);
+}
+
+void onboard_maps(onboard *m, int32_t *p, int32_t *la, int32_t *f_on, int32_t *f_off)
+{
+    const planes l = planes_of(m);
+    const int16_t *const newest = l.p + (size_t)m->newest * l.cells;
+    const size_t columns = (size_t)CONFIG_OF(&l)->columns;
+    size_t i;
+    int32_t y;
+    for (y = 0; y < CONFIG_OF(&l)->rows; y++) {
+        lamina_row(&l, newest, y);
+        memcpy(la + (size_t)y * columns, l.la_row, columns * sizeof *la);
+    }
+    for (i = 0; i < l.cells; i++) {
+        p[i] = newest[i];
+        f_on[i] = larger(l.h[0][i], 0);
+        f_off[i] = larger(l.h[1][i], 0);
+    }
+}

@@ -1,0 +1,218 @@
+"""All whole numbers that the on-board network computes with, made once from its parameters and the frame's shape.
+
+Notation: a number in Qn has n fractional bits, its unit is 2 to the power -n.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from dsnn.exponential import exp
+from dsnn.filters import alpha, gaussian_kernel, residue
+from dsnn.frames import FrameError, checked_shape
+from dsnn.onboard.params import OnboardParams, largest_change, most_f_bits
+
+LONGEST_SIDE = 4096
+"""Rows or columns: with no more, field sums stay below 2 to the power 60."""
+Q15 = 15
+LARGEST_P, LARGEST_LA, LARGEST_G = 32767, 65535, 32768
+SUM_BITS = 45
+"""Of a field sum before it is weighted: then no product with a Q15 number leaves 63 bits."""
+SIGMOID_END, SIGMOID_STEPS = 12, 32
+"""The table of the sigmoid goes to an argument of 12, where it is 1 - 6e-6 of its end, in steps of 1/32."""
+HALF = 16383
+"""The largest output of the sigmoid in Q15, so that HS and VS stay within (-1, 1)."""
+MOST_SPIKES = 256
+"""In one frame: where the table of thresholds ends."""
+MANTISSA = 5
+"""Bits of a companded code's place within its segment."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fixed:
+    """The constants of the on-board network, all whole numbers; `dsnn/native/onboard.h` has them under the same names.
+
+    Tables are tuples. Lengths are in px, gains of low-passes in Q15.
+    """
+
+    rows: int
+    columns: int
+    n_p: int
+    d: int
+    spacings: int
+    """Spacings for which there are pairs in the image: n_con or fewer."""
+    on: int
+    off: int
+    dog: int
+    fdsr: int
+    halved: int
+    truncate: int
+    state_bits: int
+    companding: int
+    p_frac: int
+    la_frac: int
+    f_frac: int
+    g_frac: int
+    """Fractional bits of negative LA - A, which shares a word with F."""
+    work_frac: int
+    f_max: int
+    sigma_l: int
+    left_fast: int
+    """1 - alpha(tau_fast) in Q31."""
+    left_slow: int
+    w_i: int
+    field_shift: int
+    alpha_mp: int
+    plate_limit: int
+    """The low-passed field sum at which the sigmoid's table ends."""
+    plate_shift: int
+    plate_gain: int
+    plate_right: int
+    thresholds_count: int
+    residues: tuple[int, ...]
+    kernel_e: tuple[int, ...]
+    kernel_i: tuple[int, ...]
+    alphas: tuple[int, ...]
+    decode: tuple[int, ...]
+    """Code of an 8-bit D -> its value, in units of F."""
+    sigmoid: tuple[int, ...]
+    thresholds: tuple[int, ...]
+
+    @property
+    def state_bytes(self) -> int:
+        """Bytes of a model on the robot, as ``onboard_size`` of the C form says."""
+        cells, radius = self.rows * self.columns, 8 * self.d
+        parts = (
+            cells, 2 * cells * max(self.n_p, 1), 4 * cells, 4 * cells, self.state_bits // 8 * 2 * cells * self.spacings,
+            2 * (self.columns + 2 * radius), 2 * (self.columns + 2 * radius), 4 * self.columns,
+            2 * (self.columns + 2 * self.spacings * self.d), 4 * self.columns, self.rows,
+        )  # fmt: skip
+        return 48 + sum(-(-part // 8) * 8 for part in parts) + 8
+
+
+def constants(shape: tuple[int, int], params: OnboardParams) -> Fixed:
+    """Return the whole numbers of a network.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, at most `LONGEST_SIDE` each.
+    params
+        What is set.
+
+    Raises
+    ------
+    dsnn.frames.FrameError
+        Of a shape that is none, or too large.
+    """
+    rows, columns = checked_shape(shape)
+    if max(rows, columns) > LONGEST_SIDE:
+        raise FrameError(f"shape is {(rows, columns)}: dsnn-onboard takes up to {LONGEST_SIDE} rows and columns")
+    q = params
+    largest_p = largest_change(q)
+    largest_la = largest_p / (1.0 - q.sigma_l)
+    left_fast, left_slow = (1.0 - alpha(tau, q.dt) for tau in (q.tau_fast, q.tau_slow))
+    p_frac = _room(largest_p, LARGEST_P)
+    la_frac = min(_room(largest_la, LARGEST_LA), p_frac)
+    f_max = _largest_f(q)
+    f_frac = _f_frac(q, largest_la, left_fast, f_max)
+    g_frac = min(_room(largest_la, LARGEST_G), f_frac)
+    spacings = min(q.n_con, (max(rows, columns) - 1) // q.d)
+    cells = rows * columns
+    field_shift = max(math.ceil(math.log2(cells * max(spacings, 1) * f_max**2)) - SUM_BITS, 0)
+    limit, shift, gain, right = _plate(cells * q.k_sig, 2 * f_frac - field_shift)
+    thresholds = _thresholds(q)
+    return Fixed(
+        rows=rows, columns=columns, n_p=q.n_p, d=q.d, spacings=spacings, on=int(q.on), off=int(q.off), dog=int(q.dog),
+        fdsr=int(q.fdsr), halved=int(q.halved), truncate=int(q.rounding == "truncate"), state_bits=q.state_bits,
+        companding=int(q.companding and q.state_bits == 8), p_frac=p_frac, la_frac=la_frac, f_frac=f_frac,
+        g_frac=g_frac, work_frac=max(f_frac, la_frac) + 1, f_max=f_max, sigma_l=_q(q.sigma_l),
+        left_fast=_q(left_fast, 31), left_slow=_q(left_slow, 31), w_i=_q(q.w_i), field_shift=field_shift,
+        alpha_mp=_q(alpha(q.tau_mp, q.dt)), plate_limit=limit, plate_shift=shift, plate_gain=gain, plate_right=right,
+        thresholds_count=len(thresholds), residues=tuple(_q(residue(q.u, i)) for i in range(1, q.n_p + 1)),
+        kernel_e=_kernel(q.d), kernel_i=_kernel(2 * q.d),
+        alphas=tuple(_q(alpha(tau, q.dt)) for tau in q.delays()[:spacings]), decode=_decoded(q),
+        sigmoid=tuple(
+            min(round(32768.0 * (1.0 / (1.0 + exp(-i / SIGMOID_STEPS)) - 0.5)), HALF)
+            for i in range(SIGMOID_END * SIGMOID_STEPS + 1)
+        ),
+        thresholds=thresholds,
+    )  # fmt: skip
+
+
+def _f_frac(q: OnboardParams, largest_la: float, left_fast: float, f_max: int) -> int:
+    """The fractional bits of F: those asked for, or as many as an edge of full contrast leaves.
+
+    LA is largest where one side of an edge changes by all 255 grey levels and the other keeps still: then it is P times
+    the positive part of the difference of Gaussians. Where neighbours brighten and darken at once LA can be up to twice
+    as large, and F saturates.
+    """
+    if q.f_bits is not None:
+        return q.f_bits
+    share = 1.0
+    if q.dog:
+        e, i = (np.outer(k, k) for k in (gaussian_kernel(q.d)[:, 0], gaussian_kernel(2 * q.d)[:, 0]))
+        share = float(np.maximum(np.pad(e, 4 * q.d) - i, 0.0).sum())
+    largest_f = largest_la * share * (max(left_fast, 0.0) if q.fdsr else 1.0)
+    return min(_room(largest_f, f_max), most_f_bits(largest_la))
+
+
+def _q(value: float, bits: int = Q15) -> int:
+    """``value`` of 0..1 in Q``bits``; in 32 bits, so that 1 in Q31 is one unit less."""
+    return min(math.floor(value * 2.0**bits + 0.5), 2**31 - 1)
+
+
+def _room(largest: float, steps: int) -> int:
+    """How many fractional bits ``largest`` leaves in a word that ends at ``steps``; 15 at most."""
+    return 15 if largest * 2.0**15 <= steps else max(math.floor(math.log2(steps / largest)), 0)
+
+
+def _kernel(sigma: int) -> tuple[int, ...]:
+    """One half of the Gaussian in Q15, its centre first; the whole sums to exactly 1."""
+    half = [_q(float(value)) for value in gaussian_kernel(sigma)[4 * sigma :, 0]]
+    return 32768 - 2 * sum(half[1:]), *half[1:]
+
+
+def _largest_f(q: OnboardParams) -> int:
+    """The largest F: that of the largest code of D, so that no low-pass of it can leave its format."""
+    return 32767 if q.state_bits == 16 else _decoded(q)[-1]
+
+
+def _decoded(q: OnboardParams) -> tuple[int, ...]:
+    if not q.companding:
+        return tuple(code << 7 for code in range(256))
+    codes = np.arange(256)
+    segment = np.maximum((codes >> MANTISSA) - 1, 0)
+    return tuple(int(value) for value in (codes - (segment << MANTISSA)) << segment << _unit())
+
+
+def _unit() -> int:
+    """The step of the lowest segments is 2 to the power of this, in units of F."""
+    return 15 - (MANTISSA + 256 // 2**MANTISSA - 1)
+
+
+def _plate(scale: float, frac: int) -> tuple[int, int, int, int]:
+    """How a field sum S in Q``frac`` becomes the sigmoid's argument in Q16: ``(S >> shift) * gain >> right``."""
+    factor = 2.0 ** (16 - frac) / scale
+    limit = max(min(math.ceil(SIGMOID_END * 2.0**16 / factor), 2**46), 1)
+    shift = max(limit.bit_length() - 31, 0)
+    right = min(max(31 - math.frexp(factor * 2.0**shift)[1], 0), 62)
+    gain = min(math.floor(factor * 2.0 ** (shift + right) + 0.5), 2**31 - 1)
+    return limit, shift, gain, right
+
+
+def _thresholds(q: OnboardParams) -> tuple[int, ...]:
+    """The |HS| in Q15 from which on there are 1, 2, ... spikes: ``t_sp + ln(n) / k_sp``, as far as HS can reach."""
+    found: list[int] = []
+    while len(found) < MOST_SPIKES:
+        more = math.log(len(found) + 1)
+        if more > 0.0 and more >= q.k_sp * 1.0:
+            break
+        at = max(math.ceil(32768.0 * (abs(q.t_sp) + (more / q.k_sp if more else 0.0))), 1)
+        if at > 2 * HALF:
+            break
+        found.append(at)
+    return tuple(found)

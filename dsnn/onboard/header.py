@@ -1,0 +1,70 @@
+"""The C header of chosen parameters, with which ``onboard.c`` is compiled for the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from dsnn.onboard.fixed import Fixed, constants
+from dsnn.onboard.params import OnboardParams
+
+TABLES = {
+    "residues": "int16_t", "kernel_e": "int16_t", "kernel_i": "int16_t", "alphas": "int32_t", "decode": "uint16_t",
+    "sigmoid": "int16_t", "thresholds": "int16_t",
+}  # fmt: skip
+"""Field of `dsnn.onboard.fixed.Fixed` that is a table -> the type of its entries."""
+_DERIVED = ("state_bytes",)
+
+
+def header(shape: tuple[int, int], params: OnboardParams) -> str:
+    """Return ``onboard_config.h``.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames.
+    params
+        What is set.
+
+    Returns
+    -------
+    str
+        A macro ``ONBOARD_NAME`` for each whole number of `dsnn.onboard.fixed.Fixed`, ``ONBOARD_STATE_BYTES`` for the
+        memory of a model, a ``static const`` table for each table, and ``onboard_fixed``, the configuration of them
+        all, for ``onboard.c``.
+
+    Raises
+    ------
+    dsnn.frames.FrameError
+        Of a shape that is none, or too large.
+    """
+    fixed = constants(shape, params)
+    names = [name for name in Fixed.__slots__ if name not in TABLES]
+    lines = [
+        "/* Constants of the on-board network, written by colias-sim. Set were:",
+        *(f" * {name} = {getattr(params, name)!r}" for name in params.__dataclass_fields__),
+        " */",
+        "#ifndef ONBOARD_CONFIG_H",
+        "#define ONBOARD_CONFIG_H",
+        "",
+        '#include "onboard.h"',
+        "",
+        *(f"#define ONBOARD_{name.upper()} {_number(getattr(fixed, name))}" for name in (*names, *_DERIVED)),
+        "",
+        "#ifdef ONBOARD_WITH_TABLES /* by onboard.c alone: other files need the macros, not a copy of the tables */",
+    ]
+    for name, kind in TABLES.items():
+        lines += _table(name, kind, getattr(fixed, name))
+    fields = [*(f".{name} = ONBOARD_{name.upper()}" for name in names), *(f".{t} = onboard_{t}" for t in TABLES)]
+    lines += ["static const onboard_config onboard_fixed = {", *(f"    {each}," for each in fields), "};", "#endif", ""]
+    return "\n".join([*lines, "#endif", ""])
+
+
+def _number(value: int) -> str:
+    return str(value) if value < 2**31 else f"INT64_C({value})"
+
+
+def _table(name: str, kind: str, values: Iterable[int]) -> list[str]:
+    """A table, eight entries a line; C has none without entries, so an empty one has a 0."""
+    entries = [str(value) for value in values] or ["0"]
+    rows = [", ".join(entries[i : i + 8]) for i in range(0, len(entries), 8)]
+    return [f"static const {kind} onboard_{name}[] = {{", *(f"    {row}," for row in rows), "};"]
