@@ -1,6 +1,9 @@
 /* The DSNN in whole numbers: see onboard.h. Labels are those of the paper's equations. */
 #include "onboard.h"
 
+#if defined(__ARM_FEATURE_DSP)
+#include <arm_acle.h>
+#endif
 #if __STDC_HOSTED__
 #include <string.h>
 #else /* a compiler for bare metal may come without the header */
@@ -349,51 +352,65 @@ static void adapt_row(const planes *l, int32_t y)
 /* ---- Correlation: D at every spacing, and the field sums (dynamic-lowpass, medulla-HS-EI .. lobula-VS-EI). ---- */
 
 /* How many bits `value` has above LOWEST + MANTISSA + 1: the segment of its code. `value` is below 2^30. */
-static int32_t segment_of(int32_t value)
+static uint32_t segment_of(uint32_t value)
 {
 #if defined(__GNUC__)
-    return 8 - __builtin_clz((uint32_t)value | UINT32_C(1) << (LOWEST + MANTISSA)); /* 31 - (LOWEST + MANTISSA) is 8 */
+    return 8 - (uint32_t)__builtin_clz(value | UINT32_C(1) << (LOWEST + MANTISSA)); /* 31 - (LOWEST + MANTISSA) is 8 */
 #else
-    int32_t segment = 0;
+    uint32_t segment = 0;
     while (value >> (LOWEST + MANTISSA + 1 + segment) != 0)
         segment++;
     return segment;
 #endif
 }
 
-/* The code of D, which has 15 more fractional bits than F. */
-static int32_t coded(config_of c, int32_t value)
+/* As `rounded`, of a number above 0. */
+static uint32_t rounded_positive(config_of c, uint32_t x, uint32_t bits)
 {
-    if (c->state_bits == 16)
-        return rounded(c, value, 15);
-    if (!c->companding)
-        return rounded(c, value, 22);
-    {
-        const int32_t segment = segment_of(value);
-        return (segment << MANTISSA) + rounded(c, value, LOWEST + segment);
-    }
+    return c->truncate ? x >> bits : (((x - 1) >> (bits - 1)) + 1) >> 1;
 }
 
-/* Low-pass a row of D in place, and leave it decoded in d_row; whether any of it is not 0. */
-static int delay_row(const planes *l, size_t at, const int16_t *f, int32_t alpha)
+/* Low-pass a row of 8-bit D in place, and leave it decoded in d_row; whether any of it is not 0. */
+static int delay_bytes(const planes *l, uint8_t *codes, const uint8_t *decay, const int16_t *f, int32_t alpha)
 {
     const config_of c = CONFIG_OF(l);
-    uint8_t *const bytes = l->codes + at;
-    uint16_t *const words = (uint16_t *)(void *)l->codes + at;
+    int16_t *const row = l->d_row;
+    const int32_t columns = c->columns;
     int32_t x, any = 0;
-    for (x = 0; x < c->columns; x++) {
-        const int wide = c->state_bits == 16;
-        int32_t code = wide ? words[x] : bytes[x];
-        int32_t d = wide ? code : c->decode[code];
-        if ((code | f[x]) != 0) {
-            code = coded(c, (d << 15) + alpha * (f[x] - d));
-            if (wide)
-                words[x] = (uint16_t)code;
-            else
-                bytes[x] = (uint8_t)code;
-            d = wide ? code : c->decode[code];
+    for (x = 0; x < columns; x++) {
+        uint32_t code = codes[x];
+        int32_t d;
+        if (f[x] == 0) {
+            code = decay[code];
+        } else {
+            d = c->decode[code];
+            code = (uint32_t)((d << 15) + alpha * (f[x] - d)); /* above 0, as F is and alpha */
+            if (c->companding) {
+                const uint32_t segment = segment_of(code);
+                code = (segment << MANTISSA) + rounded_positive(c, code, LOWEST + segment);
+            } else {
+                code = rounded_positive(c, code, LOWEST + 4);
+            }
         }
-        l->d_row[x] = (int16_t)d;
+        d = c->decode[code];
+        codes[x] = (uint8_t)code;
+        row[x] = (int16_t)d;
+        any |= d;
+    }
+    return any != 0;
+}
+
+/* The same of 16-bit D, which need no decoding. */
+static int delay_words(const planes *l, uint16_t *words, const int16_t *f, int32_t alpha)
+{
+    const config_of c = CONFIG_OF(l);
+    int16_t *const row = l->d_row;
+    const int32_t columns = c->columns;
+    int32_t x, any = 0;
+    for (x = 0; x < columns; x++) {
+        const int32_t before = words[x], d = rounded(c, (before << 15) + alpha * (f[x] - before), 15);
+        words[x] = (uint16_t)d;
+        row[x] = (int16_t)d;
         any |= d;
     }
     return any != 0;
@@ -403,50 +420,69 @@ typedef struct {
     int64_t e[2], i[2]; /* excitation and inhibition of HS, VS */
 } field;
 
-/* What row d_row of D gives, with F `s` cells to the right and left, and of the rows below and above. */
-static void correlate_row(const planes *l, int32_t s, const int16_t *f, const int16_t *below, const int16_t *above,
-                          field *sums)
+#if defined(__ARM_FEATURE_DSP)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wsign-conversion" /* within the macro __usat16 of arm_acle.h */
+/* Both halves, 0 where negative. */
+static int16x2_t positive_pair(int16x2_t pair) { return (int16x2_t)__usat16(pair, 15); }
+#pragma GCC diagnostic pop
+#endif
+
+/* The sums of D times either of two rows of F. Negative entries of rows of h count as 0; there are none in f_row. */
+static void products(const planes *l, const int16_t *one, const int16_t *other, int are_h, int64_t *e, int64_t *i)
 {
     const int16_t *const d = l->d_row;
     const int32_t columns = CONFIG_OF(l)->columns;
-    int64_t e = 0, in = 0;
-    int32_t x;
-    for (x = 0; x < columns; x++) {
-        e += (int64_t)(d[x] * f[x + s]);
-        in += (int64_t)(d[x] * f[x - s]);
+    int64_t sum_e = 0, sum_i = 0;
+    int32_t x = 0;
+#if defined(__ARM_FEATURE_DSP)
+    for (; x < columns - 1; x += 2) { /* two cells at once: the sums are exact, so their order is free */
+        int16x2_t pair, to_one, to_other;
+        memcpy(&pair, d + x, sizeof pair);
+        memcpy(&to_one, one + x, sizeof to_one);
+        memcpy(&to_other, other + x, sizeof to_other);
+        sum_e = __smlald(pair, are_h ? positive_pair(to_one) : to_one, sum_e);
+        sum_i = __smlald(pair, are_h ? positive_pair(to_other) : to_other, sum_i);
     }
-    sums->e[0] += e;
-    sums->i[0] += in;
-    e = in = 0;
-    for (x = 0; x < columns; x++) {
-        e += (int64_t)(d[x] * larger(below[x], 0));
-        in += (int64_t)(d[x] * larger(above[x], 0));
+#endif
+    for (; x < columns; x++) {
+        sum_e += (int64_t)d[x] * (are_h ? larger(one[x], 0) : one[x]);
+        sum_i += (int64_t)d[x] * (are_h ? larger(other[x], 0) : other[x]);
     }
-    sums->e[1] += e;
-    sums->i[1] += in;
+    *e += sum_e;
+    *i += sum_i;
+}
+
+/* The delayed signals of one spacing in row `y`, and what they give. */
+static void correlate_row(const planes *l, int32_t pathway, int32_t j, int32_t y, const int16_t *f, field *sums)
+{
+    const config_of c = CONFIG_OF(l);
+    const size_t columns = (size_t)c->columns, row = (size_t)y * columns;
+    const size_t at = (size_t)(pathway * c->spacings + j) * l->cells + row;
+    const int16_t *const h = l->h[pathway] + row;
+    const int32_t s = (j + 1) * c->d, alpha = c->alphas[j];
+    const int any = c->state_bits == 16 ? delay_words(l, (uint16_t *)(void *)l->codes + at, f, alpha)
+                                        : delay_bytes(l, l->codes + at, c->decay + 256 * j, f, alpha);
+    if (!any)
+        return;
+    products(l, f + s, f - s, 0, &sums->e[0], &sums->i[0]);
+    products(l, y + s < c->rows ? h + (size_t)s * columns : l->no_row, y >= s ? h - (size_t)s * columns : l->no_row, 1,
+             &sums->e[1], &sums->i[1]);
 }
 
 static void correlate(const planes *l, int32_t pathway, field *sums)
 {
     const config_of c = CONFIG_OF(l);
     const int32_t columns = c->columns, rows = c->rows;
-    const int16_t *const h = l->h[pathway];
     int16_t *const f = l->f_row + c->spacings * c->d;
     int32_t x, y, j;
     memset(sums, 0, sizeof *sums);
     for (y = 0; y < rows; y++) {
-        const size_t row = (size_t)y * (size_t)columns;
+        const int16_t *const h = l->h[pathway] + (size_t)y * (size_t)columns;
         for (x = 0; x < columns; x++)
-            f[x] = (int16_t)larger(h[row + (size_t)x], 0);
-        for (j = 0; j < c->spacings; j++) {
-            const int32_t s = (j + 1) * c->d;
-            const size_t at = (size_t)(pathway * c->spacings + j) * l->cells + row;
-            if (delay_row(l, at, f, c->alphas[j])) {
-                const int16_t *const below = y + s < rows ? h + row + (size_t)s * (size_t)columns : l->no_row;
-                const int16_t *const above = y >= s ? h + row - (size_t)s * (size_t)columns : l->no_row;
-                correlate_row(l, s, f, below, above, sums);
-            }
-        }
+            f[x] = (int16_t)larger(h[x], 0);
+        for (j = 0; j < c->spacings; j++)
+            correlate_row(l, pathway, j, y, f, sums);
     }
 }
 

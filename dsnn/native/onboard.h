@@ -53,6 +53,7 @@ typedef struct {
     const int16_t *kernel_i;  /* 8 d + 1, Q15: of width 2 d */
     const int32_t *alphas;    /* spacings, Q15, up to 32768: alpha(tau_s) */
     const uint16_t *decode;   /* 256: D of an 8-bit code */
+    const uint8_t *decay;     /* spacings by 256: the code of an 8-bit D after a frame in which F is 0 */
     const int16_t *sigmoid;   /* 385, Q15: of 0, 1/32, ... 12 */
     const int16_t *thresholds; /* thresholds_count, Q15: |HS| from which on there are 1, 2, ... spikes */
 } onboard_config;

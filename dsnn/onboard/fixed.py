@@ -13,6 +13,7 @@ import numpy as np
 from dsnn.exponential import exp
 from dsnn.filters import alpha, gaussian_kernel, residue
 from dsnn.frames import FrameError, checked_shape
+from dsnn.onboard.codes import coded, decoded
 from dsnn.onboard.params import OnboardParams, largest_change, most_f_bits
 
 LONGEST_SIDE = 4096
@@ -27,8 +28,7 @@ HALF = 16383
 """The largest output of the sigmoid in Q15, so that HS and VS stay within (-1, 1)."""
 MOST_SPIKES = 256
 """In one frame: where the table of thresholds ends."""
-MANTISSA = 5
-"""Bits of a companded code's place within its segment."""
+_CODES = np.arange(256)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +78,8 @@ class Fixed:
     alphas: tuple[int, ...]
     decode: tuple[int, ...]
     """Code of an 8-bit D -> its value, in units of F."""
+    decay: tuple[int, ...]
+    """Spacing by code: the code of an 8-bit D after a frame in which F is 0."""
     sigmoid: tuple[int, ...]
     thresholds: tuple[int, ...]
 
@@ -125,6 +127,7 @@ def constants(shape: tuple[int, int], params: OnboardParams) -> Fixed:
     field_shift = max(math.ceil(math.log2(cells * max(spacings, 1) * f_max**2)) - SUM_BITS, 0)
     limit, shift, gain, right = _plate(cells * q.k_sig, 2 * f_frac - field_shift)
     thresholds = _thresholds(q)
+    alphas = tuple(_q(alpha(tau, q.dt)) for tau in q.delays()[:spacings])
     return Fixed(
         rows=rows, columns=columns, n_p=q.n_p, d=q.d, spacings=spacings, on=int(q.on), off=int(q.off), dog=int(q.dog),
         fdsr=int(q.fdsr), halved=int(q.halved), truncate=int(q.rounding == "truncate"), state_bits=q.state_bits,
@@ -134,7 +137,7 @@ def constants(shape: tuple[int, int], params: OnboardParams) -> Fixed:
         alpha_mp=_q(alpha(q.tau_mp, q.dt)), plate_limit=limit, plate_shift=shift, plate_gain=gain, plate_right=right,
         thresholds_count=len(thresholds), residues=tuple(_q(residue(q.u, i)) for i in range(1, q.n_p + 1)),
         kernel_e=_kernel(q.d), kernel_i=_kernel(2 * q.d),
-        alphas=tuple(_q(alpha(tau, q.dt)) for tau in q.delays()[:spacings]), decode=_decoded(q),
+        alphas=alphas, decode=tuple(decoded(_CODES, q.companding).tolist()), decay=_decay(q, alphas),
         sigmoid=tuple(
             min(round(32768.0 * (1.0 / (1.0 + exp(-i / SIGMOID_STEPS)) - 0.5)), HALF)
             for i in range(SIGMOID_END * SIGMOID_STEPS + 1)
@@ -178,20 +181,13 @@ def _kernel(sigma: int) -> tuple[int, ...]:
 
 def _largest_f(q: OnboardParams) -> int:
     """The largest F: that of the largest code of D, so that no low-pass of it can leave its format."""
-    return 32767 if q.state_bits == 16 else _decoded(q)[-1]
+    return 32767 if q.state_bits == 16 else int(decoded(_CODES, q.companding)[-1])
 
 
-def _decoded(q: OnboardParams) -> tuple[int, ...]:
-    if not q.companding:
-        return tuple(code << 7 for code in range(256))
-    codes = np.arange(256)
-    segment = np.maximum((codes >> MANTISSA) - 1, 0)
-    return tuple(int(value) for value in (codes - (segment << MANTISSA)) << segment << _unit())
-
-
-def _unit() -> int:
-    """The step of the lowest segments is 2 to the power of this, in units of F."""
-    return 15 - (MANTISSA + 256 // 2**MANTISSA - 1)
+def _decay(q: OnboardParams, alphas: tuple[int, ...]) -> tuple[int, ...]:
+    values = decoded(_CODES, q.companding)
+    after = [coded(values * (32768 - a), q.companding, q.rounding == "truncate").tolist() for a in alphas]
+    return tuple(code for codes in after for code in codes)
 
 
 def _plate(scale: float, frac: int) -> tuple[int, int, int, int]:

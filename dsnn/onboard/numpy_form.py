@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn.model import LayerMaps, Response
-from dsnn.onboard.fixed import LARGEST_G, LARGEST_LA, LARGEST_P, MANTISSA, Fixed
-from dsnn.onboard.fixed import _unit as unit
+from dsnn.onboard.codes import coded, decoded
+from dsnn.onboard.fixed import LARGEST_G, LARGEST_LA, LARGEST_P, Fixed
 
 Ints = npt.NDArray[np.int64]
 
@@ -116,21 +116,14 @@ class NumpyOnboard:
 
     def _decoded(self, codes: Ints) -> Ints:
         """D in Q f_frac."""
-        return codes if self._c.state_bits == 16 else np.array(self._c.decode, np.int64)[codes]
+        return codes if self._c.state_bits == 16 else decoded(codes, bool(self._c.companding))
 
     def _coded(self, value: Ints) -> Ints:
         """The code of D, which is given with 15 more fractional bits than F has."""
-        c = self._c
-        if c.state_bits == 16:
+        if self._c.state_bits == 16:
             codes: Ints = self.rounded(value, 15)
-        elif not c.companding:
-            codes = self.rounded(value, 22)
-        else:
-            lowest = 15 + unit()
-            segment = np.maximum(np.frexp((value >> lowest).astype(np.float64))[1] - MANTISSA - 1, 0).astype(np.int64)
-            bias = 0 if c.truncate else (1 << (lowest + segment - 1)) - 1
-            codes = (segment << MANTISSA) + ((value + bias) >> (lowest + segment))
-        return codes
+            return codes
+        return coded(value, bool(self._c.companding), bool(self._c.truncate))
 
     def _plate(self, system: int, fields: tuple[int, int]) -> int:
         """HS or VS in Q15 (`LPTCs`, `sigmoid`, `HS-VS`)."""

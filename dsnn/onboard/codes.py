@@ -1,0 +1,37 @@
+"""How a delayed signal D is kept in 8 bits: linear, or companded in segments whose step doubles from one to the next."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Ints = npt.NDArray[np.int64]
+
+MANTISSA = 5
+"""Bits of a companded code's place within its segment: steps of 1/32 to 1/64 of the value."""
+UNIT = 3
+"""The two lowest segments have steps of 2 to the power 3 units of F; above them the 256 codes reach 2 to the 15."""
+LINEAR = 7
+"""A linear code counts steps of 2 to the power 7 units of F."""
+EXTRA = 15
+"""Fractional bits of D beyond those of F before it is coded."""
+
+
+def decoded(codes: Ints, companding: bool) -> Ints:
+    """D in units of F; ``codes`` are 0..255."""
+    if not companding:
+        return codes << LINEAR
+    segment = np.maximum((codes >> MANTISSA) - 1, 0)
+    return (codes - (segment << MANTISSA)) << segment << UNIT
+
+
+def coded(values: Ints, companding: bool, truncate: bool) -> Ints:
+    """The code nearest to D, or the next below; ``values``, of at least 0, are D with `EXTRA` more fractional bits."""
+    if companding:
+        lowest = EXTRA + UNIT
+        length = np.frexp((values >> lowest).astype(np.float64))[1].astype(np.int64)  # bits of a whole number
+        segment = np.maximum(length - MANTISSA - 1, 0)
+    else:
+        lowest, segment = EXTRA + LINEAR, np.zeros_like(values)
+    bias = 0 if truncate else (1 << (lowest + segment - 1)) - 1
+    return (segment << MANTISSA) + ((values + bias) >> (lowest + segment))
