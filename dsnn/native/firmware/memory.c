@@ -8,6 +8,12 @@
 #define PAINT 0xA5A5A5A5u
 #define MARGIN 64u /* bytes below the stack pointer that chip_paint_stack itself may use */
 
+#if defined(__clang__) /* or their loops become calls of themselves; GCC has a flag for that */
+#define OWN_LOOP __attribute__((no_builtin("memset", "memcpy", "memmove")))
+#else
+#define OWN_LOOP
+#endif
+
 void *memset(void *to, int value, size_t size);
 void *memcpy(void *restrict to, const void *restrict from, size_t size);
 void *memmove(void *to, const void *from, size_t size);
@@ -18,7 +24,7 @@ static int aligned(const void *to, const void *from) {
     return (((uintptr_t)to | (uintptr_t)from) & 3u) == 0;
 }
 
-void *memset(void *to, int value, size_t size) {
+OWN_LOOP void *memset(void *to, int value, size_t size) {
     uint8_t *byte = to;
     if (aligned(to, to)) {
         const uint32_t pattern = (uint32_t)(uint8_t)value * 0x01010101u;
@@ -30,7 +36,7 @@ void *memset(void *to, int value, size_t size) {
     return to;
 }
 
-void *memcpy(void *restrict to, const void *restrict from, size_t size) {
+OWN_LOOP void *memcpy(void *restrict to, const void *restrict from, size_t size) {
     uint8_t *byte = to;
     const uint8_t *source = from;
     if (aligned(to, from)) {
@@ -44,7 +50,7 @@ void *memcpy(void *restrict to, const void *restrict from, size_t size) {
     return to;
 }
 
-void *memmove(void *to, const void *from, size_t size) {
+OWN_LOOP void *memmove(void *to, const void *from, size_t size) {
     uint8_t *byte = to;
     const uint8_t *source = from;
     if (byte <= source || byte >= source + size) return memcpy(to, from, size);
