@@ -31,6 +31,14 @@ void *memset(void *to, int value, size_t size);
 #define ONBOARD_STAGE(i) ((void)0)
 #endif
 
+#if defined(__GNUC__)
+#define ALWAYS_INLINE static inline __attribute__((always_inline)) /* where a flag is to be known to the compiler */
+#define UNROLLED _Pragma("GCC unroll 8")
+#else
+#define UNROLLED
+#define ALWAYS_INLINE static inline
+#endif
+
 #define LONGEST_SIDE 4096
 #define LARGEST_P 32767
 #define LARGEST_LA 65535
@@ -60,11 +68,11 @@ typedef struct {
     int16_t *p;               /* n_p planes, at least one: P of the last frames, in a ring */
     uint16_t *la[2];          /* LA of ON and OFF with its residue, of the last frame */
     int16_t *h[2];            /* F where positive, else LA - A */
-    uint8_t *codes;           /* D: pathway by spacing by cell; 16-bit words where state_bits says so */
+    uint8_t *codes;           /* D: pathway by row by spacing by column; 16-bit words where state_bits says so */
     int16_t *blur_e, *blur_i; /* a row blurred along y, 8 d cells beyond either end */
     int32_t *la_row;          /* a row of signed LA */
     int16_t *f_row;           /* a row of F with a margin of the longest spacing at either end */
-    int16_t *d_row;           /* a row of D */
+    int16_t *d_rows;          /* a row of D of each spacing */
     int16_t *no_row;          /* a row of zeros */
     uint8_t *moves;           /* rows: whether P is not 0 somewhere */
 } planes;
@@ -98,7 +106,7 @@ static size_t lay_out(config_of c, unsigned char *base, planes *l)
     at[6] = taken(&used, columns + 2 * radius, 2);
     at[7] = taken(&used, columns, 4);
     at[8] = taken(&used, columns + 2 * margin, 2);
-    at[9] = taken(&used, columns * 2, 2);
+    at[9] = taken(&used, columns * ((size_t)c->spacings + 1), 2);
     at[10] = taken(&used, (size_t)c->rows, 1);
     if (base != NULL) {
         l->c = c;
@@ -114,8 +122,8 @@ static size_t lay_out(config_of c, unsigned char *base, planes *l)
         l->blur_i = (int16_t *)(void *)(base + at[6]);
         l->la_row = (int32_t *)(void *)(base + at[7]);
         l->f_row = (int16_t *)(void *)(base + at[8]);
-        l->d_row = (int16_t *)(void *)(base + at[9]);
-        l->no_row = l->d_row + columns;
+        l->no_row = (int16_t *)(void *)(base + at[9]);
+        l->d_rows = l->no_row + columns;
         l->moves = base + at[10];
     }
     return used;
@@ -370,48 +378,62 @@ static uint32_t rounded_positive(config_of c, uint32_t x, uint32_t bits)
     return c->truncate ? x >> bits : (((x - 1) >> (bits - 1)) + 1) >> 1;
 }
 
-/* Low-pass a row of 8-bit D in place, and leave it decoded in d_row; whether any of it is not 0. */
-static int delay_bytes(const planes *l, uint8_t *codes, const uint8_t *decay, const int16_t *f, int32_t alpha)
+/* The next code of an 8-bit D that takes `f`, above 0. */
+static uint32_t risen(config_of c, uint32_t code, int32_t f, int32_t alpha)
+{
+    const int32_t d = c->decode[code];
+    const uint32_t value = (uint32_t)((d << 15) + alpha * (f - d)); /* above 0, as f and alpha are */
+    if (c->companding) {
+        const uint32_t segment = segment_of(value);
+        return (segment << MANTISSA) + rounded_positive(c, value, LOWEST + segment);
+    }
+    return rounded_positive(c, value, LOWEST + 4);
+}
+
+/* Low-pass 8-bit D of all spacings in a row, and leave them decoded in d_rows; whether any of it is not 0. */
+static int delay_bytes(const planes *l, uint8_t *codes, const int16_t *f)
 {
     const config_of c = CONFIG_OF(l);
-    int16_t *const row = l->d_row;
-    const int32_t columns = c->columns;
-    int32_t x, any = 0;
+    const int32_t columns = c->columns, spacings = c->spacings;
+    int16_t *const rows = l->d_rows;
+    int32_t x, j, any = 0;
     for (x = 0; x < columns; x++) {
-        uint32_t code = codes[x];
-        int32_t d;
         if (f[x] == 0) {
-            code = decay[code];
-        } else {
-            d = c->decode[code];
-            code = (uint32_t)((d << 15) + alpha * (f[x] - d)); /* above 0, as F is and alpha */
-            if (c->companding) {
-                const uint32_t segment = segment_of(code);
-                code = (segment << MANTISSA) + rounded_positive(c, code, LOWEST + segment);
-            } else {
-                code = rounded_positive(c, code, LOWEST + 4);
+            UNROLLED
+            for (j = 0; j < spacings; j++) {
+                const uint8_t code = c->decay[256 * j + codes[j * columns + x]];
+                codes[j * columns + x] = code;
+                rows[j * columns + x] = (int16_t)c->decode[code];
+                any |= code;
             }
+        } else {
+            UNROLLED
+            for (j = 0; j < spacings; j++) {
+                const uint32_t code = risen(c, codes[j * columns + x], f[x], c->alphas[j]);
+                codes[j * columns + x] = (uint8_t)code;
+                rows[j * columns + x] = (int16_t)c->decode[code];
+            }
+            any = 1;
         }
-        d = c->decode[code];
-        codes[x] = (uint8_t)code;
-        row[x] = (int16_t)d;
-        any |= d;
     }
     return any != 0;
 }
 
 /* The same of 16-bit D, which need no decoding. */
-static int delay_words(const planes *l, uint16_t *words, const int16_t *f, int32_t alpha)
+static int delay_words(const planes *l, uint16_t *words, const int16_t *f)
 {
     const config_of c = CONFIG_OF(l);
-    int16_t *const row = l->d_row;
-    const int32_t columns = c->columns;
-    int32_t x, any = 0;
+    const int32_t columns = c->columns, spacings = c->spacings;
+    int32_t x, j, any = 0;
     for (x = 0; x < columns; x++) {
-        const int32_t before = words[x], d = rounded(c, (before << 15) + alpha * (f[x] - before), 15);
-        words[x] = (uint16_t)d;
-        row[x] = (int16_t)d;
-        any |= d;
+        UNROLLED
+        for (j = 0; j < spacings; j++) {
+            const int32_t before = words[j * columns + x];
+            const int32_t d = rounded(c, (before << 15) + c->alphas[j] * (f[x] - before), 15);
+            words[j * columns + x] = (uint16_t)d;
+            l->d_rows[j * columns + x] = (int16_t)d;
+            any |= d;
+        }
     }
     return any != 0;
 }
@@ -421,6 +443,13 @@ typedef struct {
 } field;
 
 #if defined(__ARM_FEATURE_DSP)
+static int16x2_t pair_at(const int16_t *from)
+{
+    int16x2_t pair;
+    __builtin_memcpy(&pair, from, sizeof pair); /* one load; memcpy itself is a call where -ffreestanding is set */
+    return pair;
+}
+
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion" /* within the macro __usat16 of arm_acle.h */
 /* Both halves, 0 where negative. */
@@ -429,18 +458,15 @@ static int16x2_t positive_pair(int16x2_t pair) { return (int16x2_t)__usat16(pair
 #endif
 
 /* The sums of D times either of two rows of F. Negative entries of rows of h count as 0; there are none in f_row. */
-static void products(const planes *l, const int16_t *one, const int16_t *other, int are_h, int64_t *e, int64_t *i)
+ALWAYS_INLINE void products(config_of c, const int16_t *d, const int16_t *one, const int16_t *other, int are_h, int64_t *e,
+                            int64_t *i)
 {
-    const int16_t *const d = l->d_row;
-    const int32_t columns = CONFIG_OF(l)->columns;
+    const int32_t columns = c->columns;
     int64_t sum_e = 0, sum_i = 0;
     int32_t x = 0;
 #if defined(__ARM_FEATURE_DSP)
     for (; x < columns - 1; x += 2) { /* two cells at once: the sums are exact, so their order is free */
-        int16x2_t pair, to_one, to_other;
-        memcpy(&pair, d + x, sizeof pair);
-        memcpy(&to_one, one + x, sizeof to_one);
-        memcpy(&to_other, other + x, sizeof to_other);
+        const int16x2_t pair = pair_at(d + x), to_one = pair_at(one + x), to_other = pair_at(other + x);
         sum_e = __smlald(pair, are_h ? positive_pair(to_one) : to_one, sum_e);
         sum_i = __smlald(pair, are_h ? positive_pair(to_other) : to_other, sum_i);
     }
@@ -453,21 +479,20 @@ static void products(const planes *l, const int16_t *one, const int16_t *other, 
     *i += sum_i;
 }
 
-/* The delayed signals of one spacing in row `y`, and what they give. */
-static void correlate_row(const planes *l, int32_t pathway, int32_t j, int32_t y, const int16_t *f, field *sums)
+/* What the delayed signals of row `y` give, of which row `h` and those around it have F. */
+static void correlate_row(const planes *l, int32_t y, const int16_t *h, const int16_t *f, field *sums)
 {
     const config_of c = CONFIG_OF(l);
-    const size_t columns = (size_t)c->columns, row = (size_t)y * columns;
-    const size_t at = (size_t)(pathway * c->spacings + j) * l->cells + row;
-    const int16_t *const h = l->h[pathway] + row;
-    const int32_t s = (j + 1) * c->d, alpha = c->alphas[j];
-    const int any = c->state_bits == 16 ? delay_words(l, (uint16_t *)(void *)l->codes + at, f, alpha)
-                                        : delay_bytes(l, l->codes + at, c->decay + 256 * j, f, alpha);
-    if (!any)
-        return;
-    products(l, f + s, f - s, 0, &sums->e[0], &sums->i[0]);
-    products(l, y + s < c->rows ? h + (size_t)s * columns : l->no_row, y >= s ? h - (size_t)s * columns : l->no_row, 1,
-             &sums->e[1], &sums->i[1]);
+    const size_t columns = (size_t)c->columns;
+    int32_t j;
+    for (j = 0; j < c->spacings; j++) {
+        const int32_t s = (j + 1) * c->d;
+        const int16_t *const d = l->d_rows + (size_t)j * columns;
+        const int16_t *const below = y + s < c->rows ? h + (size_t)s * columns : l->no_row;
+        const int16_t *const above = y >= s ? h - (size_t)s * columns : l->no_row;
+        products(c, d, f + s, f - s, 0, &sums->e[0], &sums->i[0]);
+        products(c, d, below, above, 1, &sums->e[1], &sums->i[1]);
+    }
 }
 
 static void correlate(const planes *l, int32_t pathway, field *sums)
@@ -475,14 +500,15 @@ static void correlate(const planes *l, int32_t pathway, field *sums)
     const config_of c = CONFIG_OF(l);
     const int32_t columns = c->columns, rows = c->rows;
     int16_t *const f = l->f_row + c->spacings * c->d;
-    int32_t x, y, j;
+    int32_t x, y;
     memset(sums, 0, sizeof *sums);
     for (y = 0; y < rows; y++) {
         const int16_t *const h = l->h[pathway] + (size_t)y * (size_t)columns;
+        const size_t at = ((size_t)pathway * (size_t)rows + (size_t)y) * (size_t)c->spacings * (size_t)columns;
         for (x = 0; x < columns; x++)
             f[x] = (int16_t)larger(h[x], 0);
-        for (j = 0; j < c->spacings; j++)
-            correlate_row(l, pathway, j, y, f, sums);
+        if (c->state_bits == 16 ? delay_words(l, (uint16_t *)(void *)l->codes + at, f) : delay_bytes(l, l->codes + at, f))
+            correlate_row(l, y, h, f, sums);
     }
 }
 

@@ -90,7 +90,8 @@ class Fixed:
         parts = (
             cells, 2 * cells * max(self.n_p, 1), 4 * cells, 4 * cells, self.state_bits // 8 * 2 * cells * self.spacings,
             2 * (self.columns + 2 * radius), 2 * (self.columns + 2 * radius), 4 * self.columns,
-            2 * (self.columns + 2 * self.spacings * self.d), 4 * self.columns, self.rows,
+            2 * (self.columns + 2 * self.spacings * self.d), 2 * self.columns * (self.spacings + 1),
+            self.rows,
         )  # fmt: skip
         return 48 + sum(-(-part // 8) * 8 for part in parts) + 8
 
