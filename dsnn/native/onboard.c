@@ -33,7 +33,7 @@ void *memset(void *to, int value, size_t size);
 
 #if defined(__GNUC__)
 #define ALWAYS_INLINE static inline __attribute__((always_inline)) /* where a flag is to be known to the compiler */
-#define UNROLLED _Pragma("GCC unroll 8")
+#define UNROLLED _Pragma("GCC unroll 32")
 #else
 #define UNROLLED
 #define ALWAYS_INLINE static inline
@@ -186,6 +186,10 @@ void onboard_reset(onboard *m)
 static int32_t rounded(config_of c, int32_t x, int32_t bits)
 {
     const int32_t bias = c->truncate || bits == 0 ? 0 : (INT32_C(1) << (bits - 1)) - 1;
+#if defined(__ARM_FEATURE_DSP) /* the same without a branch, where >> of a negative number rounds down */
+    if (!c->truncate && bits > 0)
+        return (x + bias + (int32_t)((uint32_t)x >> 31)) >> bits;
+#endif
     return x < 0 ? -((bias - x) >> bits) : (x + bias) >> bits;
 }
 
@@ -234,7 +238,94 @@ static void retina(onboard *m, const planes *l, const uint8_t *luma)
     m->first = 0;
 }
 
+/* ---- Two cells at once on processors that multiply two halves of a word (Cortex-M4). ---- */
+
+#if defined(__ARM_FEATURE_DSP)
+static int16x2_t pair_at(const int16_t *from)
+{
+    int16x2_t pair;
+    __builtin_memcpy(&pair, from, sizeof pair); /* one load; memcpy itself is a call where -ffreestanding is set */
+    return pair;
+}
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wsign-conversion" /* within the macro __usat16 of arm_acle.h */
+/* Two halves of a word, the first in its low half: as two neighbours in memory. */
+static int16x2_t pair_of(int32_t first, int32_t second)
+{
+    return (int16x2_t)((uint32_t)(uint16_t)first | (uint32_t)second << 16);
+}
+
+/* Both halves, 0 where negative. */
+static int16x2_t positive_pair(int16x2_t pair) { return (int16x2_t)__usat16(pair, 15); }
+#pragma GCC diagnostic pop
+#endif
+
 /* ---- Lamina: signed LA of one row, ON positive, OFF negative. ---- */
+
+#if defined(__ARM_FEATURE_DSP)
+typedef struct {
+    int32_t e[2], i[2]; /* sums of both Gaussians, of two neighbours */
+} sums_of_two;
+
+/* Add two rows at the same distance from the middle one, which have one weight: first the left cells, then the right. */
+ALWAYS_INLINE void add_rows(sums_of_two *sums, int16x2_t above, int16x2_t below, int32_t weight_e, int32_t weight_i, int both)
+{
+    int16x2_t left, right;
+    __asm__("pkhbt %0, %1, %2, lsl #16" : "=r"(left) : "r"(above), "r"(below));
+    __asm__("pkhtb %0, %1, %2, asr #16" : "=r"(right) : "r"(below), "r"(above));
+    sums->i[0] = __smlad(left, pair_of(weight_i, weight_i), sums->i[0]);
+    sums->i[1] = __smlad(right, pair_of(weight_i, weight_i), sums->i[1]);
+    if (both) {
+        sums->e[0] = __smlad(left, pair_of(weight_e, weight_e), sums->e[0]);
+        sums->e[1] = __smlad(right, pair_of(weight_e, weight_e), sums->e[1]);
+    }
+}
+
+/* Columns x and x + 1 of a row blurred along y. `p` is the row of P; `inside` says that all rows that the blur reads are
+ * in the image, at one distance each, and `above` and `below` are those rows where they are not. */
+ALWAYS_INLINE void blur_two_down(config_of c, const int16_t *p, const int16_t *const *above, const int16_t *const *below,
+                                 int inside, int32_t x, int16_t *e, int16_t *in)
+{
+    const int32_t columns = c->columns, radius_e = 4 * c->d, radius_i = 8 * c->d;
+    const int16x2_t middle = pair_at(p + x);
+    const int32_t first = (int16_t)middle, second = (int32_t)middle >> 16;
+    sums_of_two sums = {{c->kernel_e[0] * first, c->kernel_e[0] * second},
+                        {c->kernel_i[0] * first, c->kernel_i[0] * second}};
+    int32_t i;
+    UNROLLED
+    for (i = 1; i <= radius_e; i++)
+        add_rows(&sums, pair_at(inside ? p + x - i * columns : above[i] + x),
+                 pair_at(inside ? p + x + i * columns : below[i] + x), c->kernel_e[i], c->kernel_i[i], 1);
+    UNROLLED
+    for (i = radius_e + 1; i <= radius_i; i++)
+        add_rows(&sums, pair_at(inside ? p + x - i * columns : above[i] + x),
+                 pair_at(inside ? p + x + i * columns : below[i] + x), 0, c->kernel_i[i], 0);
+    e[x] = (int16_t)rounded(c, sums.e[0], 15);
+    e[x + 1] = (int16_t)rounded(c, sums.e[1], 15);
+    in[x] = (int16_t)rounded(c, sums.i[0], 15);
+    in[x + 1] = (int16_t)rounded(c, sums.i[1], 15);
+}
+
+/* Two neighbours of a row blurred along x: the words from -radius on, whose weights are those of the one cell, and in
+ * the other order and from the other end those of the next. A radius is even. */
+ALWAYS_INLINE void blur_two_along(const int16_t *row, const int16_t *kernel, int32_t radius, int32_t sums[2])
+{
+    int32_t m;
+    sums[0] = sums[1] = 0;
+    UNROLLED
+    for (m = 0; m <= radius; m++) {
+        const int32_t at = 2 * m - radius, mirrored = radius - 2 * m;
+        const int16x2_t pair = pair_at(row + at);
+        const int32_t one = kernel[at < 0 ? -at : at];
+        const int32_t two = at + 1 > radius ? 0 : kernel[at + 1 < 0 ? -at - 1 : at + 1];
+        const int32_t next = kernel[mirrored < 0 ? -mirrored : mirrored];
+        const int32_t before = mirrored + 1 > radius ? 0 : kernel[mirrored + 1 < 0 ? -mirrored - 1 : mirrored + 1];
+        sums[0] = __smlad(pair, pair_of(one, two), sums[0]);
+        sums[1] = __smlad(pair, pair_of(before, next), sums[1]);
+    }
+}
+#endif
 
 /* The row `y` of P, blurred along y by both Gaussians, with the ends repeated (two-gauss). */
 static void blur_down(const planes *l, const int16_t *p, int32_t y)
@@ -243,12 +334,20 @@ static void blur_down(const planes *l, const int16_t *p, int32_t y)
     const int32_t columns = c->columns, last = c->rows - 1, radius_e = 4 * c->d, radius_i = 8 * c->d;
     const int16_t *above[MOST_TAPS], *below[MOST_TAPS];
     int16_t *const e = l->blur_e + radius_i, *const in = l->blur_i + radius_i;
-    int32_t x, i;
+    int32_t x = 0, i;
     for (i = 0; i <= radius_i; i++) {
         above[i] = p + (size_t)larger(y - i, 0) * (size_t)columns;
         below[i] = p + (size_t)smaller(y + i, last) * (size_t)columns;
     }
-    for (x = 0; x < columns; x++) {
+#if defined(__ARM_FEATURE_DSP)
+    if (y >= radius_i && y + radius_i <= last)
+        for (; x < columns - 1; x += 2)
+            blur_two_down(c, above[0], above, below, 1, x, e, in);
+    else
+        for (; x < columns - 1; x += 2)
+            blur_two_down(c, above[0], above, below, 0, x, e, in);
+#endif
+    for (; x < columns; x++) {
         int32_t sum_e = c->kernel_e[0] * above[0][x], sum_i = c->kernel_i[0] * above[0][x];
         for (i = 1; i <= radius_e; i++) {
             const int32_t pair = above[i][x] + below[i][x];
@@ -274,6 +373,13 @@ static int32_t blur_along(const int16_t *row, const int16_t *kernel, int32_t rad
     for (i = 1; i <= radius; i++)
         sum += kernel[i] * (row[-i] + row[i]);
     return sum;
+}
+
+/* Signed LA of both Gaussians' values, Q15 of P (polar-dogs). */
+static int32_t polar(config_of c, int32_t e, int32_t in)
+{
+    const int32_t contrast = rounded(c, e < in ? in - e : e - in, 15 + c->p_frac - c->la_frac);
+    return e >= 0 && in >= 0 ? contrast : e < 0 && in < 0 ? -contrast : 0;
 }
 
 /* Whether P of a row that the blur of row `y` reads is not 0 somewhere. */
@@ -303,12 +409,19 @@ static void lamina_row(const planes *l, const int16_t *p, int32_t y)
         return;
     }
     blur_down(l, p, y);
-    for (x = 0; x < columns; x++) {
-        const int32_t e = blur_along(l->blur_e + radius_i + x, c->kernel_e, 4 * c->d);
-        const int32_t in = blur_along(l->blur_i + radius_i + x, c->kernel_i, radius_i);
-        const int32_t contrast = rounded(c, e < in ? in - e : e - in, 15 + bits);
-        la[x] = e >= 0 && in >= 0 ? contrast : e < 0 && in < 0 ? -contrast : 0; /* polar-dogs */
+    x = 0;
+#if defined(__ARM_FEATURE_DSP)
+    for (; x < columns - 1; x += 2) {
+        int32_t e[2], in[2];
+        blur_two_along(l->blur_e + radius_i + x, c->kernel_e, 4 * c->d, e);
+        blur_two_along(l->blur_i + radius_i + x, c->kernel_i, radius_i, in);
+        la[x] = polar(c, e[0], in[0]);
+        la[x + 1] = polar(c, e[1], in[1]);
     }
+#endif
+    for (; x < columns; x++)
+        la[x] = polar(c, blur_along(l->blur_e + radius_i + x, c->kernel_e, 4 * c->d),
+                      blur_along(l->blur_i + radius_i + x, c->kernel_i, radius_i));
 }
 
 /* ---- Adaptation: LA with its residue, and F of one row (halfwave, fdsr-lowpass, fdsr-subtraction). ---- */
@@ -441,21 +554,6 @@ static int delay_words(const planes *l, uint16_t *words, const int16_t *f)
 typedef struct {
     int64_t e[2], i[2]; /* excitation and inhibition of HS, VS */
 } field;
-
-#if defined(__ARM_FEATURE_DSP)
-static int16x2_t pair_at(const int16_t *from)
-{
-    int16x2_t pair;
-    __builtin_memcpy(&pair, from, sizeof pair); /* one load; memcpy itself is a call where -ffreestanding is set */
-    return pair;
-}
-
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wsign-conversion" /* within the macro __usat16 of arm_acle.h */
-/* Both halves, 0 where negative. */
-static int16x2_t positive_pair(int16x2_t pair) { return (int16x2_t)__usat16(pair, 15); }
-#pragma GCC diagnostic pop
-#endif
 
 /* The sums of D times either of two rows of F. Negative entries of rows of h count as 0; there are none in f_row. */
 ALWAYS_INLINE void products(config_of c, const int16_t *d, const int16_t *one, const int16_t *other, int are_h, int64_t *e,

@@ -58,7 +58,7 @@ def _gcc(path: str) -> Compiler:
 
 def _zig() -> Compiler:
     command = (sys.executable, "-m", "ziglang", "cc")
-    flags = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", *_COMMON, "-g0")
+    flags = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-munaligned-access", *_COMMON, "-g0")
     linking = ("-nostdlib", "-Wl,--gc-sections", "-Wl,--entry=chip_reset")
     version = f"zig cc {_first_line((sys.executable, '-m', 'ziglang', 'version'))}"
     return Compiler("zig", command, flags, linking, (), version)
