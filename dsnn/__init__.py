@@ -23,6 +23,8 @@ from dsnn.looming.pon_lgmd import PONLGMD, PONLGMDParams
 from dsnn.looming.si_lgmd1 import SILGMD1, SILGMD1Params
 from dsnn.looming.si_lgmd2 import SILGMD2, SILGMD2Params
 from dsnn.model import CHANNELS, LayerMaps, Response, ResponseSeries, VisionModel
+from dsnn.onboard.model import OnboardDSNN
+from dsnn.onboard.params import OnboardParams
 from dsnn.params import DSNNParams
 from dsnn.registry import MODELS, ModelEntry, model_entry
 
@@ -55,6 +57,8 @@ __all__ = [
     "LayerMaps",
     "MLPLC2Params",
     "ModelEntry",
+    "OnboardDSNN",
+    "OnboardParams",
     "PONLGMDParams",
     "ReferenceDSNN",
     "Response",

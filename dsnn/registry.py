@@ -25,6 +25,8 @@ from dsnn.looming.pon_lgmd import PONLGMD, PONLGMDParams
 from dsnn.looming.si_lgmd1 import SILGMD1, SILGMD1Params
 from dsnn.looming.si_lgmd2 import SILGMD2, SILGMD2Params
 from dsnn.model import CHANNELS, SPIKING, VisionModel
+from dsnn.onboard.model import OnboardDSNN
+from dsnn.onboard.params import OnboardParams
 from dsnn.params import DSNNParams
 
 DIRECTION = ("hs", "vs")
@@ -213,6 +215,15 @@ _ENTRIES = (
         (*DIRECTION, *LOOMING, "azimuth"),
         HybridParams.offline(),
         {"looming": "lgmd_t_sp"},
+    ),
+    ModelEntry(
+        "dsnn-onboard",
+        "the DSNN in whole numbers, as Colias's own processor could run it",
+        OnboardDSNN,
+        OnboardParams.robot(),
+        f"{_DSNN}; the formats are our own",
+        DIRECTION,
+        OnboardParams.offline(),
     ),
 )
 

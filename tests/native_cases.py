@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
@@ -10,9 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from dsnn import DSNN, LGMD1, DSNNParams, LGMD1Params
+from dsnn import DSNN, LGMD1, DSNNParams, LGMD1Params, OnboardDSNN, OnboardParams
 from dsnn.filters import alpha, gaussian_kernel, residue
 from dsnn.native import binding
+from dsnn.onboard.fixed import Fixed, constants
+from dsnn.onboard.header import TABLES
 
 NATIVE = Path(binding.__file__).parent
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
@@ -24,7 +27,7 @@ SANITIZED = ("-O1", "-g", "-fsanitize=address,undefined,float-cast-overflow", "-
 class Case:
     """One model with its parameters, and the frames it is shown, (T, R, C) uint8 or float32."""
 
-    params: DSNNParams | LGMD1Params
+    params: DSNNParams | LGMD1Params | OnboardParams
     frames: np.ndarray
 
     def written(self) -> bytes:
@@ -37,6 +40,8 @@ class Case:
                 np.int32(1), film, np.array([p.w_i, p.w_side, p.w_corner, p.t_g], np.float32),
                 np.array([p.c_w, p.delta_c, p.t_ffi, p.t_sp]), self.frames,
             ]  # fmt: skip
+        elif isinstance(p, OnboardParams):
+            parts = [np.int32(2), film, *_fixed(constants((rows, columns), p)), self.frames]
         else:
             left = [1.0 - alpha(tau, p.dt) for tau in (p.tau_fast, p.tau_slow)]
             parts = [
@@ -59,6 +64,16 @@ class Case:
             for frame in self.frames:
                 a = detector.step(frame)
                 said += [np.float64(a.looming), np.int32(a.looming_spikes)]
+        elif isinstance(self.params, OnboardParams):
+            network = OnboardDSNN(shape, self.params, form="native")
+            for frame in self.frames:
+                a = network.step(frame, maps=True)
+                said.append(np.array([a.hs * 32768, a.vs * 32768, a.hs_spikes, a.vs_spikes], np.int32))
+            c = network.fixed
+            layers = zip(
+                (a.maps.p, a.maps.la, a.maps.f_on, a.maps.f_off), (c.p_frac, c.la_frac, c.f_frac, c.f_frac), strict=True
+            )
+            said += [np.rint(layer * 2.0**bits).astype(np.int32) for layer, bits in layers]
         else:
             network = DSNN(shape, self.params, form="native")
             for frame in self.frames:
@@ -70,12 +85,40 @@ class Case:
 
 
 def cases(count: int, seed: int = 0) -> Iterator[Case]:
-    """``count`` of them, the smallest shapes and the extreme parameters among the first."""
+    """Twice ``count``, in turn of the float models and of the on-board one; the smallest shapes and the extreme
+    parameters are among the first."""
     for index in range(count):
         rng = np.random.default_rng([seed, index])
         shape = [(2, 2), (2, 9), (9, 2), (3, 3)][index] if index < 4 else tuple(rng.integers(2, 45, 2))
         params = _lgmd1(rng) if index % 4 == 3 else _dsnn(rng, extreme=index % 3 == 0)
         yield Case(params, _frames(rng, int(rng.integers(1, 7)), *shape))
+        frames = np.rint(_frames(rng, int(rng.integers(1, 7)), *shape)).astype(np.uint8)
+        yield Case(onboard(rng, extreme=index % 3 == 0), frames)
+
+
+def onboard(rng: np.random.Generator, extreme: bool) -> OnboardParams:
+    """Parameters over their whole ranges, in any format; drawn again where the format refuses them."""
+    while True:
+        floats = dataclasses.asdict(_dsnn(rng, extreme))
+        formats = dict(
+            state_bits=int(rng.choice([8, 16])), companding=bool(rng.random() < 0.7),
+            rounding=str(rng.choice(["nearest", "truncate"])), halved=bool(rng.random() < 0.3),
+            f_bits=int(rng.integers(16)) if rng.random() < 0.3 else None,
+        )  # fmt: skip
+        try:
+            return OnboardParams(**floats, **formats)
+        except ValueError:
+            continue
+
+
+def _fixed(c: Fixed) -> list[np.ndarray]:
+    """The constants in the order of ``onboard_config``, each table with its count before it."""
+    names = [name for name in Fixed.__slots__ if name not in TABLES]
+    parts = [np.array(getattr(c, name), np.int64 if name == "plate_limit" else np.int32) for name in names]
+    for name, kind in TABLES.items():
+        entries = np.array(getattr(c, name), kind.removesuffix("_t"))
+        parts += [np.array(len(entries), np.int32), entries]
+    return parts
 
 
 def _between(rng: np.random.Generator, low: float, high: float, extreme: bool) -> float:

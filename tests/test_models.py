@@ -42,6 +42,10 @@ SATURATING = ("lgmd1", "lgmd2")
 NEARLY = {"flow": 0.25}
 """px per frame: DIS lays its patches from the upper left corner, so a mirrored clip is answered only nearly alike."""
 
+TURNED = {"dsnn-onboard": 0.01}
+"""Its blur along y is rounded to 1/128 grey level before that along x, so a cell whose P_e or P_i is nearly 0 may fall
+on either side of it. The bound is a twentieth of the threshold of a spike."""
+
 
 @pytest.fixture(params=list(MODELS))
 def entry(request):
@@ -236,7 +240,9 @@ def test_transposing_the_image_swaps_hs_and_vs(direction):
     frames = oblique()
     upright = direction.build(SHAPE, direction.robot).run(frames)
     turned = direction.build(SHAPE[::-1], direction.robot).run(frames.transpose(0, 2, 1))
-    near = NEARLY.get(direction.name, 1e-4)  # the lamina's sign test jumps where a blur is zero but for rounding
+    near = (NEARLY | TURNED).get(
+        direction.name, 1e-4
+    )  # the lamina's sign test jumps where a blur is zero but for rounding
     np.testing.assert_allclose(turned.vs, upright.hs, atol=near)
     np.testing.assert_allclose(turned.hs, upright.vs, atol=near)
 

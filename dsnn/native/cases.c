@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "dsnn.h"
+#include "onboard.h"
 
 static void take(void *to, size_t size)
 {
@@ -138,12 +139,74 @@ static void run_lgmd1(void)
     free(memory);
 }
 
+/* A table of entries of `width` bytes, its count before it. */
+static void *counted(size_t width)
+{
+    int32_t count;
+    void *values;
+    take(&count, sizeof count);
+    values = fresh((size_t)count * width);
+    take(values, (size_t)count * width);
+    return values;
+}
+
+static void run_onboard(void)
+{
+    onboard_config c;
+    film f;
+    void *tables[8];
+    unsigned char *memory, *frame;
+    onboard *model;
+    size_t size, cells;
+    int32_t i, t, *maps[4];
+    take(&f, sizeof f);
+    memset(&c, 0, sizeof c);
+    take(&c.rows, 25 * sizeof(int32_t)); /* to alpha_mp */
+    take(&c.plate_limit, sizeof c.plate_limit);
+    take(&c.plate_shift, 4 * sizeof(int32_t)); /* to thresholds_count */
+    c.residues = tables[0] = counted(2);
+    c.kernel_e = tables[1] = counted(2);
+    c.kernel_i = tables[2] = counted(2);
+    c.alphas = tables[3] = counted(4);
+    c.decode = tables[4] = counted(2);
+    c.decay = tables[5] = counted(1);
+    c.sigmoid = tables[6] = counted(2);
+    c.thresholds = tables[7] = counted(2);
+    size = onboard_size(&c);
+    memory = fresh(size + 1);
+    if (size == 0 || onboard_make(memory + 1, size - 1, &c) != NULL)
+        exit(6);
+    model = onboard_make(memory + 1, size, &c);
+    frame = fresh(frame_size(&f));
+    cells = (size_t)f.rows * (size_t)f.columns;
+    for (t = 0; t < f.frames; t++) {
+        onboard_answer answer;
+        take(frame, frame_size(&f));
+        onboard_step(model, frame, &answer);
+        give(&answer, sizeof answer);
+    }
+    for (i = 0; i < 4; i++)
+        maps[i] = fresh(cells * sizeof(int32_t));
+    onboard_maps(model, maps[0], maps[1], maps[2], maps[3]);
+    for (i = 0; i < 4; i++) {
+        give(maps[i], cells * sizeof(int32_t));
+        free(maps[i]);
+    }
+    onboard_reset(model);
+    for (i = 0; i < 8; i++)
+        free(tables[i]);
+    free(frame);
+    free(memory);
+}
+
 int main(void)
 {
     int32_t kind;
     while (fread(&kind, sizeof kind, 1, stdin) == 1) {
         if (kind == 0)
             run_dsnn();
+        else if (kind == 2)
+            run_onboard();
         else
             run_lgmd1();
     }

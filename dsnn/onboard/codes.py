@@ -1,4 +1,4 @@
-"""How a delayed signal D is kept in 8 bits: linear, or companded in segments whose step doubles from one to the next."""
+"""How a delayed signal D is kept in 8 bits: linear, or companded in segments with steps of twice the size each."""
 
 from __future__ import annotations
 

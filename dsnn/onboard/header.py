@@ -8,8 +8,8 @@ from dsnn.onboard.fixed import Fixed, constants
 from dsnn.onboard.params import OnboardParams
 
 TABLES = {
-    "residues": "int16_t", "kernel_e": "int16_t", "kernel_i": "int16_t", "alphas": "int32_t", "decode": "uint16_t", "decay": "uint8_t",
-    "sigmoid": "int16_t", "thresholds": "int16_t",
+    "residues": "int16_t", "kernel_e": "int16_t", "kernel_i": "int16_t", "alphas": "int32_t", "decode": "uint16_t",
+    "decay": "uint8_t", "sigmoid": "int16_t", "thresholds": "int16_t",
 }  # fmt: skip
 """Field of `dsnn.onboard.fixed.Fixed` that is a table -> the type of its entries."""
 _DERIVED = ("state_bytes",)

@@ -20,8 +20,8 @@ from dsnn.onboard.params import OnboardParams
 class OnboardDSNN:
     """The directionally selective neural network in whole numbers of 8 and 16 bits.
 
-    Both forms give the same bits: ``dsnn/onboard/numpy_form.py`` specifies them and ``dsnn/native/onboard.c``, which the
-    robot runs, is tested against it. HS and VS are multiples of 2 to the power -15.
+    Both forms give the same bits: ``dsnn/onboard/numpy_form.py`` is the specification, and ``dsnn/native/onboard.c``,
+    which the robot runs, is tested against it. HS and VS are multiples of 2 to the power -15.
 
     A frame of floating type is rounded to whole grey levels, as the camera gives them. A frame has at most 256 spikes.
 

@@ -10,7 +10,6 @@ from typing import Any, Literal, Self
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import alpha, residue
 from dsnn.params import DSNNParams

@@ -25,7 +25,7 @@ BASELINES = ("flow", "still", "random", "straight")
 """Models and behaviours that are drawn in grey."""
 NAMED = (
     "dsnn", "dsn2017", "emd", "lgmd1", "lgmd2", "hybrid", "dsnn-on-blocked", "dsnn-off-blocked", "dsnn-reference",
-    "t4t5", "lplc2", "mlplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "pon-lgmd",
+    "t4t5", "lplc2", "mlplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "pon-lgmd", "dsnn-onboard",
 )  # fmt: skip
 """Models that have the same mark in every figure: the hues in their order, then again with another line."""
 

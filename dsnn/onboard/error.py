@@ -1,0 +1,113 @@
+"""What the robot's arithmetic changes: answers of two networks to the same frames, compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dsnn.direction.network import DSNN
+from dsnn.model import ResponseSeries
+from dsnn.onboard.model import OnboardDSNN
+from dsnn.onboard.params import OnboardParams
+from dsnn.params import DSNNParams
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorReport:
+    """How far potentials and spikes are from those of the float network, HS and VS taken together.
+
+    Parameters
+    ----------
+    frames
+        How many were compared.
+    median, high, worst
+        Of the difference of potentials in size, over frames and both systems: median, 99th percentile, largest.
+    peak
+        The largest potential of the float network in size, for comparison.
+    spikes
+        Of the float network.
+    gained, lost
+        Spikes that only one of them has: over frames and systems, the sum of the differences of counts where it is
+        positive, and where it is negative. Of opposite signs all spikes of both count.
+
+    Raises
+    ------
+    ValueError
+        Of a number below 0, or of differences out of order.
+    """
+
+    frames: int
+    median: float
+    high: float
+    worst: float
+    peak: float
+    spikes: int
+    gained: int
+    lost: int
+
+    def __post_init__(self) -> None:
+        if (
+            not 0.0 <= self.median <= self.high <= self.worst
+            or min(self.frames, self.spikes, self.gained, self.lost) < 0
+        ):
+            raise ValueError(f"{self}: legal are numbers from 0 on, with median <= high <= worst")
+
+
+def differences(exact: ResponseSeries, answered: ResponseSeries) -> ErrorReport:
+    """Compare ``answered`` with ``exact``, both of the same frames.
+
+    Raises
+    ------
+    ValueError
+        If they are of different length, or empty.
+    """
+    if not len(exact.hs) or len(exact.hs) != len(answered.hs):
+        raise ValueError(f"answers to {len(exact.hs)} and {len(answered.hs)} frames: legal are equally many, and some")
+    size = np.abs(np.concatenate([exact.hs - answered.hs, exact.vs - answered.vs]))
+    before, after = (np.concatenate([series.hs_spikes, series.vs_spikes]) for series in (exact, answered))
+    turned = before * after < 0
+    gained = np.where(turned, np.abs(after), np.maximum(np.abs(after) - np.abs(before), 0))
+    lost = np.where(turned, np.abs(before), np.maximum(np.abs(before) - np.abs(after), 0))
+    median, high = np.quantile(size, (0.5, 0.99))
+    peak = max(np.abs(exact.hs).max(), np.abs(exact.vs).max())
+    return ErrorReport(
+        len(exact.hs), float(median), float(high), float(size.max()), float(peak), int(np.abs(before).sum()),
+        int(gained.sum()), int(lost.sum()),
+    )  # fmt: skip
+
+
+def float_params(params: OnboardParams) -> DSNNParams:
+    """The DSNN's parameters among ``params``, without the formats."""
+    return DSNNParams(**{name: getattr(params, name) for name in DSNNParams.__dataclass_fields__})
+
+
+def compare(frames: Iterable[npt.NDArray[Any]], params: OnboardParams) -> ErrorReport:
+    """Show frames to the float network and to the on-board one, and compare their answers.
+
+    Parameters
+    ----------
+    frames
+        A (T, R, C) array or an iterable of frames (R, C), grey levels 0..255.
+    params
+        Of the on-board network; the float one has the same but for the formats.
+
+    Returns
+    -------
+    ErrorReport
+
+    Raises
+    ------
+    ValueError
+        If there are no frames.
+    dsnn.frames.FrameError
+        Of a frame that the models cannot take.
+    """
+    stack = list(frames)
+    if not stack:
+        raise ValueError("no frames to compare on: legal is at least one")
+    shape = stack[0].shape[:2]
+    return differences(DSNN(shape, float_params(params)).run(stack), OnboardDSNN(shape, params).run(stack))
