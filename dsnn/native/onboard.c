@@ -33,9 +33,13 @@ void *memset(void *to, int value, size_t size);
 
 #if defined(__GNUC__)
 #define ALWAYS_INLINE static inline __attribute__((always_inline)) /* where a flag is to be known to the compiler */
+#define NEVER_INLINE static __attribute__((noinline)) /* where a loop needs all registers */
 #define UNROLLED _Pragma("GCC unroll 32")
+#define PARTLY_UNROLLED _Pragma("GCC unroll 7")
 #else
+#define NEVER_INLINE static
 #define UNROLLED
+#define PARTLY_UNROLLED
 #define ALWAYS_INLINE static inline
 #endif
 
@@ -251,9 +255,13 @@ static int16x2_t pair_at(const int16_t *from)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion" /* within the macro __usat16 of arm_acle.h */
 /* Two halves of a word, the first in its low half: as two neighbours in memory. */
-static int16x2_t pair_of(int32_t first, int32_t second)
+ALWAYS_INLINE int16x2_t pair_of(int32_t first, int32_t second)
 {
-    return (int16x2_t)((uint32_t)(uint16_t)first | (uint32_t)second << 16);
+    int16x2_t pair;
+    if (__builtin_constant_p(first) && __builtin_constant_p(second))
+        return (int16x2_t)((uint32_t)(uint16_t)first | (uint32_t)second << 16);
+    __asm__("pkhbt %0, %1, %2, lsl #16" : "=r"(pair) : "r"(first), "r"(second));
+    return pair;
 }
 
 /* Both halves, 0 where negative. */
@@ -378,8 +386,11 @@ static int32_t blur_along(const int16_t *row, const int16_t *kernel, int32_t rad
 /* Signed LA of both Gaussians' values, Q15 of P (polar-dogs). */
 static int32_t polar(config_of c, int32_t e, int32_t in)
 {
-    const int32_t contrast = rounded(c, e < in ? in - e : e - in, 15 + c->p_frac - c->la_frac);
-    return e >= 0 && in >= 0 ? contrast : e < 0 && in < 0 ? -contrast : 0;
+    int32_t contrast;
+    if ((e ^ in) < 0)
+        return 0;
+    contrast = rounded(c, e < in ? in - e : e - in, 15 + c->p_frac - c->la_frac);
+    return e < 0 ? -contrast : contrast;
 }
 
 /* Whether P of a row that the blur of row `y` reads is not 0 somewhere. */
@@ -431,14 +442,14 @@ static int32_t adapted(config_of c, int32_t h, int32_t before, int32_t la)
 {
     const int32_t g = h * (INT32_C(1) << (c->work_frac - (h >= 0 ? c->f_frac : c->g_frac)));
     const int32_t gap = g + (la - before) * (INT32_C(1) << (c->work_frac - c->la_frac));
-    const int64_t left = (int64_t)gap * (la >= before ? c->left_fast : c->left_slow);
-    int64_t size;
+    const int64_t left = (int64_t)gap * (la >= before ? c->left_fast : c->left_slow); /* below 2^62 in size */
+    int32_t size;
     if (left >= 0) {
-        size = rounded_long(c, left, 31 + c->work_frac - c->f_frac);
-        return size > c->f_max ? c->f_max : (int32_t)size;
+        size = (int32_t)rounded_long(c, left, 31 + c->work_frac - c->f_frac);
+        return smaller(size, c->f_max);
     }
-    size = rounded_long(c, -left, 31 + c->work_frac - c->g_frac);
-    return size > LARGEST_G ? -LARGEST_G : -(int32_t)size;
+    size = (int32_t)rounded_long(c, -left, 31 + c->work_frac - c->g_frac);
+    return -smaller(size, LARGEST_G);
 }
 
 /* LA as F, where there is no adaptation. */
@@ -449,25 +460,26 @@ static int32_t unadapted(config_of c, int32_t la)
     return smaller(f, c->f_max);
 }
 
-static void adapt_row(const planes *l, int32_t y)
+ALWAYS_INLINE void adapt_cells(config_of c, const int32_t *la_row, int32_t sign, uint16_t *las, int16_t *hs)
+{
+    int32_t x;
+    for (x = 0; x < c->columns; x++) {
+        const int32_t before = las[x], h = hs[x];
+        int32_t la = larger(sign * la_row[x], 0);
+        if ((la | before | h) == 0)
+            continue;
+        la = smaller(la + rounded(c, c->sigma_l * before, 15), LARGEST_LA);
+        las[x] = (uint16_t)la;
+        hs[x] = (int16_t)(c->fdsr ? adapted(c, h, before, la) : unadapted(c, la));
+    }
+}
+
+NEVER_INLINE void adapt_row(const planes *l, int32_t y)
 {
     const config_of c = CONFIG_OF(l);
     const size_t row = (size_t)y * (size_t)c->columns;
-    int32_t x, pathway;
-    for (pathway = 0; pathway < 2; pathway++) {
-        uint16_t *const las = l->la[pathway] + row;
-        int16_t *const hs = l->h[pathway] + row;
-        for (x = 0; x < c->columns; x++) {
-            const int32_t signed_la = pathway == 0 ? l->la_row[x] : -l->la_row[x];
-            const int32_t before = las[x], h = hs[x];
-            int32_t la = signed_la > 0 ? signed_la : 0;
-            if ((la | before | h) == 0)
-                continue;
-            la = smaller(la + rounded(c, c->sigma_l * before, 15), LARGEST_LA);
-            las[x] = (uint16_t)la;
-            hs[x] = (int16_t)(c->fdsr ? adapted(c, h, before, la) : unadapted(c, la));
-        }
-    }
+    adapt_cells(c, l->la_row, 1, l->la[0] + row, l->h[0] + row);
+    adapt_cells(c, l->la_row, -1, l->la[1] + row, l->h[1] + row);
 }
 
 /* ---- Correlation: D at every spacing, and the field sums (dynamic-lowpass, medulla-HS-EI .. lobula-VS-EI). ---- */
@@ -495,6 +507,14 @@ static uint32_t rounded_positive(config_of c, uint32_t x, uint32_t bits)
 static uint32_t risen(config_of c, uint32_t code, int32_t f, int32_t alpha)
 {
     const int32_t d = c->decode[code];
+#if defined(__ARM_FEATURE_DSP)
+    if (c->companding && !c->truncate && alpha > 0 && alpha < 32768) { /* the same in fewer instructions */
+        const int32_t less_one = __smlad(pair_of(f, d), pair_of(alpha, 32768 - alpha), -1);
+        /* One less than the value: at a power of two both segments have one code. 17 is LOWEST - 1. */
+        const uint32_t shift = 25 - (uint32_t)__builtin_clz((uint32_t)less_one | UINT32_C(1) << (LOWEST + MANTISSA));
+        return (((uint32_t)less_one >> shift) + (shift << (MANTISSA + 1)) - (17u << (MANTISSA + 1)) + 1) >> 1;
+    }
+#endif
     const uint32_t value = (uint32_t)((d << 15) + alpha * (f - d)); /* above 0, as f and alpha are */
     if (c->companding) {
         const uint32_t segment = segment_of(value);
@@ -563,6 +583,7 @@ ALWAYS_INLINE void products(config_of c, const int16_t *d, const int16_t *one, c
     int64_t sum_e = 0, sum_i = 0;
     int32_t x = 0;
 #if defined(__ARM_FEATURE_DSP)
+    PARTLY_UNROLLED
     for (; x < columns - 1; x += 2) { /* two cells at once: the sums are exact, so their order is free */
         const int16x2_t pair = pair_at(d + x), to_one = pair_at(one + x), to_other = pair_at(other + x);
         sum_e = __smlald(pair, are_h ? positive_pair(to_one) : to_one, sum_e);
