@@ -17,6 +17,9 @@ void *memset(void *to, int value, size_t size);
 #define CONFIG(model) ((void)(model), &onboard_fixed)
 #define CONFIG_OF(planes) ((void)(planes), &onboard_fixed) /* not read from memory, so that constants are folded */
 #define GIVEN(config) ((void)(config), &onboard_fixed)
+#ifdef ONBOARD_SPLIT
+#include "split.h"
+#endif
 #define MOST_RESIDUES (ONBOARD_N_P + 1)
 #define MOST_TAPS (8 * ONBOARD_D + 1)
 #else
@@ -58,6 +61,7 @@ typedef const onboard_config *config_of;
 struct onboard {
     union {
         config_of config;
+        unsigned char *second; /* with ONBOARD_SPLIT, which knows its configuration: the other block of memory */
         int64_t room;
     } head;
     int64_t sums[2][2]; /* [HS, VS][ON, OFF]: low-passed field sums */
@@ -95,16 +99,23 @@ static size_t taken(size_t *used, size_t count, size_t each)
 static int32_t larger(int32_t a, int32_t b) { return a > b ? a : b; }
 static int32_t smaller(int32_t a, int32_t b) { return a < b ? a : b; }
 
-/* Where everything lies behind `base`, which may be NULL; the bytes from there on, SIZE_MAX if there cannot be as many. */
-static size_t lay_out(config_of c, unsigned char *base, planes *l)
+/* Where everything lies behind `base`, which may be NULL; the bytes from there on, SIZE_MAX if there cannot be as many.
+ * With ONBOARD_SPLIT LA and h lie in `second`. */
+static size_t lay_out(config_of c, unsigned char *base, unsigned char *second, planes *l)
 {
     const size_t columns = (size_t)c->columns, cells = (size_t)c->rows * columns, radius = (size_t)(8 * c->d);
     const size_t margin = (size_t)(c->spacings * c->d), bytes = c->state_bits == 16 ? 2 : 1;
     size_t used = sizeof(onboard), at[11];
     at[0] = taken(&used, cells, 1);
     at[1] = taken(&used, cells * (size_t)larger(c->n_p, 1), 2);
+#ifdef ONBOARD_SPLIT
+    at[2] = 0;
+    at[3] = 4 * cells;
+#else
+    second = base;
     at[2] = taken(&used, cells * 2, 2);
     at[3] = taken(&used, cells * 2, 2);
+#endif
     at[4] = taken(&used, cells, 2 * bytes * (size_t)c->spacings);
     at[5] = taken(&used, columns + 2 * radius, 2);
     at[6] = taken(&used, columns + 2 * radius, 2);
@@ -117,9 +128,9 @@ static size_t lay_out(config_of c, unsigned char *base, planes *l)
         l->cells = cells;
         l->luma = base + at[0];
         l->p = (int16_t *)(void *)(base + at[1]);
-        l->la[0] = (uint16_t *)(void *)(base + at[2]);
+        l->la[0] = (uint16_t *)(void *)(second + at[2]);
         l->la[1] = l->la[0] + cells;
-        l->h[0] = (int16_t *)(void *)(base + at[3]);
+        l->h[0] = (int16_t *)(void *)(second + at[3]);
         l->h[1] = l->h[0] + cells;
         l->codes = base + at[4];
         l->blur_e = (int16_t *)(void *)(base + at[5]);
@@ -133,10 +144,16 @@ static size_t lay_out(config_of c, unsigned char *base, planes *l)
     return used;
 }
 
+#ifdef ONBOARD_SPLIT
+#define SECOND(model) ((model)->head.second)
+#else
+#define SECOND(model) NULL
+#endif
+
 static planes planes_of(onboard *m)
 {
     planes l;
-    lay_out(CONFIG(m), (unsigned char *)m, &l);
+    lay_out(CONFIG(m), (unsigned char *)m, SECOND(m), &l);
     return l;
 }
 
@@ -159,10 +176,22 @@ static int is_legal(config_of c)
 size_t onboard_size(const onboard_config *config)
 {
     const config_of c = GIVEN(config);
-    const size_t used = is_legal(c) ? lay_out(c, NULL, NULL) : SIZE_MAX;
+    const size_t used = is_legal(c) ? lay_out(c, NULL, NULL, NULL) : SIZE_MAX;
     return used == SIZE_MAX ? 0 : used + ROOM;
 }
 
+#ifdef ONBOARD_SPLIT
+onboard *onboard_make_split(void *memory, size_t size, void *second, size_t second_size)
+{
+    onboard *const m = memory;
+    if (memory == NULL || second == NULL || (uintptr_t)memory % ROOM != 0 || (uintptr_t)second % ROOM != 0 ||
+        size < onboard_size(NULL) - ROOM || second_size < ONBOARD_SECOND_BYTES)
+        return NULL;
+    m->head.second = second;
+    onboard_reset(m);
+    return m;
+}
+#else
 onboard *onboard_make(void *memory, size_t size, const onboard_config *config)
 {
     const config_of c = GIVEN(config);
@@ -175,11 +204,15 @@ onboard *onboard_make(void *memory, size_t size, const onboard_config *config)
     onboard_reset(m);
     return m;
 }
+#endif
 
 void onboard_reset(onboard *m)
 {
     const config_of c = CONFIG(m);
-    memset((unsigned char *)m + sizeof *m, 0, lay_out(c, NULL, NULL) - sizeof *m);
+    memset((unsigned char *)m + sizeof *m, 0, lay_out(c, NULL, NULL, NULL) - sizeof *m);
+#ifdef ONBOARD_SPLIT
+    memset(m->head.second, 0, 8 * (size_t)c->rows * (size_t)c->columns);
+#endif
     memset(m->sums, 0, sizeof m->sums);
     m->newest = 0;
     m->first = 1;
@@ -531,7 +564,8 @@ static int delay_bytes(const planes *l, uint8_t *codes, const int16_t *f)
     int16_t *const rows = l->d_rows;
     int32_t x, j, any = 0;
     for (x = 0; x < columns; x++) {
-        if (f[x] == 0) {
+        const int32_t input = f[x]; /* codes may be anything to the compiler: f too */
+        if (input == 0) {
             UNROLLED
             for (j = 0; j < spacings; j++) {
                 const uint8_t code = c->decay[256 * j + codes[j * columns + x]];
@@ -542,7 +576,7 @@ static int delay_bytes(const planes *l, uint8_t *codes, const int16_t *f)
         } else {
             UNROLLED
             for (j = 0; j < spacings; j++) {
-                const uint32_t code = risen(c, codes[j * columns + x], f[x], c->alphas[j]);
+                const uint32_t code = risen(c, codes[j * columns + x], input, c->alphas[j]);
                 codes[j * columns + x] = (uint8_t)code;
                 rows[j * columns + x] = (int16_t)c->decode[code];
             }
@@ -624,7 +658,14 @@ static void correlate(const planes *l, int32_t pathway, field *sums)
     for (y = 0; y < rows; y++) {
         const int16_t *const h = l->h[pathway] + (size_t)y * (size_t)columns;
         const size_t at = ((size_t)pathway * (size_t)rows + (size_t)y) * (size_t)c->spacings * (size_t)columns;
-        for (x = 0; x < columns; x++)
+        x = 0;
+#if defined(__ARM_FEATURE_DSP)
+        for (; x < columns - 1; x += 2) {
+            const int16x2_t pair = positive_pair(pair_at(h + x));
+            __builtin_memcpy(f + x, &pair, sizeof pair);
+        }
+#endif
+        for (; x < columns; x++)
             f[x] = (int16_t)larger(h[x], 0);
         if (c->state_bits == 16 ? delay_words(l, (uint16_t *)(void *)l->codes + at, f) : delay_bytes(l, l->codes + at, f))
             correlate_row(l, y, h, f, sums);

@@ -18,13 +18,13 @@
 #include "counter.h"
 #include "onboard.h"
 #include "semihost.h"
+#include "states.h"
 
 #define MAGIC 0x444F4231u
 enum { END = 0, HELLO = 1, FRAME = 2, RESET = 3, STACK = 4 };
 enum { FAILED = 71 };
 #define INPUT_STAGE (COUNTER_STAGES - 1) /* luma out of the camera's frame */
 
-__attribute__((section(".bss.states"), aligned(8))) static uint8_t states[ONBOARD_STATE_BYTES];
 __attribute__((section(".bss.robot"), aligned(4), used)) uint8_t chip_robot[CHIP_ROBOT_BYTES];
 
 static int32_t in, out;
@@ -50,7 +50,7 @@ static int frame(onboard *model, uint32_t *buffer) {
 int main(void) {
     in = semihost_open("/dev/stdin", SEMIHOST_READ);
     out = semihost_open("/dev/stdout", SEMIHOST_WRITE);
-    onboard *model = onboard_make(states, sizeof states, 0);
+    onboard *model = states_make();
     if (in < 0 || out < 0 || !model) return FAILED;
     counter_start();
     const uint32_t known = counter_known();

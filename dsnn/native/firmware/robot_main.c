@@ -7,8 +7,8 @@
 #include "camera.h"
 #include "chip.h"
 #include "onboard.h"
+#include "states.h"
 
-__attribute__((section(".bss.states"), aligned(8))) static uint8_t states[ONBOARD_STATE_BYTES];
 
 /* PLACE of the board: clock at full speed with its flash waits, camera over its I2C bus and DMA, UART of the motors. */
 static void board_start(void) {
@@ -32,7 +32,7 @@ static void motors_drive(int32_t difference) {
 
 int main(void) {
     board_start();
-    onboard *model = onboard_make(states, sizeof states, 0);
+    onboard *model = states_make();
     if (!model) return 1;
     for (;;) {
         onboard_answer seen;

@@ -66,7 +66,7 @@ class Budget:
         """RAM by purpose; of the stack what is reserved."""
         sizes = self.built.sections
         return {
-            "states": sizes.get(".states", 0),
+            "states": sizes.get(".states", 0) + sizes.get(".second", 0),
             "camera ring": sizes.get(".ring", 0),
             "stack": sizes.get(".stack", 0),
             "robot": sizes.get(".robot", 0),

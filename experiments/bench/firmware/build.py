@@ -33,17 +33,23 @@ LINK_TIMEOUT_S = 300.0
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """The RAM regions of the network's states and of the robot's own data: `MAIN` or `CORE`."""
+    """The RAM regions of the network's states and of the robot's own data: `MAIN` or `CORE`.
+
+    Where ``split``, LA and the adaptation's states are a block of their own, in `CORE`.
+    """
 
     states: str
     robot: str
+    split: bool = False
 
     def words(self) -> str:
         """In words, for a table."""
-        return f"states {self.states.lower()}, robot {self.robot.lower()}"
+        both = f" and {CORE.lower()}" if self.split else ""
+        return f"states {self.states.lower()}{both}, robot {self.robot.lower()}"
 
 
-PLACEMENTS = tuple(Placement(*pair) for pair in itertools.product((MAIN, CORE), (CORE, MAIN)))
+PLACEMENTS = tuple(Placement(*each) for each in (*itertools.product((MAIN, CORE), (CORE, MAIN)),
+                                                 (MAIN, CORE, True), (MAIN, MAIN, True)))  # fmt: skip
 """All, the preferred first."""
 
 
@@ -116,29 +122,36 @@ def build(wanted: Firmware, compiler: Compiler, folder: Path, *, counting: bool 
     except ValueError as error:
         raise UsageError(printable(str(error))) from None
     (folder / CONFIG).write_text(text, encoding="ascii")
-    objects = [_compile(source, wanted.chip, compiler, folder, counting) for source in _sources()]
-    measured = _link(objects, wanted.chip, compiler, folder, PLACEMENTS[0], large=True)
-    assert measured is not None
-    sizes = elf.sections(measured)
-    ordered = sorted(PLACEMENTS, key=lambda each: sum(_over(sizes, wanted.chip, each).values()))
-    for placement in ordered:
+    found = []
+    for split in (False, True):
+        objects = [_compile(source, wanted.chip, compiler, folder, (counting, split)) for source in _sources()]
+        own = [each for each in PLACEMENTS if each.split == split]
+        measured = _link(objects, wanted.chip, compiler, folder, own[0], large=True)
+        assert measured is not None
+        sizes = elf.sections(measured)
+        overs = [(each, _over(sizes, wanted.chip, each)) for each in own]
+        placement, over = min(overs, key=lambda each: sum(each[1].values()))
         linked = _link(objects, wanted.chip, compiler, folder, placement, large=False)
         if linked is not None:
             return Built(linked, elf.sections(linked), placement, {})
-    return Built(measured, sizes, ordered[0], _over(sizes, wanted.chip, ordered[0]))
+        found.append(Built(measured, sizes, placement, over))
+    return min(found, key=lambda each: sum(each.over.values()))
 
 
 def _sources() -> list[Path]:
     return [*(CHIP_SIDE / name for name in TEST_PROGRAM), NATIVE / NETWORK]
 
 
-def _compile(source: Path, chip: ChipSettings, compiler: Compiler, folder: Path, counting: bool) -> Path:
+def _compile(source: Path, chip: ChipSettings, compiler: Compiler, folder: Path, kind: tuple[bool, bool]) -> Path:
+    """One object file; ``kind`` is whether instructions are counted, and whether the states are two blocks."""
+    counting, split = kind
     made = folder / f"{source.stem}.o"
     stages = ("-include", "counter.h", "-DONBOARD_STAGE(i)=counter_stage(i)") if counting else ()
     command = [
         *compiler.command, *compiler.flags, f"-O{chip.optimise}", "-isystem", str(CHIP_SIDE / "include"),
         f"-I{folder}", f"-I{CHIP_SIDE}", f"-I{NATIVE}", f'-DONBOARD_CONFIG_HEADER="{CONFIG}"',
-        f"-DCHIP_ROBOT_BYTES={chip.robot_ram}", f"-DCAMERA_FRAMES={chip.ring_frames}", *stages, "-c", str(source), "-o", str(made),
+        f"-DCHIP_ROBOT_BYTES={chip.robot_ram}", f"-DCAMERA_FRAMES={chip.ring_frames}", *stages,
+        *(("-DONBOARD_SPLIT",) if split else ()), "-c", str(source), "-o", str(made),
     ]  # fmt: skip
     done = _run(command, folder)
     if done.returncode:
@@ -150,7 +163,7 @@ def _link(
     objects: Sequence[Path], chip: ChipSettings, compiler: Compiler, folder: Path, placement: Placement, *, large: bool
 ) -> Path | None:
     """The linked program; ``None`` where a RAM region is too small."""
-    made = folder / ("large.elf" if large else "chip.elf")
+    made = folder / f"{'large' if large else 'chip'}{'-split' if placement.split else ''}.elf"
     sections = (CHIP_SIDE / SECTIONS).read_text(encoding="ascii")
     script_path = made.with_suffix(".ld")
     script_path.write_text(memory_script(chip, placement, large=large) + sections, encoding="ascii")
@@ -174,7 +187,7 @@ def _over(sizes: Mapping[str, int], chip: ChipSettings, placement: Placement) ->
 
 def ram(sizes: Mapping[str, int], placement: Placement) -> dict[str, int]:
     """Region -> bytes of RAM that the sections take there."""
-    used = {MAIN: sizes.get(".data", 0) + sizes.get(".bss", 0) + sizes.get(".ring", 0), CORE: sizes.get(".stack", 0)}
+    used = {MAIN: sizes.get(".data", 0) + sizes.get(".bss", 0) + sizes.get(".ring", 0), CORE: sizes.get(".stack", 0) + sizes.get(".second", 0)}
     used[placement.states] += sizes.get(".states", 0)
     used[placement.robot] += sizes.get(".robot", 0)
     return used

@@ -63,7 +63,7 @@ class ChipSettings:
     cpi_most: float = Field(
         default=1.6, ge=0.5, le=20.0, description="cycles an instruction, most: an assumption; flash waits aside"
     )
-    optimise: Literal["s", "1", "2", "3"] = Field(default="2", description="the compiler's -O")
+    optimise: Literal["s", "1", "2", "3"] = Field(default="3", description="the compiler's -O: at 3 it unrolls more, and flash is plenty")
 
     def __post_init__(self) -> None:
         if self.cpi_least > self.cpi_most:
