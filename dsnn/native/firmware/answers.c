@@ -25,8 +25,6 @@ enum { END = 0, HELLO = 1, FRAME = 2, RESET = 3, STACK = 4 };
 enum { FAILED = 71 };
 #define INPUT_STAGE (COUNTER_STAGES - 1) /* luma out of the camera's frame */
 
-__attribute__((section(".bss.robot"), aligned(4), used)) uint8_t chip_robot[CHIP_ROBOT_BYTES];
-
 static int32_t in, out;
 
 static int answer(const void *words, uint32_t size) {

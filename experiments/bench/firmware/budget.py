@@ -69,7 +69,7 @@ class Budget:
             "states": sizes.get(".states", 0) + sizes.get(".second", 0),
             "camera ring": sizes.get(".ring", 0),
             "stack": sizes.get(".stack", 0),
-            "robot": sizes.get(".robot", 0),
+            "robot": sizes.get(".robot_main", 0) + sizes.get(".robot_core", 0),
             "test program": sizes.get(".data", 0) + sizes.get(".bss", 0),
         }
 
@@ -81,8 +81,26 @@ class Budget:
 
     @property
     def used(self) -> dict[str, int]:
-        """RAM region -> bytes taken there."""
-        return ram(self.built.sections, self.built.placement)
+        """RAM region -> bytes taken there, the robot's own data too."""
+        used = ram(self.built.sections, self.built.placement)
+        sizes = self.built.sections
+        return {MAIN: used[MAIN] + sizes.get(".robot_main", 0), CORE: used[CORE] + sizes.get(".robot_core", 0)}
+
+    @property
+    def room(self) -> int:
+        """The bytes of both regions that network, camera and stack leave to the rest of the robot's program."""
+        chip = self.firmware.chip
+        used = ram(self.built.sections, self.built.placement)
+        return chip.ram_main + chip.ram_core - sum(used.values())
+
+    @property
+    def regions(self) -> dict[str, str]:
+        """Purpose -> the RAM region or regions that it lies in."""
+        placement = self.built.placement
+        states = f"{placement.states}, {CORE}" if placement.split else placement.states
+        robot = CORE if placement.robot_core == self.firmware.chip.robot_ram else f"{MAIN}, {CORE}"
+        both = {"states": states, "robot": robot if placement.robot_core else MAIN, "stack": CORE}
+        return {name: both.get(name, MAIN).lower() for name in self.purposes}
 
     @property
     def over(self) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import dataclasses
 import re
 import subprocess
 from collections.abc import Mapping, Sequence
@@ -28,29 +28,37 @@ ADDRESSES: Mapping[str, int] = {FLASH: 0x0000_0000, MAIN: 0x2000_0000, CORE: 0x2
 """Of QEMU's board mps2-an386, whose memories are larger than the chip's."""
 LARGE = 4 * 1024 * 1024
 """Bytes of each region of the script by which a program is measured that does not fit the chip."""
+ALIGNMENT = 8
+"""Bytes that the order of sections may cost."""
 LINK_TIMEOUT_S = 300.0
 
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """The RAM regions of the network's states and of the robot's own data: `MAIN` or `CORE`.
+    """Where the network's states and the robot's own data lie.
 
-    Where ``split``, LA and the adaptation's states are a block of their own, in `CORE`.
+    Parameters
+    ----------
+    states
+        `MAIN` or `CORE`.
+    split
+        Whether LA and the adaptation's states are a block of their own, in `CORE`.
+    robot_core
+        Bytes of the robot's own data in `CORE`; the others are in `MAIN`. They are many variables, so they may be
+        divided.
     """
 
     states: str
-    robot: str
     split: bool = False
+    robot_core: int = 0
 
     def words(self) -> str:
         """In words, for a table."""
         both = f" and {CORE.lower()}" if self.split else ""
-        return f"states {self.states.lower()}{both}, robot {self.robot.lower()}"
+        return f"states {self.states.lower()}{both}, robot's {self.robot_core} B core"
 
 
-PLACEMENTS = tuple(Placement(*each) for each in (*itertools.product((MAIN, CORE), (CORE, MAIN)),
-                                                 (MAIN, CORE, True), (MAIN, MAIN, True)))  # fmt: skip
-"""All, the preferred first."""
+WHOLE, SPLIT = (Placement(MAIN), Placement(CORE)), (Placement(MAIN, split=True),)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,11 +92,13 @@ def memory_script(chip: ChipSettings, placement: Placement, *, large: bool = Fal
 
 def script(regions: Mapping[str, tuple[int, int]], chip: ChipSettings, placement: Placement) -> str:
     """``memory.ld`` of regions given as address and size."""
-    lines = [f"CHIP_STACK = {chip.stack};", "MEMORY", "{"]
+    reserved = {"STACK": chip.stack, "ROBOT_MAIN": chip.robot_ram - placement.robot_core,
+                "ROBOT_CORE": placement.robot_core}  # fmt: skip
+    lines = [*(f"CHIP_{name} = {size};" for name, size in reserved.items()), "MEMORY", "{"]
     for name, (address, size) in regions.items():
         rights = "rx" if name == FLASH else "rwx"
         lines.append(f"    {name} ({rights}) : ORIGIN = 0x{address:08X}, LENGTH = {size}")
-    lines += ["}", f'REGION_ALIAS("STATES", {placement.states})', f'REGION_ALIAS("ROBOT", {placement.robot})', ""]
+    lines += ["}", f'REGION_ALIAS("STATES", {placement.states})', ""]
     return "\n".join(lines)
 
 
@@ -123,13 +133,14 @@ def build(wanted: Firmware, compiler: Compiler, folder: Path, *, counting: bool 
         raise UsageError(printable(str(error))) from None
     (folder / CONFIG).write_text(text, encoding="ascii")
     found = []
-    for split in (False, True):
-        objects = [_compile(source, wanted.chip, compiler, folder, (counting, split)) for source in _sources()]
-        own = [each for each in PLACEMENTS if each.split == split]
+    for own in (WHOLE, SPLIT):
+        kind = counting, own[0].split
+        objects = [_compile(source, wanted.chip, compiler, folder, kind) for source in _sources()]
         measured = _link(objects, wanted.chip, compiler, folder, own[0], large=True)
         assert measured is not None
         sizes = elf.sections(measured)
-        overs = [(each, _over(sizes, wanted.chip, each)) for each in own]
+        divided = [_with_robot(sizes, wanted.chip, each) for each in own]
+        overs = [(each, _over(sizes, wanted.chip, each)) for each in divided]
         placement, over = min(overs, key=lambda each: sum(each[1].values()))
         linked = _link(objects, wanted.chip, compiler, folder, placement, large=False)
         if linked is not None:
@@ -150,7 +161,7 @@ def _compile(source: Path, chip: ChipSettings, compiler: Compiler, folder: Path,
     command = [
         *compiler.command, *compiler.flags, f"-O{chip.optimise}", "-isystem", str(CHIP_SIDE / "include"),
         f"-I{folder}", f"-I{CHIP_SIDE}", f"-I{NATIVE}", f'-DONBOARD_CONFIG_HEADER="{CONFIG}"',
-        f"-DCHIP_ROBOT_BYTES={chip.robot_ram}", f"-DCAMERA_FRAMES={chip.ring_frames}", *stages,
+        f"-DCAMERA_FRAMES={chip.ring_frames}", *stages,
         *(("-DONBOARD_SPLIT",) if split else ()), "-c", str(source), "-o", str(made),
     ]  # fmt: skip
     done = _run(command, folder)
@@ -178,18 +189,26 @@ def _link(
     raise UsageError(f"{compiler.version} does not link: {_first_error(done.stderr)}")
 
 
+def _with_robot(sizes: Mapping[str, int], chip: ChipSettings, placement: Placement) -> Placement:
+    """A placement with as much of the robot's own data in the core-coupled RAM as it has room for."""
+    left = chip.ram_core - ram(sizes, placement)[CORE] - ALIGNMENT
+    return dataclasses.replace(placement, robot_core=max(min(chip.robot_ram, left // 4 * 4), 0))
+
+
 def _over(sizes: Mapping[str, int], chip: ChipSettings, placement: Placement) -> dict[str, int]:
-    """Region -> bytes by which it would be too small."""
+    """Region -> bytes by which it would be too small, with the robot's own data."""
     used = ram(sizes, placement)
+    used[MAIN] += chip.robot_ram - placement.robot_core
+    used[CORE] += placement.robot_core
     left = {MAIN: chip.ram_main, CORE: chip.ram_core}
     return {region: used[region] - left[region] for region in left if used[region] > left[region]}
 
 
 def ram(sizes: Mapping[str, int], placement: Placement) -> dict[str, int]:
-    """Region -> bytes of RAM that the sections take there."""
-    used = {MAIN: sizes.get(".data", 0) + sizes.get(".bss", 0) + sizes.get(".ring", 0), CORE: sizes.get(".stack", 0) + sizes.get(".second", 0)}
+    """Region -> bytes of RAM that the sections take there, the robot's own data aside."""
+    used = {MAIN: sizes.get(".data", 0) + sizes.get(".bss", 0) + sizes.get(".ring", 0),
+            CORE: sizes.get(".stack", 0) + sizes.get(".second", 0)}  # fmt: skip
     used[placement.states] += sizes.get(".states", 0)
-    used[placement.robot] += sizes.get(".robot", 0)
     return used
 
 

@@ -22,7 +22,7 @@ from experiments.bench.firmware.build import (
     MAIN,
     NATIVE,
     NETWORK,
-    PLACEMENTS,
+    WHOLE,
     SECTIONS,
     memory_script,
     script,
@@ -33,7 +33,7 @@ ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}
 """Of the STM32F427 (its reference manual, memory map)."""
 COPIED = (
     "startup.c", "memory.c", "chip.h", "camera.c", "camera.h", "semihost.c", "semihost.h", "counter.c", "counter.h",
-    "answers.c", "host_main.c", SECTIONS,
+    "answers.c", "host_main.c", "states.h", "split.h", SECTIONS,
 )  # fmt: skip
 TEMPLATES = Path(__file__).with_name("templates")
 
@@ -69,7 +69,7 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
         text = header(wanted.shape, wanted.network)
     except ValueError as error:
         raise UsageError(printable(str(error))) from None
-    placement = PLACEMENTS[0] if isinstance(measured, str) else measured.budget.built.placement
+    placement = WHOLE[0] if isinstance(measured, str) else measured.budget.built.placement
     chip = wanted.chip
     sizes = {FLASH: chip.flash, MAIN: chip.ram_main, CORE: chip.ram_core}
     regions = {name: (ADDRESSES[name], size) for name, size in sizes.items()}
@@ -114,18 +114,17 @@ def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | st
     rows, columns = wanted.shape
     said = "".join(f" --set {text}" for text in assignments)
     words: dict[str, Any] = {
-        "chip": wanted.chip, "rows": rows, "columns": columns, "config": CONFIG, "version": version("colias-sim"),
+        "chip": wanted.chip, "rows": rows, "columns": columns, "config": CONFIG, "split": False, "version": version("colias-sim"),
         "command": f"Its parameters: the defaults{' but' if said else ''}{said}.", "budget": None,
     }  # fmt: skip
     if isinstance(measured, str):
         return {**words, "missing": measured}
     budget, tools = measured.budget, measured.tools
-    where = {"states": budget.built.placement.states, "robot": budget.built.placement.robot, "stack": CORE}
     reasons = [f"{size:,} bytes over in {region.lower()} RAM" for region, size in budget.built.over.items()]
     reasons += [] if budget.fits_time else ["the worst frame takes too long"]
     return {
-        **words, "budget": budget, "compiler": tools.compiler.version, "emulator": tools.qemu.version,
-        "purposes": [(name, size, where.get(name, MAIN).lower()) for name, size in budget.purposes.items()],
+        **words, "split": budget.built.placement.split, "budget": budget, "compiler": tools.compiler.version, "emulator": tools.qemu.version,
+        "purposes": [(name, size, budget.regions[name]) for name, size in budget.purposes.items()],
         "stages": [*budget.stages, budget.whole],
         "verdict": "It fits the chip." if budget.fits else f"It does not fit the chip: {', '.join(reasons)}.",
     }  # fmt: skip
