@@ -10,7 +10,7 @@ import numpy as np
 from rich.table import Table
 
 from benchmarks.timing import interleaved
-from dsnn import DSNN, MODELS, ReferenceDSNN
+from dsnn import DSNN, MODELS, OnboardDSNN, OnboardParams, ReferenceDSNN
 
 
 def clip(shape: tuple[int, int], count: int = 24) -> np.ndarray:
@@ -79,6 +79,7 @@ def rivals() -> Table:
     """Each registered model on the robot's frames, with its parameters for the robot."""
     frames = clip((72, 99))
     models = {name: entry.build((72, 99), entry.robot) for name, entry in MODELS.items()}
+    models["dsnn-onboard in NumPy"] = OnboardDSNN((72, 99), OnboardParams.robot(), form="numpy")
     times = interleaved(
         {name: lambda m=model: len([m.step(frame) for frame in frames]) for name, model in models.items()}
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -47,12 +47,12 @@ class DSNNParams:
     fdsr: bool = Field(default=True, description="fast-depolarising-slow-repolarising adaptation; false removes it")
 
     @classmethod
-    def offline(cls, **changes: Any) -> DSNNParams:
+    def offline(cls, **changes: Any) -> Self:
         """The preset of the paper's synthetic and real-footage tests (``T_sp`` 0.16)."""
         return dataclasses.replace(cls(), **changes)
 
     @classmethod
-    def robot(cls, **changes: Any) -> DSNNParams:
+    def robot(cls, **changes: Any) -> Self:
         """The preset of the on-board tests: ``T_sp`` 0.2, and ``K_sp`` at the low end of the paper's range."""
         return dataclasses.replace(cls(t_sp=0.2, k_sp=1.0), **changes)
 

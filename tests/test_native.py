@@ -19,7 +19,7 @@ from dsnn import DSNN, LGMD1, DSNNParams, Hybrid, LGMD1Params, forms, native
 from dsnn.exponential import exp
 from dsnn.filters import blur, gaussian_kernel
 from tests.conftest import GOLDEN, ROOT, crossing
-from tests.native_cases import COMPILER, SANITIZED, answered, cases, compiled
+from tests.native_cases import COMPILER, ROBOT_S, SANITIZED, answered, cases, compiled
 
 built = pytest.mark.skipif(bool(native.missing()), reason=f"the native form {native.missing()}")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
@@ -135,7 +135,11 @@ def test_the_golden_answers_have_their_bits():
 
 @built
 @needs_compiler
-@pytest.mark.parametrize("options", [("-O3",), ("-O2", "-DVISION_PLAIN"), ("-O0",), SANITIZED], ids=" ".join)
+@pytest.mark.parametrize(
+    "options",
+    [("-O3",), ("-O2", "-DVISION_PLAIN", *ROBOT_S), ("-O0",), SANITIZED, (*SANITIZED, *ROBOT_S)],
+    ids=["vectors", "plain", "unoptimised", "sanitized", "sanitized-robot"],
+)
 def test_every_build_answers_with_the_same_bits(options, tmp_path):
     """Vectors and plain arrays, optimised or not; the sanitizers stop at what C leaves undefined, and at every byte
     read or written beside the memory given."""

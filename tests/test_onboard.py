@@ -85,9 +85,9 @@ GOLDEN_BOUNDS = {"bits8": 0.02, "bits16": 0.01, "linear8": 0.03, "truncated": 0.
 
 16 bits: F and P are known to 1/128 grey level or better, a hundredth of LA at an edge, but cells whose P_e is nearly 0
 may fall on either side of 0; allowed is a hundredth of the range. Companded D errs by up to 1/64 of itself at each
-frame besides, linear 8-bit D by half of 1/255 of the largest F, a tenth of a usual one. Truncated low-passes lose a step at
-each frame where others err by half of one to either side: they fall short, by up to 1/32 a frame over the 7 frames of
-the slowest low-pass.
+frame besides, linear 8-bit D by half of 1/255 of the largest F, a tenth of a usual one. Truncated low-passes lose a
+step at each frame where others err by half of one to either side: they fall short, by up to 1/32 a frame over the 7
+frames of the slowest low-pass.
 """
 
 

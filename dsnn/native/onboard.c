@@ -25,6 +25,7 @@ void *memset(void *to, int value, size_t size);
 #else
 #define CONFIG(model) ((model)->head.config)
 #define CONFIG_OF(planes) ((planes)->c)
+#define COPIED
 #define GIVEN(config) (config)
 #define MOST_RESIDUES 61
 #define MOST_TAPS (8 * 16 + 1)
@@ -53,9 +54,18 @@ void *memset(void *to, int value, size_t size);
 #define SIGMOID_ENTRIES 385
 #define MANTISSA 5 /* bits of a companded code's place within its segment */
 #define LOWEST 18  /* bits that D in Q (f_frac + 15) loses in the lowest segment */
+#define BLOCK 64  /* cells that are blurred together */
+#define CHUNK 128 /* cells whose products are summed in 32 bits */
 #define ROOM ((size_t)8)
 
 typedef const onboard_config *config_of;
+
+/* `c`, for loops over cells. Where it is memory, it is a copy, which no byte that the loop writes can be part of. */
+#ifdef COPIED
+#define LOOP_CONFIG(planes) const onboard_config own = *(planes)->c, *const c = &own
+#else
+#define LOOP_CONFIG(planes) const config_of c = CONFIG_OF(planes)
+#endif
 
 /* All states; the planes lie behind it. 48 bytes wherever it is compiled, so that a size holds for chip and host. */
 struct onboard {
@@ -218,6 +228,39 @@ void onboard_reset(onboard *m)
     m->first = 1;
 }
 
+#if defined(__ARM_FEATURE_DSP)
+/* Two neighbours, the first in the lower half. */
+static int16x2_t pair_at(const int16_t *from)
+{
+    int16x2_t pair;
+    __builtin_memcpy(&pair, from, sizeof pair); /* one load; memcpy itself is a call where -ffreestanding is set */
+    return pair;
+}
+
+/* The lower halves of two words as a pair, the first in the lower half, and the upper halves. */
+ALWAYS_INLINE int16x2_t lower_halves(int32_t first, int32_t second)
+{
+    int16x2_t pair;
+#if defined(__arm__) /* one instruction, which compilers do not find */
+    __asm__("pkhbt %0, %1, %2, lsl #16" : "=r"(pair) : "r"(first), "r"(second));
+#else
+    pair = (int16x2_t)(((uint32_t)first & 0xffff) | (uint32_t)second << 16);
+#endif
+    return pair;
+}
+
+ALWAYS_INLINE int16x2_t upper_halves(int32_t first, int32_t second)
+{
+    int16x2_t pair;
+#if defined(__arm__)
+    __asm__("pkhtb %0, %1, %2, asr #16" : "=r"(pair) : "r"(second), "r"(first));
+#else
+    pair = (int16x2_t)(((uint32_t)second & 0xffff0000) | (uint32_t)first >> 16);
+#endif
+    return pair;
+}
+#endif
+
 /* ---- Rounding: of magnitudes, so that the sign decides nothing; of two equally near values the smaller in size. ---- */
 
 static int32_t rounded(config_of c, int32_t x, int32_t bits)
@@ -240,7 +283,7 @@ static int64_t rounded_long(config_of c, int64_t x, int32_t bits)
 
 static void retina_row(const planes *l, int32_t y, const uint8_t *luma, int first, int16_t *const of[])
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const size_t row = (size_t)y * (size_t)c->columns;
     uint8_t *const before = l->luma + row;
     int32_t x, i, any = 0;
@@ -275,130 +318,87 @@ static void retina(onboard *m, const planes *l, const uint8_t *luma)
     m->first = 0;
 }
 
-/* ---- Two cells at once on processors that multiply two halves of a word (Cortex-M4). ---- */
-
-#if defined(__ARM_FEATURE_DSP)
-static int16x2_t pair_at(const int16_t *from)
-{
-    int16x2_t pair;
-    __builtin_memcpy(&pair, from, sizeof pair); /* one load; memcpy itself is a call where -ffreestanding is set */
-    return pair;
-}
-
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wsign-conversion" /* within the macro __usat16 of arm_acle.h */
-/* Two halves of a word, the first in its low half: as two neighbours in memory. */
-ALWAYS_INLINE int16x2_t pair_of(int32_t first, int32_t second)
-{
-    int16x2_t pair;
-    if (__builtin_constant_p(first) && __builtin_constant_p(second))
-        return (int16x2_t)((uint32_t)(uint16_t)first | (uint32_t)second << 16);
-    __asm__("pkhbt %0, %1, %2, lsl #16" : "=r"(pair) : "r"(first), "r"(second));
-    return pair;
-}
-
-/* Both halves, 0 where negative. */
-static int16x2_t positive_pair(int16x2_t pair) { return (int16x2_t)__usat16(pair, 15); }
-#pragma GCC diagnostic pop
-#endif
-
 /* ---- Lamina: signed LA of one row, ON positive, OFF negative. ---- */
 
-#if defined(__ARM_FEATURE_DSP)
-typedef struct {
-    int32_t e[2], i[2]; /* sums of both Gaussians, of two neighbours */
-} sums_of_two;
-
-/* Add two rows at the same distance from the middle one, which have one weight: first the left cells, then the right. */
-ALWAYS_INLINE void add_rows(sums_of_two *sums, int16x2_t above, int16x2_t below, int32_t weight_e, int32_t weight_i, int both)
+/* A tap times up to BLOCK cells, and the same of two rows of cells added to the sums. */
+static void weighed(int32_t *restrict sums, const int16_t *cells, int16_t tap, int32_t count)
 {
-    int16x2_t left, right;
-    __asm__("pkhbt %0, %1, %2, lsl #16" : "=r"(left) : "r"(above), "r"(below));
-    __asm__("pkhtb %0, %1, %2, asr #16" : "=r"(right) : "r"(below), "r"(above));
-    sums->i[0] = __smlad(left, pair_of(weight_i, weight_i), sums->i[0]);
-    sums->i[1] = __smlad(right, pair_of(weight_i, weight_i), sums->i[1]);
-    if (both) {
-        sums->e[0] = __smlad(left, pair_of(weight_e, weight_e), sums->e[0]);
-        sums->e[1] = __smlad(right, pair_of(weight_e, weight_e), sums->e[1]);
-    }
+    int32_t k;
+    for (k = 0; k < count; k++)
+        sums[k] = cells[k] * tap;
 }
 
-/* Columns x and x + 1 of a row blurred along y. `p` is the row of P; `inside` says that all rows that the blur reads are
- * in the image, at one distance each, and `above` and `below` are those rows where they are not. */
-ALWAYS_INLINE void blur_two_down(config_of c, const int16_t *p, const int16_t *const *above, const int16_t *const *below,
-                                 int inside, int32_t x, int16_t *e, int16_t *in)
+static void weigh(int32_t *restrict sums, const int16_t *a, const int16_t *b, int16_t tap, int32_t count)
+{
+    int32_t k;
+    for (k = 0; k < count; k++)
+        sums[k] += a[k] * tap + b[k] * tap;
+}
+
+#if defined(__ARM_FEATURE_DSP)
+/* Cells x and x + 1 of a row, blurred along y. Where all rows are `inside` the image they follow one another from `top`
+ * on, so that their addresses differ by constants. */
+ALWAYS_INLINE void blur_pair(config_of c, const int16_t *const above[], const int16_t *const below[], const int16_t *top,
+                             int inside, int16_t *e, int16_t *in, int32_t x)
 {
     const int32_t columns = c->columns, radius_e = 4 * c->d, radius_i = 8 * c->d;
-    const int16x2_t middle = pair_at(p + x);
-    const int32_t first = (int16_t)middle, second = (int32_t)middle >> 16;
-    sums_of_two sums = {{c->kernel_e[0] * first, c->kernel_e[0] * second},
-                        {c->kernel_i[0] * first, c->kernel_i[0] * second}};
-    int32_t i;
+    const int16x2_t centre = pair_at(above[0] + x);
+    const int32_t first = (int16_t)centre, second = centre >> 16;
+    int32_t e0 = c->kernel_e[0] * first, e1 = c->kernel_e[0] * second, i;
+    int32_t i0 = c->kernel_i[0] * first, i1 = c->kernel_i[0] * second;
     UNROLLED
-    for (i = 1; i <= radius_e; i++)
-        add_rows(&sums, pair_at(inside ? p + x - i * columns : above[i] + x),
-                 pair_at(inside ? p + x + i * columns : below[i] + x), c->kernel_e[i], c->kernel_i[i], 1);
-    UNROLLED
-    for (i = radius_e + 1; i <= radius_i; i++)
-        add_rows(&sums, pair_at(inside ? p + x - i * columns : above[i] + x),
-                 pair_at(inside ? p + x + i * columns : below[i] + x), 0, c->kernel_i[i], 0);
-    e[x] = (int16_t)rounded(c, sums.e[0], 15);
-    e[x + 1] = (int16_t)rounded(c, sums.e[1], 15);
-    in[x] = (int16_t)rounded(c, sums.i[0], 15);
-    in[x + 1] = (int16_t)rounded(c, sums.i[1], 15);
-}
-
-/* Two neighbours of a row blurred along x: the words from -radius on, whose weights are those of the one cell, and in
- * the other order and from the other end those of the next. A radius is even. */
-ALWAYS_INLINE void blur_two_along(const int16_t *row, const int16_t *kernel, int32_t radius, int32_t sums[2])
-{
-    int32_t m;
-    sums[0] = sums[1] = 0;
-    UNROLLED
-    for (m = 0; m <= radius; m++) {
-        const int32_t at = 2 * m - radius, mirrored = radius - 2 * m;
-        const int16x2_t pair = pair_at(row + at);
-        const int32_t one = kernel[at < 0 ? -at : at];
-        const int32_t two = at + 1 > radius ? 0 : kernel[at + 1 < 0 ? -at - 1 : at + 1];
-        const int32_t next = kernel[mirrored < 0 ? -mirrored : mirrored];
-        const int32_t before = mirrored + 1 > radius ? 0 : kernel[mirrored + 1 < 0 ? -mirrored - 1 : mirrored + 1];
-        sums[0] = __smlad(pair, pair_of(one, two), sums[0]);
-        sums[1] = __smlad(pair, pair_of(before, next), sums[1]);
+    for (i = 1; i <= radius_i; i++) {
+        const int16x2_t a = pair_at(inside ? top + (radius_i - i) * columns + x : above[i] + x);
+        const int16x2_t b = pair_at(inside ? top + (radius_i + i) * columns + x : below[i] + x);
+        const int16x2_t low = lower_halves(a, b), high = upper_halves(a, b);
+        i0 = __smlad(low, c->kernel_i[i] * 65537, i0);
+        i1 = __smlad(high, c->kernel_i[i] * 65537, i1);
+        if (i <= radius_e) {
+            e0 = __smlad(low, c->kernel_e[i] * 65537, e0);
+            e1 = __smlad(high, c->kernel_e[i] * 65537, e1);
+        }
     }
+    e[x] = (int16_t)rounded(c, e0, 15);
+    e[x + 1] = (int16_t)rounded(c, e1, 15);
+    in[x] = (int16_t)rounded(c, i0, 15);
+    in[x + 1] = (int16_t)rounded(c, i1, 15);
 }
 #endif
 
 /* The row `y` of P, blurred along y by both Gaussians, with the ends repeated (two-gauss). */
 static void blur_down(const planes *l, const int16_t *p, int32_t y)
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const int32_t columns = c->columns, last = c->rows - 1, radius_e = 4 * c->d, radius_i = 8 * c->d;
     const int16_t *above[MOST_TAPS], *below[MOST_TAPS];
     int16_t *const e = l->blur_e + radius_i, *const in = l->blur_i + radius_i;
-    int32_t x = 0, i;
+    int32_t x, i;
     for (i = 0; i <= radius_i; i++) {
         above[i] = p + (size_t)larger(y - i, 0) * (size_t)columns;
         below[i] = p + (size_t)smaller(y + i, last) * (size_t)columns;
     }
+    x = 0;
 #if defined(__ARM_FEATURE_DSP)
     if (y >= radius_i && y + radius_i <= last)
         for (; x < columns - 1; x += 2)
-            blur_two_down(c, above[0], above, below, 1, x, e, in);
+            blur_pair(c, above, below, above[radius_i], 1, e, in, x);
     else
         for (; x < columns - 1; x += 2)
-            blur_two_down(c, above[0], above, below, 0, x, e, in);
+            blur_pair(c, above, below, above[radius_i], 0, e, in, x);
 #endif
-    for (; x < columns; x++) {
-        int32_t sum_e = c->kernel_e[0] * above[0][x], sum_i = c->kernel_i[0] * above[0][x];
-        for (i = 1; i <= radius_e; i++) {
-            const int32_t pair = above[i][x] + below[i][x];
-            sum_e += c->kernel_e[i] * pair;
-            sum_i += c->kernel_i[i] * pair;
+    for (; x < columns; x += BLOCK) { /* tap by tap, as vector units like it */
+        const int32_t count = smaller(BLOCK, columns - x);
+        int32_t sum_e[BLOCK], sum_i[BLOCK], k;
+        weighed(sum_e, above[0] + x, c->kernel_e[0], count);
+        weighed(sum_i, above[0] + x, c->kernel_i[0], count);
+        for (i = 1; i <= radius_e; i++)
+            weigh(sum_e, above[i] + x, below[i] + x, c->kernel_e[i], count);
+        for (i = 1; i <= radius_i; i++)
+            weigh(sum_i, above[i] + x, below[i] + x, c->kernel_i[i], count);
+        for (k = 0; k < count; k++) {
+            e[x + k] = (int16_t)rounded(c, sum_e[k], 15);
+            in[x + k] = (int16_t)rounded(c, sum_i[k], 15);
         }
-        for (; i <= radius_i; i++)
-            sum_i += c->kernel_i[i] * (above[i][x] + below[i][x]);
-        e[x] = (int16_t)rounded(c, sum_e, 15);
-        in[x] = (int16_t)rounded(c, sum_i, 15);
     }
     for (i = 1; i <= radius_i; i++) {
         e[-i] = e[0];
@@ -408,22 +408,29 @@ static void blur_down(const planes *l, const int16_t *p, int32_t y)
     }
 }
 
-static int32_t blur_along(const int16_t *row, const int16_t *kernel, int32_t radius)
+#if defined(__ARM_FEATURE_DSP)
+/* The sum of a kernel's taps and the cells `radius` to either side, all of which are there. */
+ALWAYS_INLINE int32_t blur_along(const int16_t *row, const int16_t *kernel, int32_t radius)
 {
     int32_t sum = kernel[0] * row[0], i;
-    for (i = 1; i <= radius; i++)
-        sum += kernel[i] * (row[-i] + row[i]);
+    UNROLLED
+    for (i = 1; i < radius; i += 2) { /* two taps at once; a radius is even */
+        const int32_t right = kernel[i] + kernel[i + 1] * 65536, left = kernel[i + 1] + kernel[i] * 65536;
+        sum = __smlad(pair_at(row + i), right, sum);
+        sum = __smlad(pair_at(row - i - 1), left, sum);
+    }
     return sum;
 }
+#endif
 
-/* Signed LA of both Gaussians' values, Q15 of P (polar-dogs). */
-static int32_t polar(config_of c, int32_t e, int32_t in)
+/* Signed LA of a cell from its P_e and P_i (polar-dogs); both of them, and `bits` more than LA, in the same format. */
+ALWAYS_INLINE int32_t contrast(config_of c, int32_t e, int32_t in, int32_t bits)
 {
-    int32_t contrast;
-    if ((e ^ in) < 0)
+    int32_t size;
+    if ((e < 0) != (in < 0))
         return 0;
-    contrast = rounded(c, e < in ? in - e : e - in, 15 + c->p_frac - c->la_frac);
-    return e < 0 ? -contrast : contrast;
+    size = rounded(c, e < in ? in - e : e - in, bits);
+    return e < 0 ? -size : size;
 }
 
 /* Whether P of a row that the blur of row `y` reads is not 0 somewhere. */
@@ -439,7 +446,7 @@ static int moves_near(const planes *l, int32_t y)
 
 static void lamina_row(const planes *l, const int16_t *p, int32_t y)
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const int32_t columns = c->columns, radius_i = 8 * c->d, bits = c->p_frac - c->la_frac;
     int32_t *const la = l->la_row;
     int32_t x;
@@ -455,17 +462,25 @@ static void lamina_row(const planes *l, const int16_t *p, int32_t y)
     blur_down(l, p, y);
     x = 0;
 #if defined(__ARM_FEATURE_DSP)
-    for (; x < columns - 1; x += 2) {
-        int32_t e[2], in[2];
-        blur_two_along(l->blur_e + radius_i + x, c->kernel_e, 4 * c->d, e);
-        blur_two_along(l->blur_i + radius_i + x, c->kernel_i, radius_i, in);
-        la[x] = polar(c, e[0], in[0]);
-        la[x + 1] = polar(c, e[1], in[1]);
+    for (; x < columns; x++) {
+        const int32_t e = blur_along(l->blur_e + radius_i + x, c->kernel_e, 4 * c->d);
+        const int32_t in = blur_along(l->blur_i + radius_i + x, c->kernel_i, radius_i);
+        la[x] = contrast(c, e, in, 15 + bits);
     }
 #endif
-    for (; x < columns; x++)
-        la[x] = polar(c, blur_along(l->blur_e + radius_i + x, c->kernel_e, 4 * c->d),
-                      blur_along(l->blur_i + radius_i + x, c->kernel_i, radius_i));
+    for (; x < columns; x += BLOCK) {
+        const int32_t count = smaller(BLOCK, columns - x);
+        const int16_t *const e = l->blur_e + radius_i + x, *const in = l->blur_i + radius_i + x;
+        int32_t sum_e[BLOCK], sum_i[BLOCK], i;
+        weighed(sum_e, e, c->kernel_e[0], count);
+        weighed(sum_i, in, c->kernel_i[0], count);
+        for (i = 1; i <= 4 * c->d; i++)
+            weigh(sum_e, e - i, e + i, c->kernel_e[i], count);
+        for (i = 1; i <= radius_i; i++)
+            weigh(sum_i, in - i, in + i, c->kernel_i[i], count);
+        for (i = 0; i < count; i++)
+            la[x + i] = contrast(c, sum_e[i], sum_i[i], 15 + bits);
+    }
 }
 
 /* ---- Adaptation: LA with its residue, and F of one row (halfwave, fdsr-lowpass, fdsr-subtraction). ---- */
@@ -509,7 +524,7 @@ ALWAYS_INLINE void adapt_cells(config_of c, const int32_t *la_row, int32_t sign,
 
 NEVER_INLINE void adapt_row(const planes *l, int32_t y)
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const size_t row = (size_t)y * (size_t)c->columns;
     adapt_cells(c, l->la_row, 1, l->la[0] + row, l->h[0] + row);
     adapt_cells(c, l->la_row, -1, l->la[1] + row, l->h[1] + row);
@@ -540,15 +555,15 @@ static uint32_t rounded_positive(config_of c, uint32_t x, uint32_t bits)
 static uint32_t risen(config_of c, uint32_t code, int32_t f, int32_t alpha)
 {
     const int32_t d = c->decode[code];
+    const uint32_t value = (uint32_t)((d << 15) + alpha * (f - d)); /* above 0, as f and alpha are */
 #if defined(__ARM_FEATURE_DSP)
     if (c->companding && !c->truncate && alpha > 0 && alpha < 32768) { /* the same in fewer instructions */
-        const int32_t less_one = __smlad(pair_of(f, d), pair_of(alpha, 32768 - alpha), -1);
         /* One less than the value: at a power of two both segments have one code. 17 is LOWEST - 1. */
-        const uint32_t shift = 25 - (uint32_t)__builtin_clz((uint32_t)less_one | UINT32_C(1) << (LOWEST + MANTISSA));
-        return (((uint32_t)less_one >> shift) + (shift << (MANTISSA + 1)) - (17u << (MANTISSA + 1)) + 1) >> 1;
+        const uint32_t less = (uint32_t)__smlad(lower_halves(f, d), alpha + (32768 - alpha) * 65536, -1);
+        const uint32_t shift = 25 - (uint32_t)__builtin_clz(less | UINT32_C(1) << (LOWEST + MANTISSA));
+        return ((less >> shift) + (shift << (MANTISSA + 1)) - (17u << (MANTISSA + 1)) + 1) >> 1;
     }
 #endif
-    const uint32_t value = (uint32_t)((d << 15) + alpha * (f - d)); /* above 0, as f and alpha are */
     if (c->companding) {
         const uint32_t segment = segment_of(value);
         return (segment << MANTISSA) + rounded_positive(c, value, LOWEST + segment);
@@ -559,7 +574,7 @@ static uint32_t risen(config_of c, uint32_t code, int32_t f, int32_t alpha)
 /* Low-pass 8-bit D of all spacings in a row, and leave them decoded in d_rows; whether any of it is not 0. */
 static int delay_bytes(const planes *l, uint8_t *codes, const int16_t *f)
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const int32_t columns = c->columns, spacings = c->spacings;
     int16_t *const rows = l->d_rows;
     int32_t x, j, any = 0;
@@ -589,7 +604,7 @@ static int delay_bytes(const planes *l, uint8_t *codes, const int16_t *f)
 /* The same of 16-bit D, which need no decoding. */
 static int delay_words(const planes *l, uint16_t *words, const int16_t *f)
 {
-    const config_of c = CONFIG_OF(l);
+    LOOP_CONFIG(l);
     const int32_t columns = c->columns, spacings = c->spacings;
     int32_t x, j, any = 0;
     for (x = 0; x < columns; x++) {
@@ -609,6 +624,14 @@ typedef struct {
     int64_t e[2], i[2]; /* excitation and inhibition of HS, VS */
 } field;
 
+#if defined(__ARM_FEATURE_DSP)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wsign-conversion" /* within the macro __usat16 of arm_acle.h */
+/* Both halves, 0 where negative. */
+static int16x2_t positive_pair(int16x2_t pair) { return (int16x2_t)__usat16(pair, 15); }
+#pragma GCC diagnostic pop
+#endif
+
 /* The sums of D times either of two rows of F. Negative entries of rows of h count as 0; there are none in f_row. */
 ALWAYS_INLINE void products(config_of c, const int16_t *d, const int16_t *one, const int16_t *other, int are_h, int64_t *e,
                             int64_t *i)
@@ -624,9 +647,19 @@ ALWAYS_INLINE void products(config_of c, const int16_t *d, const int16_t *one, c
         sum_i = __smlald(pair, are_h ? positive_pair(to_other) : to_other, sum_i);
     }
 #endif
-    for (; x < columns; x++) {
-        sum_e += (int64_t)d[x] * (are_h ? larger(one[x], 0) : one[x]);
-        sum_i += (int64_t)d[x] * (are_h ? larger(other[x], 0) : other[x]);
+    for (; x < columns; x += CHUNK) { /* bytes of F apart: their sums over a chunk stay below 2^31 */
+        const int32_t end = smaller(x + CHUNK, columns);
+        int32_t low_e = 0, low_i = 0, high_e = 0, high_i = 0, at;
+        for (at = x; at < end; at++) {
+            const int16_t to_one = (int16_t)(are_h ? larger(one[at], 0) : one[at]);
+            const int16_t to_other = (int16_t)(are_h ? larger(other[at], 0) : other[at]);
+            low_e += d[at] * (int16_t)(to_one & 255);
+            low_i += d[at] * (int16_t)(to_other & 255);
+            high_e += d[at] * (int16_t)(to_one >> 8);
+            high_i += d[at] * (int16_t)(to_other >> 8);
+        }
+        sum_e += (int64_t)high_e * 256 + low_e;
+        sum_i += (int64_t)high_i * 256 + low_i;
     }
     *e += sum_e;
     *i += sum_i;

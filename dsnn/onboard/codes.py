@@ -22,7 +22,8 @@ def decoded(codes: Ints, companding: bool) -> Ints:
     if not companding:
         return codes << LINEAR
     segment = np.maximum((codes >> MANTISSA) - 1, 0)
-    return (codes - (segment << MANTISSA)) << segment << UNIT
+    values: Ints = (codes - (segment << MANTISSA)) << segment << UNIT
+    return values
 
 
 def coded(values: Ints, companding: bool, truncate: bool) -> Ints:
@@ -34,4 +35,5 @@ def coded(values: Ints, companding: bool, truncate: bool) -> Ints:
     else:
         lowest, segment = EXTRA + LINEAR, np.zeros_like(values)
     bias = 0 if truncate else (1 << (lowest + segment - 1)) - 1
-    return (segment << MANTISSA) + ((values + bias) >> (lowest + segment))
+    codes: Ints = (segment << MANTISSA) + ((values + bias) >> (lowest + segment))
+    return codes

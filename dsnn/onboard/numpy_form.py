@@ -63,7 +63,7 @@ class NumpyOnboard:
         if c.halved:
             change = 2 * np.clip(np.sign(change) * (np.abs(change) >> 1), -127, 127)
         left = sum((a * p for a, p in zip(c.residues, self._changes, strict=True)), np.zeros_like(change))
-        p = np.clip((change << c.p_frac) + self.rounded(left, 15), -LARGEST_P, LARGEST_P)
+        p: Ints = np.clip((change << c.p_frac) + self.rounded(left, 15), -LARGEST_P, LARGEST_P)
         self._changes = [p, *self._changes][: c.n_p]
         return p
 
@@ -71,9 +71,10 @@ class NumpyOnboard:
         """LA in Q la_frac, positive of ON and negative of OFF (`two-gauss`, `polar-dogs`)."""
         c = self._c
         if not c.dog:
-            return self.rounded(p, c.p_frac - c.la_frac)
+            whole: Ints = self.rounded(p, c.p_frac - c.la_frac)
+            return whole
         p_e, p_i = (blurred(self.rounded(blurred(p, k, 0), 15), k, 1) for k in (c.kernel_e, c.kernel_i))
-        la = self.rounded(np.abs(p_e - p_i), 15 + c.p_frac - c.la_frac)
+        la: Ints = self.rounded(np.abs(p_e - p_i), 15 + c.p_frac - c.la_frac)
         return np.where((p_e >= 0) & (p_i >= 0), la, np.where((p_e < 0) & (p_i < 0), -la, 0))
 
     def _adapt(self, pathway: int, la: Ints) -> None:
