@@ -279,6 +279,18 @@ static int64_t rounded_long(config_of c, int64_t x, int32_t bits)
     return x < 0 ? -((bias - x) >> bits) : (x + bias) >> bits;
 }
 
+/* A number that is not negative, at most LARGEST_LA; and a number within the 16 bits of a signed word. */
+#if defined(__ARM_FEATURE_DSP)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wsign-conversion" /* within the macros of arm_acle.h */
+static int32_t within_16_bits(int32_t x) { return (int32_t)__usat(x, 16); }
+static int32_t signed_16_bits(int32_t x) { return (int32_t)__ssat(x, 16); }
+#pragma GCC diagnostic pop
+#else
+static int32_t within_16_bits(int32_t x) { return smaller(x, LARGEST_LA); }
+static int32_t signed_16_bits(int32_t x) { return larger(-LARGEST_G, smaller(x, LARGEST_G - 1)); }
+#endif
+
 /* ---- Retina: P (high-pass). The oldest plane of P is overwritten. ---- */
 
 static void retina_row(const planes *l, int32_t y, const uint8_t *luma, int first, int16_t *const of[])
@@ -296,7 +308,7 @@ static void retina_row(const planes *l, int32_t y, const uint8_t *luma, int firs
         for (i = 1; i <= c->n_p; i++)
             left += c->residues[i - 1] * of[i][row + (size_t)x];
         p = change * (INT32_C(1) << c->p_frac) + rounded(c, left, 15);
-        p = larger(-LARGEST_P, smaller(LARGEST_P, p));
+        p = larger(-LARGEST_P, signed_16_bits(p));
         of[0][row + (size_t)x] = (int16_t)p;
         any |= p;
     }
@@ -414,10 +426,10 @@ ALWAYS_INLINE int32_t blur_along(const int16_t *row, const int16_t *kernel, int3
 {
     int32_t sum = kernel[0] * row[0], i;
     UNROLLED
-    for (i = 1; i < radius; i += 2) { /* two taps at once; a radius is even */
-        const int32_t right = kernel[i] + kernel[i + 1] * 65536, left = kernel[i + 1] + kernel[i] * 65536;
+    for (i = 1; i < radius; i += 2) { /* two taps at once, on the left in the other order; a radius is even */
+        const int32_t right = kernel[i] + kernel[i + 1] * 65536;
         sum = __smlad(pair_at(row + i), right, sum);
-        sum = __smlad(pair_at(row - i - 1), left, sum);
+        sum = __smladx(pair_at(row - i - 1), right, sum);
     }
     return sum;
 }
@@ -432,6 +444,21 @@ ALWAYS_INLINE int32_t contrast(config_of c, int32_t e, int32_t in, int32_t bits)
     size = rounded(c, e < in ? in - e : e - in, bits);
     return e < 0 ? -size : size;
 }
+
+#if defined(__ARM_FEATURE_DSP)
+/* LA of a row from both of its blurs along y. */
+NEVER_INLINE void lamina_along(const planes *l)
+{
+    const config_of c = CONFIG_OF(l);
+    const int32_t columns = c->columns, radius_i = 8 * c->d, bits = c->p_frac - c->la_frac;
+    int32_t *const la = l->la_row;
+    int32_t x;
+    for (x = 0; x < columns; x++) {
+        const int32_t e = blur_along(l->blur_e + radius_i + x, c->kernel_e, 4 * c->d);
+        la[x] = contrast(c, e, blur_along(l->blur_i + radius_i + x, c->kernel_i, radius_i), 15 + bits);
+    }
+}
+#endif
 
 /* Whether P of a row that the blur of row `y` reads is not 0 somewhere. */
 static int moves_near(const planes *l, int32_t y)
@@ -462,11 +489,8 @@ static void lamina_row(const planes *l, const int16_t *p, int32_t y)
     blur_down(l, p, y);
     x = 0;
 #if defined(__ARM_FEATURE_DSP)
-    for (; x < columns; x++) {
-        const int32_t e = blur_along(l->blur_e + radius_i + x, c->kernel_e, 4 * c->d);
-        const int32_t in = blur_along(l->blur_i + radius_i + x, c->kernel_i, radius_i);
-        la[x] = contrast(c, e, in, 15 + bits);
-    }
+    lamina_along(l);
+    x = columns;
 #endif
     for (; x < columns; x += BLOCK) {
         const int32_t count = smaller(BLOCK, columns - x);
@@ -497,7 +521,7 @@ static int32_t adapted(config_of c, int32_t h, int32_t before, int32_t la)
         return smaller(size, c->f_max);
     }
     size = (int32_t)rounded_long(c, -left, 31 + c->work_frac - c->g_frac);
-    return -smaller(size, LARGEST_G);
+    return signed_16_bits(-size); /* -LARGEST_G is the least number of 16 bits */
 }
 
 /* LA as F, where there is no adaptation. */
@@ -516,7 +540,7 @@ ALWAYS_INLINE void adapt_cells(config_of c, const int32_t *la_row, int32_t sign,
         int32_t la = larger(sign * la_row[x], 0);
         if ((la | before | h) == 0)
             continue;
-        la = smaller(la + rounded(c, c->sigma_l * before, 15), LARGEST_LA);
+        la = within_16_bits(la + rounded(c, c->sigma_l * before, 15));
         las[x] = (uint16_t)la;
         hs[x] = (int16_t)(c->fdsr ? adapted(c, h, before, la) : unadapted(c, la));
     }
