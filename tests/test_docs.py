@@ -15,8 +15,9 @@ from tests.test_imports import LEVELS
 __all__ = ["chapter"]
 
 JOURNEYS = {
-    "architecture.md", "behaviours-and-training.md", "eye.md", "footage.md", "index.md", "looming.md", "maps.md",
-    "robot-trials.md", "what-the-numbers-mean.md", "your-own-experiment.md", "your-own-model.md",
+    "architecture.md", "behaviours-and-training.md", "eye.md", "footage.md", "from-bench-to-robot.md", "index.md",
+    "looming.md", "maps.md", "robot-trials.md", "what-the-numbers-mean.md", "your-own-experiment.md",
+    "your-own-model.md",
 }  # fmt: skip
 OWN_TESTS = {
     "eye.md",
@@ -25,6 +26,7 @@ OWN_TESTS = {
     "your-own-experiment.md",
     "behaviours-and-training.md",
     "footage.md",
+    "from-bench-to-robot.md",
 }
 LONGEST_README = 120
 

@@ -138,10 +138,11 @@ def test_ram_is_that_of_the_linked_program_and_says_by_how_much_it_is_too_small(
     assert built.sections[".ring"] == 3 * 2 * rows * columns and not built.over
     assert built.sections == elf.sections(built.path)
     used = build.ram(built.sections, built.placement)
-    tight = dataclasses.replace(wanted.chip, ram_main=used["MAIN"], ram_core=used["CORE"])
+    main = used["MAIN"] + wanted.chip.robot_ram
+    tight = dataclasses.replace(wanted.chip, ram_main=main, ram_core=used["CORE"])
     exact = build.build(settings.Firmware(wanted.network, tight), tools.compiler, tmp_path / "exact")
     assert not exact.over
-    short = dataclasses.replace(tight, ram_main=used["MAIN"] - 8)
+    short = dataclasses.replace(tight, ram_main=main - 8)
     over = build.build(settings.Firmware(wanted.network, short), tools.compiler, tmp_path / "over")
     assert sum(over.over.values()) == 8
     assert emulator.Emulator(tools.qemu, over.path, wanted.shape).close() is None, "what does not fit is still measured"

@@ -23,9 +23,13 @@ Sets = Annotated[
 ]
 Which = Annotated[
     str | None,
-    typer.Option("--compiler", metavar="gcc|zig", help="gcc-arm-none-eabi or the ziglang wheel; otherwise what is there."),
+    typer.Option(
+        "--compiler", metavar="gcc|zig", help="gcc-arm-none-eabi or the ziglang wheel; otherwise what is there."
+    ),
 ]
-DEFAULT_GRID = ("dsnn-onboard.n_con=4,6,8", "dsnn-onboard.d=1,2", "dsnn-onboard.state_bits=8,16")
+DEFAULT_GRID = (
+    "dsnn-onboard.n_con=4,6,8", "dsnn-onboard.d=1,2", "dsnn-onboard.state_bits=8,16", "chip.ring_frames=3,2",
+)  # fmt: skip
 """What ``budget`` measures where it is given no parameters."""
 
 app = typer.Typer(
@@ -46,7 +50,9 @@ def budget(
         list[str] | None,
         typer.Option(metavar="KEY=V1,V2", help="Measure every combination of these values. Repeatable."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/firmware-budget-TIME.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="New folder for the results; otherwise runs/firmware-budget-TIME.")
+    ] = None,
     which: Which = None,
     workers: Workers = None,
     quiet: Quiet = False,
@@ -55,7 +61,8 @@ def budget(
 
     RAM and flash are sections of the linked program, the stack a painted high-water mark. Instructions are counted in
     clips with noise, flicker and motion; "fits" means the frame of the most. Without --set and --over it measures the
-    paper's range: N_con 4, 6 and 8, d 1 and 2, delay states of 8 and 16 bits. Writes budget.csv, budget.svg and
+    paper's range: N_con 4, 6 and 8, d 1 and 2, delay states of 8 and 16 bits, and a camera's ring of 3 and 2 frames.
+    Writes budget.csv, budget.svg and
     budget.png.
     """
     from experiments.bench.core.terminal import error_console, progress, show_places
@@ -119,9 +126,13 @@ def check(
         for name, frames in found.clips.items():
             out_console.print(f"{frames:>6} frames  {name}", markup=False)
         if found.large:
-            out_console.print("note: this program is too large for the chip; QEMU's board has more memory", markup=False)
+            out_console.print(
+                "note: this program is too large for the chip; QEMU's board has more memory", markup=False
+            )
         spiking = f"{found.spiking:,} of them with spikes"
-        out_console.print(f"equal: {found.frames:,} frames, {spiking}; every HS, VS and spike is the host's", markup=False)
+        out_console.print(
+            f"equal: {found.frames:,} frames, {spiking}; every HS, VS and spike is the host's", markup=False
+        )
         out_console.print(f"{tools.compiler.version}; {tools.qemu.version}", markup=False, style="dim")
     return 0
 
@@ -131,7 +142,9 @@ def loop(
     experiment: Annotated[str, typer.Argument(help="A robot experiment that [b]colias list[/b] shows, or a .py file.")],
     repeats: Repeats = None,
     seed: Seed = 0,
-    out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/firmware-NAME-TIME.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="New folder for the results; otherwise runs/firmware-NAME-TIME.")
+    ] = None,
     assignments: Sets = None,
     recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = False,
     workers: Workers = None,
@@ -167,7 +180,9 @@ def loop(
         out_console.print(f"not equal: {found.difference}", markup=False, soft_wrap=True)
         return EXIT_FAILED
     if not quiet:
-        said = f"equal: {found.frames:,} frames of {found.trials} trials; every HS, VS and spike of the chip is the host's"
+        said = (
+            f"equal: {found.frames:,} frames of {found.trials} trials; every HS, VS and spike of the chip is the host's"
+        )
         out_console.print(said, markup=False, soft_wrap=True)
     return 0
 

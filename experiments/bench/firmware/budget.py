@@ -18,7 +18,7 @@ from experiments.bench.firmware.emulator import INPUT, STAGES, Emulator
 from experiments.bench.firmware.settings import Firmware
 from experiments.bench.firmware.toolchain import Compiler, QemuProgram
 
-MEASURED_FRAMES = 24
+MEASURED_FRAMES = 16
 """Of each clip. The slowest state of the network's work, the adaptation, is at its level after 10 frames."""
 
 
@@ -111,7 +111,9 @@ class Budget:
     def milliseconds(self) -> tuple[float, float]:
         """Time of the frame of the most instructions, at the least and at the most cycles an instruction."""
         chip = self.firmware.chip
-        low, high = (self.whole.worst * cycles / (1000.0 * chip.clock_mhz) for cycles in (chip.cpi_least, chip.cpi_most))
+        low, high = (
+            self.whole.worst * cycles / (1000.0 * chip.clock_mhz) for cycles in (chip.cpi_least, chip.cpi_most)
+        )
         return low, high
 
     @property
@@ -233,14 +235,20 @@ def answer(budgets: Sequence[Budget]) -> list[str]:
     for words in dict.fromkeys(format_words(each.firmware) for each in asked):
         for each in (one for one in asked if format_words(one.firmware) == words):
             low, high = each.milliseconds
-            time = f"{low:.1f} to {high:.1f} ms of {each.firmware.chip.frame_ms:g}"
+            time = f"{low:.2f} to {high:.2f} ms of {each.firmware.chip.frame_ms:g}"
             memory = f"{each.over:,} B of RAM too large" if each.over else _free(each)
             verdict = "fits" if each.fits else "does not fit"
-            lines.append(f"N_con = 8 at 99x72, d = {each.firmware.network.d}, {words} delay states: {verdict}"
-                         f" ({memory}; worst frame {time})")  # fmt: skip
-    fitting = dict.fromkeys(format_words(each.firmware) for each in asked if each.fits)
-    whole = f"yes, with {' and '.join(fitting)} delay states" if fitting else "no, in none of the formats measured"
+            ring = each.firmware.chip.ring_frames
+            lines.append(f"N_con = 8 at 99x72, d = {each.firmware.network.d}, {words} delay states, ring of {ring}"
+                         f" frames: {verdict} ({memory}; worst frame {time})")  # fmt: skip
+    fitting = dict.fromkeys(_said(each) for each in asked if each.fits)
+    whole = f"yes: {'; '.join(fitting)}" if fitting else "no, in none of the formats measured"
     return [*lines, f"Does the paper's N_con = 8 fit at 99x72? {whole}."]
+
+
+def _said(each: Budget) -> str:
+    d, ring = each.firmware.network.d, each.firmware.chip.ring_frames
+    return f"{format_words(each.firmware)} delay states, d = {d}, a ring of {ring} frames"
 
 
 def _free(each: Budget) -> str:

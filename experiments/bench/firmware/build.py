@@ -215,7 +215,13 @@ def ram(sizes: Mapping[str, int], placement: Placement) -> dict[str, int]:
 def _run(command: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str]:
     try:
         return subprocess.run(
-            command, cwd=folder, capture_output=True, text=True, check=False, timeout=LINK_TIMEOUT_S, stdin=subprocess.DEVNULL
+            command,
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=LINK_TIMEOUT_S,
+            stdin=subprocess.DEVNULL,
         )
     except subprocess.TimeoutExpired:
         raise UsageError(f"{command[0]} did not end within {LINK_TIMEOUT_S:g} s") from None

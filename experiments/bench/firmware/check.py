@@ -38,7 +38,9 @@ class Difference:
 
     def words(self) -> str:
         """In a line."""
-        return f"{self.clip}, frame {self.frame}: {self.channel} is {self.chip:g} on the chip, {self.host:g} on the host"
+        return (
+            f"{self.clip}, frame {self.frame}: {self.channel} is {self.chip:g} on the chip, {self.host:g} on the host"
+        )
 
 
 @dataclass(frozen=True, slots=True)

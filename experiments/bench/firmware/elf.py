@@ -1,4 +1,4 @@
-"""Sizes of the sections of an ELF file (Tool Interface Standard, Executable and Linking Format 1.2): 32 bits, little."""
+"""Sizes of the sections of an ELF file (Tool Interface Standard, Executable and Linking Format 1.2), 32 bits."""
 
 from __future__ import annotations
 

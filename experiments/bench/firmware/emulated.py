@@ -55,9 +55,7 @@ class FirmwareDSNN:
         self._chip = Emulator(qemu(), built.path, shape)
         weakref.finalize(self, self._chip.close)
 
-    def step(
-        self, frame: npt.NDArray[np.generic], *, channels: Channels = "grey", maps: bool = False
-    ) -> Response:
+    def step(self, frame: npt.NDArray[np.generic], *, channels: Channels = "grey", maps: bool = False) -> Response:
         """Answer the next frame; `dsnn.frames.FrameError` for one that is none. There are no layer maps."""
         pixels: Any = luma(frame, self.shape, channels)
         answer = self._chip.step(np.clip(np.rint(pixels), 0, 255).astype(np.uint8))

@@ -88,7 +88,8 @@ class Emulator:
     def __init__(self, program: QemuProgram, elf: Path, shape: tuple[int, int]) -> None:
         command = [
             program.path, "-M", BOARD, "-nodefaults", "-display", "none", "-serial", "none", "-monitor", "none",
-            "-icount", f"shift={SHIFT},sleep=off", "-semihosting-config", "enable=on,target=native", "-kernel", str(elf),
+            "-icount", f"shift={SHIFT},sleep=off", "-semihosting-config", "enable=on,target=native",
+            "-kernel", str(elf),
         ]  # fmt: skip
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  (open as long as the process)
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said)
@@ -102,7 +103,9 @@ class Emulator:
             self._cost = cost
             counted = (known - cost) / TICKS_AN_INSTRUCTION
             if abs(counted - KNOWN) > KNOWN_ERROR:
-                raise UsageError(f"{program.version} counts {counted:.0f} instructions of {KNOWN}: no count can be had of it")
+                raise UsageError(
+                    f"{program.version} counts {counted:.0f} instructions of {KNOWN}: no count can be had of it"
+                )
         except BaseException:
             self.close()
             raise
@@ -113,7 +116,9 @@ class Emulator:
             raise EmulatorError(f"a frame of shape {frame.shape} and type {frame.dtype}: legal is {self.shape}, uint8")
         found = self._ask(_FRAME + frame.tobytes(), f"<4i{2 * STAGES}I")
         ticks, calls = np.array(found[4 : 4 + STAGES], np.float64), np.array(found[4 + STAGES :], np.float64)
-        return ChipAnswer(*found[:4], np.maximum((ticks - self._cost * calls) / TICKS_AN_INSTRUCTION, 0.0))
+        hs, vs, hs_spikes, vs_spikes = found[:4]
+        counted = np.maximum((ticks - self._cost * calls) / TICKS_AN_INSTRUCTION, 0.0)
+        return ChipAnswer(hs, vs, hs_spikes, vs_spikes, counted)
 
     def reset(self) -> None:
         """Return to the state before the first frame."""

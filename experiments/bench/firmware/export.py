@@ -22,8 +22,8 @@ from experiments.bench.firmware.build import (
     MAIN,
     NATIVE,
     NETWORK,
-    WHOLE,
     SECTIONS,
+    WHOLE,
     memory_script,
     script,
 )
@@ -104,7 +104,8 @@ def check_folder(folder: Path) -> None:
 def _template(name: str, words: dict[str, Any]) -> str:
     loader = jinja2.FileSystemLoader(TEMPLATES)
     page = jinja2.Environment(
-        loader=loader, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
+        loader=loader, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+        keep_trailing_newline=True,
         autoescape=False,
     )  # fmt: skip
     return page.get_template(name).render(words)
@@ -114,7 +115,8 @@ def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | st
     rows, columns = wanted.shape
     said = "".join(f" --set {text}" for text in assignments)
     words: dict[str, Any] = {
-        "chip": wanted.chip, "rows": rows, "columns": columns, "config": CONFIG, "split": False, "version": version("colias-sim"),
+        "chip": wanted.chip, "rows": rows, "columns": columns, "config": CONFIG, "split": False,
+        "version": version("colias-sim"),
         "command": f"Its parameters: the defaults{' but' if said else ''}{said}.", "budget": None,
     }  # fmt: skip
     if isinstance(measured, str):
@@ -123,7 +125,8 @@ def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | st
     reasons = [f"{size:,} bytes over in {region.lower()} RAM" for region, size in budget.built.over.items()]
     reasons += [] if budget.fits_time else ["the worst frame takes too long"]
     return {
-        **words, "split": budget.built.placement.split, "budget": budget, "compiler": tools.compiler.version, "emulator": tools.qemu.version,
+        **words, "split": budget.built.placement.split, "budget": budget,
+        "compiler": tools.compiler.version, "emulator": tools.qemu.version,
         "purposes": [(name, size, budget.regions[name]) for name, size in budget.purposes.items()],
         "stages": [*budget.stages, budget.whole],
         "verdict": "It fits the chip." if budget.fits else f"It does not fit the chip: {', '.join(reasons)}.",

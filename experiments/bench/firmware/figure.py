@@ -50,18 +50,20 @@ def _memory(axes: Axes, budgets: Sequence[Budget]) -> None:
     purposes = [name for name in budgets[0].purposes if name != "test program"]
     for place, each in enumerate(budgets):
         left = 0.0
+        if place % 2 == 0:
+            axes.axhspan(place - 0.5, place + 0.5, color="black", alpha=0.04, lw=0)
         for hue, name in enumerate(purposes):
             size = each.purposes[name] / KB
             axes.barh(place, size, left=left, height=0.62, color=HUES[hue], label=name if place == 0 else None)
             left += size
         said, colour = (f"over by {each.over:,} B", BAD) if each.over else ("fits", LIMIT)
-        axes.annotate(said, (left, place), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7,
-                      color=colour)  # fmt: skip
+        axes.annotate(said, (1.0, place), xycoords=("axes fraction", "data"), ha="right", va="center",
+                      fontsize=7, color=colour)  # fmt: skip
     chip = budgets[0].firmware.chip
     limit = (chip.ram_main + chip.ram_core) / KB
     axes.axvline(limit, color=LIMIT, ls="--", lw=1.0)
     top = max(limit, *(sum(each.purposes.values()) / KB for each in budgets))
-    axes.set_xlim(0.0, 1.25 * top)
+    axes.set_xlim(0.0, 1.3 * top)
     axes.set_title(f"RAM, kB; the chip has {chip.ram_main / KB:g} + {chip.ram_core / KB:g}", fontsize=9, loc="left")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.35 / (INCHES_A_ROW * len(budgets) + 0.4)),
                 ncols=len(purposes), frameon=False, fontsize=8)  # fmt: skip
@@ -73,12 +75,12 @@ def _time(axes: Axes, budgets: Sequence[Budget]) -> None:
         low, high = each.milliseconds
         colour = HUES[0] if each.fits_time else BAD
         axes.barh(place, high - low, left=low, height=0.3, color=colour)
-        axes.annotate(f"{low:.1f} to {high:.1f}", (high, place), xytext=(4, 0), textcoords="offset points",
-                      va="center", fontsize=7, color=colour)  # fmt: skip
+        axes.annotate(f"{low:.2f} to {high:.2f}", (1.02, place), xycoords=("axes fraction", "data"), va="center",
+                      fontsize=7, color=colour, annotation_clip=False)  # fmt: skip
     axes.axvline(chip.frame_ms, color=LIMIT, ls="--", lw=1.0)
     top = max(chip.frame_ms, *(each.milliseconds[1] for each in budgets))
-    axes.set_xlim(0.0, 1.35 * top)
-    said = f"worst frame, ms of {chip.frame_ms:g}, at {chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction"
+    axes.set_xlim(0.0, 1.08 * top)
+    said = f"worst frame, ms of {chip.frame_ms:g}\nat {chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction"
     axes.set_title(said, fontsize=9, loc="left")
 
 

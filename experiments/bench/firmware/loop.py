@@ -42,7 +42,9 @@ def assignments(given: Sequence[str]) -> list[str]:
     found = []
     for text in map(plain_key, given):
         if text.startswith(f"{CHIP}."):
-            raise UsageError(f"--set {text}: the chip's memory changes no answer; it goes with budget, check and export")
+            raise UsageError(
+                f"--set {text}: the chip's memory changes no answer; it goes with budget, check and export"
+            )
         found.append(text)
         if text.startswith(f"{MODEL}."):
             found.append(f"{ALIAS}{text[len(MODEL) :]}")

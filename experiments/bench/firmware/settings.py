@@ -35,7 +35,10 @@ class ChipSettings:
         default="99x72", pattern=r"^[1-9]\d{0,2}x[1-9]\d{0,2}$", description="columns x rows of the camera's frames, px"
     )
     ram_main: int = Field(
-        default=192 * 1024, ge=1024, le=2**24, description="main RAM, bytes; DMA reaches it, so the camera's ring is here"
+        default=192 * 1024,
+        ge=1024,
+        le=2**24,
+        description="main RAM, bytes; DMA reaches it, so the camera's ring is here",
     )
     ram_core: int = Field(
         default=64 * 1024, ge=1024, le=2**24, description="core-coupled RAM, bytes; DMA does not reach it"
@@ -53,7 +56,10 @@ class ChipSettings:
         "data, of which the camera's ring is 42.8 kB and six maps of its one LGMD (an assumption) are as much",
     )  # fmt: skip
     robot_flash: int = Field(
-        default=44 * 1024, ge=0, le=2**21, description="flash of the rest of the robot's program, bytes: a shipped build"
+        default=44 * 1024,
+        ge=0,
+        le=2**21,
+        description="flash of the rest of the robot's program, bytes: a shipped build",
     )
     clock_mhz: float = Field(default=180.0, gt=0.0, le=1000.0, description="clock of the processor, MHz")
     frame_ms: float = Field(default=33.0, gt=0.0, le=10_000.0, description="time from frame to frame, ms (30 a second)")
@@ -63,7 +69,9 @@ class ChipSettings:
     cpi_most: float = Field(
         default=1.6, ge=0.5, le=20.0, description="cycles an instruction, most: an assumption; flash waits aside"
     )
-    optimise: Literal["s", "1", "2", "3"] = Field(default="3", description="the compiler's -O: at 3 it unrolls more, and flash is plenty")
+    optimise: Literal["s", "1", "2", "3"] = Field(
+        default="3", description="the compiler's -O: at 3 it unrolls more, and flash is plenty"
+    )
 
     def __post_init__(self) -> None:
         if self.cpi_least > self.cpi_most:
@@ -142,7 +150,7 @@ def points(over: Sequence[str], assignments: Sequence[str]) -> list[tuple[Mappin
     if not over:
         return [({}, firmware(assignments))]
     base = firmware(assignments)
-    found = []
+    found: list[tuple[Mapping[str, str], Firmware]] = []
     for point in grid([plain_key(text) for text in over]):
         texts = [f"{key}={value}" for key, value in point.values]
         found.append((dict(point.values), firmware(texts, base, "--over")))

@@ -17,7 +17,7 @@ NOTES = (
     "Instructions were counted in QEMU, which knows no cycles: times are of the worst frame, over an assumed range of "
     "cycles an instruction. Waits for the flash are not modelled.",
     "RAM and flash are sections of the linked program. The robot's own share is an estimate (chip.robot_ram, "
-    "chip.robot_flash): \"for the robot\" is what is left to it. The stack is without interrupts.",
+    "chip.robot_flash); the column robot is what is left to it. The stack is without interrupts.",
 )
 
 
@@ -43,15 +43,16 @@ def _table(budgets: Sequence[Budget]) -> Table:
     table = Table(box=None, header_style="bold", pad_edge=False)
     for name in keys or ["program"]:
         table.add_column(escape(name.partition(".")[2] or name), justify="right")
-    for name in ("RAM, B", "over, B", "for the robot, B", "flash, B", "instructions", "worst", "ms", "fits"):
+    for name in ("RAM, B", "over, B", "robot, B", "flash, kB", "worst, M", "ms", "fits"):
         table.add_column(name, justify="right")
     for each in budgets:
         low, high = each.milliseconds
         values = [each.point.get(key, "") for key in keys] or [label(each)]
         verdict = "[green]yes[/green]" if each.fits else f"[red]no: {_why(each)}[/red]"
         table.add_row(
-            *map(escape, values), f"{sum(each.purposes.values()):,}", f"{each.over:,}" if each.over else "", f"{each.room:,}",
-            f"{each.flash:,}", f"{each.whole.median:,}", f"{each.whole.worst:,}", f"{low:.1f}-{high:.1f}", verdict,
+            *map(escape, values), f"{sum(each.purposes.values()):,}", f"{each.over:,}" if each.over else "",
+            f"{each.room:,}", f"{each.flash / 1024:.1f}",
+            f"{each.whole.worst / 1e6:.2f}", f"{low:.2f}-{high:.2f}", verdict,
         )  # fmt: skip
     return table
 
@@ -87,7 +88,8 @@ def row(each: Budget, tools: Tools) -> dict[str, Any]:
     return {
         **each.point, "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits, "shape": chip.shape,
         "fits": each.fits, "fits_memory": each.fits_memory, "fits_time": each.fits_time, **sizes,
-        "stack_used_bytes": each.stack_used, "over_bytes": each.over, "room_for_robot_bytes": each.room, "flash_bytes": each.flash,
+        "stack_used_bytes": each.stack_used, "over_bytes": each.over, "room_for_robot_bytes": each.room,
+        "flash_bytes": each.flash,
         "placement": each.built.placement.words(), **stages, "worst_clip": each.worst_clip, "least_ms": round(low, 3),
         "most_ms": round(high, 3), "compiler": tools.compiler.version, "emulator": tools.qemu.version,
     }  # fmt: skip

@@ -17,8 +17,8 @@ BY_NAME = ("gcc", "zig")
 # of it (-fbuiltin); what is longer calls memory.c.
 _CPU = ("-mthumb", "-mfloat-abi=soft", "-mcpu=cortex-m4")
 _COMMON = (
-    "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffreestanding", "-fbuiltin", "-fno-common", "-ffunction-sections",
-    "-fdata-sections", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables",
+    "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffreestanding", "-fbuiltin", "-fno-common",
+    "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables",
 )  # fmt: skip
 
 
