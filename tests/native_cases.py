@@ -104,7 +104,8 @@ def onboard(rng: np.random.Generator, extreme: bool) -> OnboardParams:
         floats = dataclasses.asdict(_dsnn(rng, extreme))
         formats = dict(
             state_bits=int(rng.choice([8, 16])), companding=bool(rng.random() < 0.7),
-            rounding=str(rng.choice(["nearest", "truncate"])), halved=bool(rng.random() < 0.3),
+            lamina_bits=int(rng.choice([8, 16])), rounding=str(rng.choice(["nearest", "truncate"])),
+            halved=bool(rng.random() < 0.3),
             f_bits=int(rng.integers(16)) if rng.random() < 0.3 else None,
         )  # fmt: skip
         try:

@@ -80,21 +80,25 @@ def test_mirrored_clips_give_mirrored_answers_to_the_bit(name):
     assert name == "grey-levels" or there.hs.max() > 0.2
 
 
-GOLDEN_BOUNDS = {"bits8": 0.02, "bits16": 0.01, "linear8": 0.03, "truncated": 0.06}
+GOLDEN_BOUNDS = {"bits8": 0.02, "bits16": 0.01, "lamina8": 0.05, "linear8": 0.03, "truncated": 0.06}
 """Of |HS| and |VS|. HS goes with the product of F and D, and changes by at most 1/4 of what its argument does.
 
 16 bits: F and P are known to 1/128 grey level or better, a hundredth of LA at an edge, but cells whose P_e is nearly 0
 may fall on either side of 0; allowed is a hundredth of the range. Companded D errs by up to 1/64 of itself at each
 frame besides, linear 8-bit D by half of 1/255 of the largest F, a tenth of a usual one. Truncated low-passes lose a
 step at each frame where others err by half of one to either side: they fall short, by up to 1/32 a frame over the 7
-frames of the slowest low-pass.
+frames of the slowest low-pass. LA of 8 bits errs by up to half a grey level at either frame of a change, of which
+edges have 20 or more: F by up to 1/20, a product by 1/10, HS by a quarter of that, and cells of noise by all of F.
 """
 
 
 @pytest.mark.parametrize("name", GOLDEN_BOUNDS)
 def test_formats_stay_near_the_golden_vectors(name, golden):
     params, vector = golden
-    formats = {field: getattr(ROBOT[name], field) for field in ("state_bits", "companding", "rounding", "f_bits")}
+    formats = {
+        field: getattr(ROBOT[name], field)
+        for field in ("state_bits", "companding", "lamina_bits", "rounding", "f_bits")
+    }
     series = OnboardDSNN(vector["frames"].shape[1:], OnboardParams(**dataclasses.asdict(params), **formats)).run(
         vector["frames"]
     )
@@ -118,6 +122,7 @@ def test_eight_spacings_fit_into_the_robot_with_8_bits_and_not_with_16():
 
     assert left(state_bits=16) < 0 < 8 * 1024 < left()
     assert left(state_bits=16, n_con=4) > 8 * 1024
+    assert left(lamina_bits=8) == left() + 2 * 72 * 99
 
 
 @pytest.mark.parametrize("companding", [True, False])
@@ -165,7 +170,7 @@ def test_the_largest_change_is_reached():
 @built
 @pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 @pytest.mark.parametrize(
-    "changes", [{}, {"state_bits": 16, "n_p": 0, "d": 2, "n_con": 3}, {"companding": False}], ids=str
+    "changes", [{}, {"state_bits": 16, "n_p": 0, "d": 2, "n_con": 3}, {"companding": False, "lamina_bits": 8}], ids=str
 )
 def test_the_header_makes_the_same_model(changes, tmp_path):
     """As it is compiled for the robot: constants known to the compiler, the configuration not looked at."""
@@ -206,7 +211,8 @@ def test_sizes_are_told_without_memory_and_what_is_not_legal_is_0():
             good = {name: getattr(fixed, name) for name in Fixed.__slots__ if name not in TABLES}
             assert lib.onboard_size(ffi.new("onboard_config *", good)) == fixed.state_bytes
     for wrong in (
-        {"rows": 4097}, {"columns": 1}, {"n_p": 61}, {"d": 0}, {"spacings": 65}, {"state_bits": 12}, {"f_frac": 16},
+        {"rows": 4097}, {"columns": 1}, {"n_p": 61}, {"d": 0}, {"spacings": 65}, {"state_bits": 12},
+        {"lamina_bits": 9}, {"f_frac": 16},
         {"work_frac": 3}, {"f_max": 32768}, {"left_fast": -1}, {"w_i": 32769}, {"thresholds_count": 257},
     ):  # fmt: skip
         assert lib.onboard_size(ffi.new("onboard_config *", good | wrong)) == 0, wrong

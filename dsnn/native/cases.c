@@ -161,7 +161,7 @@ static void run_onboard(void)
     int32_t i, t, *maps[4];
     take(&f, sizeof f);
     memset(&c, 0, sizeof c);
-    take(&c.rows, 25 * sizeof(int32_t)); /* to alpha_mp */
+    take(&c.rows, 26 * sizeof(int32_t)); /* to alpha_mp */
     take(&c.plate_limit, sizeof c.plate_limit);
     take(&c.plate_shift, 4 * sizeof(int32_t)); /* to thresholds_count */
     c.residues = tables[0] = counted(2);

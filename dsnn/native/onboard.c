@@ -49,7 +49,6 @@ void *memset(void *to, int value, size_t size);
 
 #define LONGEST_SIDE 4096
 #define LARGEST_P 32767
-#define LARGEST_LA 65535
 #define LARGEST_G 32768
 #define SIGMOID_ENTRIES 385
 #define MANTISSA 5 /* bits of a companded code's place within its segment */
@@ -84,7 +83,7 @@ typedef struct {
     size_t cells;
     uint8_t *luma;            /* of the last frame */
     int16_t *p;               /* n_p planes, at least one: P of the last frames, in a ring */
-    uint16_t *la[2];          /* LA of ON and OFF with its residue, of the last frame */
+    uint8_t *la;              /* LA of ON and OFF with its residue, of the last frame; words if lamina_bits is 16 */
     int16_t *h[2];            /* F where positive, else LA - A */
     uint8_t *codes;           /* D: pathway by row by spacing by column; 16-bit words where state_bits says so */
     int16_t *blur_e, *blur_i; /* a row blurred along y, 8 d cells beyond either end */
@@ -120,10 +119,10 @@ static size_t lay_out(config_of c, unsigned char *base, unsigned char *second, p
     at[1] = taken(&used, cells * (size_t)larger(c->n_p, 1), 2);
 #ifdef ONBOARD_SPLIT
     at[2] = 0;
-    at[3] = 4 * cells;
+    at[3] = ONBOARD_WHOLE(ONBOARD_LA_BYTES);
 #else
     second = base;
-    at[2] = taken(&used, cells * 2, 2);
+    at[2] = taken(&used, cells * 2, c->lamina_bits == 16 ? 2 : 1);
     at[3] = taken(&used, cells * 2, 2);
 #endif
     at[4] = taken(&used, cells, 2 * bytes * (size_t)c->spacings);
@@ -138,8 +137,7 @@ static size_t lay_out(config_of c, unsigned char *base, unsigned char *second, p
         l->cells = cells;
         l->luma = base + at[0];
         l->p = (int16_t *)(void *)(base + at[1]);
-        l->la[0] = (uint16_t *)(void *)(second + at[2]);
-        l->la[1] = l->la[0] + cells;
+        l->la = second + at[2];
         l->h[0] = (int16_t *)(void *)(second + at[3]);
         l->h[1] = l->h[0] + cells;
         l->codes = base + at[4];
@@ -174,7 +172,8 @@ static int is_legal(config_of c)
     return within(c->rows, 2, LONGEST_SIDE) && within(c->columns, 2, LONGEST_SIDE) && within(c->n_p, 0, 60) &&
            within(c->d, 1, 16) && within(c->spacings, 0, 64) &&
            c->spacings * c->d < (c->rows > c->columns ? c->rows : c->columns) &&
-           (c->state_bits == 8 || c->state_bits == 16) && within(c->p_frac, 0, 15) &&
+           (c->state_bits == 8 || c->state_bits == 16) && (c->lamina_bits == 8 || c->lamina_bits == 16) &&
+           within(c->p_frac, 0, 15) &&
            within(c->la_frac, 0, c->p_frac) && within(c->f_frac, 0, 15) && within(c->g_frac, 0, c->f_frac) &&
            within(c->work_frac, larger(c->f_frac, c->la_frac) + 1, 16) && within(c->f_max, 1, 32767) &&
            within(c->sigma_l, 0, 32440) && c->left_fast >= 0 && c->left_slow >= 0 && within(c->w_i, 0, 32768) &&
@@ -221,7 +220,7 @@ void onboard_reset(onboard *m)
     const config_of c = CONFIG(m);
     memset((unsigned char *)m + sizeof *m, 0, lay_out(c, NULL, NULL, NULL) - sizeof *m);
 #ifdef ONBOARD_SPLIT
-    memset(m->head.second, 0, 8 * (size_t)c->rows * (size_t)c->columns);
+    memset(m->head.second, 0, ONBOARD_SECOND_BYTES);
 #endif
     memset(m->sums, 0, sizeof m->sums);
     m->newest = 0;
@@ -279,15 +278,17 @@ static int64_t rounded_long(config_of c, int64_t x, int32_t bits)
     return x < 0 ? -((bias - x) >> bits) : (x + bias) >> bits;
 }
 
-/* A number that is not negative, at most LARGEST_LA; and a number within the 16 bits of a signed word. */
+/* A number that is not negative, within 8 or 16 bits; and a number within the 16 bits of a signed word. */
 #if defined(__ARM_FEATURE_DSP)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion" /* within the macros of arm_acle.h */
+static int32_t within_8_bits(int32_t x) { return (int32_t)__usat(x, 8); }
 static int32_t within_16_bits(int32_t x) { return (int32_t)__usat(x, 16); }
 static int32_t signed_16_bits(int32_t x) { return (int32_t)__ssat(x, 16); }
 #pragma GCC diagnostic pop
 #else
-static int32_t within_16_bits(int32_t x) { return smaller(x, LARGEST_LA); }
+static int32_t within_8_bits(int32_t x) { return smaller(x, UINT8_MAX); }
+static int32_t within_16_bits(int32_t x) { return smaller(x, UINT16_MAX); }
 static int32_t signed_16_bits(int32_t x) { return larger(-LARGEST_G, smaller(x, LARGEST_G - 1)); }
 #endif
 
@@ -532,16 +533,24 @@ static int32_t unadapted(config_of c, int32_t la)
     return smaller(f, c->f_max);
 }
 
-ALWAYS_INLINE void adapt_cells(config_of c, const int32_t *la_row, int32_t sign, uint16_t *las, int16_t *hs)
+/* One pathway of a row, of sign 1 or -1, whose LA begins at entry `at`. */
+ALWAYS_INLINE void adapt_cells(config_of c, const int32_t *la_row, int32_t sign, uint8_t *las, size_t at, int16_t *hs)
 {
+    const int wide = c->lamina_bits == 16;
+    uint8_t *const bytes = las + at;
+    uint16_t *const words = (uint16_t *)(void *)las + at;
     int32_t x;
     for (x = 0; x < c->columns; x++) {
-        const int32_t before = las[x], h = hs[x];
+        const int32_t before = wide ? words[x] : bytes[x], h = hs[x];
         int32_t la = larger(sign * la_row[x], 0);
         if ((la | before | h) == 0)
             continue;
-        la = within_16_bits(la + rounded(c, c->sigma_l * before, 15));
-        las[x] = (uint16_t)la;
+        la += rounded(c, c->sigma_l * before, 15);
+        la = wide ? within_16_bits(la) : within_8_bits(la);
+        if (wide)
+            words[x] = (uint16_t)la;
+        else
+            bytes[x] = (uint8_t)la;
         hs[x] = (int16_t)(c->fdsr ? adapted(c, h, before, la) : unadapted(c, la));
     }
 }
@@ -550,8 +559,8 @@ NEVER_INLINE void adapt_row(const planes *l, int32_t y)
 {
     LOOP_CONFIG(l);
     const size_t row = (size_t)y * (size_t)c->columns;
-    adapt_cells(c, l->la_row, 1, l->la[0] + row, l->h[0] + row);
-    adapt_cells(c, l->la_row, -1, l->la[1] + row, l->h[1] + row);
+    adapt_cells(c, l->la_row, 1, l->la, row, l->h[0] + row);
+    adapt_cells(c, l->la_row, -1, l->la, l->cells + row, l->h[1] + row);
 }
 
 /* ---- Correlation: D at every spacing, and the field sums (dynamic-lowpass, medulla-HS-EI .. lobula-VS-EI). ---- */

@@ -33,6 +33,7 @@ typedef struct {
     int32_t truncate;         /* not 0: magnitudes lose their lowest bits; 0: rounded to the nearest */
     int32_t state_bits;       /* of D: 8 or 16 */
     int32_t companding;       /* not 0: 8-bit D in segments */
+    int32_t lamina_bits;      /* of LA: 8 or 16 */
     int32_t p_frac, la_frac;  /* fractional bits of P and LA, 0..15 */
     int32_t f_frac, g_frac;   /* of F, and of LA - A where that is negative */
     int32_t work_frac;        /* of LA - A before it is rounded: more than those three */

@@ -19,7 +19,7 @@ from dsnn.onboard.params import OnboardParams, largest_change, most_f_bits
 LONGEST_SIDE = 4096
 """Rows or columns: with no more, field sums stay below 2 to the power 60."""
 Q15 = 15
-LARGEST_P, LARGEST_LA, LARGEST_G = 32767, 65535, 32768
+LARGEST_P, LARGEST_G = 32767, 32768
 SUM_BITS = 45
 """Of a field sum before it is weighted: then no product with a Q15 number leaves 63 bits."""
 SIGMOID_END, SIGMOID_STEPS = 12, 32
@@ -52,6 +52,7 @@ class Fixed:
     truncate: int
     state_bits: int
     companding: int
+    lamina_bits: int
     p_frac: int
     la_frac: int
     f_frac: int
@@ -84,14 +85,19 @@ class Fixed:
     thresholds: tuple[int, ...]
 
     @property
+    def la_max(self) -> int:
+        """Where LA saturates."""
+        return (1 << self.lamina_bits) - 1
+
+    @property
     def state_bytes(self) -> int:
         """Bytes of a model on the robot, as ``onboard_size`` of the C form says."""
         cells, radius = self.rows * self.columns, 8 * self.d
         parts = (
-            cells, 2 * cells * max(self.n_p, 1), 4 * cells, 4 * cells, self.state_bits // 8 * 2 * cells * self.spacings,
-            2 * (self.columns + 2 * radius), 2 * (self.columns + 2 * radius), 4 * self.columns,
-            2 * (self.columns + 2 * self.spacings * self.d), 2 * self.columns * (self.spacings + 1),
-            self.rows,
+            cells, 2 * cells * max(self.n_p, 1), self.lamina_bits // 4 * cells, 4 * cells,
+            self.state_bits // 4 * cells * self.spacings, 2 * (self.columns + 2 * radius),
+            2 * (self.columns + 2 * radius), 4 * self.columns, 2 * (self.columns + 2 * self.spacings * self.d),
+            2 * self.columns * (self.spacings + 1), self.rows,
         )  # fmt: skip
         return 48 + sum(-(-part // 8) * 8 for part in parts) + 8
 
@@ -119,7 +125,7 @@ def constants(shape: tuple[int, int], params: OnboardParams) -> Fixed:
     largest_la = largest_p / (1.0 - q.sigma_l)
     left_fast, left_slow = (1.0 - alpha(tau, q.dt) for tau in (q.tau_fast, q.tau_slow))
     p_frac = _room(largest_p, LARGEST_P)
-    la_frac = min(_room(largest_la, LARGEST_LA), p_frac)
+    la_frac = min(_room(largest_la, 2**q.lamina_bits - 1), p_frac)
     f_max = _largest_f(q)
     f_frac = _f_frac(q, largest_la, left_fast, f_max)
     g_frac = min(_room(largest_la, LARGEST_G), f_frac)
@@ -132,9 +138,10 @@ def constants(shape: tuple[int, int], params: OnboardParams) -> Fixed:
     return Fixed(
         rows=rows, columns=columns, n_p=q.n_p, d=q.d, spacings=spacings, on=int(q.on), off=int(q.off), dog=int(q.dog),
         fdsr=int(q.fdsr), halved=int(q.halved), truncate=int(q.rounding == "truncate"), state_bits=q.state_bits,
-        companding=int(q.companding and q.state_bits == 8), p_frac=p_frac, la_frac=la_frac, f_frac=f_frac,
-        g_frac=g_frac, work_frac=max(f_frac, la_frac) + 1, f_max=f_max, sigma_l=_q(q.sigma_l),
-        left_fast=_q(left_fast, 31), left_slow=_q(left_slow, 31), w_i=_q(q.w_i), field_shift=field_shift,
+        companding=int(q.companding and q.state_bits == 8), lamina_bits=q.lamina_bits, p_frac=p_frac,
+        la_frac=la_frac, f_frac=f_frac, g_frac=g_frac, work_frac=max(f_frac, la_frac) + 1, f_max=f_max,
+        sigma_l=_q(q.sigma_l), left_fast=_q(left_fast, 31), left_slow=_q(left_slow, 31), w_i=_q(q.w_i),
+        field_shift=field_shift,
         alpha_mp=_q(alpha(q.tau_mp, q.dt)), plate_limit=limit, plate_shift=shift, plate_gain=gain, plate_right=right,
         thresholds_count=len(thresholds), residues=tuple(_q(residue(q.u, i)) for i in range(1, q.n_p + 1)),
         kernel_e=_kernel(q.d), kernel_i=_kernel(2 * q.d),

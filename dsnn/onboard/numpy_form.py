@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from dsnn.model import LayerMaps, Response
 from dsnn.onboard.codes import coded, decoded
-from dsnn.onboard.fixed import LARGEST_G, LARGEST_LA, LARGEST_P, Fixed
+from dsnn.onboard.fixed import LARGEST_G, LARGEST_P, Fixed
 
 Ints = npt.NDArray[np.int64]
 
@@ -83,7 +83,7 @@ class NumpyOnboard:
         F is ``left`` times ``LA(t) - A(t - 1)``, which is what is left of LA after the subtraction of A(t).
         """
         c, before, h = self._c, self._la[pathway].copy(), self._h[pathway]
-        la = np.minimum(la + self.rounded(c.sigma_l * before, 15), LARGEST_LA)  # halfwave
+        la = np.minimum(la + self.rounded(c.sigma_l * before, 15), c.la_max)  # halfwave
         self._la[pathway] = la
         if not c.fdsr:
             self._h[pathway] = np.minimum(rescaled(la, c.la_frac, c.f_frac, bool(c.truncate)), c.f_max)

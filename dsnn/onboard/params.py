@@ -41,6 +41,11 @@ class OnboardParams(DSNNParams):
         description="8-bit D in segments whose step doubles from one to the next, as G.711 codes speech: equal steps"
         " lose the small values from which a slow low-pass rises and to which it falls; of no effect on 16 bits",
     )
+    lamina_bits: Literal[8, 16] = Field(
+        default=16,
+        description="bits of LA that is kept for the next frame; 8 save two bytes a cell, and LA is then a whole number"
+        " of grey levels that saturates at 255",
+    )
     f_bits: int | None = Field(
         default=None,
         ge=0,
@@ -89,6 +94,7 @@ class OnboardParams(DSNNParams):
         changes: Mapping[str, Mapping[str, Any]] = {
             "bits8": {},
             "bits16": {"state_bits": 16},
+            "lamina8": {"lamina_bits": 8},
             "linear8": {"companding": False},
             "truncated": {"rounding": "truncate"},
             "firmware-input": {"halved": True},

@@ -7,7 +7,11 @@
 
 #include <stddef.h>
 
-#define ONBOARD_SECOND_BYTES (8u * (ONBOARD_ROWS) * (ONBOARD_COLUMNS))
+/* LA of ON and OFF, then h of both, in words; every part of a block is a multiple of 8 bytes. */
+#define ONBOARD_LA_BYTES (2u * (ONBOARD_LAMINA_BITS / 8u) * (ONBOARD_ROWS) * (ONBOARD_COLUMNS))
+#define ONBOARD_H_BYTES (4u * (ONBOARD_ROWS) * (ONBOARD_COLUMNS))
+#define ONBOARD_WHOLE(bytes) (((bytes) + 7u) / 8u * 8u)
+#define ONBOARD_SECOND_BYTES (ONBOARD_WHOLE(ONBOARD_LA_BYTES) + ONBOARD_WHOLE(ONBOARD_H_BYTES))
 #define ONBOARD_FIRST_BYTES ((ONBOARD_STATE_BYTES) - ONBOARD_SECOND_BYTES)
 
 /* As onboard_make; both blocks are aligned to 8 bytes. NULL where one is too small. */

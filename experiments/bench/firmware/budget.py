@@ -222,8 +222,9 @@ def label(budget: Budget) -> str:
 
 
 def format_words(wanted: Firmware) -> str:
-    """The format of the delay states, which take most of the RAM."""
-    return f"{wanted.network.state_bits}-bit"
+    """The format of the delay states, which take most of the RAM, and of LA where that is of 8 bits."""
+    narrow = " (LA in 8)" if wanted.network.lamina_bits == 8 else ""
+    return f"{wanted.network.state_bits}-bit{narrow}"
 
 
 def answer(budgets: Sequence[Budget]) -> list[str]:

@@ -63,7 +63,7 @@ def _memory(axes: Axes, budgets: Sequence[Budget]) -> None:
     limit = (chip.ram_main + chip.ram_core) / KB
     axes.axvline(limit, color=LIMIT, ls="--", lw=1.0)
     top = max(limit, *(sum(each.purposes.values()) / KB for each in budgets))
-    axes.set_xlim(0.0, 1.3 * top)
+    axes.set_xlim(0.0, 1.5 * top)
     axes.set_title(f"RAM, kB; the chip has {chip.ram_main / KB:g} + {chip.ram_core / KB:g}", fontsize=9, loc="left")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.35 / (INCHES_A_ROW * len(budgets) + 0.4)),
                 ncols=len(purposes), frameon=False, fontsize=8)  # fmt: skip
