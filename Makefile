@@ -24,8 +24,9 @@ policies: $(READY) ## Policies of five training seeds in either env and their ta
 	$(BIN)/colias train --env Optomotor --seeds 5
 	$(BIN)/colias train --env Fixation --seeds 5
 
-test: $(READY) ## Every test; the report's needs Debian's chromium, and is skipped where that cannot be had
+test: $(READY) ## Every test; those that need Debian's chromium, gcc-arm-none-eabi or qemu-system-arm are skipped where these cannot be had
 	sh tools/setup.sh --browser
+	sh tools/setup.sh --firmware
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]

@@ -4,8 +4,8 @@ A fenced block is a ``python`` snippet or ``sh`` commands; blocks of other langu
 
 - A snippet runs in its chapter's namespace, so it may use names of earlier ones. One with ``title=NAME`` is a file: it
   is written, and commands and snippets below it may use it.
-- ``colias ...`` runs in this process, ``python FILE ...`` in one of its own. Of ``make TARGET`` and of the extras of
-  ``pip install '.[EXTRA]'`` it is checked that there are such.
+- ``colias ...`` runs in this process, ``python FILE ...`` and ``make -C FOLDER`` in one of its own. Of ``make TARGET``
+  and of the extras of ``pip install '.[EXTRA]'`` it is checked that there are such.
 - A comment before the block changes that. ``<!-- test: add ARGUMENTS -->`` appends the arguments to each of its
   ``colias`` commands, to make them short. ``<!-- test: skip REASON -->`` runs none of it: only the commands' options
   are checked, by their parser. `SKIPPED` has all of these. ``<!-- test: fails STATUS -->``: its commands end with this
@@ -191,6 +191,10 @@ def _command(words: list[str], block: Block) -> None:
     elif program == "python":
         if not block.skipped:
             _python(arguments)
+    elif program == "make" and arguments[0] == "-C":
+        if not block.skipped:
+            done = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
+            assert done.returncode == 0, done.stderr
     elif program == "make":
         assert re.search(rf"^{arguments[0]}:", (ROOT / "Makefile").read_text(), re.MULTILINE), words
     elif program == "pip":

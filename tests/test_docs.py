@@ -15,8 +15,8 @@ from tests.test_imports import LEVELS
 __all__ = ["chapter"]
 
 JOURNEYS = {
-    "architecture.md", "back-from-the-robot.md", "behaviours-and-training.md", "eye.md", "footage.md", "index.md",
-    "looming.md", "maps.md", "reinforcement-learning.md", "robot-trials.md",
+    "architecture.md", "back-from-the-robot.md", "behaviours-and-training.md", "eye.md", "footage.md",
+    "from-bench-to-robot.md", "index.md", "looming.md", "maps.md", "reinforcement-learning.md", "robot-trials.md",
     "video.md", "what-the-numbers-mean.md", "your-own-experiment.md", "your-own-model.md",
 }  # fmt: skip
 OWN_TESTS = {
@@ -29,6 +29,7 @@ OWN_TESTS = {
     "footage.md",
     "reinforcement-learning.md",
     "video.md",
+    "from-bench-to-robot.md",
 }
 LONGEST_README = 120
 

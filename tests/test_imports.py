@@ -25,6 +25,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.closed_loop": 2,
     "experiments.bench.leaderboard": 2,
     "experiments.bench.maps": 2,
+    "experiments.bench.firmware": 3,
     "experiments.bench.training": 3,
     "experiments.bench.measured": 3,
     "experiments.bench.reproduction": 3,

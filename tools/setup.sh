@@ -41,6 +41,14 @@ if [ "${1:-}" = --browser ]; then # for the tests of the report alone
     exit 0
 fi
 
+if [ "${1:-}" = --firmware ]; then # for the programs of the robot's chip: a cross compiler and an emulator
+    if ! command -v arm-none-eabi-gcc >/dev/null || ! command -v qemu-system-arm >/dev/null; then
+        apt_install gcc-arm-none-eabi qemu-system-arm ||
+            say "no gcc-arm-none-eabi or qemu-system-arm: the tests of the firmware will be skipped"
+    fi
+    exit 0
+fi
+
 if [ "${1:-}" = --train ]; then # the extra [train], which the lock leaves out: into the .venv that is there
     "$venv/bin/python" -c 'import stable_baselines3, torch' 2>/dev/null && exit 0
     torch=2.13.0

@@ -34,6 +34,7 @@ KEYS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "bootstrap.training": (ROOM, 6),  # of training seeds
         "permutations.points": (ROOM, 7),  # of a tuning curve
         "course.nominal": (ROOM, 4),  # the errors of a start pose whose spread is 0
+        "firmware.clips": (ROOM, 15),  # what the chip's program is measured with
     }
 )
 """Name -> the spawn key that tells its numbers from the others'. A new name takes a new key."""

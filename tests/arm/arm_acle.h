@@ -16,6 +16,12 @@ static inline int32_t __smlad(int16x2_t a, int16x2_t b, int32_t sum)
     return sum + (low_of(a) * low_of(b) + high_of(a) * high_of(b));
 }
 
+/* The same with the halves of `b` exchanged. */
+static inline int32_t __smladx(int16x2_t a, int16x2_t b, int32_t sum)
+{
+    return sum + (low_of(a) * high_of(b) + high_of(a) * low_of(b));
+}
+
 static inline int64_t __smlald(int16x2_t a, int16x2_t b, int64_t sum)
 {
     return sum + (int64_t)low_of(a) * low_of(b) + (int64_t)high_of(a) * high_of(b);
@@ -31,6 +37,14 @@ static inline int32_t saturated(int32_t half, int bits)
 static inline int16x2_t __usat16(int16x2_t pair, int bits)
 {
     return (int16x2_t)((uint32_t)saturated(low_of(pair), bits) | (uint32_t)saturated(high_of(pair), bits) << 16);
+}
+
+static inline uint32_t __usat(int32_t x, int bits) { return (uint32_t)saturated(x, bits); }
+
+static inline int32_t __ssat(int32_t x, int bits)
+{
+    const int32_t most = (INT32_C(1) << (bits - 1)) - 1;
+    return x > most ? most : x < -most - 1 ? -most - 1 : x;
 }
 
 #endif

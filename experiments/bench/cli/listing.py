@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
 
 from experiments.bench.cli.options import Models, Only
+
+if TYPE_CHECKING:
+    from experiments.bench.core.settings import Parameter
 
 
 def register(app: typer.Typer) -> None:
@@ -53,10 +57,16 @@ def parameters(
     """
     from experiments.bench import registry
     from experiments.bench.core.models import shown_models
-    from experiments.bench.core.terminal import out_console
     from experiments.bench.robot.plan import parameters as listed
 
     declared = registry.load(experiment)
-    for row in listed(declared, shown_models(declared.models, model, only)):
+    show_parameters(listed(declared, shown_models(declared.models, model, only)))
+
+
+def show_parameters(rows: Iterable[Parameter]) -> None:
+    """Print parameters: key, value, legal range, meaning."""
+    from experiments.bench.core.terminal import out_console
+
+    for row in rows:
         legal = f"  [dim]({escape(row.legal)})[/dim]" if row.legal else ""
         out_console.print(f"{row.key}=[b]{escape(row.value)}[/b]{legal}\n    {escape(row.description)}", soft_wrap=True)

@@ -16,6 +16,7 @@ from experiments.bench.cli import (
     compare,
     doctor,
     export,
+    firmware,
     leaderboard,
     listing,
     maps,
@@ -32,8 +33,8 @@ from experiments.bench.cli import (
 )
 
 COMMANDS = (
-    run, sweep, maps, reproduce, watch, check, leaderboard, tune, train, behave, listing, runs, compare, view, video,
-    measured, camera, export, clips, doctor,
+    run, sweep, maps, reproduce, watch, check, leaderboard, tune, train, behave, firmware, listing, runs, compare, view,
+    video, measured, camera, export, clips, doctor,
 )  # fmt: skip
 """The modules of the commands, in the order in which help shows them."""
 
@@ -84,6 +85,7 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias leaderboard                 every model on the same trials
   colias tune --model emd --only     response against speed, size, direction ...
   colias behave hybrid               close the loop: reflexes in an env, scored
+  colias firmware budget             what the network takes of the robot's chip
   colias parameters                  everything that --set reaches
   colias view runs/speed-...         a run's recordings in Rerun
   colias video runs/speed-... --out trial.mp4

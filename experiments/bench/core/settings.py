@@ -145,9 +145,11 @@ def names(value: Any) -> Iterator[str]:
         yield PRESET
 
 
-def _split(text: str, schema: Mapping[str, Any]) -> str | list[str]:
-    """A sequence is typed with commas; pydantic turns the parts into numbers."""
-    return text.split(",") if schema.get("type") == "array" else text
+def _split(text: str, schema: Mapping[str, Any]) -> Any:
+    """A sequence is typed with commas; pydantic turns the parts into numbers, but none into one of listed numbers."""
+    if schema.get("type") == "array":
+        return text.split(",")
+    return next((value for value in schema.get("enum", ()) if str(value) == text), text)
 
 
 def _properties(cls: type) -> dict[str, dict[str, Any]]:

@@ -64,16 +64,14 @@ NEAR = 0.08
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """The trials that one line of the panel of counts is of: one model under one combination of the other conditions.
+    """The trials of one line of the panel of counts: of one model, under one combination of the other conditions.
 
     Parameters
     ----------
-    label
-        What tells it apart from the others.
+    label, mark
+        What tells it apart from the others, and how it is drawn.
     rows
         Its trials.
-    mark
-        How it is drawn.
     """
 
     label: str

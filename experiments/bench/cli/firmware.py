@@ -1,0 +1,248 @@
+"""The commands ``colias firmware ...``. Heavy imports happen when they run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from experiments.bench.cli.options import EXIT_FAILED, Quiet, Repeats, Seed, Workers, new_folder, resources
+
+if TYPE_CHECKING:
+    from experiments.bench.firmware.budget import Tools
+
+Sets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="A parameter of dsnn-onboard (dsnn.n_con=4 is short for dsnn-onboard.n_con=4) or of the chip"
+        " (chip.shape=99x72); see [b]colias firmware parameters[/b]. Repeatable.",
+    ),
+]
+Which = Annotated[
+    str | None,
+    typer.Option(
+        "--compiler", metavar="gcc|zig", help="gcc-arm-none-eabi or the ziglang wheel; otherwise what is there."
+    ),
+]
+DEFAULT_GRID = (
+    "dsnn-onboard.n_con=4,6,8", "dsnn-onboard.d=1,2", "dsnn-onboard.state_bits=8,16", "chip.ring_frames=3,2",
+)  # fmt: skip
+"""What ``budget`` measures where it is given no parameters."""
+
+app = typer.Typer(
+    help="What the robot's chip would compute: its memory and time, the program checked in QEMU, the source to flash.",
+    no_args_is_help=True,
+)
+
+
+def register(whole: typer.Typer) -> None:
+    """Put the commands into ``whole``."""
+    whole.add_typer(app, name="firmware", short_help="The network on the robot's chip: budget, check, loop, export.")
+
+
+@app.command(short_help="RAM, flash and instructions on the chip, measured.")
+def budget(
+    assignments: Sets = None,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=V1,V2", help="Measure every combination of these values. Repeatable."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="New folder for the results; otherwise runs/firmware-budget-TIME.")
+    ] = None,
+    which: Which = None,
+    workers: Workers = None,
+    quiet: Quiet = False,
+) -> int:
+    """Build the chip's program, link it into the chip's memory, and count its instructions in QEMU.
+
+    RAM and flash are sections of the linked program, the stack a painted high-water mark. Instructions are counted in
+    clips with noise, flicker and motion; "fits" means the frame of the most. Without --set and --over it measures the
+    paper's range: N_con 4, 6 and 8, d 1 and 2, delay states of 8 and 16 bits, and a camera's ring of 3 and 2 frames.
+    Writes budget.csv, budget.svg and
+    budget.png.
+    """
+    from experiments.bench.core.terminal import error_console, progress, show_places
+    from experiments.bench.firmware import settings, table
+    from experiments.bench.firmware.budget import measure_all
+
+    means = resources(workers, None, quiet, False)
+    grid = DEFAULT_GRID if over is None and not assignments else over or ()
+    points = settings.points(grid, assignments or ())
+    tools = _tools(which)
+    folder = new_folder(out, "firmware-budget")
+    _empty(folder)
+    if not quiet:
+        programs = f"{len(points)} program{'s' * (len(points) > 1)}"
+        said = f"firmware budget: {programs} to build and to run in QEMU, into {folder}"
+        error_console.print(said, soft_wrap=True, markup=False)
+    with progress("budget", len(points), quiet, "programs", width=means.workers or 1) as advance:
+        found = measure_all(points, tools, means.workers, advance)
+    from experiments.bench.firmware import figure
+
+    folder.mkdir(parents=True, exist_ok=True)
+    table.write(found, tools, folder / "budget.csv")
+    drawn = figure.write(found, folder)
+    if not quiet:
+        table.show(found, tools)
+        show_places({"table": folder / "budget.csv", "figure": drawn})
+    return 0
+
+
+@app.command(short_help="Hold the chip's program in QEMU against the host's form, bit for bit.")
+def check(
+    assignments: Sets = None,
+    trial: Annotated[bool, typer.Option(help="Show the frames of a trial rendered by MuJoCo too.")] = True,
+    which: Which = None,
+    quiet: Quiet = False,
+) -> int:
+    """Run the chip's program in QEMU on at least 1,000 frames, and compare every HS, VS and spike with the host's.
+
+    The frames: a still scene, noise, 0/255 flicker, a moving grating, a crossing, the golden clips where there is a
+    checkout, the camera's frames of a trial, and noise again after a reset. Exit status 1: an answer differs.
+    """
+    from experiments.bench.core.terminal import error_console, out_console, progress
+    from experiments.bench.firmware import check as checking
+    from experiments.bench.firmware import clips, settings
+
+    wanted = settings.firmware(assignments or ())
+    tools = _tools(which)
+    if trial:
+        from colias_sim.gl import require_backend
+
+        require_backend()
+        if not quiet:
+            error_console.print("rendering a trial of speed", markup=False)
+    shown = checking.sequences(wanted.shape, clips.of_trial(wanted.shape) if trial else None)
+    with progress("check", len(shown), quiet, "clips") as advance:
+        found = checking.check(wanted, tools, shown, advance)
+    if found.difference is not None:
+        out_console.print(f"not equal: {found.difference.words()}", markup=False, soft_wrap=True)
+        return EXIT_FAILED
+    if not quiet:
+        for name, frames in found.clips.items():
+            out_console.print(f"{frames:>6} frames  {name}", markup=False)
+        if found.large:
+            out_console.print(
+                "note: this program is too large for the chip; QEMU's board has more memory", markup=False
+            )
+        spiking = f"{found.spiking:,} of them with spikes"
+        out_console.print(
+            f"equal: {found.frames:,} frames, {spiking}; every HS, VS and spike is the host's", markup=False
+        )
+        out_console.print(f"{tools.compiler.version}; {tools.qemu.version}", markup=False, style="dim")
+    return 0
+
+
+@app.command(short_help="Run an experiment whose observer has the emulated chip.")
+def loop(
+    experiment: Annotated[str, typer.Argument(help="A robot experiment that [b]colias list[/b] shows, or a .py file.")],
+    repeats: Repeats = None,
+    seed: Seed = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="New folder for the results; otherwise runs/firmware-NAME-TIME.")
+    ] = None,
+    assignments: Sets = None,
+    recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = False,
+    workers: Workers = None,
+    quiet: Quiet = False,
+) -> int:
+    """Run trials in which the network is the chip's program in QEMU, frame by frame, beside the host's form.
+
+    The tables are those of [b]colias run[/b], with the models dsnn-onboard and dsnn-firmware. --set takes the
+    parameters of the experiment too. Exit status 1: a trial failed, or an answer of the chip differs from the host's.
+    """
+    from experiments.bench import registry
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.terminal import out_console
+    from experiments.bench.firmware import loop as looping
+    from experiments.bench.public.run import Asked, perform
+    from experiments.bench.robot import table
+    from experiments.bench.robot.experiment import Experiment
+    from experiments.bench.robot.summary import Report
+
+    declared = registry.find(experiment)
+    if not isinstance(declared, Experiment):
+        raise UsageError(f"{experiment}: shows clips; legal is an experiment with a robot, such as speed")
+    asked = Asked(looping.models(), True, looping.assignments(assignments or ()), repeats, seed)
+    folder = new_folder(out, f"firmware-{declared.name}")
+    means = resources(workers, None, quiet, False)
+    report = perform(declared, asked, folder, means, resume=False, recordings=recordings)
+    if not quiet and isinstance(report, Report):
+        table.show(report, recordings)
+    if report.failures:
+        return EXIT_FAILED
+    found = looping.compare(folder)
+    if found.difference:
+        out_console.print(f"not equal: {found.difference}", markup=False, soft_wrap=True)
+        return EXIT_FAILED
+    if not quiet:
+        said = (
+            f"equal: {found.frames:,} frames of {found.trials} trials; every HS, VS and spike of the chip is the host's"
+        )
+        out_console.print(said, markup=False, soft_wrap=True)
+    return 0
+
+
+@app.command(short_help="Write a folder that builds the network for the robot.")
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A new or an empty folder.")],
+    assignments: Sets = None,
+    which: Which = None,
+    quiet: Quiet = False,
+) -> int:
+    """Write C sources, the header of the parameters, a linker script, an example main.c, a Makefile and one page.
+
+    The page has the measured budget; where the compiler or QEMU is missing, it says which package to install.
+    """
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.terminal import error_console, show_places
+    from experiments.bench.firmware import export as exporting
+    from experiments.bench.firmware import settings
+    from experiments.bench.firmware.budget import measure_all
+
+    wanted = settings.firmware(assignments or ())
+    exporting.check_folder(folder)
+    try:
+        tools = _tools(which)
+    except UsageError as error:
+        if which is not None:
+            raise
+        exporting.export(wanted, folder, assignments or (), str(error))
+        if not quiet:
+            error_console.print(f"note: the budget was not measured: {error}", markup=False, soft_wrap=True)
+    else:
+        if not quiet:
+            error_console.print("building it, and counting its instructions in QEMU", markup=False)
+        (found,) = measure_all([({}, wanted)], tools, 1, lambda: None)
+        exporting.export(wanted, folder, assignments or (), exporting.Measured(found, tools))
+    if not quiet:
+        show_places({"export": folder, "page": folder / "README.md"})
+    return 0
+
+
+@app.command(short_help="List the parameters that --set reaches here.")
+def parameters() -> None:
+    """List every parameter of dsnn-onboard and of the chip: key, default, legal range, meaning."""
+    from experiments.bench.cli.listing import show_parameters
+    from experiments.bench.firmware import settings
+
+    show_parameters(settings.parameters())
+
+
+def _tools(which: str | None) -> Tools:
+    """Compiler and emulator; `UsageError` where one is missing."""
+    from experiments.bench.firmware.budget import Tools
+    from experiments.bench.firmware.toolchain import compiler, qemu
+
+    return Tools(compiler(which), qemu())
+
+
+def _empty(folder: Path) -> None:
+    """Raise `UsageError` where results would be written over."""
+    from experiments.bench.firmware.export import check_folder
+
+    check_folder(folder)

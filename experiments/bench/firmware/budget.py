@@ -1,0 +1,257 @@
+"""What one program takes of the chip: RAM and flash of its linked ELF file, instructions a frame counted in QEMU."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from experiments.bench.firmware import clips
+from experiments.bench.firmware.build import CORE, MAIN, NATIVE, Built, build, ram
+from experiments.bench.firmware.emulator import INPUT, STAGES, Emulator
+from experiments.bench.firmware.settings import Firmware
+from experiments.bench.firmware.toolchain import Compiler, QemuProgram
+
+MEASURED_FRAMES = 16
+"""Of each clip. The slowest state of the network's work, the adaptation, is at its level after 10 frames."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """Instructions of one stage a frame: the median and the largest number over the frames of all clips."""
+
+    name: str
+    median: int
+    worst: int
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """What one program takes of the chip. Sizes are bytes.
+
+    Parameters
+    ----------
+    point
+        The values that tell it from others of a grid: key -> text.
+    firmware
+        Parameters and chip.
+    built
+        The linked program: sizes of its sections, where its data lie, by how much it is too large.
+    stack_used
+        The stack's high-water mark, interrupts aside: none come in the emulator.
+    stages
+        Of the camera's luma and of the network.
+    whole
+        All stages together.
+    worst_clip
+        The clip that has the frame of the most instructions.
+    """
+
+    point: Mapping[str, str]
+    firmware: Firmware
+    built: Built
+    stack_used: int
+    stages: tuple[Stage, ...]
+    whole: Stage
+    worst_clip: str
+
+    @property
+    def purposes(self) -> dict[str, int]:
+        """RAM by purpose; of the stack what is reserved."""
+        sizes = self.built.sections
+        return {
+            "states": sizes.get(".states", 0) + sizes.get(".second", 0),
+            "camera ring": sizes.get(".ring", 0),
+            "stack": sizes.get(".stack", 0),
+            "robot": sizes.get(".robot_main", 0) + sizes.get(".robot_core", 0),
+            "test program": sizes.get(".data", 0) + sizes.get(".bss", 0),
+        }
+
+    @property
+    def flash(self) -> int:
+        """Code and tables, those of the test program too, and the robot's own code."""
+        own = sum(self.built.sections.get(name, 0) for name in (".text", ".ARM.exidx", ".data"))
+        return own + self.firmware.chip.robot_flash
+
+    @property
+    def used(self) -> dict[str, int]:
+        """RAM region -> bytes taken there, the robot's own data too."""
+        used = ram(self.built.sections, self.built.placement)
+        sizes = self.built.sections
+        return {MAIN: used[MAIN] + sizes.get(".robot_main", 0), CORE: used[CORE] + sizes.get(".robot_core", 0)}
+
+    @property
+    def room(self) -> int:
+        """The bytes of both regions that network, camera and stack leave to the rest of the robot's program."""
+        chip = self.firmware.chip
+        used = ram(self.built.sections, self.built.placement)
+        return chip.ram_main + chip.ram_core - sum(used.values())
+
+    @property
+    def regions(self) -> dict[str, str]:
+        """Purpose -> the RAM region or regions that it lies in."""
+        placement = self.built.placement
+        states = f"{placement.states}, {CORE}" if placement.split else placement.states
+        robot = CORE if placement.robot_core == self.firmware.chip.robot_ram else f"{MAIN}, {CORE}"
+        both = {"states": states, "robot": robot if placement.robot_core else MAIN, "stack": CORE}
+        return {name: both.get(name, MAIN).lower() for name in self.purposes}
+
+    @property
+    def over(self) -> int:
+        """The bytes of RAM that are missing; 0 where it fits."""
+        return sum(self.built.over.values())
+
+    @property
+    def milliseconds(self) -> tuple[float, float]:
+        """Time of the frame of the most instructions, at the least and at the most cycles an instruction."""
+        chip = self.firmware.chip
+        low, high = (
+            self.whole.worst * cycles / (1000.0 * chip.clock_mhz) for cycles in (chip.cpi_least, chip.cpi_most)
+        )
+        return low, high
+
+    @property
+    def fits_memory(self) -> bool:
+        """Whether it was linked into the chip's true regions; flash is one of them, and has the robot's code too."""
+        return not self.over and self.flash <= self.firmware.chip.flash
+
+    @property
+    def fits_time(self) -> bool:
+        """Whether the worst frame is done in time even at the most cycles an instruction."""
+        return self.milliseconds[1] <= self.firmware.chip.frame_ms
+
+    @property
+    def fits(self) -> bool:
+        """Memory and time."""
+        return self.fits_memory and self.fits_time
+
+
+@dataclass(frozen=True, slots=True)
+class Tools:
+    """What builds and emulates."""
+
+    compiler: Compiler
+    qemu: QemuProgram
+
+
+def stage_names() -> tuple[str, ...]:
+    """The network's stages in their order, as ``onboard.h`` names them."""
+    text = (NATIVE / "onboard.h").read_text(encoding="utf-8").replace("\\\n", " ")
+    found = re.search(r"#define ONBOARD_STAGE_NAMES\b(.*)", text)
+    if found is None:
+        raise ValueError("onboard.h names no ONBOARD_STAGE_NAMES")
+    return tuple(re.findall(r'"(\w+)"', found[1]))
+
+
+def measure(
+    point: Mapping[str, str], wanted: Firmware, tools: Tools, folder: Path, length: int = MEASURED_FRAMES
+) -> Budget:
+    """Build a program in ``folder``, run it on clips of ``length`` frames, and read what it takes.
+
+    Raises
+    ------
+    UsageError
+        It cannot be built.
+    EmulatorError
+        The emulated chip gives no answer.
+    """
+    built = build(wanted, tools.compiler, folder)
+    rows: list[npt.NDArray[np.float64]] = []
+    names: list[str] = []
+    with Emulator(tools.qemu, built.path, wanted.shape) as chip:
+        for name, frames in clips.synthetic(wanted.shape, length).items():
+            chip.reset()
+            rows += [chip.step(frame).instructions for frame in frames]
+            names += [name] * len(frames)
+        stack = chip.stack_bytes()
+    counts = np.stack(rows)
+    sums = counts.sum(axis=1)
+    own = [("input", INPUT), *((name, place) for place, name in enumerate(stage_names()))]
+    unnamed = set(range(STAGES)) - {place for _, place in own}
+    assert not counts[:, sorted(unnamed)].any(), "a stage without a name ran"
+    stages = tuple(_stage(name, counts[:, place]) for name, place in own)
+    return Budget(dict(point), wanted, built, stack, stages, _stage("whole", sums), names[int(sums.argmax())])
+
+
+def _stage(name: str, counts: npt.NDArray[np.float64]) -> Stage:
+    return Stage(name, round(float(np.median(counts))), round(float(counts.max())))
+
+
+def measure_all(
+    points: Sequence[tuple[Mapping[str, str], Firmware]], tools: Tools, workers: int, done: Callable[[], None]
+) -> list[Budget]:
+    """Measure every point, ``workers`` at a time; ``done`` is called as each is measured. The order is that of points.
+
+    Threads are enough: compiler and emulator are processes of their own.
+    """
+
+    def work(job: tuple[int, tuple[Mapping[str, str], Firmware]]) -> Budget:
+        place, (point, wanted) = job
+        found = measure(point, wanted, tools, Path(folder) / str(place))
+        done()
+        return found
+
+    with (
+        tempfile.TemporaryDirectory(prefix="colias-firmware-") as folder,
+        ThreadPoolExecutor(max(workers, 1)) as pool,
+    ):
+        try:
+            return list(pool.map(work, enumerate(points)))
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def varied(budgets: Iterable[Budget]) -> list[str]:
+    """The keys of the grid."""
+    return list(dict.fromkeys(key for each in budgets for key in each.point))
+
+
+def label(budget: Budget) -> str:
+    """What a program is called: its values of the grid's keys, or its main parameters where there is no grid."""
+    if budget.point:
+        return " ".join(f"{key.partition('.')[2]}={value}" for key, value in budget.point.items())
+    network = budget.firmware.network
+    return f"n_con={network.n_con} d={network.d} {format_words(budget.firmware)} {budget.firmware.chip.shape}"
+
+
+def format_words(wanted: Firmware) -> str:
+    """The format of the delay states, which take most of the RAM, and of LA where that is of 8 bits."""
+    narrow = " (LA in 8)" if wanted.network.lamina_bits == 8 else ""
+    return f"{wanted.network.state_bits}-bit{narrow}"
+
+
+def answer(budgets: Sequence[Budget]) -> list[str]:
+    """Say in words whether the paper's N_con = 8 fits at the robot's 99x72, and in which format."""
+    asked = [each for each in budgets if each.firmware.network.n_con == 8 and each.firmware.chip.shape == "99x72"]
+    if not asked:
+        return []
+    lines = []
+    for words in dict.fromkeys(format_words(each.firmware) for each in asked):
+        for each in (one for one in asked if format_words(one.firmware) == words):
+            low, high = each.milliseconds
+            time = f"{low:.2f} to {high:.2f} ms of {each.firmware.chip.frame_ms:g}"
+            memory = f"{each.over:,} B of RAM too large" if each.over else _free(each)
+            verdict = "fits" if each.fits else "does not fit"
+            ring = each.firmware.chip.ring_frames
+            lines.append(f"N_con = 8 at 99x72, d = {each.firmware.network.d}, {words} delay states, ring of {ring}"
+                         f" frames: {verdict} ({memory}; worst frame {time})")  # fmt: skip
+    fitting = dict.fromkeys(_said(each) for each in asked if each.fits)
+    whole = f"yes: {'; '.join(fitting)}" if fitting else "no, in none of the formats measured"
+    return [*lines, f"Does the paper's N_con = 8 fit at 99x72? {whole}."]
+
+
+def _said(each: Budget) -> str:
+    d, ring = each.firmware.network.d, each.firmware.chip.ring_frames
+    return f"{format_words(each.firmware)} delay states, d = {d}, a ring of {ring} frames"
+
+
+def _free(each: Budget) -> str:
+    left = {MAIN: each.firmware.chip.ram_main, CORE: each.firmware.chip.ram_core}
+    return f"RAM left: {', '.join(f'{left[region] - used:,} B {region.lower()}' for region, used in each.used.items())}"

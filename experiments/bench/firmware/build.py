@@ -1,0 +1,232 @@
+"""Build the chip's program: the network's C, the chip's side, a header of parameters, and a linker script."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import dsnn.native
+from dsnn.onboard.header import header
+from experiments.bench.core.errors import UsageError, printable
+from experiments.bench.firmware import elf
+from experiments.bench.firmware.settings import ChipSettings, Firmware
+from experiments.bench.firmware.toolchain import Compiler
+
+NATIVE = Path(dsnn.native.__file__).parent
+CHIP_SIDE = NATIVE / "firmware"
+SECTIONS = "sections.ld"
+TEST_PROGRAM = ("startup.c", "memory.c", "camera.c", "semihost.c", "counter.c", "answers.c")
+NETWORK = "onboard.c"
+CONFIG = "onboard_config.h"
+
+FLASH, MAIN, CORE = "FLASH", "MAIN", "CORE"
+ADDRESSES: Mapping[str, int] = {FLASH: 0x0000_0000, MAIN: 0x2000_0000, CORE: 0x2100_0000}
+"""Of QEMU's board mps2-an386, whose memories are larger than the chip's."""
+LARGE = 4 * 1024 * 1024
+"""Bytes of each region of the script by which a program is measured that does not fit the chip."""
+ALIGNMENT = 8
+"""Bytes that the order of sections may cost."""
+LINK_TIMEOUT_S = 300.0
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Where the network's states and the robot's own data lie.
+
+    Parameters
+    ----------
+    states
+        `MAIN` or `CORE`.
+    split
+        Whether LA and the adaptation's states are a block of their own, in `CORE`.
+    robot_core
+        Bytes of the robot's own data in `CORE`; the others are in `MAIN`. They are many variables, so they may be
+        divided.
+    """
+
+    states: str
+    split: bool = False
+    robot_core: int = 0
+
+    def words(self) -> str:
+        """In words, for a table."""
+        both = f" and {CORE.lower()}" if self.split else ""
+        return f"states {self.states.lower()}{both}, robot's {self.robot_core} B core"
+
+
+WHOLE, SPLIT = (Placement(MAIN), Placement(CORE)), (Placement(MAIN, split=True),)
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """A linked program.
+
+    Parameters
+    ----------
+    path
+        The ELF file.
+    sections
+        Name -> bytes, of the sections that take memory of the chip.
+    placement
+        Where states and the robot's data lie.
+    over
+        Region -> bytes by which the chip's RAM is too small, of the best placement; empty where it was linked into
+        the chip's true regions.
+    """
+
+    path: Path
+    sections: Mapping[str, int]
+    placement: Placement
+    over: Mapping[str, int]
+
+
+def memory_script(chip: ChipSettings, placement: Placement, *, large: bool = False) -> str:
+    """The text of ``memory.ld`` for the emulator's board: regions, the stack's reserve, the placement."""
+    sizes = {FLASH: chip.flash, MAIN: chip.ram_main, CORE: chip.ram_core}
+    return script({name: (ADDRESSES[name], LARGE if large else size) for name, size in sizes.items()}, chip, placement)
+
+
+def script(regions: Mapping[str, tuple[int, int]], chip: ChipSettings, placement: Placement) -> str:
+    """``memory.ld`` of regions given as address and size."""
+    reserved = {"STACK": chip.stack, "ROBOT_MAIN": chip.robot_ram - placement.robot_core,
+                "ROBOT_CORE": placement.robot_core}  # fmt: skip
+    lines = [*(f"CHIP_{name} = {size};" for name, size in reserved.items()), "MEMORY", "{"]
+    for name, (address, size) in regions.items():
+        rights = "rx" if name == FLASH else "rwx"
+        lines.append(f"    {name} ({rights}) : ORIGIN = 0x{address:08X}, LENGTH = {size}")
+    lines += ["}", f'REGION_ALIAS("STATES", {placement.states})', ""]
+    return "\n".join(lines)
+
+
+def build(wanted: Firmware, compiler: Compiler, folder: Path, *, counting: bool = True) -> Built:
+    """Compile the test program with a network's parameters, and link it into the chip's memory.
+
+    Parameters
+    ----------
+    wanted
+        Parameters and chip.
+    compiler
+        From `experiments.bench.firmware.toolchain.compiler`.
+    folder
+        Where it is built; it is made.
+    counting
+        Whether instructions are counted stage by stage. Without it the network is as on the robot.
+
+    Returns
+    -------
+    Built
+        Where the RAM is too small, it is linked into larger regions, and says by how much it is over.
+
+    Raises
+    ------
+    UsageError
+        The compiler refuses the sources, or the parameters have no fixed-point form.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        text = header(wanted.shape, wanted.network)
+    except ValueError as error:
+        raise UsageError(printable(str(error))) from None
+    (folder / CONFIG).write_text(text, encoding="ascii")
+    found = []
+    for own in (WHOLE, SPLIT):
+        kind = counting, own[0].split
+        objects = [_compile(source, wanted.chip, compiler, folder, kind) for source in _sources()]
+        measured = _link(objects, wanted.chip, compiler, folder, own[0], large=True)
+        assert measured is not None
+        sizes = elf.sections(measured)
+        divided = [_with_robot(sizes, wanted.chip, each) for each in own]
+        overs = [(each, _over(sizes, wanted.chip, each)) for each in divided]
+        placement, over = min(overs, key=lambda each: sum(each[1].values()))
+        linked = _link(objects, wanted.chip, compiler, folder, placement, large=False)
+        if linked is not None:
+            return Built(linked, elf.sections(linked), placement, {})
+        found.append(Built(measured, sizes, placement, over))
+    return min(found, key=lambda each: sum(each.over.values()))
+
+
+def _sources() -> list[Path]:
+    return [*(CHIP_SIDE / name for name in TEST_PROGRAM), NATIVE / NETWORK]
+
+
+def _compile(source: Path, chip: ChipSettings, compiler: Compiler, folder: Path, kind: tuple[bool, bool]) -> Path:
+    """One object file; ``kind`` is whether instructions are counted, and whether the states are two blocks."""
+    counting, split = kind
+    made = folder / f"{source.stem}.o"
+    stages = ("-include", "counter.h", "-DONBOARD_STAGE(i)=counter_stage(i)") if counting else ()
+    command = [
+        *compiler.command, *compiler.flags, f"-O{chip.optimise}", "-isystem", str(CHIP_SIDE / "include"),
+        f"-I{folder}", f"-I{CHIP_SIDE}", f"-I{NATIVE}", f'-DONBOARD_CONFIG_HEADER="{CONFIG}"',
+        f"-DCAMERA_FRAMES={chip.ring_frames}", *stages,
+        *(("-DONBOARD_SPLIT",) if split else ()), "-c", str(source), "-o", str(made),
+    ]  # fmt: skip
+    done = _run(command, folder)
+    if done.returncode:
+        raise UsageError(f"{compiler.version} refuses {source.name}: {_first_error(done.stderr)}")
+    return made
+
+
+def _link(
+    objects: Sequence[Path], chip: ChipSettings, compiler: Compiler, folder: Path, placement: Placement, *, large: bool
+) -> Path | None:
+    """The linked program; ``None`` where a RAM region is too small."""
+    made = folder / f"{'large' if large else 'chip'}{'-split' if placement.split else ''}.elf"
+    sections = (CHIP_SIDE / SECTIONS).read_text(encoding="ascii")
+    script_path = made.with_suffix(".ld")
+    script_path.write_text(memory_script(chip, placement, large=large) + sections, encoding="ascii")
+    target = [flag for flag in compiler.flags if not flag.startswith(("-W", "-std"))]
+    command = [*compiler.command, *target, *compiler.linking, f"-O{chip.optimise}", "-T", str(script_path),
+               *map(str, objects), *compiler.libraries, "-o", str(made)]  # fmt: skip
+    done = _run(command, folder)
+    if done.returncode == 0:
+        return made
+    if not large and re.search(r"overflowed|will not fit", done.stderr):
+        return None
+    raise UsageError(f"{compiler.version} does not link: {_first_error(done.stderr)}")
+
+
+def _with_robot(sizes: Mapping[str, int], chip: ChipSettings, placement: Placement) -> Placement:
+    """A placement with as much of the robot's own data in the core-coupled RAM as it has room for."""
+    left = chip.ram_core - ram(sizes, placement)[CORE] - ALIGNMENT
+    return dataclasses.replace(placement, robot_core=max(min(chip.robot_ram, left // 4 * 4), 0))
+
+
+def _over(sizes: Mapping[str, int], chip: ChipSettings, placement: Placement) -> dict[str, int]:
+    """Region -> bytes by which it would be too small, with the robot's own data."""
+    used = ram(sizes, placement)
+    used[MAIN] += chip.robot_ram - placement.robot_core
+    used[CORE] += placement.robot_core
+    left = {MAIN: chip.ram_main, CORE: chip.ram_core}
+    return {region: used[region] - left[region] for region in left if used[region] > left[region]}
+
+
+def ram(sizes: Mapping[str, int], placement: Placement) -> dict[str, int]:
+    """Region -> bytes of RAM that the sections take there, the robot's own data aside."""
+    used = {MAIN: sizes.get(".data", 0) + sizes.get(".bss", 0) + sizes.get(".ring", 0),
+            CORE: sizes.get(".stack", 0) + sizes.get(".second", 0)}  # fmt: skip
+    used[placement.states] += sizes.get(".states", 0)
+    return used
+
+
+def _run(command: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    try:
+        return subprocess.run(
+            command,
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=LINK_TIMEOUT_S,
+            stdin=subprocess.DEVNULL,
+        )
+    except subprocess.TimeoutExpired:
+        raise UsageError(f"{command[0]} did not end within {LINK_TIMEOUT_S:g} s") from None
+
+
+def _first_error(text: str) -> str:
+    lines = [line for line in text.splitlines() if "error" in line] or text.splitlines() or ["it says nothing"]
+    return printable(lines[0])

@@ -1,0 +1,88 @@
+"""The frames that the chip's program is measured and checked with: synthetic ones, golden clips, a trial's own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+import dsnn
+from experiments.bench.streams import stream
+
+Frames = npt.NDArray[np.uint8]
+"""(T, R, C)."""
+
+GOLDEN = Path(dsnn.__file__).parents[1] / "tests" / "golden"
+"""Frames that came with the network's specification: in a checkout, not in an installed package."""
+
+
+def synthetic(shape: tuple[int, int], length: int) -> Mapping[str, Frames]:
+    """Clips that drive the network from no work at all to all that it may have.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames.
+    length
+        Frames of each clip.
+
+    Returns
+    -------
+    mapping of str to ndarray
+        Name -> (T, R, C) uint8. ``still``: nothing changes. ``noise``: every pixel is drawn anew. ``pixel flicker``:
+        every pixel is 0 or 255, drawn anew. ``field flicker`` and ``board flicker``: all pixels, or the two halves of
+        a chequerboard, change from 0 to 255 at every frame. ``grating``: black and white bars of 4 px, moving by 2 px
+        a frame. ``crossing``: a dark square passes on noise of 8 grey levels.
+    """
+    rows, columns = shape
+    draw = stream("firmware.clips", 0)
+    times = np.arange(length)[:, None, None]
+    y, x = np.mgrid[:rows, :columns]
+    black_white = np.uint8(255)
+    crossing = draw.integers(180, 188, (length, rows, columns), dtype=np.uint8)
+    side = max(rows // 3, 2)
+    for time in range(length):
+        left = (2 * time) % columns
+        crossing[time, side : 2 * side, left : left + side] = 20
+    return {
+        "still": np.full((length, rows, columns), 128, np.uint8),
+        "noise": draw.integers(0, 256, (length, rows, columns), dtype=np.uint8),
+        "pixel flicker": draw.integers(0, 2, (length, rows, columns), dtype=np.uint8) * black_white,
+        "field flicker": np.broadcast_to((times % 2).astype(np.uint8), (length, rows, columns)) * black_white,
+        "board flicker": ((times + x + y) % 2).astype(np.uint8) * black_white,
+        "grating": (((x + 0 * y - 2 * times) // 4) % 2).astype(np.uint8) * black_white,
+        "crossing": crossing,
+    }
+
+
+def golden(shape: tuple[int, int]) -> Mapping[str, Frames]:
+    """The golden clips, resized to ``shape`` where they have another; empty where there is no checkout."""
+    found: dict[str, Frames] = {}
+    for path in sorted(GOLDEN.glob("*.npz")):
+        with np.load(path) as held:
+            frames = held["frames"]
+        if frames.shape[1:] != shape:
+            size = shape[1], shape[0]
+            frames = np.stack([cv2.resize(each, size, interpolation=cv2.INTER_AREA) for each in frames])
+        found[f"golden {path.stem}"] = frames.astype(np.uint8, copy=False)
+    return found
+
+
+def of_trial(shape: tuple[int, int]) -> Frames:
+    """The frames that the robot's camera gives in the first trial of ``speed``, rendered by MuJoCo at ``shape``.
+
+    Raises `colias_sim.GLUnavailable` where nothing can be rendered.
+    """
+    from experiments.bench import registry
+    from experiments.bench.robot.plan import plan
+    from experiments.bench.robot.trial import run_trial
+
+    rows, columns = shape
+    sized = [f"camera.width={columns}", f"camera.height={rows}"]
+    trials = plan(registry.load("speed"), ["dsnn"], sized, 1, 0)
+    shown = run_trial(trials.specs()[0], keep_media=True).media
+    assert shown is not None
+    return shown.pictures[""]

@@ -1,0 +1,77 @@
+"""The model ``dsnn-firmware``: the on-board network as the emulated chip computes it, frame by frame.
+
+It is declared here, in a file with ``MODEL``, and shown by its path as a person's own model is: `dsnn` knows no
+emulator. Each model built has a program of its own, which ends with it.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import weakref
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dsnn import ModelEntry, Response
+from dsnn.frames import Channels, luma
+from dsnn.onboard.params import OnboardParams
+from experiments.bench.firmware.build import build
+from experiments.bench.firmware.check import Q15
+from experiments.bench.firmware.emulator import Emulator
+from experiments.bench.firmware.settings import ChipSettings, Firmware
+from experiments.bench.firmware.toolchain import compiler, qemu
+
+NAME = "dsnn-firmware"
+ENOUGH = 2**22
+"""Bytes of each RAM region: whether a network fits the chip is the budget's matter, not this model's."""
+
+
+class FirmwareDSNN:
+    """The on-board network in the emulator.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames.
+    params
+        Of the model ``dsnn-onboard``.
+
+    Raises
+    ------
+    UsageError
+        The compiler or the emulator is missing.
+    EmulatorError
+        The emulated chip gives no answer.
+    """
+
+    def __init__(self, shape: tuple[int, int], params: OnboardParams) -> None:
+        self.shape = shape
+        chip = ChipSettings(shape=f"{shape[1]}x{shape[0]}", ram_main=ENOUGH, ram_core=ENOUGH)
+        # The files stay as long as the model: a program is read once, but a killed run leaves nothing behind either.
+        self._folder = tempfile.TemporaryDirectory(prefix="colias-firmware-")
+        built = build(Firmware(params, chip), compiler(), Path(self._folder.name))
+        self._chip = Emulator(qemu(), built.path, shape)
+        weakref.finalize(self, self._chip.close)
+
+    def step(self, frame: npt.NDArray[np.generic], *, channels: Channels = "grey", maps: bool = False) -> Response:
+        """Answer the next frame; `dsnn.frames.FrameError` for one that is none. There are no layer maps."""
+        pixels: Any = luma(frame, self.shape, channels)
+        answer = self._chip.step(np.clip(np.rint(pixels), 0, 255).astype(np.uint8))
+        return Response(answer.hs / Q15, answer.vs / Q15, answer.hs_spikes, answer.vs_spikes)
+
+    def reset(self) -> None:
+        """Forget every frame."""
+        self._chip.reset()
+
+
+MODEL = ModelEntry(
+    NAME,
+    "the on-board DSNN as QEMU's Cortex-M4 computes it",
+    FirmwareDSNN,
+    OnboardParams.robot(),
+    "Fu, Bellotto and Yue 2018, arXiv 1808.07692",
+    ("hs", "vs"),
+    OnboardParams.offline(),
+)

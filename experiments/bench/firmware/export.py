@@ -1,0 +1,133 @@
+"""Write a folder that builds the network for the robot: C sources, parameters, linker script, Makefile, one page."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from dsnn.onboard.header import header
+from experiments.bench.core.errors import UsageError, printable
+from experiments.bench.firmware.budget import Budget, Tools
+from experiments.bench.firmware.build import (
+    CHIP_SIDE,
+    CONFIG,
+    CORE,
+    FLASH,
+    MAIN,
+    NATIVE,
+    NETWORK,
+    SECTIONS,
+    WHOLE,
+    memory_script,
+    script,
+)
+from experiments.bench.firmware.settings import Firmware
+
+ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}
+"""Of the STM32F427 (its reference manual, memory map)."""
+COPIED = (
+    "startup.c", "memory.c", "chip.h", "camera.c", "camera.h", "semihost.c", "semihost.h", "counter.c", "counter.h",
+    "answers.c", "host_main.c", "states.h", "split.h", SECTIONS,
+)  # fmt: skip
+TEMPLATES = Path(__file__).with_name("templates")
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A budget, and what it was measured with."""
+
+    budget: Budget
+    tools: Tools
+
+
+def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured: Measured | str) -> None:
+    """Write the folder.
+
+    Parameters
+    ----------
+    wanted
+        Parameters and chip.
+    folder
+        A new or an empty one.
+    assignments
+        The ``--set`` texts that led here, for the page.
+    measured
+        The budget, or why there is none.
+
+    Raises
+    ------
+    UsageError
+        The parameters have no fixed-point form. Nothing was written.
+    """
+    try:
+        text = header(wanted.shape, wanted.network)
+    except ValueError as error:
+        raise UsageError(printable(str(error))) from None
+    placement = WHOLE[0] if isinstance(measured, str) else measured.budget.built.placement
+    chip = wanted.chip
+    sizes = {FLASH: chip.flash, MAIN: chip.ram_main, CORE: chip.ram_core}
+    regions = {name: (ADDRESSES[name], size) for name, size in sizes.items()}
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in COPIED:
+        shutil.copyfile(CHIP_SIDE / name, folder / name)
+    shutil.copyfile(CHIP_SIDE / "robot_main.c", folder / "main.c")
+    (folder / "include").mkdir(exist_ok=True)
+    shutil.copyfile(CHIP_SIDE / "include" / "string.h", folder / "include" / "string.h")
+    for name in (NETWORK, "onboard.h"):
+        shutil.copyfile(NATIVE / name, folder / name)
+    words = _words(wanted, assignments, measured)
+    written = {
+        CONFIG: text,
+        "memory.ld": script(regions, chip, placement),
+        "memory-qemu.ld": memory_script(chip, placement, large=True),
+        "Makefile": _template("Makefile.j2", words),
+        "README.md": _template("README.md.j2", words),
+    }
+    for name, content in written.items():
+        (folder / name).write_text(content, encoding="utf-8")
+
+
+def check_folder(folder: Path) -> None:
+    """Raise `UsageError` where something is in the way of an export."""
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"{folder}: is a file; legal is a new or an empty folder")
+    if folder.is_dir() and any(folder.iterdir()):
+        raise UsageError(f"{folder}: is not empty; legal is a new or an empty folder")
+
+
+def _template(name: str, words: dict[str, Any]) -> str:
+    loader = jinja2.FileSystemLoader(TEMPLATES)
+    page = jinja2.Environment(
+        loader=loader, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )  # fmt: skip
+    return page.get_template(name).render(words)
+
+
+def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | str) -> dict[str, Any]:
+    rows, columns = wanted.shape
+    said = "".join(f" --set {text}" for text in assignments)
+    words: dict[str, Any] = {
+        "chip": wanted.chip, "rows": rows, "columns": columns, "config": CONFIG, "split": False,
+        "version": version("colias-sim"),
+        "command": f"Its parameters: the defaults{' but' if said else ''}{said}.", "budget": None,
+    }  # fmt: skip
+    if isinstance(measured, str):
+        return {**words, "missing": measured}
+    budget, tools = measured.budget, measured.tools
+    reasons = [f"{size:,} bytes over in {region.lower()} RAM" for region, size in budget.built.over.items()]
+    reasons += [] if budget.fits_time else ["the worst frame takes too long"]
+    return {
+        **words, "split": budget.built.placement.split, "budget": budget,
+        "compiler": tools.compiler.version, "emulator": tools.qemu.version,
+        "purposes": [(name, size, budget.regions[name]) for name, size in budget.purposes.items()],
+        "stages": [*budget.stages, budget.whole],
+        "verdict": "It fits the chip." if budget.fits else f"It does not fit the chip: {', '.join(reasons)}.",
+    }  # fmt: skip

@@ -1,0 +1,89 @@
+"""What fits the chip, as a figure: RAM by purpose and the worst frame's time, a row for each program."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from experiments.bench.core.figures.palette import HUES
+from experiments.bench.core.figures.plotting import INCHES_A_ROW, STYLE, plain, save
+from experiments.bench.firmware.budget import Budget, label
+
+LIMIT = "#383838"
+BAD = "#c0392b"
+KB = 1024.0
+
+
+def draw(budgets: Sequence[Budget]) -> Figure:
+    """Draw RAM and time of each program.
+
+    Parameters
+    ----------
+    budgets
+        Measured programs, the first on top.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Left: RAM by purpose, kB; a line at the chip's two regions together. A program may be below that line and still
+        not fit, as neither region alone may have room for the states; the words beside the row say so. Right: time of
+        the frame of the most instructions, from the least to the most cycles an instruction, and the frame's time.
+    """
+    height = max(INCHES_A_ROW * len(budgets), 0.7) + 1.3
+    with mpl.rc_context(STYLE):
+        drawn = Figure(figsize=(9.5, height), layout="constrained")
+        memory, time = drawn.subplots(1, 2, sharey=True, width_ratios=(3, 2))
+        _memory(memory, budgets)
+        _time(time, budgets)
+        memory.set_yticks(range(len(budgets)), [plain(label(each)) for each in budgets])
+        memory.set_ylim(len(budgets) - 0.5, -0.5)
+        memory.tick_params(axis="y", length=0)
+        time.tick_params(axis="y", length=0)
+    return drawn
+
+
+def _memory(axes: Axes, budgets: Sequence[Budget]) -> None:
+    purposes = [name for name in budgets[0].purposes if name != "test program"]
+    for place, each in enumerate(budgets):
+        left = 0.0
+        if place % 2 == 0:
+            axes.axhspan(place - 0.5, place + 0.5, color="black", alpha=0.04, lw=0)
+        for hue, name in enumerate(purposes):
+            size = each.purposes[name] / KB
+            axes.barh(place, size, left=left, height=0.62, color=HUES[hue], label=name if place == 0 else None)
+            left += size
+        said, colour = (f"over by {each.over:,} B", BAD) if each.over else ("fits", LIMIT)
+        axes.annotate(said, (1.0, place), xycoords=("axes fraction", "data"), ha="right", va="center",
+                      fontsize=7, color=colour)  # fmt: skip
+    chip = budgets[0].firmware.chip
+    limit = (chip.ram_main + chip.ram_core) / KB
+    axes.axvline(limit, color=LIMIT, ls="--", lw=1.0)
+    top = max(limit, *(sum(each.purposes.values()) / KB for each in budgets))
+    axes.set_xlim(0.0, 1.5 * top)
+    axes.set_title(f"RAM, kB; the chip has {chip.ram_main / KB:g} + {chip.ram_core / KB:g}", fontsize=9, loc="left")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.35 / (INCHES_A_ROW * len(budgets) + 0.4)),
+                ncols=len(purposes), frameon=False, fontsize=8)  # fmt: skip
+
+
+def _time(axes: Axes, budgets: Sequence[Budget]) -> None:
+    chip = budgets[0].firmware.chip
+    for place, each in enumerate(budgets):
+        low, high = each.milliseconds
+        colour = HUES[0] if each.fits_time else BAD
+        axes.barh(place, high - low, left=low, height=0.3, color=colour)
+        axes.annotate(f"{low:.2f} to {high:.2f}", (1.02, place), xycoords=("axes fraction", "data"), va="center",
+                      fontsize=7, color=colour, annotation_clip=False)  # fmt: skip
+    axes.axvline(chip.frame_ms, color=LIMIT, ls="--", lw=1.0)
+    top = max(chip.frame_ms, *(each.milliseconds[1] for each in budgets))
+    axes.set_xlim(0.0, 1.08 * top)
+    said = f"worst frame, ms of {chip.frame_ms:g}\nat {chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction"
+    axes.set_title(said, fontsize=9, loc="left")
+
+
+def write(budgets: Sequence[Budget], folder: Path) -> Path:
+    """Write ``budget.svg`` and ``budget.png``; return the path of the latter."""
+    return save(draw(budgets), folder, "budget")

@@ -1,0 +1,77 @@
+"""Firmware in the loop: a run whose observer has the emulated chip, beside the host's form on the same frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.store.files import read_parquet
+from experiments.bench.firmware import toolchain
+from experiments.bench.firmware.settings import ALIAS, CHIP, MODEL, plain_key
+
+CHIP_MODEL = "dsnn-firmware"
+SOURCE = str(Path(__file__).with_name("emulated.py"))
+"""The file that declares `CHIP_MODEL`."""
+COLUMNS = ("hs", "vs", "hs_spikes", "vs_spikes")
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """What the two forms answered in a run.
+
+    Parameters
+    ----------
+    trials, frames
+        Compared.
+    difference
+        The first in words; empty where every HS, VS and spike is equal.
+    """
+
+    trials: int
+    frames: int
+    difference: str
+
+
+def assignments(given: Sequence[str]) -> list[str]:
+    """``--set`` texts of the robot's trial, each of the network's for both forms.
+
+    The chip's program has a section of its own name, or that of the model's family.
+    """
+    found = []
+    for text in map(plain_key, given):
+        if text.startswith(f"{CHIP}."):
+            raise UsageError(
+                f"--set {text}: the chip's memory changes no answer; it goes with budget, check and export"
+            )
+        found.append(text)
+        if text.startswith(f"{MODEL}."):
+            found.append(f"{ALIAS}{text[len(MODEL) :]}")
+    return found
+
+
+def models() -> list[str]:
+    """The models to show: the host's form and the chip. `UsageError` where a tool is missing."""
+    toolchain.compiler()
+    toolchain.qemu()
+    return [MODEL, SOURCE]
+
+
+def compare(folder: Path) -> Loop:
+    """Compare the two forms' answers in ``frames.parquet`` of a finished run, every frame of every trial."""
+    table = read_parquet(folder / "frames.parquet", ["trial", "model", "frame", *COLUMNS])
+    rows: dict[str, dict[tuple[int, int], tuple[float, ...]]] = {MODEL: {}, CHIP_MODEL: {}}
+    for row in table.to_pylist():
+        rows[row["model"]][row["trial"], row["frame"]] = tuple(row[name] for name in COLUMNS)
+    own, chip = rows[MODEL], rows[CHIP_MODEL]
+    trials = len({trial for trial, _ in own})
+    if own.keys() != chip.keys():
+        missing = sorted(own.keys() ^ chip.keys())[0]
+        return Loop(trials, len(own), f"trial {missing[0]}, frame {missing[1]}: one of the two has no answer")
+    for (trial, frame), values in sorted(own.items()):
+        for name, mine, theirs in zip(COLUMNS, values, chip[trial, frame], strict=True):
+            if mine != theirs:
+                said = f"trial {trial}, frame {frame}: {name} is {theirs:g} on the chip, {mine:g} on the host"
+                return Loop(trials, len(own), said)
+    return Loop(trials, len(own), "")

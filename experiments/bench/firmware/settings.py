@@ -1,0 +1,162 @@
+"""The chip, the memory that the robot itself needs, and how the program is compiled: ``--set chip.NAME=VALUE``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass as validated
+
+from dsnn.field_docs import with_field_docs
+from dsnn.onboard.params import OnboardParams
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.settings import Parameter, changed, collect, described
+
+MODEL = "dsnn-onboard"
+CHIP = "chip"
+ALIAS = "dsnn"
+"""``--set dsnn.n_con=4`` means the on-board form's own parameter here."""
+LISTED_BY = "colias firmware parameters"
+WIDEST, NARROWEST = 640, 8
+"""Pixels along a side of the frame that a camera of this kind gives."""
+
+
+@with_field_docs
+@validated(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
+class ChipSettings:
+    """The robot's processor and what else lives in it. The defaults are Colias's STM32F427 (its data sheet).
+
+    Sizes are bytes. What is an assumption is called one; every number can be set.
+    """
+
+    shape: str = Field(
+        default="99x72", pattern=r"^[1-9]\d{0,2}x[1-9]\d{0,2}$", description="columns x rows of the camera's frames, px"
+    )
+    ram_main: int = Field(
+        default=192 * 1024,
+        ge=1024,
+        le=2**24,
+        description="main RAM, bytes; DMA reaches it, so the camera's ring is here",
+    )
+    ram_core: int = Field(
+        default=64 * 1024, ge=1024, le=2**24, description="core-coupled RAM, bytes; DMA does not reach it"
+    )
+    flash: int = Field(default=2 * 1024 * 1024, ge=1024, le=4 * 1024 * 1024, description="flash, bytes")
+    ring_frames: int = Field(
+        default=3, ge=2, le=8, description="frames of the camera's ring, YUV422, 2 bytes a pixel: as in a shipped build"
+    )
+    stack: int = Field(
+        default=2048, ge=512, le=65536, description="RAM reserved for the stack, bytes; its use is measured"
+    )
+    robot_ram: int = Field(
+        default=16 * 1024, ge=4, le=2**20, multiple_of=4,
+        description="RAM of the rest of the robot's program, bytes. An estimate: a shipped build has 102 kB of zeroed "
+        "data, of which the camera's ring is 42.8 kB and six maps of its one LGMD (an assumption) are as much",
+    )  # fmt: skip
+    robot_flash: int = Field(
+        default=44 * 1024,
+        ge=0,
+        le=2**21,
+        description="flash of the rest of the robot's program, bytes: a shipped build",
+    )
+    clock_mhz: float = Field(default=180.0, gt=0.0, le=1000.0, description="clock of the processor, MHz")
+    frame_ms: float = Field(default=33.0, gt=0.0, le=10_000.0, description="time from frame to frame, ms (30 a second)")
+    cpi_least: float = Field(
+        default=1.3, ge=0.5, le=20.0, description="cycles an instruction, least: an assumption; flash waits aside"
+    )
+    cpi_most: float = Field(
+        default=1.6, ge=0.5, le=20.0, description="cycles an instruction, most: an assumption; flash waits aside"
+    )
+    optimise: Literal["s", "1", "2", "3"] = Field(
+        default="3", description="the compiler's -O: at 3 it unrolls more, and flash is plenty"
+    )
+
+    def __post_init__(self) -> None:
+        if self.cpi_least > self.cpi_most:
+            raise ValueError(f"cpi_least={self.cpi_least:g} is above cpi_most={self.cpi_most:g}")
+        if not all(NARROWEST <= side <= WIDEST for side in self.frame):
+            raise ValueError(f"shape={self.shape}: legal are {NARROWEST} to {WIDEST} columns and rows")
+
+    @property
+    def frame(self) -> tuple[int, int]:
+        """(R, C) of the frames."""
+        columns, rows = self.shape.split("x")
+        return int(rows), int(columns)
+
+
+@dataclass(frozen=True, slots=True)
+class Firmware:
+    """One program for the chip: the network's parameters, and the chip.
+
+    Parameters
+    ----------
+    network
+        Of the model `MODEL`.
+    chip
+        The processor, the frame's shape, what else is in it.
+    """
+
+    network: OnboardParams
+    chip: ChipSettings
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(R, C) of the frames."""
+        return self.chip.frame
+
+
+def default() -> Firmware:
+    """The on-board form's parameters for the robot's tests, on the robot's chip."""
+    return Firmware(OnboardParams.robot(), ChipSettings())
+
+
+def firmware(assignments: Iterable[str], base: Firmware | None = None, option: str = "--set") -> Firmware:
+    """A program with ``SECTION.NAME=VALUE`` texts applied; sections are `MODEL` (or `ALIAS`) and `CHIP`.
+
+    Raises
+    ------
+    UsageError
+        A text names no parameter, or its value is not legal.
+    """
+    base = base or default()
+    sections = {MODEL: base.network, CHIP: base.chip}
+    texts = [plain_key(text) for text in assignments]
+    found = collect(texts, sections, LISTED_BY, option)
+    made = {name: changed(name, value, found.get(name, {}), _typed(name, option)) for name, value in sections.items()}
+    return Firmware(made[MODEL], made[CHIP])
+
+
+def _typed(section: str, option: str) -> Any:
+    return lambda name, text: f"{option} {section}.{name}={text}"
+
+
+def plain_key(text: str) -> str:
+    """``KEY=VALUE``, or a key alone, with `ALIAS` written out."""
+    return f"{MODEL}{text[len(ALIAS) :]}" if text.startswith(f"{ALIAS}.") else text
+
+
+def parameters() -> list[Parameter]:
+    """Every parameter that ``--set`` reaches here."""
+    base = default()
+    return list(described({MODEL: base.network, CHIP: base.chip}))
+
+
+def points(over: Sequence[str], assignments: Sequence[str]) -> list[tuple[Mapping[str, str], Firmware]]:
+    """Every combination of ``KEY=V1,V2`` texts, each with its program; one without keys where ``over`` is empty."""
+    from experiments.bench.robot.sweep.grid import grid
+
+    if not over:
+        return [({}, firmware(assignments))]
+    base = firmware(assignments)
+    found: list[tuple[Mapping[str, str], Firmware]] = []
+    for point in grid([plain_key(text) for text in over]):
+        texts = [f"{key}={value}" for key, value in point.values]
+        found.append((dict(point.values), firmware(texts, base, "--over")))
+    if len(found) > MOST_POINTS:
+        raise UsageError(f"--over: {len(found)} points; legal are up to {MOST_POINTS}, as each is built and emulated")
+    return found
+
+
+MOST_POINTS = 200

@@ -1,0 +1,107 @@
+"""Budgets on the terminal and as ``budget.csv``."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.markup import escape
+from rich.table import Table
+
+from experiments.bench.core.terminal import out_console
+from experiments.bench.firmware.budget import Budget, Tools, answer, label, varied
+
+NOTES = (
+    "Instructions were counted in QEMU, which knows no cycles: times are of the worst frame, over an assumed range of "
+    "cycles an instruction. Waits for the flash are not modelled.",
+    "RAM and flash are sections of the linked program. The robot's own share is an estimate (chip.robot_ram, "
+    "chip.robot_flash); the column robot is what is left to it. The stack is without interrupts.",
+)
+
+
+def show(budgets: Sequence[Budget], tools: Tools) -> None:
+    """Print a line for each program; of one alone its RAM by purpose and its instructions by stage too."""
+    out_console.print(_table(budgets))
+    if len(budgets) == 1:
+        out_console.print()
+        out_console.print(_purposes(budgets[0]))
+        out_console.print()
+        out_console.print(_stages(budgets[0]))
+    out_console.print()
+    for line in answer(budgets):
+        out_console.print(line, markup=False, soft_wrap=True)
+    chip = budgets[0].firmware.chip
+    ranges = f"{chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction at {chip.clock_mhz:g} MHz"
+    for line in (f"{ranges}; {tools.compiler.version}; {tools.qemu.version}", *NOTES):
+        out_console.print(line, markup=False, soft_wrap=True, style="dim")
+
+
+def _table(budgets: Sequence[Budget]) -> Table:
+    keys = varied(budgets)
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    for name in keys or ["program"]:
+        table.add_column(escape(name.partition(".")[2] or name), justify="right")
+    for name in ("RAM, B", "over, B", "robot, B", "flash, kB", "worst, M", "ms", "fits"):
+        table.add_column(name, justify="right")
+    for each in budgets:
+        low, high = each.milliseconds
+        values = [each.point.get(key, "") for key in keys] or [label(each)]
+        verdict = "[green]yes[/green]" if each.fits else f"[red]no: {_why(each)}[/red]"
+        table.add_row(
+            *map(escape, values), f"{sum(each.purposes.values()):,}", f"{each.over:,}" if each.over else "",
+            f"{each.room:,}", f"{each.flash / 1024:.1f}",
+            f"{each.whole.worst / 1e6:.2f}", f"{low:.2f}-{high:.2f}", verdict,
+        )  # fmt: skip
+    return table
+
+
+def _why(each: Budget) -> str:
+    reasons = ["RAM"] if each.over else ["flash"] if not each.fits_memory else []
+    return ", ".join([*reasons, *([] if each.fits_time else ["time"])])
+
+
+def _purposes(each: Budget) -> Table:
+    table = Table("RAM", "bytes", "region", box=None, header_style="bold", pad_edge=False)
+    where = each.regions
+    for name, size in each.purposes.items():
+        used = f" ({each.stack_used:,} B used)" if name == "stack" else ""
+        table.add_row(name + used, f"{size:,}", where[name])
+    return table
+
+
+def _stages(each: Budget) -> Table:
+    table = Table("instructions a frame", "median", "worst", box=None, header_style="bold", pad_edge=False)
+    for stage in (*each.stages, each.whole):
+        table.add_row(stage.name, f"{stage.median:,}", f"{stage.worst:,}")
+    return table
+
+
+def row(each: Budget, tools: Tools) -> dict[str, Any]:
+    """One line of ``budget.csv``."""
+    network, chip = each.firmware.network, each.firmware.chip
+    low, high = each.milliseconds
+    sizes = {f"{name.replace(' ', '_')}_bytes": size for name, size in each.purposes.items()}
+    stages = {f"{stage.name}_{what}": getattr(stage, what) for stage in (*each.stages, each.whole)
+              for what in ("median", "worst")}  # fmt: skip
+    return {
+        **each.point, "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits, "lamina_bits": network.lamina_bits,
+        "shape": chip.shape,
+        "fits": each.fits, "fits_memory": each.fits_memory, "fits_time": each.fits_time, **sizes,
+        "stack_used_bytes": each.stack_used, "over_bytes": each.over, "room_for_robot_bytes": each.room,
+        "flash_bytes": each.flash,
+        "placement": each.built.placement.words(), **stages, "worst_clip": each.worst_clip, "least_ms": round(low, 3),
+        "most_ms": round(high, 3), "compiler": tools.compiler.version, "emulator": tools.qemu.version,
+    }  # fmt: skip
+
+
+def write(budgets: Sequence[Budget], tools: Tools, path: Path) -> None:
+    """Write ``budget.csv``: a line for each program."""
+    rows = [row(each, tools) for each in budgets]
+    partial = path.with_name(f"{path.name}.part")
+    with partial.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    partial.replace(path)
