@@ -31,6 +31,7 @@ class Format:
 BEST = Format("dsnn-onboard", "8-bit delay states, companded, rounded to nearest", True)
 """The best format that fits, of which alone a claim is said not to survive."""
 OTHERS = (
+    Format("dsnn-onboard:preset=lamina8", "LA in 8 bits too, which fits beside three frames", True),
     Format("dsnn-onboard:preset=bits16", "16-bit delay states", False),
     Format("dsnn-onboard:preset=truncated", "the best one, truncated at every step", True),
 )
