@@ -15,9 +15,9 @@ from scipy import io
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.pictures import pictures
 from experiments.bench.core.recording import jpegs, recorded, timelines, video
 from experiments.bench.core.store.convert import array, fields, tables_of, write
+from experiments.bench.core.store.pictures import pictures
 
 
 def colias(*arguments) -> int:

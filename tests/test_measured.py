@@ -15,7 +15,7 @@ import rerun as rr
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.pictures import pictures
+from experiments.bench.core.store.pictures import pictures
 from experiments.bench.measured.columns import POSES
 from experiments.bench.robot.trial import forget_simulations
 

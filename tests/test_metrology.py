@@ -25,7 +25,7 @@ from colias_sim.metrology import (
 from colias_sim.scene import FrameClock
 from experiments.bench.cli import main
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.pictures import write_pictures
+from experiments.bench.core.store.pictures import write_pictures
 from experiments.bench.measured.camera import leaning
 
 LENS = CameraConfig().forward_cm / 100

@@ -119,7 +119,7 @@ def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
 
 def _pictures(run: Path, place: Path, quiet: bool) -> None:
     from experiments.bench.core.errors import UsageError
-    from experiments.bench.core.pictures import pictures, write_pictures
+    from experiments.bench.core.store.pictures import pictures, write_pictures
     from experiments.bench.core.terminal import progress, show_places
 
     recordings = [run] if run.suffix == ".rrd" else sorted(run.rglob("*.rrd")) if run.is_dir() else []

@@ -22,7 +22,7 @@ from colias_sim.metrology import (
     row_time_us,
 )
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.pictures import read_picture
+from experiments.bench.core.store.pictures import read_picture
 
 Images = npt.NDArray[np.uint8]
 ENDINGS = (".pgm", ".png")

@@ -13,8 +13,8 @@ import pyarrow as pa
 
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import load_model
-from experiments.bench.core.pictures import pictures, write_pictures
 from experiments.bench.core.store.origin import COLUMN, FRAMES_MEASURED, MEASURED
+from experiments.bench.core.store.pictures import pictures, write_pictures
 from experiments.bench.core.store.rows import group
 from experiments.bench.core.user_code import is_file
 from experiments.bench.measured.columns import ANSWERS, CHANNELS, INDEX, POSES, ROBOT, SIMULATION, TIME

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.pictures import read_picture
+from experiments.bench.core.store.pictures import read_picture
 from experiments.bench.measured.log import Log, LoggedTrial
 
 Images = npt.NDArray[np.uint8]
