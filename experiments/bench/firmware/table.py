@@ -86,8 +86,8 @@ def row(each: Budget, tools: Tools) -> dict[str, Any]:
     stages = {f"{stage.name}_{what}": getattr(stage, what) for stage in (*each.stages, each.whole)
               for what in ("median", "worst")}  # fmt: skip
     return {
-        **each.point, "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits, "lamina_bits": network.lamina_bits,
-        "shape": chip.shape,
+        **each.point, "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits,
+        "lamina_bits": network.lamina_bits, "shape": chip.shape,
         "fits": each.fits, "fits_memory": each.fits_memory, "fits_time": each.fits_time, **sizes,
         "stack_used_bytes": each.stack_used, "over_bytes": each.over, "room_for_robot_bytes": each.room,
         "flash_bytes": each.flash,
