@@ -1,7 +1,7 @@
 /* Instructions of each stage, counted under an emulator.
  *
  * The board mps2-an386 has a 32-bit timer that counts down at 25 MHz (Arm Cortex-M System Design Kit, APB timer). QEMU
- * with "-icount shift=S" gives every instruction 2^S ns: with S = 6 the timer moves 1.6 ticks an instruction, so that a
+ * with "-icount shift=S" gives every instruction 2^S ns: with S = 8 the timer moves 6.4 ticks an instruction, so that a
  * difference of its readings tells instructions one by one. On the robot this file has no place: there is no such
  * timer at that address.
  */

@@ -28,7 +28,7 @@ Which = Annotated[
     ),
 ]
 DEFAULT_GRID = (
-    "dsnn-onboard.n_con=4,6,8", "dsnn-onboard.d=1,2", "dsnn-onboard.state_bits=8,16", "chip.ring_frames=3,2",
+    "dsnn-onboard.n_con=4,6,8", "dsnn-onboard.d=1,2", "dsnn-onboard.state_bits=8,16", "dsnn-onboard.lamina_bits=16,8",
 )  # fmt: skip
 """What ``budget`` measures where it is given no parameters."""
 
@@ -61,7 +61,7 @@ def budget(
 
     RAM and flash are sections of the linked program, the stack a painted high-water mark. Instructions are counted in
     clips with noise, flicker and motion; "fits" means the frame of the most. Without --set and --over it measures the
-    paper's range: N_con 4, 6 and 8, d 1 and 2, delay states of 8 and 16 bits, and a camera's ring of 3 and 2 frames.
+    paper's range: N_con 4, 6 and 8, d 1 and 2, delay states and LA of 8 and 16 bits.
     Writes budget.csv, budget.svg and
     budget.png.
     """

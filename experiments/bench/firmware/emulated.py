@@ -49,10 +49,9 @@ class FirmwareDSNN:
     def __init__(self, shape: tuple[int, int], params: OnboardParams) -> None:
         self.shape = shape
         chip = ChipSettings(shape=f"{shape[1]}x{shape[0]}", ram_main=ENOUGH, ram_core=ENOUGH)
-        # The files stay as long as the model: a program is read once, but a killed run leaves nothing behind either.
-        self._folder = tempfile.TemporaryDirectory(prefix="colias-firmware-")
-        built = build(Firmware(params, chip), compiler(), Path(self._folder.name))
-        self._chip = Emulator(qemu(), built.path, shape)
+        with tempfile.TemporaryDirectory(prefix="colias-firmware-") as folder:  # read once it has answered
+            built = build(Firmware(params, chip), compiler(), Path(folder))
+            self._chip = Emulator(qemu(), built.path, shape)
         weakref.finalize(self, self._chip.close)
 
     def step(self, frame: npt.NDArray[np.generic], *, channels: Channels = "grey", maps: bool = False) -> Response:

@@ -20,9 +20,9 @@ from experiments.bench.core.errors import UsageError, printable
 from experiments.bench.firmware.toolchain import QemuProgram
 
 BOARD = "mps2-an386"
-SHIFT = 6
-"""``-icount shift=``: an instruction lasts 2^6 ns of the board's time. It changes no count, only how finely the board's
-25 MHz timer tells them: at 0 in steps of 40 instructions, at 6 one by one."""
+SHIFT = 8
+"""``-icount shift=``: an instruction lasts 2^8 ns of the board's time. It changes no count, only how finely the board's
+25 MHz timer tells them: at 0 in steps of 40 instructions, at 8 one by one, 6.4 ticks each."""
 TICKS_AN_INSTRUCTION = 2**SHIFT / 40.0
 ANSWER_TIMEOUT_S = 120.0
 
