@@ -80,7 +80,7 @@ def test_mirrored_clips_give_mirrored_answers_to_the_bit(name):
     assert name == "grey-levels" or there.hs.max() > 0.2
 
 
-GOLDEN_BOUNDS = {"bits8": 0.02, "bits16": 0.01, "lamina8": 0.05, "linear8": 0.03, "truncated": 0.06}
+GOLDEN_BOUNDS = {"lamina16": 0.02, "bits16": 0.01, "bits8": 0.05, "linear8": 0.03, "truncated": 0.06}
 """Of |HS| and |VS|. HS goes with the product of F and D, and changes by at most 1/4 of what its argument does.
 
 16 bits: F and P are known to 1/128 grey level or better, a hundredth of LA at an edge, but cells whose P_e is nearly 0
@@ -89,6 +89,7 @@ frame besides, linear 8-bit D by half of 1/255 of the largest F, a tenth of a us
 step at each frame where others err by half of one to either side: they fall short, by up to 1/32 a frame over the 7
 frames of the slowest low-pass. LA of 8 bits errs by up to half a grey level at either frame of a change, of which
 edges have 20 or more: F by up to 1/20, a product by 1/10, HS by a quarter of that, and cells of noise by all of F.
+The last two are tried with LA of 16 bits, so that each bound is about one choice.
 """
 
 
@@ -99,6 +100,7 @@ def test_formats_stay_near_the_golden_vectors(name, golden):
         field: getattr(ROBOT[name], field)
         for field in ("state_bits", "companding", "lamina_bits", "rounding", "f_bits")
     }
+    formats["lamina_bits"] = 8 if name == "bits8" else 16
     series = OnboardDSNN(vector["frames"].shape[1:], OnboardParams(**dataclasses.asdict(params), **formats)).run(
         vector["frames"]
     )
@@ -122,7 +124,7 @@ def test_eight_spacings_fit_into_the_robot_with_8_bits_and_not_with_16():
 
     assert left(state_bits=16) < 0 < 8 * 1024 < left()
     assert left(state_bits=16, n_con=4) > 8 * 1024
-    assert left(lamina_bits=8) == left() + 2 * 72 * 99
+    assert left() == left(lamina_bits=16) + 2 * 72 * 99
 
 
 @pytest.mark.parametrize("companding", [True, False])
@@ -170,7 +172,7 @@ def test_the_largest_change_is_reached():
 @built
 @pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 @pytest.mark.parametrize(
-    "changes", [{}, {"state_bits": 16, "n_p": 0, "d": 2, "n_con": 3}, {"companding": False, "lamina_bits": 8}], ids=str
+    "changes", [{}, {"state_bits": 16, "n_p": 0, "d": 2, "n_con": 3}, {"companding": False, "lamina_bits": 16}], ids=str
 )
 def test_the_header_makes_the_same_model(changes, tmp_path):
     """As it is compiled for the robot: constants known to the compiler, the configuration not looked at."""

@@ -28,7 +28,7 @@ class OnboardParams(DSNNParams):
     """The DSNN's parameters, and the formats of the numbers that it computes with.
 
     The defaults are the format with the least error among those with which the paper's eight spacings fit into the
-    robot's memory at 99x72.
+    robot's memory at 99x72, beside three frames of its camera and 16 kB of other use (``colias firmware budget``).
     """
 
     state_bits: Literal[8, 16] = Field(
@@ -42,9 +42,9 @@ class OnboardParams(DSNNParams):
         " lose the small values from which a slow low-pass rises and to which it falls; of no effect on 16 bits",
     )
     lamina_bits: Literal[8, 16] = Field(
-        default=16,
-        description="bits of LA that is kept for the next frame; 8 save two bytes a cell, and LA is then a whole number"
-        " of grey levels that saturates at 255",
+        default=8,
+        description="bits of LA that is kept for the next frame; with 8 it is a whole number of grey levels that"
+        " saturates at 255. 16 take two bytes a cell more: with n_con = 8 they fit beside two camera frames, not three",
     )
     f_bits: int | None = Field(
         default=None,
@@ -93,8 +93,8 @@ class OnboardParams(DSNNParams):
         robot = cls.robot()
         changes: Mapping[str, Mapping[str, Any]] = {
             "bits8": {},
-            "bits16": {"state_bits": 16},
-            "lamina8": {"lamina_bits": 8},
+            "lamina16": {"lamina_bits": 16},
+            "bits16": {"state_bits": 16, "lamina_bits": 16},
             "linear8": {"companding": False},
             "truncated": {"rounding": "truncate"},
             "firmware-input": {"halved": True},

@@ -20,7 +20,8 @@ class Format:
     says
         What it computes with.
     fits
-        Whether its states fit into the robot's memory at 99x72 beside two frames of its camera.
+        Whether it fits into the robot's memory at 99x72 beside three frames of its camera and 16 kB of other use, as
+        ``colias firmware budget`` measures it.
     """
 
     label: str
@@ -28,11 +29,11 @@ class Format:
     fits: bool
 
 
-BEST = Format("dsnn-onboard", "8-bit delay states, companded, rounded to nearest", True)
+BEST = Format("dsnn-onboard", "8-bit delay states, companded, and 8-bit LA, rounded to nearest", True)
 """The best format that fits, of which alone a claim is said not to survive."""
 OTHERS = (
-    Format("dsnn-onboard:preset=lamina8", "LA in 8 bits too, which fits beside three frames", True),
-    Format("dsnn-onboard:preset=bits16", "16-bit delay states", False),
+    Format("dsnn-onboard:preset=lamina16", "16-bit LA, which fits beside two camera frames", False),
+    Format("dsnn-onboard:preset=bits16", "16-bit delay states and LA", False),
     Format("dsnn-onboard:preset=truncated", "the best one, truncated at every step", True),
 )
 FORMATS = (Format(FLOAT, "float32", False), BEST, *OTHERS)
