@@ -23,7 +23,8 @@ from experiments.bench.maps import figure as maps_figure
 from experiments.bench.maps.judging import TOGETHER, Cell, Number
 from experiments.bench.maps.plan import Asked
 from experiments.bench.maps.planning import planned
-from experiments.bench.reproduction import fidelity, fidelity_figure
+from experiments.bench.reproduction.eye import fidelity
+from experiments.bench.reproduction.eye import figure as fidelity_figure
 from experiments.bench.training import figure as training_figure
 from experiments.bench.training.study import Studied, Study
 from experiments.bench.tuning import figure as tuning_figure
