@@ -66,6 +66,8 @@ def test_what_is_lost_and_gained_is_counted_by_replicate():
     assert survival(table) == "which claims survive takes 20 replicates"
     whole = tabled(with_plan, 5, 0)
     assert whole.broken() == ["C13"] and survival(whole) == f"do not survive in {BEST.label}: C13"
+    never = tabled([every[1]] * 20, 5, 0)
+    assert never.row("C13", BEST.label).standing == "never held" and never.broken() == ["C13"]
 
 
 def test_a_spike_of_the_other_sign_is_one_lost_and_one_gained():

@@ -17,6 +17,8 @@ from experiments.bench.reproduction.onboard.series import HS, SPIKES
 from experiments.bench.reproduction.replicates import Replicate, of_model
 
 FILE, STUDY = "onboard.json", "onboard"
+LOST = ("fragile", "never held")
+"""What a claim is that does not survive: `experiments.bench.core.claims.replicates.Replicates.standing`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,7 @@ class ClaimRow:
     lost, gained
         In how many replicates it held of the float network and not here, and the reverse.
     standing
-        ``robust``, ``fragile``, or ``so far`` below 20 replicates.
+        ``robust``, ``fragile``, ``never held``, or ``so far`` below 20 replicates.
     decided
         The number that decided in replicate 0.
     """
@@ -112,12 +114,12 @@ class Onboard:
         return next(row for row in self.claims if (row.claim, row.label) == (claim, label))
 
     def broken(self) -> list[str]:
-        """Return the claims that do not survive: robust of the float network, and fragile of the best format."""
+        """Return the claims that do not survive: robust of the float network, and not of the best format."""
         plain, best = (each.label for each in self.formats[:2])
         return [
             claim
             for claim in CLAIMS
-            if self.row(claim, plain).standing == "robust" and self.row(claim, best).standing == "fragile"
+            if self.row(claim, plain).standing == "robust" and self.row(claim, best).standing in LOST
         ]
 
 
