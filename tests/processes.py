@@ -55,3 +55,15 @@ def alive(pid: int) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except OSError:
         return False
+
+
+WITHOUT_GL = """
+import ctypes
+real = ctypes.CDLL
+def missing(name, *rest, **more):
+    if isinstance(name, str) and ("EGL" in name or "OSMesa" in name):
+        raise OSError(name)
+    return real(name, *rest, **more)
+ctypes.CDLL = missing
+"""
+"""What makes a process find no OpenGL library."""

@@ -20,6 +20,7 @@ from matplotlib.image import imread
 
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from tests.chapters import README, blocks, titled
+from tests.processes import WITHOUT_GL
 
 REPOSITORY = Path(__file__).parents[1]
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2")
@@ -319,25 +320,22 @@ def test_an_interrupted_run_leaves_its_finished_trials(tmp_path, blow):
         assert "Traceback" not in said
 
 
-WITHOUT_GL = """
-import ctypes, sys
-real = ctypes.CDLL
-def missing(name, *rest, **more):
-    if isinstance(name, str) and ("EGL" in name or "OSMesa" in name):
-        raise OSError(name)
-    return real(name, *rest, **more)
-ctypes.CDLL = missing
+RUN_WITHOUT_GL = (
+    WITHOUT_GL
+    + """
+import sys
 sys.argv = ["colias", *sys.argv[1:]]
 from experiments.bench.cli.entry import run as main
 main()
 """
+)
 
 
 @pytest.mark.parametrize("chosen", [None, "egl"])
 def test_missing_opengl_names_the_package(tmp_path, chosen):
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "MUJOCO_GL")}
     environment |= {"MUJOCO_GL": chosen} if chosen else {}
-    command = [sys.executable, "-c", WITHOUT_GL, "run", "speed", "--repeats", "1"]
+    command = [sys.executable, "-c", RUN_WITHOUT_GL, "run", "speed", "--repeats", "1"]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 2
     assert "apt-get install libegl1 libgl1" in done.stderr

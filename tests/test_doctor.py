@@ -13,16 +13,7 @@ from dsnn import native
 from experiments.bench.doctor import installed, machine
 from experiments.bench.doctor.finding import Finding
 from experiments.bench.doctor.run import examine
-
-WITHOUT_EGL = """
-import ctypes
-real = ctypes.CDLL
-def missing(name, *rest, **more):
-    if isinstance(name, str) and ("EGL" in name or "OSMesa" in name):
-        raise OSError(name)
-    return real(name, *rest, **more)
-ctypes.CDLL = missing
-"""
+from tests.processes import WITHOUT_GL
 
 
 def doctored(colias, *options, **environment):
@@ -65,7 +56,7 @@ def reference_renderer():
 def test_what_cannot_draw_is_told_with_its_remedy(colias, environment, said, remedy):
     site = colias.folder / "without-egl"
     site.mkdir()
-    (site / "sitecustomize.py").write_text(WITHOUT_EGL)
+    (site / "sitecustomize.py").write_text(WITHOUT_GL)
     paths = (str(site), os.environ.get("PYTHONPATH", ""), str(installed.Path(__file__).parents[1]))
     if "PYTHONPATH" in environment:
         environment = {"PYTHONPATH": os.pathsep.join(filter(None, paths))}

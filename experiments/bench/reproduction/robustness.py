@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import cache, partial
+from pathlib import Path
+from typing import Any
 
 from experiments import NAMES
 from experiments.bench import registry
-from experiments.bench.core.batch import Batch
+from experiments.bench.core.batch import Batch, Resources
 from experiments.bench.core.models import ConfiguredModel, choose
 from experiments.bench.core.settings import changed
+from experiments.bench.core.store.rows import Failure
 from experiments.bench.reproduction.onboard import series
 from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.robot import run as robot_run
@@ -193,3 +197,31 @@ def batch(name: str, cases: Sequence[Case], example: Plan, kept: Collection[str]
         schemas=(series.SCHEMA if kept else TRIAL_SCHEMA, FRAME_SCHEMA),
         size=robot_run.seconds,
     )
+
+
+def played(
+    batches: Iterable[Batch[Any]], folder: Path, resources: Resources
+) -> Iterator[tuple[list[dict[str, Any]], list[Failure]]]:
+    """Do what is missing of a study's replicates, one after the other, each in a folder of its own.
+
+    Parameters
+    ----------
+    batches
+        One for each replicate.
+    folder
+        That of the study, made if need be. Replicate r has the folder ``replicate-r`` in it.
+    resources
+        Workers, or a cluster.
+
+    Yields
+    ------
+    tuple
+        The rows of a replicate, and what failed in it.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with resources.pool() as pool:
+        for number, each in enumerate(batches):
+            with closing(each.open(folder / f"replicate-{number}", resources)) as done:
+                failures = each.fill(done, pool, resources)
+                rows = done.rows()
+            yield rows, failures

@@ -7,7 +7,6 @@ bright arena are that reproduction's own.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,7 @@ from experiments.bench.reproduction.detectors.causes import explained
 from experiments.bench.reproduction.detectors.measure import FRAMES, SCHEMA, work
 from experiments.bench.reproduction.detectors.panel import ARENAS, EXPERIMENT, PANEL
 from experiments.bench.reproduction.detectors.rows import DetectorRow, EdgeRow, Shown, detector_row, edge_row, shown_in
-from experiments.bench.reproduction.robustness import Case, numbered
+from experiments.bench.reproduction.robustness import Case, numbered, played
 from experiments.bench.robot.plan import describe, plan
 from experiments.bench.robot.rows import robot_contents
 from experiments.bench.robot.run import seconds
@@ -85,19 +84,15 @@ def run(
     """
     shown: dict[str, list[Shown]] = {arena: [] for arena in ARENAS}
     failures: list[Failure] = []
-    folder.mkdir(parents=True, exist_ok=True)
-    files = Files(folder)
-    with resources.pool() as pool:
-        for number in range(replicates):
-            own = cases(repeats, seed + number)
-            batch = _batch(f"replicate {number}", own, repeats, seed + number)
-            with closing(batch.open(folder / STUDY / f"replicate-{number}", resources)) as done:
-                failures += batch.fill(done, pool, resources)
-                for case, each in zip(own, _by_case(own, done.rows()), strict=True):
-                    shown[case.name].append(each)
-            table = _table(shown, repeats, seed, failures)
-            files.write_json(FILE, table)
-            show(table)
+    own = [cases(repeats, seed + number) for number in range(replicates)]
+    batches = (_batch(f"replicate {r}", each, repeats, seed + r) for r, each in enumerate(own))
+    for here, (rows, failed) in zip(own, played(batches, folder / STUDY, resources), strict=True):
+        failures += failed
+        for case, each in zip(here, _by_case(here, rows), strict=True):
+            shown[case.name].append(each)
+        table = _table(shown, repeats, seed, failures)
+        Files(folder).write_json(FILE, table)
+        show(table)
     return table
 
 

@@ -8,7 +8,6 @@ nothing else, and the first of them is that reproduction's own.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -152,22 +151,18 @@ def run(
     outcomes: dict[tuple[Cell, str], list[Outcome]] = {(cell, claim): [] for cell in CELLS for claim in CLAIMS}
     rows: dict[Cell, list[Row]] = {cell: [] for cell in CELLS}
     failures: list[Failure] = []
-    folder.mkdir(parents=True, exist_ok=True)
-    files = Files(folder)
-    with resources.pool() as pool:
-        for number in range(replicates):
-            own = cases(repeats, seed + number)
-            batch = robustness.batch(f"replicate {number}", own, example)
-            with closing(batch.open(folder / f"replicate-{number}", resources)) as done:
-                failures += batch.fill(done, pool, resources)
-                for cell, each in zip(CELLS, studied(own, done.rows()), strict=True):
-                    rows[cell] += each.rows
-                    for claim in CLAIMS:
-                        outcomes[cell, claim].append(of_model(claim, each, MODEL))
-            so_far = {key: tuple(own_outcomes) for key, own_outcomes in outcomes.items()}
-            table = Fidelity(so_far, {cell: _driven(rows[cell]) for cell in CELLS}, repeats, seed, tuple(failures))
-            files.write_json("fidelity.json", table.rows())
-            show(table)
+    own = [cases(repeats, seed + number) for number in range(replicates)]
+    batches = (robustness.batch(f"replicate {r}", each, example) for r, each in enumerate(own))
+    for here, (found, failed) in zip(own, robustness.played(batches, folder, resources), strict=True):
+        failures += failed
+        for cell, each in zip(CELLS, studied(here, found), strict=True):
+            rows[cell] += each.rows
+            for claim in CLAIMS:
+                outcomes[cell, claim].append(of_model(claim, each, MODEL))
+        so_far = {key: tuple(own_outcomes) for key, own_outcomes in outcomes.items()}
+        table = Fidelity(so_far, {cell: _driven(rows[cell]) for cell in CELLS}, repeats, seed, tuple(failures))
+        Files(folder).write_json("fidelity.json", table.rows())
+        show(table)
     return table
 
 

@@ -7,7 +7,6 @@ reproduction's own.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from pathlib import Path
 
 from experiments.bench import registry
@@ -60,16 +59,12 @@ def run(
     example = plan(registry.load(robustness.judged_in()[CLAIMS[0]]), labels, (), repeats, seed)
     every: list[Replicate] = []
     failures: list[Failure] = []
-    folder.mkdir(parents=True, exist_ok=True)
-    files = Files(folder)
-    with resources.pool() as pool:
-        for number in range(replicates):
-            own = case(repeats, seed + number, formats)
-            batch = robustness.batch(f"replicate {number}", [own], example, labels)
-            with closing(batch.open(folder / STUDY / f"replicate-{number}", resources)) as done:
-                failures += batch.fill(done, pool, resources)
-                every.append(replicate(robustness.numbered([own]), done.rows()))
-            table = tabled(every, repeats, seed, failures, formats)
-            files.write_json(FILE, table)
-            show(table)
+    own = [case(repeats, seed + number, formats) for number in range(replicates)]
+    batches = (robustness.batch(f"replicate {r}", [each], example, labels) for r, each in enumerate(own))
+    for here, (rows, failed) in zip(own, robustness.played(batches, folder / STUDY, resources), strict=True):
+        failures += failed
+        every.append(replicate(robustness.numbered([here]), rows))
+        table = tabled(every, repeats, seed, failures, formats)
+        Files(folder).write_json(FILE, table)
+        show(table)
     return table
