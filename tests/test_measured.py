@@ -227,7 +227,7 @@ def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
     assert all(run.trials[name].null_count == 3 for name in (UNKNOWN | TRACKED | {"peak_vs", "vs_spikes", "seed"}))
     assert run.frames["vs"].null_count == run.frames.num_rows and not run.frames["hs"].null_count
     assert {"peak_vs", "achieved_speed_cm_s"}.isdisjoint(run.summary["quantity"].to_pylist())
-    assert run.figure().get_suptitle() == "speed (measured): dsnn, n = 1..2"
+    assert run.figure().get_suptitle() == "speed (measured): dsnn, n = 1..2; set: experiment.speeds_cm_s=20,30"
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(run.recordings[0]).stream().to_chunks()}
     assert "/potential/dsnn/hs" in entities and "/potential/dsnn/vs" not in entities
     assert colias("runs", tmp_path / "runs") == 0
