@@ -19,6 +19,7 @@ from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.scores import Score, Standing
 from experiments.bench.core.verdict import Outcome
 from experiments.bench.leaderboard import figure as leaderboard_figure
+from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING, Kind, Ranking
 from experiments.bench.maps import figure as maps_figure
 from experiments.bench.maps.judging import TOGETHER, Cell, Number
 from experiments.bench.maps.plan import Asked
@@ -30,9 +31,11 @@ from experiments.bench.training.study import Studied, Study
 from experiments.bench.tuning import figure as tuning_figure
 from experiments.bench.tuning.curves import TuningPoint
 from experiments.bench.tuning.probes import CURVES, curve_family
+from tests.figure_others import atlas, budget, budgets_of, sensitivity, video
 from tests.figure_rows import (
     FRAMES,
     OWN,
+    SET,
     background,
     edges,
     excitation,
@@ -55,25 +58,40 @@ def tuning(curve: str) -> Callable[[Sequence[str]], Figure]:
         family = curve_family(curve)
         points = [
             TuningPoint(
-                curve, probe.line, model, probe.x, probe.y, probe.direction_deg, each, 0.8 * each, 0.2 * each, 0.3
+                curve,
+                probe.line,
+                model,
+                probe.x,
+                probe.y,
+                probe.direction_deg,
+                each,
+                0.8 * each,
+                0.2 * each,
+                0.3,
+                spikes=round(10 * each),
+                contact_s=probe.x / each if model != "emd" else None,
             )
             for model in models
             for i, probe in enumerate(family.probes)
             for each in [strength(model) * (0.3 + math.sin(i + len(model)) ** 2)]
         ]
-        return tuning_figure.draw(family, points, dict.fromkeys(models, ("hs", "vs")))
+        channels = ("looming",) if family.kind == "approach" else ("hs", "vs")
+        return tuning_figure.draw(family, points, dict.fromkeys(models, channels), SET)
 
     return draw
 
 
-def leaderboard(models: Sequence[str]) -> Figure:
-    names = ("direction_robot", "direction_clips", "auc_robot", "auc_clips", "false_alarms", "us_99x72", "us_320x180")
-    standings = [
-        Standing(model, {name: None if model == "emd" else Score(each, 0.8 * each, 1.1 * each, 20)
-                         for name in names for each in [strength(model) * (300 if name.startswith("us") else 1)]})
-        for model in models
-    ]  # fmt: skip
-    return leaderboard_figure.draw(standings, 20)
+def leaderboard(kind: Kind) -> Callable[[Sequence[str]], Figure]:
+    def draw(models: Sequence[str]) -> Figure:
+        standings = [
+            Standing(model, {name: None if model == "emd" else Score(each, 0.8 * each, 1.1 * each, 20)
+                             for name in kind.measures
+                             for each in [strength(model) * (300 if name.startswith("us") else 1)]})
+            for model in models
+        ]  # fmt: skip
+        return leaderboard_figure.draw(Ranking(kind, standings), 20)
+
+    return draw
 
 
 def behaviours_of(models: Sequence[str]) -> list[str]:
@@ -156,15 +174,20 @@ FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {
     "ranges": ranges,
     "edges": edges,
     **{f"tuning, {curve}": tuning(curve) for curve in CURVES},
-    "leaderboard": leaderboard,
+    "leaderboard": leaderboard(DIRECTION),
+    "leaderboard, looming": leaderboard(LOOMING),
+    "atlas": atlas,
     "behaviours, paths": behaviours("colias_sim/Avoidance-v0"),
     "behaviours, one episode": behaviours("colias_sim/Pursuit-v0", 1),
     "behaviours, no paths": behaviours("colias_sim/Optomotor-v0"),
     "training": training,
     "maps": maps,
     "eyes and drives": eyes_and_drives,
+    "sensitivity": sensitivity,
+    "chip's budget": budget,
+    "video": video,
 }
-OF_ONE_MODEL = ("excitation", "maps", "eyes and drives")
+OF_ONE_MODEL = ("excitation", "maps", "eyes and drives", "sensitivity")
 """Figures that are the same whatever models there are."""
 
 
@@ -174,6 +197,8 @@ def shown(name: str, models: Sequence[str]) -> list[str]:
         return []
     if name.startswith("behaviours"):
         return behaviours_of(models)
+    if name == "chip's budget":
+        return budgets_of(models)
     if name == "training":
         return ["PPO", *behaviours_of(models)]
     return list(models)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import ast
+import sys
+from pathlib import Path
+
 import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
@@ -13,9 +17,11 @@ from tests.figure_rows import MODELS_SHOWN
 mpl.use("agg")
 SLOW = ("background", "robot, words", "behaviours, one episode", "tuning, size", "tuning, contrast")
 """Not drawn with twenty models: others are, which are laid out by the same function."""
+COLOURS_ALONE = ("video",)
+"""Not drawn with twenty models either: a video has the palette's ten hues and no line styles, so hues come again."""
 CASES = [
     (name, count) for name in FIGURES for count in MODELS_SHOWN
-    if count == "one" or (name not in OF_ONE_MODEL and (count, name) not in [("twenty", each) for each in SLOW])
+    if count == "one" or (name not in OF_ONE_MODEL and (count, name) not in [("twenty", each) for each in (*SLOW, *COLOURS_ALONE)])
 ]  # fmt: skip
 
 
@@ -37,8 +43,46 @@ def test_a_figure_can_be_read(name, count):
     assert not {what: where for what, where in found.items() if where}
 
 
+BENCH = Path(__file__).parent.parent / "experiments" / "bench"
+
+
+def makers(path: Path) -> list[ast.Call]:
+    """The calls of a file that make a matplotlib figure."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    known = {alias.asname or alias.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)
+             and node.module == "matplotlib.figure" for alias in node.names if alias.name == "Figure"}  # fmt: skip
+    assert not any(
+        isinstance(node, ast.alias) and node.name in ("matplotlib.pyplot", "pyplot", "matplotlib.figure")
+        for node in ast.walk(tree)
+    ), f"{path}: figures are made by matplotlib.figure.Figure, imported by its name"
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    return [call for call in calls if isinstance(call.func, ast.Name) and call.func.id in known]
+
+
+def test_every_figure_of_the_bench_is_in_the_list(monkeypatch):
+    """Each place in the source that makes a figure is reached by a figure of the list."""
+    reached = set()
+    made = Figure.__init__
+
+    def note(self, *args, **more):
+        caller = sys._getframe(1)
+        reached.add((caller.f_code.co_filename, caller.f_lineno))
+        made(self, *args, **more)
+
+    monkeypatch.setattr(Figure, "__init__", note)
+    for draw in FIGURES.values():
+        draw(MODELS_SHOWN["one"])
+    places = [(path, call) for path in sorted(BENCH.rglob("*.py")) for call in makers(path)]
+    assert places
+    assert not [
+        f"{path.relative_to(BENCH)}, line {call.lineno}" for path, call in places
+        if not any((str(path), line) in reached for line in range(call.lineno, (call.end_lineno or call.lineno) + 1))
+    ]  # fmt: skip
+
+
 SAYS_WHAT_WAS_SET = {
-    **dict.fromkeys(("robot", "mechanism", "excitation", "sweep", "traces", "peaks", "background", "ranges", "edges"),
+    **dict.fromkeys(("robot", "mechanism", "excitation", "sweep", "traces", "peaks", "background", "ranges", "edges",
+                     "tuning, direction", "tuning, l-over-v"),
                     "set: dsnn.n_con=6"),
     "behaviours, paths": "robots=5", "training": "trained with robot=colias4", "maps": "camera.read_noise=0",
 }  # fmt: skip

@@ -431,7 +431,7 @@ def test_every_figure_is_drawn_of_whatever_there_is():
             for m in channels
         ]
         for given in (whole, whole[:5]):
-            drawn = tuning_figure.draw(family, given, channels)
+            drawn = tuning_figure.draw(family, given, channels, {})
             drawn.draw_without_rendering()
             titles = [axes.get_title() for axes in drawn.axes]
             assert all(any(m in title for title in titles) for m in channels) or family.kind in ("curve", "approach")

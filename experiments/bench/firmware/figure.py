@@ -43,6 +43,7 @@ def draw(budgets: Sequence[Budget]) -> Figure:
         memory.set_ylim(len(budgets) - 0.5, -0.5)
         memory.tick_params(axis="y", length=0)
         time.tick_params(axis="y", length=0)
+        drawn.legend(loc="outside lower center", ncols=5, frameon=False, fontsize=8)
     return drawn
 
 
@@ -64,9 +65,7 @@ def _memory(axes: Axes, budgets: Sequence[Budget]) -> None:
     axes.axvline(limit, color=LIMIT, ls="--", lw=1.0)
     top = max(limit, *(sum(each.purposes.values()) / KB for each in budgets))
     axes.set_xlim(0.0, 1.5 * top)
-    axes.set_title(f"RAM, kB; the chip has {chip.ram_main / KB:g} + {chip.ram_core / KB:g}", fontsize=9, loc="left")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.35 / (INCHES_A_ROW * len(budgets) + 0.4)),
-                ncols=len(purposes), frameon=False, fontsize=8)  # fmt: skip
+    axes.set_title(f"RAM (kB); the chip has {chip.ram_main / KB:g} + {chip.ram_core / KB:g}", fontsize=9, loc="left")
 
 
 def _time(axes: Axes, budgets: Sequence[Budget]) -> None:
@@ -80,7 +79,9 @@ def _time(axes: Axes, budgets: Sequence[Budget]) -> None:
     axes.axvline(chip.frame_ms, color=LIMIT, ls="--", lw=1.0)
     top = max(chip.frame_ms, *(each.milliseconds[1] for each in budgets))
     axes.set_xlim(0.0, 1.08 * top)
-    said = f"worst frame, ms of {chip.frame_ms:g}\nat {chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction"
+    said = (
+        f"worst frame (ms), limit {chip.frame_ms:g}\nat {chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction"
+    )
     axes.set_title(said, fontsize=9, loc="left")
 
 

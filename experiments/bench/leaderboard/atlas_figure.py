@@ -19,7 +19,7 @@ from dsnn.looming.grouping import REST
 from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.core.figures.palette import colours
-from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.core.figures.plotting import STYLE, columns_of_key, plain
 from experiments.bench.core.models import ConfiguredModel
 
 INCHES = (1.02, 0.62)
@@ -68,7 +68,9 @@ def draw(made: OfflinePlan, frames: pa.Table) -> Figure:
                               color=tints[model.label])  # fmt: skip
         for axes, column in zip(panels[-1], columns, strict=True):
             axes.set_xlabel(f"{len(column.moves) / column.fps:.1f} s", fontsize=7)
-        drawn.legend(handles=_keys(), loc="outside lower center", ncols=5, frameon=False, fontsize=8)
+        keys = _keys()
+        columns_across = columns_of_key([str(key.get_label()) for key in keys], size[0], 8)
+        drawn.legend(handles=keys, loc="outside lower center", ncols=columns_across, frameon=False, fontsize=8)
     return drawn
 
 

@@ -111,7 +111,7 @@ LOOMING = Kind(
               share=True),
         Panel("AUC, looming\nagainst recession", ("auc_recession_robot", "auc_recession"), _SHOWN, 0.5, share=True),
         Panel("AUC, looming\nagainst background", ("auc_background",), _SHOWN[1:], 0.5, share=True, filled=False),
-        Panel("looming\nanswered", ("answered",), _SHOWN[1:], share=True, filled=False),
+        Panel("looming answered\n(share of clips)", ("answered",), _SHOWN[1:], share=True, filled=False),
         Panel("time to contact at\nthe first spike (s)", ("contact_dark_s", "contact_light_s"), ("dark", "light")),
         Panel("false alarms\na minute", ("alarms_translation", "alarms_gratings"), ("translation", "gratings")),
         Panel("false alarms a\nminute, background", ("alarms_background",), _SHOWN[1:], filled=False),

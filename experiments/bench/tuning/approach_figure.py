@@ -11,12 +11,12 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from experiments.bench.core.figures.palette import marks
-from experiments.bench.core.figures.plotting import plain
+from experiments.bench.core.figures.plotting import columns_of_key, extra_widths, plain
 from experiments.bench.tuning.curves import TuningPoint
 from experiments.bench.tuning.probes import Family
 
 MEASURES: Mapping[str, Callable[[TuningPoint], float | None]] = {
-    "peak above rest": lambda a: a.response,
+    "peak potential\nabove rest": lambda a: a.response,
     "spikes": lambda a: float(a.spikes),
     "time to contact at\nthe first spike (s)": lambda a: a.contact_s,
 }
@@ -34,12 +34,13 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
     panels = drawn.subplots(len(family.lines), len(MEASURES), sharex=True, sharey="col", squeeze=False)
     for row, line in zip(panels, family.lines, strict=True):
         for axes, (name, value) in zip(row, MEASURES.items(), strict=True):
-            for model in models:
-                own = sorted((a for a in given if (a.model, a.line) == (model, line)), key=lambda a: a.x)
-                known = [(a.x, found) for a in own if (found := value(a)) is not None]
+            curves = [_curve(given, model, line, value) for model in models]
+            heights = [[y for _, y in curve] for curve in curves]
+            alike = 0.01 * max((abs(y) for each in heights for y in each), default=0.0)
+            for model, curve, more in zip(models, curves, extra_widths(heights, alike), strict=True):
                 mark = tints[model]
-                axes.plot([x for x, _ in known], [y for _, y in known], marker=mark.marker, ms=4, lw=1.2, ls=mark.line,
-                          color=mark.colour)  # fmt: skip
+                axes.plot([x for x, _ in curve], [y for _, y in curve], marker=mark.marker, ms=4 + more, lw=1.2 + more,
+                          ls=mark.line, color=mark.colour)  # fmt: skip
             axes.set_title(f"{line}: {name}", fontsize=8, loc="left")
             if name.startswith("time"):
                 _angles(axes, places)
@@ -54,9 +55,17 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
                label=plain(model))
         for model in models
     ]  # fmt: skip
-    drawn.legend(handles=keys, loc="outside lower center", ncols=5, frameon=False, fontsize=8)
-    drawn.suptitle(f"{family.name}: {family.summary}", fontsize=10, x=0.01, ha="left")
+    across = columns_of_key([str(key.get_label()) for key in keys], drawn.get_size_inches()[0], 8)
+    drawn.legend(handles=keys, loc="outside lower center", ncols=min(across, 5), frameon=False, fontsize=8)
     return drawn
+
+
+def _curve(
+    given: Sequence[TuningPoint], model: str, line: str, value: Callable[[TuningPoint], float | None]
+) -> list[tuple[float, float]]:
+    """A model's points (l / v, value) along one line; those without a value are left out."""
+    own = sorted((a for a in given if (a.model, a.line) == (model, line)), key=lambda a: a.x)
+    return [(a.x, found) for a in own if (found := value(a)) is not None]
 
 
 def _angles(axes: Axes, places: Sequence[float]) -> None:

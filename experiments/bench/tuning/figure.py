@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -15,6 +16,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 
 from experiments.bench.core.figures.palette import colours, marks
 from experiments.bench.core.figures.plotting import STYLE, columns_of_key, headline, plain
+from experiments.bench.core.store.parameters import in_title
 from experiments.bench.tuning import approach_figure
 from experiments.bench.tuning.curves import (
     NOTHING,
@@ -38,11 +40,31 @@ WIDER = 2.4
 """Points by which a curve is drawn wider for each later curve that lies on it, so that both are seen."""
 
 
-def draw(family: Family, given: Answers, channels: Channels) -> Figure:
-    """The figure of one family; ``channels`` say by what each model answers."""
+def draw(family: Family, given: Answers, channels: Channels, changed: Mapping[str, Any]) -> Figure:
+    """Draw the figure of one family.
+
+    Parameters
+    ----------
+    family
+        What was shown.
+    given
+        The models' responses to it.
+    channels
+        By what each model answers.
+    changed
+        Parameters that are not at their defaults, by key and model; the title names them.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        In the form that the family's ``kind`` names.
+    """
     with mpl.rc_context(STYLE):
         drawings = {"curve": _curves, "map": _maps, "polar": _polars, "approach": approach_figure.draw}
-        return drawings[family.kind](family, given, channels)
+        drawn = drawings[family.kind](family, given, channels)
+        more = "; ○ a column's maximum, where it has one" if family.kind == "map" else ""
+        headline(drawn, f"{family.name}: {family.summary}{more}{in_title(changed)}")
+    return drawn
 
 
 def _largest(given: Answers, model: str, family: Family) -> float:
@@ -76,7 +98,6 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
     ]  # fmt: skip
     across = columns_of_key([str(key.get_label()) for key in keys], drawn.get_size_inches()[0], 8)
     drawn.legend(handles=keys, loc="outside lower center", ncols=min(across, 3), frameon=False, fontsize=8)
-    _title(drawn, family)
     return drawn
 
 
@@ -124,7 +145,6 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
     drawn.colorbar(scale, ax=panels, shrink=0.6 if len(channels) > ACROSS else 1.0, aspect=30).set_label(
         "response / largest"
     )
-    _title(drawn, family, "; ○ a column's maximum, where it has one")
     return drawn
 
 
@@ -168,7 +188,6 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
     title = "all rectified; radius: share of the largest of that stimulus"
     drawn.legend(handles=keys, loc="outside lower center", ncols=4, frameon=False, fontsize=8, title=title,
                  title_fontsize=8)  # fmt: skip
-    _title(drawn, family)
     return drawn
 
 
@@ -219,7 +238,3 @@ def _panels(count: int, side: float, **options: str) -> tuple[Figure, list[Axes]
     for axes in panels[count:]:
         axes.set_visible(False)
     return drawn, panels
-
-
-def _title(drawn: Figure, family: Family, more: str = "") -> None:
-    headline(drawn, f"{family.name}: {family.summary}{more}")

@@ -155,7 +155,7 @@ def conclude(made: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -
     given = answers(made.shown(), channels, folder.frames(), made.seed)
     known = {model: channels[model] for model in channels if any(a.model == model for a in given)}
     found = [preferences(given, model, by) for model, by in known.items()]
-    pictures = {}
+    pictures, changed = {}, differing(made.models, offline=True)
     if given:
         folder.write_rows("tuning.csv", [_row(a) for a in given])
         folder.write_rows("preferences.csv", [each.row() for each in found])
@@ -163,7 +163,7 @@ def conclude(made: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -
             own = [a for a in given if a.curve == family.name]
             if own:
                 pictures[family.name] = plotting.save(
-                    tuning_figure.draw(family, own, known), folder.folder, family.name
+                    tuning_figure.draw(family, own, known, changed), folder.folder, family.name
                 )
     return TuningReport(made, folder.folder, given, found, pictures, list(failures))
 

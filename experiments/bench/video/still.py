@@ -23,6 +23,11 @@ TYPE_PX = 15.0
 
 
 def draw_still(reel: Reel, layout: Layout, caption: str) -> Picture:
+    """Return the picture of what `still_of` draws, (H, W, 3) uint8, RGB; the parameters are the same."""
+    return still_of(reel, layout, caption).picture()
+
+
+def still_of(reel: Reel, layout: Layout, caption: str) -> Still:
     """Draw all of a frame that does not move.
 
     Parameters
@@ -36,8 +41,8 @@ def draw_still(reel: Reel, layout: Layout, caption: str) -> Picture:
 
     Returns
     -------
-    ndarray
-        (H, W, 3) uint8, RGB.
+    Still
+        The figure.
     """
     still = Still(layout.width, layout.height, layout.scale)
     still.caption(caption)
@@ -47,7 +52,7 @@ def draw_still(reel: Reel, layout: Layout, caption: str) -> Picture:
         still.plan(layout.plan, "from above")
     for kind, panel in layout.traces.items():
         still.traces(reel, kind, panel, last=kind == list(layout.traces)[-1], faint=True)
-    return still.picture()
+    return still
 
 
 class Still:
@@ -59,18 +64,23 @@ class Still:
         In pixels.
     scale
         Size of type and lines.
+
+    Attributes
+    ----------
+    figure
+        The figure, at 72 dots an inch.
     """
 
     def __init__(self, width: int, height: int, scale: float) -> None:
         self._width, self._height, self._scale = width, height, scale
         self._style = {**STYLE, "font.size": TYPE_PX * scale, "axes.linewidth": 0.8 * scale}
-        self._figure = Figure(figsize=(width / 72, height / 72), dpi=72)  # a point is a pixel
-        self._canvas = FigureCanvasAgg(self._figure)
+        self.figure = Figure(figsize=(width / 72, height / 72), dpi=72)  # a point is a pixel
+        self._canvas = FigureCanvasAgg(self.figure)
 
     def caption(self, text: str) -> None:
         """Write the text at the top."""
         scale = self._scale
-        self._figure.text(14 * scale / self._width, 1 - 24 * scale / self._height, plain(text), va="center",
+        self.figure.text(14 * scale / self._width, 1 - 24 * scale / self._height, plain(text), va="center",
                           fontsize=1.2 * TYPE_PX * scale)  # fmt: skip
 
     def empty(self, panel: Panel, title: str) -> Axes:
@@ -134,7 +144,7 @@ class Still:
             panel.left / self._width, bottom / self._height, panel.width / self._width, panel.height / self._height,
         )  # fmt: skip
         with mpl.rc_context(self._style):
-            return self._figure.add_axes(place, xlim=panel.x, ylim=panel.y)
+            return self.figure.add_axes(place, xlim=panel.x, ylim=panel.y)
 
 
 def eye_title(entity: str) -> str:

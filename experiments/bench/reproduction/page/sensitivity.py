@@ -52,8 +52,19 @@ def _name(move: str) -> str:
     return DEFAULTS if move == robustness.MODEL else move
 
 
-def sensitivity_figure(verdicts: Mapping[str, Mapping[str, Outcome]]) -> str:
-    """Return the matrix as SVG: what was moved, down; claims, across; the verdict in words and colour."""
+def draw(verdicts: Mapping[str, Mapping[str, Outcome]]) -> Figure:
+    """Draw the matrix: what was moved, down; claims, across; the verdict in words and colour.
+
+    Parameters
+    ----------
+    verdicts
+        Move -> claim of `robustness.ROBOT_CLAIMS` -> what was found.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A row for each move, the first on top.
+    """
     claims, names = robustness.ROBOT_CLAIMS, list(verdicts)
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(7.2, 0.6 + 0.3 * len(names)), layout="constrained")
@@ -70,6 +81,12 @@ def sensitivity_figure(verdicts: Mapping[str, Mapping[str, Outcome]]) -> str:
         axes.tick_params(length=0)
         axes.spines[:].set_visible(False)
         axes.set(xlim=(-0.5, len(claims) - 0.5), ylim=(len(names) - 0.5, -0.5))
-        stream = io.StringIO()
+    return drawn
+
+
+def sensitivity_figure(verdicts: Mapping[str, Mapping[str, Outcome]]) -> str:
+    """Return the matrix that `draw` makes as SVG."""
+    drawn, stream = draw(verdicts), io.StringIO()
+    with mpl.rc_context(STYLE):
         drawn.savefig(stream, format="svg", metadata={"Date": None})
     return stream.getvalue()
