@@ -21,7 +21,7 @@ COLOURS_ALONE = ("video",)
 """Not drawn with twenty models either: a video has the palette's ten hues and no line styles, so hues come again."""
 CASES = [
     (name, count) for name in FIGURES for count in MODELS_SHOWN
-    if count == "one" or (name not in OF_ONE_MODEL and (count, name) not in [("twenty", each) for each in (*SLOW, *COLOURS_ALONE)])
+    if count == "one" or (name not in OF_ONE_MODEL and not (count == "twenty" and name in SLOW + COLOURS_ALONE))
 ]  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from experiments.bench.core.figures.palette import colours, marks
-from experiments.bench.core.figures.plotting import STYLE, columns_of_key, headline, plain
+from experiments.bench.core.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
 from experiments.bench.core.store.parameters import in_title
 from experiments.bench.tuning import approach_figure
 from experiments.bench.tuning.curves import (
@@ -125,7 +125,7 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
         said = f"1 = {largest:.2g}" if largest > NOTHING else "no answer"
         scatters = largest > NOTHING and undefined_peak(response)
         said += "; peak not defined" if scatters else ""
-        axes.set_title(plain(f"{model} ({said})"), fontsize=9, color=tints[model])
+        axes.set_title(plain(wrapped(f"{model} ({said})", 2.0, 9)), fontsize=9, color=tints[model])
         if not x:
             continue
         shares = response / (largest or 1.0)

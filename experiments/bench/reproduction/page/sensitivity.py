@@ -67,7 +67,7 @@ def draw(verdicts: Mapping[str, Mapping[str, Outcome]]) -> Figure:
     """
     claims, names = robustness.ROBOT_CLAIMS, list(verdicts)
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(7.2, 0.6 + 0.3 * len(names)), layout="constrained")
+        drawn = Figure(figsize=(8.2, 0.6 + 0.3 * len(names)), layout="constrained")
         axes = drawn.subplots()
         for row, name in enumerate(names):
             for column, claim in enumerate(claims):
