@@ -16,7 +16,7 @@ from matplotlib.patches import Rectangle
 from experiments.bench.clips.judging.mechanism import LEAST_OF_OTHER, MOST_OF_DRIVEN
 from experiments.bench.clips.judging.paper import DSNN, strongest
 from experiments.bench.core.figures.palette import LINES, colours
-from experiments.bench.core.figures.plotting import STYLE, columns_of_key, plain
+from experiments.bench.core.figures.plotting import STYLE, columns_of_key, extra_widths, plain
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -33,6 +33,8 @@ CLEAR = 7.0
 """Of a bar's numbers above its highest dot, per cent: over the line at 5 %."""
 WIDTHS = (1.15, 1.0, 0.95)
 """Of the stimulus's icons, of a panel of traces, and of the bars: relative to each other."""
+SAME = 0.004
+"""Potentials that differ by less look like one curve."""
 BAR_WIDTH = 0.16
 """Of a bar, where there are many."""
 MOST_WRITTEN = 4
@@ -163,11 +165,11 @@ def _traces(axes: Axes, rows: Rows, frames: pa.Table, tints: Mapping[str, str], 
     """HS of every model over one clip."""
     trial, name, hs = (frames[column].to_numpy(zero_copy_only=False) for column in ("trial", "model", "hs"))
     axes.axhline(0.0, color="black", lw=0.4)
-    for row in rows:
-        own, intact = (trial == row["trial"]) & (name == row["model"]), row["model"] == DSNN
-        time_s = np.arange(np.count_nonzero(own)) / row["fps"]
-        axes.plot(time_s, hs[own], color=tints[row["model"]], lw=4.0 if intact else 1.8, alpha=0.45 if intact else 1.0,
-                  ls=styles[row["model"]], label=row["model"])  # fmt: skip
+    curves = [hs[(trial == row["trial"]) & (name == row["model"])] for row in rows]
+    for row, curve, extra in zip(rows, curves, extra_widths(curves, SAME), strict=True):
+        intact, time_s = row["model"] == DSNN, np.arange(len(curve)) / row["fps"]
+        axes.plot(time_s, curve, color=tints[row["model"]], lw=4.0 if intact else 1.8 + extra,
+                  alpha=0.45 if intact else 1.0, ls=styles[row["model"]], label=row["model"])  # fmt: skip
 
 
 def _limits(axes: Axes, thresholds: Mapping[str, float | None]) -> None:
