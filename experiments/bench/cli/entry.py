@@ -89,7 +89,8 @@ def _is_plain(error: Exception) -> bool:
     if isinstance(error, ValueError) and _in_printing(error):  # somebody's model has closed the stream
         return True
     # Looked up, not imported: their modules may be what could not be loaded.
-    known = (("experiments.bench.core.errors", "UsageError"), ("experiments.bench.robot.trial", "TrialError"))
+    known = (("experiments.bench.core.errors", "UsageError"), ("experiments.bench.robot.trial", "TrialError"),
+             ("experiments.bench.firmware.emulator", "EmulatorError"))  # fmt: skip
     kinds = tuple(getattr(sys.modules[module], name) for module, name in known if module in sys.modules)
     return isinstance(error, kinds)
 

@@ -61,9 +61,8 @@ def budget(
 
     RAM and flash are sections of the linked program, the stack a painted high-water mark. Instructions are counted in
     clips with noise, flicker and motion; "fits" means the frame of the most. Without --set and --over it measures the
-    paper's range: N_con 4, 6 and 8, d 1 and 2, delay states and LA of 8 and 16 bits.
-    Writes budget.csv, budget.svg and
-    budget.png.
+    paper's range: N_con 4, 6 and 8, d 1 and 2, delay states and LA of 8 and 16 bits. Writes budget.csv, budget.svg
+    and budget.png.
     """
     from experiments.bench.core.terminal import error_console, progress, show_places
     from experiments.bench.firmware import settings, table
@@ -133,7 +132,8 @@ def check(
         out_console.print(
             f"equal: {found.frames:,} frames, {spiking}; every HS, VS and spike is the host's", markup=False
         )
-        out_console.print(f"{tools.compiler.version}; {tools.qemu.version}", markup=False, style="dim")
+        versions = f"{tools.compiler.version}; {tools.qemu.version}"
+        out_console.print(versions, markup=False, soft_wrap=True, style="dim")
     return 0
 
 

@@ -178,7 +178,12 @@ def _legal(schema: Mapping[str, Any]) -> str:
 
 def _bounds(schema: Mapping[str, Any]) -> Iterator[str]:
     words = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "exclusiveMaximum": "below"}
-    return (f"{word} {schema[bound]:g}" for bound, word in words.items() if bound in schema)
+    return (f"{word} {_plain(schema[bound])}" for bound, word in words.items() if bound in schema)
+
+
+def _plain(bound: float) -> str:
+    """A bound in full where it is a whole number, so that it can be typed as it is read."""
+    return str(bound) if isinstance(bound, int) else f"{bound:g}"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -218,13 +218,13 @@ def label(budget: Budget) -> str:
     if budget.point:
         return " ".join(f"{key.partition('.')[2]}={value}" for key, value in budget.point.items())
     network = budget.firmware.network
-    return f"n_con={network.n_con} d={network.d} {format_words(budget.firmware)} {budget.firmware.chip.shape}"
+    sizes = f"D={network.state_bits} LA={network.lamina_bits}"
+    return f"n_con={network.n_con} d={network.d} {sizes} {budget.firmware.chip.shape}"
 
 
 def format_words(wanted: Firmware) -> str:
-    """The format of the delay states, which take most of the RAM, and of LA where that is of 8 bits."""
-    narrow = " (LA in 8)" if wanted.network.lamina_bits == 8 else ""
-    return f"{wanted.network.state_bits}-bit{narrow}"
+    """The bits of a delay state and of LA."""
+    return f"{wanted.network.state_bits}-bit delay states, {wanted.network.lamina_bits}-bit LA"
 
 
 def answer(budgets: Sequence[Budget]) -> list[str]:
@@ -240,7 +240,7 @@ def answer(budgets: Sequence[Budget]) -> list[str]:
             memory = f"{each.over:,} B of RAM too large" if each.over else _free(each)
             verdict = "fits" if each.fits else "does not fit"
             ring = each.firmware.chip.ring_frames
-            lines.append(f"N_con = 8 at 99x72, d = {each.firmware.network.d}, {words} delay states, ring of {ring}"
+            lines.append(f"N_con = 8 at 99x72, d = {each.firmware.network.d}, {words}, ring of {ring}"
                          f" frames: {verdict} ({memory}; worst frame {time})")  # fmt: skip
     fitting = dict.fromkeys(_said(each) for each in asked if each.fits)
     whole = f"yes: {'; '.join(fitting)}" if fitting else "no, in none of the formats measured"
@@ -249,7 +249,7 @@ def answer(budgets: Sequence[Budget]) -> list[str]:
 
 def _said(each: Budget) -> str:
     d, ring = each.firmware.network.d, each.firmware.chip.ring_frames
-    return f"{format_words(each.firmware)} delay states, d = {d}, a ring of {ring} frames"
+    return f"{format_words(each.firmware)}, d = {d}, a ring of {ring} frames"
 
 
 def _free(each: Budget) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -99,6 +100,9 @@ def check_folder(folder: Path) -> None:
         raise UsageError(f"{folder}: is a file; legal is a new or an empty folder")
     if folder.is_dir() and any(folder.iterdir()):
         raise UsageError(f"{folder}: is not empty; legal is a new or an empty folder")
+    above = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not above.is_dir() or not os.access(above, os.W_OK | os.X_OK):
+        raise UsageError(f"{folder}: {above} is no folder that can be written to; legal is a new or an empty folder")
 
 
 def _template(name: str, words: dict[str, Any]) -> str:
@@ -123,6 +127,8 @@ def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | st
         return {**words, "missing": measured}
     budget, tools = measured.budget, measured.tools
     reasons = [f"{size:,} bytes over in {region.lower()} RAM" for region, size in budget.built.over.items()]
+    if budget.flash > wanted.chip.flash:
+        reasons.append(f"{budget.flash - wanted.chip.flash:,} bytes over in flash")
     reasons += [] if budget.fits_time else ["the worst frame takes too long"]
     return {
         **words, "split": budget.built.placement.split, "budget": budget,

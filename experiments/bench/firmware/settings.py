@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -32,7 +33,8 @@ class ChipSettings:
     """
 
     shape: str = Field(
-        default="99x72", pattern=r"^[1-9]\d{0,2}x[1-9]\d{0,2}$", description="columns x rows of the camera's frames, px"
+        default="99x72",
+        description=f"columns x rows of the camera's frames, px: each a whole number from {NARROWEST} to {WIDEST}",
     )
     ram_main: int = Field(
         default=192 * 1024,
@@ -76,8 +78,10 @@ class ChipSettings:
     def __post_init__(self) -> None:
         if self.cpi_least > self.cpi_most:
             raise ValueError(f"cpi_least={self.cpi_least:g} is above cpi_most={self.cpi_most:g}")
-        if not all(NARROWEST <= side <= WIDEST for side in self.frame):
-            raise ValueError(f"shape={self.shape}: legal are {NARROWEST} to {WIDEST} columns and rows")
+        form = re.fullmatch(r"[1-9]\d{0,2}x[1-9]\d{0,2}", self.shape, re.ASCII)
+        if form is None or not all(NARROWEST <= side <= WIDEST for side in self.frame):
+            sides = f"each a whole number from {NARROWEST} to {WIDEST}"
+            raise ValueError(f"shape={self.shape}: legal is COLUMNSxROWS, such as 99x72, {sides}")
 
     @property
     def frame(self) -> tuple[int, int]:
