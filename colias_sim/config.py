@@ -219,10 +219,10 @@ class CameraConfig:
             if self.row_bands > self.height:
                 raise ValueError(f"row_bands={self.row_bands}: legal is up to the {self.height} rows of the picture")
             if self.row_time_us * self.height * self.fps > 1e6:
-                longest = 1e6 / (self.height * self.fps)
+                longest = math.floor(1e7 / (self.height * self.fps)) / 10  # rounded down: what is named is legal
                 raise ValueError(
                     f"row_time_us={self.row_time_us:g}: {self.height} rows have to be read within a frame, so legal "
-                    f"is up to {longest:.1f}"
+                    f"is up to {longest:g}"
                 )
         if self.auto_exposure:
             self._check_loop()

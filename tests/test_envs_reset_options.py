@@ -61,6 +61,18 @@ def test_a_given_value_changes_no_other_draw():
     env.close()
 
 
+def test_a_wrong_first_reset_leaves_an_env_that_works():
+    """Gymnasium's checker of a first reset, which would fail at every later step, is not in the way."""
+    env = gym.make(FIXATION, observation="state")
+    for wrong in ({"ligth": 0.5}, {"light": 10**400}):
+        with pytest.raises(ValueError, match="light") as told:
+            env.reset(options=wrong)
+        assert "\n" not in str(told.value)
+    env.reset(seed=0, options={"light": 0.5})
+    env.step(np.zeros(2, np.float32))
+    env.close()
+
+
 # Start poses.
 
 

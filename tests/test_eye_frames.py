@@ -226,7 +226,7 @@ def test_set_takes_a_preset_first_and_then_the_others():
         (["camera.preset=ov"], "camera.preset=ov: legal is default, ideal, ov7670"),
         (["camera.preset=ov7670", "camera.ae_zone=1"], "jump over the control zone 107..109"),
         (["camera.preset=ov7670", "camera.exposure_ms=100"], "with auto_exposure legal is 0.0627..32"),
-        (["camera.row_time_us=600"], "legal is up to 463.0"),
+        (["camera.row_time_us=600"], "legal is up to 462.9"),
         (["camera.row_time_us=100", "camera.row_bands=80"], "legal is up to the 72 rows"),
         (["robot.preset=ov7670"], "legal is default, colias4"),
         (["camera.preset=ov7670", "camera.still_background=true"], "legal is a global shutter, row_time_us=0"),

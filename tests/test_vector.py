@@ -170,7 +170,11 @@ def test_order_of_calls() -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"count": 0}, "num_envs=0: expected 1 or more"),
+        ({"count": 0}, "num_envs=0: expected a whole number, 1 or more"),
+        ({"count": 2.5}, "num_envs=2.5: expected a whole number"),
+        ({"workers": "a"}, "workers='a': expected 0"),
+        ({"max_episode_steps": "x"}, "max_episode_steps='x': expected a whole number"),
+        ({"autoreset_mode": "Same"}, "autoreset_mode='Same': legal is .*SameStep"),
         ({"workers": 4}, r"workers=4: expected 0 .* num_envs=3"),
         ({"workers": -1}, "workers=-1"),
         ({"robots": 99}, "robots=99"),
@@ -195,11 +199,13 @@ def test_a_bad_argument_is_one_clear_error(options: dict[str, Any], said: str) -
         {"options": {"wind": 1}},
         {"options": {"reset_mask": np.zeros(3, bool)}},
         {"options": {"reset_mask": [1, 1]}},
+        {"options": "light"},
+        {"options": [1]},
     ],
 )
 def test_a_bad_reset_leaves_the_env_open(wrong: dict[str, Any]) -> None:
     env = make(observation="state", workers=0)
-    with pytest.raises(ValueError, match=r"seed=|wind|reset_mask"):
+    with pytest.raises(ValueError, match=r"seed=|wind|reset_mask|options="):
         env.reset(**wrong)
     env.reset(seed=0)
     env.close()

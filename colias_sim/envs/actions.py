@@ -99,7 +99,8 @@ def batch_of(space: spaces.Space[Any], actions: Any, count: int) -> npt.NDArray[
     except TypeError:
         rows = -1
     if rows != count:
-        raise error.InvalidAction(f"actions {actions!r}: expected {count}, one for each env")
+        said = " ".join(repr(actions).split())[:80]
+        raise error.InvalidAction(f"actions {said}: expected {count}, one for each env")
     if isinstance(space, spaces.Box):
         try:
             batch = np.asarray(actions, np.float32)

@@ -249,8 +249,18 @@ def reason(error: ValueError) -> str:
     """The text of an error in one line; pydantic's own text has several."""
     if not isinstance(error, ValidationError):
         return str(error)
-    said = (str(problem["msg"]).removeprefix("Value error, ") for problem in error.errors())
-    return "; ".join(text[0].lower() + text[1:] for text in said)
+    return "; ".join(_named(problem) for problem in error.errors())
+
+
+def _named(problem: Mapping[str, Any]) -> str:
+    """A problem that pydantic found, after the setting and its value where it is about one setting."""
+    text = str(problem["msg"]).removeprefix("Value error, ")
+    named = f"{problem['loc'][0]}={problem['input']:g}: " if problem["loc"] and _is_number(problem["input"]) else ""
+    return named + text[0].lower() + text[1:]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _mapping(given: Mapping[Any, Any]) -> dict[str, Range]:
@@ -267,6 +277,8 @@ def _mapping(given: Mapping[Any, Any]) -> dict[str, Range]:
 
 
 def _preset(name: Any) -> Mapping[str, Range]:
+    if not isinstance(name, str):
+        raise ValueError(f"preset={name!r}: expected a name ({', '.join(PRESETS)})")
     if name not in PRESETS:
         near = difflib.get_close_matches(str(name), PRESETS, n=1, cutoff=0.0)[0]
         raise ValueError(f"no preset '{name}' (nearest: {near}; all: {', '.join(PRESETS)})")
@@ -280,7 +292,7 @@ def _range(factor: Factor, ends: Any) -> Range:
         if isinstance(ends, str):
             raise TypeError
         low, high = (float(end) for end in ends)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):  # the last: a whole number beyond the floats
         raise ValueError(f"{factor.name}={ends!r}: expected two numbers, (low, high), in {legal}") from None
     if not (factor.low <= low <= factor.high and factor.low <= high <= factor.high):
         raise ValueError(f"{factor.name}={ends!r}: legal is {legal}")

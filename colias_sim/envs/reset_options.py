@@ -138,7 +138,7 @@ def _numbers(given: Any, count: int) -> tuple[float, ...] | None:
         return None
     try:
         return tuple(float(one) for one in each)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):  # the last: a whole number beyond the floats
         return None
 
 

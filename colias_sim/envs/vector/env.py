@@ -18,7 +18,17 @@ from gymnasium.vector.utils import batch_space
 from colias_sim.envs.actions import batch_of
 from colias_sim.envs.base import spaces_of
 from colias_sim.envs.options import checked
-from colias_sim.envs.vector.arguments import Flags, reset_mask, reset_seeds, shares, step_limit, worker_count
+from colias_sim.envs.vector.arguments import (
+    Flags,
+    autoreset,
+    env_count,
+    reset_entries,
+    reset_mask,
+    reset_seeds,
+    shares,
+    step_limit,
+    worker_count,
+)
 from colias_sim.envs.vector.host import Task, env_class
 from colias_sim.envs.vector.info import merge_infos
 from colias_sim.envs.vector.processes import InProcess, Processes
@@ -76,13 +86,12 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
         max_episode_steps: int | None = None,
         **options: Any,
     ) -> None:
-        if num_envs < 1:
-            raise ValueError(f"num_envs={num_envs}: expected 1 or more")
+        num_envs = env_count(num_envs)
         own = checked(env_class(entry_point).options_type, options)
         self.num_envs, self.render_mode = num_envs, own.render_mode
         self.single_observation_space, self.single_action_space = observed, acted = spaces_of(own)
         self.observation_space, self.action_space = batch_space(observed, num_envs), batch_space(acted, num_envs)
-        self._mode, limit = AutoresetMode(autoreset_mode), step_limit(max_episode_steps)
+        self._mode, limit = autoreset(autoreset_mode), step_limit(max_episode_steps)
         self._begun = np.zeros(num_envs, np.bool_)
         number = worker_count(workers, num_envs)
         self._tasks = [
@@ -126,7 +135,7 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
             For a mask at the first reset.
         """
         self._check_open()
-        rest = dict(options or {})
+        rest = reset_entries(options)
         chosen = reset_mask(rest.pop("reset_mask", None), self.num_envs)
         if rest:
             self.call("check_reset_options", rest)

@@ -63,7 +63,7 @@ def draw(made: OfflinePlan, frames: pa.Table) -> Figure:
             scale = _scale(model, own)
             for index, axes in enumerate(row):
                 _cell(axes, model, own[index], columns[index], scale, tints[model.label])
-            unit = f"\n1 = {scale:.2g}" if "hs" in model.channels or "vs" in model.channels else ""
+            unit = f"\naxis ±{scale:.2g}" if "hs" in model.channels or "vs" in model.channels else ""
             row[0].set_ylabel(plain(f"{model.label}{unit}"), rotation=0, ha="right", va="center", fontsize=8,
                               color=tints[model.label])  # fmt: skip
         for axes, column in zip(panels[-1], columns, strict=True):
