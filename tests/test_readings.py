@@ -197,7 +197,7 @@ def test_constants_of_what_a_claim_is_not_about(claim, variants):
 
 def test_the_figure_of_ranges_has_a_bar_for_each_model_and_both_kinds_of_clip():
     rows = [*speed_responses(), *enough("C11")]
-    drawn = draw(Figure("ranges"), rows, pa.table({}), {"dsnn": 0.16, "emd": None})
+    drawn = draw(Figure("ranges"), rows, pa.table({}), {"dsnn": 0.16, "emd": None}, "constants-emd")
     (axes,) = drawn.axes
     assert [label.get_text() for label in axes.get_yticklabels()] == ["dsnn", "emd"]
     bars = [line for line in axes.lines if line.get_marker() == "|"]

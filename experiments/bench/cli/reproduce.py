@@ -113,8 +113,10 @@ def reproduce(
     if len(chosen) > 1:
         raise UsageError(f"{' and '.join(chosen)}: give one of them")
     if models:
-        if quick or whole_only:
-            raise UsageError("--models: goes with --seed, --out, --workers, --cluster and --quiet alone")
+        given = {"--quick": quick, "--full": full, "--robot-only": robot_only, "--model": model, "--only": only,
+                 "--experiment": experiment}  # fmt: skip
+        for option in (option for option, used in given.items() if used):
+            raise UsageError(f"--models and {option}: the claims of models have clips of their own")
         return _models(models, new_folder(out, "model-claims"), seed, means)
     if chosen:
         if whole_only:

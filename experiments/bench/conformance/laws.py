@@ -24,6 +24,7 @@ from experiments.bench.core import interrupts
 from experiments.bench.core.errors import explained
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.user_code import apart, is_users
+from experiments.bench.streams import stream
 
 Frames = npt.NDArray[np.uint8]
 SHAPE, LARGER = (72, 99), (180, 320)
@@ -147,7 +148,7 @@ def _buffer(chosen: ConfiguredModel) -> str:
 
 
 def _stillness(chosen: ConfiguredModel) -> str:
-    frame = np.random.default_rng(0).integers(0, 256, SHAPE, np.uint8)
+    frame = stream("conformance.frame", 0).integers(0, 256, SHAPE, np.uint8)
     found = _run(_model(chosen), np.repeat(frame[None], 6, axis=0), chosen.channels)
     for channel in (each for each in REST if each in chosen.channels):
         potential, spikes = getattr(found, channel), getattr(found, f"{channel}_spikes")

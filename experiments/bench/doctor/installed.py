@@ -16,6 +16,7 @@ from packaging.markers import default_environment
 from packaging.requirements import InvalidRequirement, Requirement
 
 from experiments.bench.doctor.finding import Finding
+from experiments.bench.streams import stream
 
 PROJECT = "colias-sim"
 LEAST_PYTHON = (3, 11)
@@ -124,7 +125,7 @@ def network() -> list[Finding]:
 
     from dsnn import DSNN, DSNNParams, forms, native
 
-    frames = np.random.default_rng(0).integers(0, 256, (STEPS, 72, 99), dtype=np.uint8)
+    frames = stream("doctor.frames", 0).integers(0, 256, (STEPS, 72, 99), dtype=np.uint8)
     found = []
     for form in forms.FORMS:
         if form == "native" and (reason := native.missing()):

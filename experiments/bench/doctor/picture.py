@@ -10,6 +10,7 @@ import sys
 from typing import Any
 
 from experiments.bench.doctor.finding import Finding
+from experiments.bench.streams import stream
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software", "osmesa", "lavapipe")
 """Words in the names of renderers that draw on the processor."""
@@ -88,7 +89,7 @@ def _probe() -> dict[str, Any]:
     try:
         frame = reference.reference_frame()
         with Simulation(camera=CameraConfig(), scene=SceneConfig()) as simulation:
-            draw = np.random.default_rng(0)
+            draw = stream("doctor.frames", 0)
             simulation.reset({"stimulus": Pose(0.1, 0.0, 0.0)}, draw)
             simulation.step(draw)
             begun = time.perf_counter()
