@@ -119,11 +119,26 @@ def columns_of_key(labels: Sequence[str], inches: float, size: float) -> int:
 def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
     """Write ``NAME.svg`` and ``NAME.png`` atomically; return the path of the latter."""
     with mpl.rc_context(STYLE):
+        _settle(drawn)
         for kind in ("svg", "png"):
             partial = folder / f"{name}.{kind}.part"
             drawn.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
             partial.replace(folder / f"{name}.{kind}")
     return folder / f"{name}.png"
+
+
+def _settle(drawn: Figure) -> None:
+    """Lay a figure out, and put its panels at whole millionths of it.
+
+    The order in which the layout's solver takes its terms depends on addresses in memory, so its last bits differ from
+    run to run, and with them the names of clip paths in an SVG file.
+    """
+    if drawn.get_layout_engine() is None:
+        return
+    drawn.draw_without_rendering()
+    drawn.set_layout_engine("none")
+    for axes in drawn.axes:
+        axes.set_position(tuple(round(part, 6) for part in axes.get_position(original=True).bounds))
 
 
 @dataclass(frozen=True, slots=True)
