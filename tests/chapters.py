@@ -133,6 +133,8 @@ def titled(name: str) -> str:
 def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Reader]:
     """Runs a page in an empty folder."""
     monkeypatch.chdir(tmp_path)
+    # As a Python that is started in the folder has it: before what other tests' files left there.
+    monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setenv("COLUMNS", "100")
     for module in (batch, public_run):
         monkeypatch.setattr(module, "worker_count", lambda given: 0)

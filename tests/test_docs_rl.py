@@ -12,10 +12,9 @@ from tests.h264 import decoded, report
 __all__ = ["chapter"]
 
 
-def test_the_chapter_runs_as_pasted(chapter, monkeypatch):
+def test_the_chapter_runs_as_pasted(chapter):
     pytest.importorskip("imageio_ffmpeg")
     pytest.importorskip("moviepy")
-    monkeypatch.syspath_prepend(str(Path.cwd()))  # as a Python that is started in the folder has it
     chapter("reinforcement-learning.md")
     # A reset and 45 steps, in the size of render().
     film = Path("videos/fixation-episode-0.mp4")
