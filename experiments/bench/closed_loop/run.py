@@ -16,10 +16,8 @@ import gymnasium as gym
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
-from colias_sim import gl
 from colias_sim.envs import ENVS
 from colias_sim.envs.factors import PRESET
-from colias_sim.reference import reference_hash
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry, start_places
 from experiments.bench.closed_loop.find import env_id, load_behaviour, members
@@ -31,6 +29,7 @@ from experiments.bench.core.scores import Score, Standing
 from experiments.bench.core.settings import check_counts
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.contents import Contents, Planned
+from experiments.bench.core.store.drawing import drawn_here
 from experiments.bench.core.store.rows import OBSERVER, Failure, TrialRecord, known
 from experiments.bench.core.terminal import count, progress
 from experiments.bench.core.user_code import is_own
@@ -211,7 +210,7 @@ def work(spec: EpisodeSpec, *, recorded: int) -> TrialRecord:
         done = finished(episode, spec.index, spec.repeat, recording)
         if episode.series is None:  # one that senses the state sees no picture
             return done
-        return dataclasses.replace(done, renderer=gl.renderer(), pixels=reference_hash())
+        return drawn_here(done)
 
 
 def batch(made: BehaviourPlan, recorded: int) -> Batch[EpisodeSpec]:

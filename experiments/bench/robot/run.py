@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING
 import cv2
 from threadpoolctl import threadpool_limits
 
-from colias_sim import gl
-from colias_sim.reference import reference_hash
 from experiments.bench.core.batch import Batch, Resources
+from experiments.bench.core.store.drawing import drawn_here
 from experiments.bench.core.store.rows import TrialRecord
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan, describe
@@ -47,8 +46,7 @@ def work(spec: TrialSpec, *, keep: Keep) -> TrialRecord:
 
         with threadpool_limits(1):
             recorded = recording.record(result)
-    done = finished(result, recorded, frames=keep.frames)
-    return replace(done, renderer=gl.renderer(), pixels=reference_hash())
+    return drawn_here(finished(result, recorded, frames=keep.frames))
 
 
 def simulated(spec: TrialSpec, *, keep_media: bool) -> TrialResult:

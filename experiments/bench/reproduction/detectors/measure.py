@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from colias_sim import gl
+from experiments.bench.core.store.drawing import drawn_here
 from experiments.bench.core.store.rows import TrialRecord
 from experiments.bench.reproduction.detectors.panel import spikes_in_a_row
 from experiments.bench.robot.experiment import TrialSpec
@@ -49,7 +49,7 @@ def work(spec: TrialSpec) -> TrialRecord:
         above = [int((answer.series.looming >= threshold).sum()) for threshold in THRESHOLDS]
         count = collisions(answer.series.looming_spikes, in_a_row)
         rows.append({**row, "collision_frames": count, **edge, "frames_above": above})
-    return replace(record, rows=tuple(rows), renderer=gl.renderer())
+    return drawn_here(replace(record, rows=tuple(rows)))
 
 
 def moving_edge(pictures: npt.NDArray[np.uint8]) -> npt.NDArray[np.int64]:

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pyarrow as pa
 
-from colias_sim import gl
 from experiments.bench.core.store.contents import Contents
+from experiments.bench.core.store.drawing import drawn_here
 from experiments.bench.core.store.rows import TrialRecord
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.rows import TRIAL_SCHEMA, finished
@@ -32,7 +32,7 @@ def work(spec: TrialSpec, *, labels: Collection[str]) -> TrialRecord:
         }
         for row, answer in zip(record.rows, result.answers, strict=True)
     )
-    return replace(record, rows=rows, renderer=gl.renderer())
+    return drawn_here(replace(record, rows=rows))
 
 
 def contents(plain: Contents) -> Contents:
