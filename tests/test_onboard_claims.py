@@ -88,6 +88,7 @@ def test_a_spike_of_the_other_sign_is_one_lost_and_one_gained():
 def test_series_are_those_of_the_trial():
     (spec,) = study.case(1, 0, FORMATS[:2]).specs[-1:]
     record = series.work(spec, labels=(BEST.label,))
+    assert record.renderer and len(record.pixels) == 12, "what drew is noted, as of every trial"
     plain, best = record.rows
     assert plain[series.HS] is None and plain[series.SPIKES] is None
     answer = run_trial(spec).answers[1]

@@ -14,7 +14,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from experiments.bench.cli import entry
+from experiments.bench.doctor import memory
 from tests.processes import CLI, QUICK, start
 
 ROOT = Path(__file__).parents[1]
@@ -65,7 +65,7 @@ def test_too_little_memory_is_one_line(tmp_path, mb):
 
 
 def test_the_memory_asked_for_is_enough(tmp_path):
-    limit = partial(resource.setrlimit, resource.RLIMIT_AS, (entry.LEAST_MEMORY_MB << 20, entry.LEAST_MEMORY_MB << 20))
+    limit = partial(resource.setrlimit, resource.RLIMIT_AS, (memory.LEAST_MB << 20, memory.LEAST_MB << 20))
     done = subprocess.run(
         [*CLI, "run", "speed", *QUICK, "-q"], cwd=tmp_path, capture_output=True, text=True, preexec_fn=limit,
         timeout=300, env=os.environ | {"PYTHONPATH": str(ROOT)},

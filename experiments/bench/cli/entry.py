@@ -7,15 +7,13 @@ import os
 import sys
 
 from experiments.bench.core import interrupts
+from experiments.bench.doctor import memory
 
 TYPE_CHECKING = False  # that of typing, whose import takes longer than all else here
 if TYPE_CHECKING:
     from typing import NoReturn
 
 EXIT_USAGE = 2
-LEAST_MEMORY_MB = 1200
-"""Address space that a process needs (`ulimit -v`). A robot trial was measured to need between 900 and 1,000 MB. With
-less, the OpenGL and Arrow libraries end in a segmentation fault, or in an error that names something else."""
 
 
 def begin() -> None:
@@ -56,10 +54,10 @@ def run_file(path: str) -> NoReturn:
 def _outcome() -> tuple[int, str]:
     """Do what the command line asks for: the exit status, and a last line for stderr. A defect keeps its traceback."""
     status, said = 0, ""
-    limit = _memory_limit_mb()
-    if limit is not None and limit < LEAST_MEMORY_MB:
+    limit = memory.limit_mb()
+    if limit is not None and limit < memory.LEAST_MB:
         allowed = f"this process may have {limit:,.0f} MB of address space (ulimit -v)"
-        return EXIT_USAGE, f"colias: {allowed}: it needs {LEAST_MEMORY_MB:,} MB"
+        return EXIT_USAGE, f"colias: {allowed}: it needs {memory.LEAST_MB:,} MB"
     try:
         from experiments.bench.cli import main as cli_main
 
@@ -108,7 +106,7 @@ def _words(error: Exception) -> str:
         text = f"a library does not load: {text}"
     elif isinstance(error, MemoryError):
         text = f"out of memory: {text}" if text else "out of memory"
-    limit = _memory_limit_mb()
+    limit = memory.limit_mb()
     return text if limit is None else f"{text} (this process may have {limit:,.0f} MB of address space: ulimit -v)"
 
 
@@ -120,15 +118,6 @@ def _in_printing(error: BaseException) -> bool:
             return True
         step = step.tb_next
     return False
-
-
-def _memory_limit_mb() -> float | None:
-    try:
-        import resource
-    except ImportError:  # Windows
-        return None
-    soft, _ = resource.getrlimit(resource.RLIMIT_AS)
-    return None if soft == resource.RLIM_INFINITY else soft / 2**20
 
 
 def _open_streams() -> None:

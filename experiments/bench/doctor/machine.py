@@ -11,9 +11,8 @@ from pathlib import Path
 from filelock import FileLock
 
 from experiments.bench.doctor.finding import Finding
+from experiments.bench.doctor.memory import LEAST_MB, limit_mb
 
-LEAST_MB = 1200
-"""Memory that a process needs; see `experiments.bench.cli.entry`."""
 TEST_BYTES = 4 * 2**20
 LEAST_FREE_MB = 500
 """A run of the paper's speed tests with its recordings takes some 60 MB; a whole reproduction some hundreds."""
@@ -28,7 +27,7 @@ def cores() -> Finding:
 def memory() -> Finding:
     """Compare the memory that is free, and the limit of this process, with what a worker needs."""
     free = _available_mb()
-    limit = _limit_mb()
+    limit = limit_mb()
     said = ", ".join(
         text
         for text in (
@@ -50,15 +49,6 @@ def _available_mb() -> float | None:
             if line.startswith("MemAvailable:"):
                 return int(line.split()[1]) / 1024
     return None
-
-
-def _limit_mb() -> float | None:
-    try:
-        import resource
-    except ImportError:  # Windows
-        return None
-    soft, _ = resource.getrlimit(resource.RLIMIT_AS)
-    return None if soft == resource.RLIM_INFINITY else soft / 2**20
 
 
 def run_folder(folder: Path) -> Finding:
