@@ -2,7 +2,7 @@
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run reproduce numbers train policies test test-train attack fuzz lint types bench setup lock clean
+.PHONY: run reproduce numbers train policies test test-train attack fuzz docs lint types bench setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -28,6 +28,14 @@ test: $(READY) ## Every test; those that need Debian's chromium, gcc-arm-none-ea
 	sh tools/setup.sh --browser
 	sh tools/setup.sh --firmware
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+
+SITE := build/site
+docs: $(READY) ## The documentation, into build/site: tutorials executed, warnings are errors, links and search checked
+	sh tools/setup.sh --docs
+	sh tools/setup.sh --browser
+	rm -rf $(SITE) docs/generated
+	$(BIN)/sphinx-build -b html -W --keep-going -q -j auto docs $(SITE)
+	$(BIN)/python -m pytest -m site tests/site
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train
@@ -57,6 +65,8 @@ $(READY): requirements.lock pyproject.toml tools/setup.sh $(wildcard dsnn/native
 lock: $(READY) ## Renew requirements.lock from pyproject.toml (needs uv)
 	uv pip compile pyproject.toml --extra cluster --group dev --universal --generate-hashes --no-header --no-annotate \
 		--python-version 3.11 --upgrade -q -o requirements.lock
+	uv pip compile --group docs -c requirements.lock --universal --generate-hashes --no-header \
+		--no-annotate --python-version 3.11 --upgrade -q -o docs/requirements.lock
 
 clean:
-	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv build docs/generated .pytest_cache .mypy_cache .ruff_cache .hypothesis

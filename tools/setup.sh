@@ -49,6 +49,14 @@ if [ "${1:-}" = --firmware ]; then # for the programs of the robot's chip: a cro
     exit 0
 fi
 
+if [ "${1:-}" = --docs ]; then # the documentation's own packages
+    "$venv/bin/python" -c 'import sphinx, myst_nb, pydata_sphinx_theme, numpydoc, sphinx_design, sphinx_copybutton' \
+        2>/dev/null && exit 0
+    say "installing what the documentation is built with (some 60 MB)"
+    "$venv/bin/python" -m pip install -q --disable-pip-version-check --require-hashes -r docs/requirements.lock
+    exit 0
+fi
+
 if [ "${1:-}" = --train ]; then # the extra [train], which the lock leaves out: into the .venv that is there
     "$venv/bin/python" -c 'import stable_baselines3, torch' 2>/dev/null && exit 0
     torch=2.13.0

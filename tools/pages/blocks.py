@@ -1,0 +1,30 @@
+"""Code blocks of the chapters as the tests read them, turned into what Sphinx knows.
+
+A chapter is read in two ways: by people on GitHub, and by tests/chapters.py, which runs its blocks. A block with
+``title=NAME`` is a file, and gets its name as a caption; comments that are for the tests are left out.
+"""
+
+from __future__ import annotations
+
+import re
+
+from sphinx.application import Sphinx
+
+_TITLE = re.compile(r"^```(?P<language>\w+) title=(?P<title>[\w.]+)$", re.MULTILINE)
+_COMMENT = re.compile(r"^<!-- (?:test: [^\n]*?|measured: [^\n]*?|end of measured) -->\n", re.MULTILINE)
+
+
+def rewritten(text: str) -> str:
+    """Return a page's text with captions and without the comments for the tests."""
+    text = _TITLE.sub(r"```{code-block} \g<language>\n:caption: \g<title>\n", text)
+    return _COMMENT.sub("", text)
+
+
+def _on_source_read(app: Sphinx, name: str, source: list[str]) -> None:
+    source[0] = rewritten(source[0])
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Rewrite every page when it is read."""
+    app.connect("source-read", _on_source_read)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
