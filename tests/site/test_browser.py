@@ -1,0 +1,78 @@
+"""The documentation opened from disk in Chromium: its search finds, and its pages fit narrow and wide windows."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+SITE = Path(__file__).parents[2] / "build" / "site"
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+WIDTHS = (390, 1280)
+pytestmark = [
+    pytest.mark.site,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian run 'apt-get install chromium'"),
+]
+MEASURE = """<!doctype html><title>widths</title><pre id="found">unfinished</pre><script>
+const pages = PAGES, widths = WIDTHS, wide = [], frame = document.createElement("iframe");
+frame.height = 900;
+document.body.append(frame);
+async function show(page, width) {
+  frame.width = width;
+  await new Promise((done) => { frame.onload = done; frame.src = page; });
+  const root = frame.contentDocument.documentElement;
+  if (root.scrollWidth > width) wide.push(`${page} at ${width}: ${root.scrollWidth} px`);
+}
+(async () => {
+  for (const page of pages) for (const width of widths) await show(page, width);
+  document.getElementById("found").textContent = JSON.stringify(wide);
+})();
+</script>"""
+
+
+def opened(url: str, profile: Path, *flags: str, budget_ms: int = 10_000) -> str:
+    """The document after its scripts have run."""
+    command = [str(CHROMIUM), *FLAGS, *flags, f"--user-data-dir={profile}", f"--virtual-time-budget={budget_ms}",
+               "--dump-dom", url]  # fmt: skip
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=True).stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "page"),
+    [
+        ("rolling shutter", "eye.html"),
+        ("preferred direction", "reference/glossary.html"),
+        ("leaderboard", "your-own-model.html"),
+        ("fixation", "behaviours-and-training.html"),
+    ],
+)
+def test_search_finds_from_disk(words, page, tmp_path):
+    text = opened(f"{(SITE / 'search.html').as_uri()}?q={words.replace(' ', '+')}", tmp_path)
+    assert page in re.findall(r'<a href="([^"?#]*)[^"]*" data-score', text)
+
+
+def test_search_says_when_nothing_is_found(tmp_path):
+    assert "did not match any documents" in opened(f"{(SITE / 'search.html').as_uri()}?q=qwertzuiop", tmp_path)
+
+
+def test_pages_fit_narrow_and_wide_windows(tmp_path):
+    """A page that scrolls sideways as a whole has something in it that should scroll, or be smaller, by itself."""
+    pages = sorted(str(path.relative_to(SITE)) for path in SITE.rglob("*.html") if "_static" not in path.parts)
+    text = MEASURE.replace("PAGES", json.dumps([(SITE / page).as_uri() for page in pages]))
+    harness = tmp_path / "widths.html"
+    harness.write_text(text.replace("WIDTHS", json.dumps(WIDTHS)), encoding="utf-8")
+    flags = ("--allow-file-access-from-files", "--disable-web-security")
+    found = re.search(
+        r'<pre id="found">(.*?)</pre>', opened(harness.as_uri(), tmp_path / "profile", *flags, budget_ms=600_000)
+    )
+    assert found is not None
+    assert json.loads(html.unescape(found[1])) == []
