@@ -55,6 +55,7 @@ SKIPPED = {
     ),
     "eye.md": ("takes half an hour: tests/test_fidelity.py",),
     "footage.md": ("needs a screen", "needs a camera", "takes a minute: tests/test_street.py shows a clip of it"),
+    "install.md": ("downloads packages",),
     "looming.md": (
         "takes minutes: tests/test_leaderboard.py",
         "takes minutes: tests/test_escape.py",

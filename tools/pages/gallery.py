@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import shutil
 import subprocess
@@ -51,12 +50,12 @@ ENTRIES = (
     Entry("ON and OFF", "colias run edges --no-recordings --out edges", "edges/figure.png",
           "One edge in view. Blocking the pathway that it drives silences HS.",
           "what-the-numbers-mean.md|What the numbers mean"),
-    Entry("A tuning curve", "colias tune --model lgmd1 --curve speed --out tuning", "tuning/figure.png",
+    Entry("A tuning curve", "colias tune --model lgmd1 --only --curve speed --out tuning", "tuning/speed.png",
           "The answer against the speed of what moves.", "your-own-model.md|Your own model"),
     Entry("A map of claims",
-          "colias map speed --over experiment.acceleration_cm_s2=10,17 --over dsnn.n_con=4,8 --claims C15 "
-          "--repeats 1 --replicates 1 --out map", "map/figure.png",
-          "Where in a grid of two parameters claims hold. Here with one trial of each condition.", "maps.md|Maps"),
+          "colias map clean --over dsnn.n_con=4,6,8 --over dsnn.d=1,2 --claims C1,C3 --replicates 1 --out map",
+          "map/map.png", "At which connections and sampling distances two claims hold. The defaults have red frames.",
+          "maps.md|Maps"),
     Entry("A reflex in the loop", "colias behave optomotor --episodes 3 --no-recordings --out optomotor",
           "optomotor/figure.png", "Headings held against a turning drum by HS, beside baselines.",
           "behaviours-and-training.md|Behaviours and training"),
@@ -64,36 +63,48 @@ ENTRIES = (
 HEAD = """# Gallery
 
 Each figure was made by the command below it when these pages were built.
-Few repeats keep that short: a run of your own leaves the repeats out, and has the paper's.
+Few repeats keep that short: without `--repeats` a run has those of the paper.
 
 """
 
 
 def write(folder: Path) -> None:
     """Run every command of `ENTRIES`, and write its figure and the page into ``folder``."""
-    cards = []
+    pictures = []
     with tempfile.TemporaryDirectory() as place:
         for number, entry in enumerate(ENTRIES):
             _run(entry, Path(place))
-            picture = f"{number}-{Path(entry.picture).name}"
-            shutil.copy(Path(place, entry.picture), folder / picture)
-            cards.append(_card(entry, picture))
-    (folder / "index.md").write_text(HEAD + "\n".join(cards), encoding="utf-8")
+            pictures.append(f"{number}-{Path(entry.picture).name}")
+            shutil.copy(Path(place, entry.picture), folder / pictures[-1])
+    found = list(zip(ENTRIES, pictures, strict=True))
+    thumbnails = "\n".join(_thumbnail(entry, picture) for entry, picture in found)
+    sections = "\n".join(_section(entry, picture) for entry, picture in found)
+    text = f"{HEAD}::::{{grid}} 2 2 3 3\n:gutter: 2\n\n{thumbnails}::::\n\n{sections}"
+    (folder / "index.md").write_text(text, encoding="utf-8")
 
 
 def _run(entry: Entry, place: Path) -> None:
     program, *arguments = shlex.split(entry.command)
     command = [str(Path(sys.executable).with_name(program)), *arguments]
-    done = subprocess.run(command, cwd=place, env=os.environ, capture_output=True, text=True, timeout=LONGEST_S)
+    done = subprocess.run(command, cwd=place, capture_output=True, text=True, timeout=LONGEST_S, check=False)
     if done.returncode:
         raise RuntimeError(f"the gallery's command fails: {entry.command}: {done.stderr.strip()}")
     if not (place / entry.picture).exists():
         raise RuntimeError(f"the gallery's command has left no {entry.picture}: {entry.command}")
 
 
-def _card(entry: Entry, picture: str) -> str:
+def _label(entry: Entry) -> str:
+    return f"gallery-{entry.title.lower().replace(' ', '-')}"
+
+
+def _thumbnail(entry: Entry, picture: str) -> str:
+    link = f":link: {_label(entry)}\n:link-type: ref"
+    return f":::{{grid-item-card}} {entry.title}\n:img-bottom: {picture}\n:img-alt: {entry.words}\n{link}\n:::\n\n"
+
+
+def _section(entry: Entry, picture: str) -> str:
     page, words = entry.guide.split("|")
     return (
-        f"## {entry.title}\n\n{entry.words}\n\n![{entry.words}]({picture})\n\n```sh\n{entry.command}\n```\n\n"
-        f"More: [{words}](../../{page})\n"
+        f"({_label(entry)})=\n## {entry.title}\n\n{entry.words}\n\n![{entry.words}]({picture})\n\n"
+        f"```sh\n{entry.command}\n```\n\nMore: [{words}](../../{page})\n"
     )
