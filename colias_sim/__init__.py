@@ -3,20 +3,20 @@
 This package knows no vision model.
 """
 
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING
 
 from colias_sim.gl import choose_backend
 
 choose_backend()  # before anything below imports mujoco
 
 # ruff: noqa: E402
-from colias_sim.camera import Camera, Frame
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.envs.registry import register_envs
 from colias_sim.gl import GLUnavailable
 from colias_sim.path import Line, OpenLoop, PathFollower, SpeedProfile
 from colias_sim.robot import Parked, Pose, Robot, WheelSpeeds, bearing
-from colias_sim.simulation import Simulation
 
 try:
     __version__ = version("colias-sim")
@@ -45,3 +45,24 @@ __all__ = [
     "bearing",
     "register_envs",
 ]
+
+# The names whose modules import MuJoCo are looked up when they are first asked for, so that listing the envs, or
+# setting up trials, does without it. Type checkers read the imports; a `__getattr__` that they saw would make any name
+# one of this package's.
+if TYPE_CHECKING:
+    from colias_sim.camera import Camera, Frame
+    from colias_sim.simulation import Simulation
+else:
+    _PLACES = {"Camera": "camera", "Frame": "camera", "Simulation": "simulation"}
+
+    def __getattr__(name: str) -> object:
+        """Look up a name whose module imports MuJoCo (PEP 562)."""
+        if name not in _PLACES:
+            raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+        value = getattr(import_module(f"{__name__}.{_PLACES[name]}"), name)
+        globals()[name] = value
+        return value
+
+    def __dir__() -> list[str]:
+        """Every public name, looked up already or not."""
+        return sorted({*globals(), *__all__})

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
 
 from colias_sim.config import RobotConfig
 from colias_sim.motors import MotorBoard, Motors
+
+if TYPE_CHECKING:
+    import mujoco
 
 EASE = 2.0
 """Largest acceleration of `Robot.ease` at the wheels' rims, in m/s^2.

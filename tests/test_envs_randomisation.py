@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
-from colias_sim.envs.apparatus import CLEARANCE
 from colias_sim.envs.factors import FACTORS, PRESETS
-from colias_sim.envs.geometry import gap_to_robot, gap_to_wall
+from colias_sim.envs.geometry import CLEARANCE, gap_to_robot, gap_to_wall
 from colias_sim.scene import compile_model
 from tests.envs import bare, episode, fingerprint
 

@@ -7,6 +7,8 @@ import dataclasses
 import importlib
 import inspect
 import re
+import subprocess
+import sys
 import types
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -28,7 +30,7 @@ PARAMETERS = [getattr(dsnn, name) for name in dsnn.__all__ if name.endswith("Par
 def test_all_is_complete_and_sorted(package: types.ModuleType) -> None:
     imported = {
         alias.asname or alias.name
-        for node in ast.parse(Path(str(package.__file__)).read_text()).body
+        for node in ast.walk(ast.parse(Path(str(package.__file__)).read_text()))
         if isinstance(node, ast.ImportFrom) and str(node.module).partition(".")[0] == package.__name__.partition(".")[0]
         for alias in node.names
     }
@@ -36,6 +38,42 @@ def test_all_is_complete_and_sorted(package: types.ModuleType) -> None:
     assert set(package.__all__) == public
     order = [(not name.isupper(), not name[0].isupper(), name) for name in package.__all__]
     assert order == sorted(order)
+
+
+LOOKED_UP = """
+import os, pickle, pydoc, sys
+import colias_sim
+
+missing = set(colias_sim.__all__) - set(dir(colias_sim))
+assert not missing, missing
+assert "mujoco" not in sys.modules and "colias_sim.simulation" not in sys.modules
+assert os.environ["MUJOCO_GL"]  # chosen before mujoco is imported
+assert pickle.loads(b"ccolias_sim\\nFrame\\n.") is colias_sim.Frame
+from colias_sim import *
+
+assert Simulation is colias_sim.Simulation is sys.modules["colias_sim.simulation"].Simulation
+assert "mujoco" in sys.modules
+assert "class Simulation" in pydoc.plaintext.document(colias_sim)
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="another platform's backend needs no variable")
+def test_names_that_need_mujoco_are_looked_up_when_they_are_asked_for() -> None:
+    """In a process of its own, which has not looked them up yet: `dir`, pickles, ``import *`` and `help` see them."""
+    subprocess.run([sys.executable, "-c", LOOKED_UP], check=True)
+
+
+def test_names_that_are_looked_up_are_those_that_type_checkers_see() -> None:
+    """Each of the imports under ``TYPE_CHECKING`` is what the package has at run time, and there is no other name."""
+    tree = ast.parse(Path(str(colias_sim.__file__)).read_text())
+    (seen,) = (node for node in tree.body if isinstance(node, ast.If))
+    named = [(str(each.module), alias.name) for each in seen.body if isinstance(each, ast.ImportFrom)
+             for alias in each.names]  # fmt: skip
+    assert named
+    for module, name in named:
+        assert getattr(colias_sim, name) is getattr(importlib.import_module(module), name)
+    with pytest.raises(AttributeError, match="'colias_sim' has no attribute 'camera_'"):
+        _ = colias_sim.camera_
 
 
 def test_the_version_is_that_of_the_distribution() -> None:

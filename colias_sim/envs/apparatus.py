@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 
 import mujoco
 import numpy as np
 
 from colias_sim.envs.factors import EpisodeSettings
-from colias_sim.envs.geometry import ARENA_RADIUS, HULL_RADIUS
-from colias_sim.robot import Pose
 from colias_sim.scene import base_mass, contrasted, set_motor_gain, texels
 from colias_sim.simulation import Simulation
 
 WALL = "wall"
 """Name of the wall's texture."""
-CLEARANCE = 0.01
-"""Least gap between a start that was moved and the nearest robot or wall, in metres."""
-_SHARES = 20
 
 
 class Apparatus:
@@ -81,33 +75,3 @@ class Apparatus:
         mujoco.mj_setConst(model, self._sim.data)
         # The solver's tolerance is relative to this, which MuJoCo computes only when it compiles: one after another.
         model.stat.meaninertia = np.add.accumulate(model.dof_M0)[-1] / model.nv
-
-
-def moved(places: Mapping[str, Pose], name: str, ahead: float, left: float) -> dict[str, Pose]:
-    """Move one robot's start, or as much of the way as keeps it clear of all others and the wall.
-
-    Parameters
-    ----------
-    places
-        The start of every robot.
-    name
-        Which one to move.
-    ahead, left
-        How far, in metres, along its heading and to its left.
-
-    Returns
-    -------
-    dict
-        The starts, with the largest twentieth of the move that leaves a gap of `CLEARANCE`, or none of it.
-    """
-    start = places[name]
-    cos, sin = math.cos(start.heading), math.sin(start.heading)
-    dx, dy = ahead * cos - left * sin, ahead * sin + left * cos
-    others = [pose for other, pose in places.items() if other != name]
-    for part in range(_SHARES, 0, -1):
-        share = part / _SHARES
-        pose = Pose(start.x + share * dx, start.y + share * dy, start.heading)
-        gaps = [math.hypot(pose.x - other.x, pose.y - other.y) - 2 * HULL_RADIUS for other in others]
-        if min([*gaps, ARENA_RADIUS - HULL_RADIUS - math.hypot(pose.x, pose.y)]) >= CLEARANCE:
-            return {**places, name: pose}
-    return dict(places)

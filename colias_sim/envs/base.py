@@ -14,19 +14,17 @@ from gymnasium import error, spaces
 
 from colias_sim.config import SceneConfig
 from colias_sim.envs.actions import action_space, wheels_of
-from colias_sim.envs.apparatus import Apparatus, moved
 from colias_sim.envs.factors import ends_of, ranges_of
+from colias_sim.envs.geometry import moved
 from colias_sim.envs.models import Answer, Model, build_model
 from colias_sim.envs.observations import neural_observation, observation_space
 from colias_sim.envs.options import EnvOptions, Options
 from colias_sim.envs.randomisation import Randomisation
-from colias_sim.envs.render import Renderer
 from colias_sim.envs.reset_options import ResetOptions, checked_reset_options, placed
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.world import OBSERVER, World
 from colias_sim.gl import has_screen
 from colias_sim.robot import Pose, WheelSpeeds
-from colias_sim.simulation import Simulation
 from colias_sim.streams import clearing, episode, film
 
 TOUCH_COST = 10.0
@@ -58,6 +56,11 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     _answers: list[Answer]
 
     def __init__(self, options: Options) -> None:
+        # Not before: MuJoCo takes its time to load, and whoever lists the envs does without.
+        from colias_sim.envs.apparatus import Apparatus
+        from colias_sim.envs.render import Renderer
+        from colias_sim.simulation import Simulation
+
         self.options = options
         self.render_mode = options.render_mode
         self.metadata = {"render_modes": _render_modes(), "render_fps": 30.0 / options.frame_skip}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -14,6 +14,9 @@ ARENA_RADIUS = ARENA_RADIUS_CM / 100
 """Radius of the arena, in metres."""
 HULL_RADIUS = 0.02
 """Radius of a robot's hull, in metres."""
+CLEARANCE = 0.01
+"""Least gap between a start that was moved and the nearest robot or wall, in metres."""
+_SHARES = 20
 
 
 def gap_to_wall(here: Pose) -> tuple[float, float]:
@@ -97,3 +100,33 @@ def random_poses(
         kept.append((best, apart))
         found.append(best)
     return found
+
+
+def moved(places: Mapping[str, Pose], name: str, ahead: float, left: float) -> dict[str, Pose]:
+    """Move one robot's start, or as much of the way as keeps it clear of all others and the wall.
+
+    Parameters
+    ----------
+    places
+        The start of every robot.
+    name
+        Which one to move.
+    ahead, left
+        How far, in metres, along its heading and to its left.
+
+    Returns
+    -------
+    dict
+        The starts, with the largest twentieth of the move that leaves a gap of `CLEARANCE`, or none of it.
+    """
+    start = places[name]
+    cos, sin = math.cos(start.heading), math.sin(start.heading)
+    dx, dy = ahead * cos - left * sin, ahead * sin + left * cos
+    others = [pose for other, pose in places.items() if other != name]
+    for part in range(_SHARES, 0, -1):
+        share = part / _SHARES
+        pose = Pose(start.x + share * dx, start.y + share * dy, start.heading)
+        gaps = [math.hypot(pose.x - other.x, pose.y - other.y) - 2 * HULL_RADIUS for other in others]
+        if min([*gaps, ARENA_RADIUS - HULL_RADIUS - math.hypot(pose.x, pose.y)]) >= CLEARANCE:
+            return {**places, name: pose}
+    return dict(places)

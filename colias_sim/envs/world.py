@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from colias_sim.envs.geometry import gap_to_robot, gap_to_wall
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.state import Other, State
 from colias_sim.robot import Pose, Robot, WheelSpeeds
-from colias_sim.simulation import Simulation
+
+if TYPE_CHECKING:
+    from colias_sim.simulation import Simulation
 
 OBSERVER, TARGET = "observer", "target"
 """Names of the robot that an agent drives, and of the one that some tasks are about."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
 from dsnn.field_docs import with_field_docs
-from dsnn.stimuli.background import Image, panorama
+from dsnn.stimuli.background import Image, Panorama, panorama
 from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint, per_second
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, Velocity
 from dsnn.stimuli.streams import stream
@@ -50,13 +51,21 @@ class Cluttered(Stimulus[ClutteredParams]):
     def __init__(self, params: ClutteredParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         self._path = ObjectPath(params)
-        self._panorama = panorama(params.background, self.shape, seed)
-        drawn = stream("cluttered.start", seed).uniform(0, self._panorama.period)
-        self._start = drawn if params.start is None else params.start
         self._background = Velocity(per_second(params.background_speed, params.speed_unit, params.fps), 0.0)
 
     def __len__(self) -> int:
         return len(self._path)
+
+    # A declaration makes its clips only to check them: what is drawn at random is drawn with the first frame.
+
+    @cached_property
+    def _panorama(self) -> Panorama:
+        return panorama(self.params.background, self.shape, self.seed)
+
+    @cached_property
+    def _start(self) -> float:
+        drawn = stream("cluttered.start", self.seed).uniform(0, self._panorama.period)
+        return drawn if self.params.start is None else self.params.start
 
     def frame(self, index: int) -> StimulusFrame:
         """Paint frame ``index``."""

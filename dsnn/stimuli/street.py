@@ -7,6 +7,7 @@ So a walker is 90 px high and goes at 70 px/s: 1.4 m/s of a person of 1.75 m. Le
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Literal
 
 import cv2
@@ -89,23 +90,33 @@ class Street(Stimulus[StreetParams]):
         crossing = _movers(p, stream("street.movers", seed))
         self._movers = crossing if p.object == "present" else ()
         self._frames = int(np.ceil((max(mover.leaves_s for mover in crossing) + p.rest_s) * p.fps)) + 1
-        self._ground = _ground(p, stream("street.ground", seed))
-        leaves = stream("street.leaves", seed)
-        self._leaves = _leaves(self.shape, leaves) if p.foliage == "windblown" else None
-        self._sway = Sway(self.shape, p.amplitude_px, (p.low_hz, p.high_hz), p.patch_px, leaves)
 
     def __len__(self) -> int:
         return self._frames
 
+    # A declaration makes its clips only to check them: what is drawn at random is drawn with the first frame.
+
+    @cached_property
+    def _ground(self) -> Floats:
+        return _ground(self.params, stream("street.ground", self.seed))
+
+    @cached_property
+    def _blown(self) -> tuple[Floats, Sway]:
+        """The leaves at rest and their sway, drawn in this order."""
+        p, rng = self.params, stream("street.leaves", self.seed)
+        leaves = _leaves(self.shape, rng)
+        return leaves, Sway(self.shape, p.amplitude_px, (p.low_hz, p.high_hz), p.patch_px, rng)
+
     def frame(self, index: int) -> StimulusFrame:
         """Paint frame ``index``."""
         seconds = index / self.fps
-        if self._leaves is None:
+        if self.params.foliage == "none":
             luma = _grey(self._ground)
             self._paint_movers(luma, seconds)
             return StimulusFrame(luma, self._truth(seconds))
-        x, y = self._sway.places(index, self.fps)
-        blown = cv2.remap(self._leaves, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT)
+        at_rest, sway = self._blown
+        x, y = sway.places(index, self.fps)
+        blown = cv2.remap(at_rest, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT)
         leaves, behind, before = blown[..., 0], *np.clip(np.moveaxis(blown[..., 1:], -1, 0), 0.0, 1.0)
         luma = _grey(self._ground + behind * (leaves - self._ground))
         self._paint_movers(luma, seconds)
@@ -120,7 +131,7 @@ class Street(Stimulus[StreetParams]):
     def _truth(self, seconds: float) -> Truth:
         seen = [mover for mover in self._movers if mover.box(seconds).touches(self.shape)]
         if not seen:
-            return Truth("still" if self._leaves is None else "swaying")
+            return Truth("still" if self.params.foliage == "none" else "swaying")
         velocity = sum(mover.velocity for mover in seen) / len(seen)
         box = _around([mover.box(seconds) for mover in seen])
         return Truth("rightward" if velocity > 0 else "leftward", box, Velocity(velocity, 0.0))

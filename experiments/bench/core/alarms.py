@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy import special
 
 APART_S = 0.5
 """Silence that ends an alarm, s. A reflex of this bench turns away for 0.4 s."""
@@ -56,5 +55,7 @@ def poisson_interval(count: int) -> tuple[float, float]:
     ----------
     Garwood 1936, Fiducial limits for the Poisson distribution, Biometrika 28.
     """
+    from scipy import special  # not before: it takes its time to load
+
     low = float(special.gammaincinv(count, 0.025)) if count else 0.0
     return low, float(special.gammaincinv(count + 1, 0.975))

@@ -4,7 +4,6 @@ No test uses a normal approximation: of five pairs, all one way, it says p = 0.0
 than 2 in 32. P is the share of all arrangements of the values that lie as far from what chance gives as those seen,
 so it is never below one arrangement in all there are. Where they are too many to count, `PERMUTATIONS` of them are
 drawn, always the same ones, and those seen count as one more: p is never below 1 in ``PERMUTATIONS + 1``.
-Functions import `scipy.stats` themselves, as that takes 0.6 s.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import special
 
 from experiments.bench.streams import stream
 
@@ -75,6 +73,8 @@ def summarise(values: Sequence[float]) -> Summary:
     sd = float(sample.std(ddof=1)) if n > 1 else math.nan
     low = high = mean if n > 1 else math.nan
     if np.ptp(sample) > 0:
+        from scipy import special  # not before: it takes its time to load, and declarations need this file
+
         if n < LEAST_FOR_BOOTSTRAP:
             half = float(special.stdtrit(n - 1, 0.975)) * sd / math.sqrt(n)
             low, high = mean - half, mean + half
@@ -82,11 +82,9 @@ def summarise(values: Sequence[float]) -> Summary:
             from scipy import stats
 
             tail = float(special.ndtr(math.sqrt(n / (n - 1)) * special.stdtrit(n - 1, 0.025)))
-            interval = stats.bootstrap(
-                (sample,), np.mean, n_resamples=RESAMPLES, method="percentile", rng=stream("bootstrap.mean", SEED),
-                confidence_level=1 - 2 * tail,
-            ).confidence_interval  # fmt: skip
-            low, high = float(interval.low), float(interval.high)
+            found = stats.bootstrap((sample,), np.mean, n_resamples=RESAMPLES, confidence_level=1 - 2 * tail,
+                                    method="percentile", rng=stream("bootstrap.mean", SEED))  # fmt: skip
+            low, high = float(found.confidence_interval.low), float(found.confidence_interval.high)
     return Summary(n, mean, sd, float(np.median(sample)), low, high)
 
 
@@ -95,6 +93,8 @@ def proportion_interval(count: float, of: float) -> tuple[float, float]:
 
     Trials that come in clusters may be given as fewer: their effective number, and the same share of it.
     """
+    from scipy import special
+
     low = float(special.betaincinv(count, of - count + 1, 0.025)) if count > 0 else 0.0
     high = float(special.betaincinv(count + 1, of - count, 0.975)) if count < of else 1.0
     return low, high
@@ -120,7 +120,7 @@ def area_under_roc(positives: Sequence[float], negatives: Sequence[float]) -> tu
     Newcombe 2006, Confidence intervals for an effect size measure based on the Mann-Whitney statistic, part 2,
     Statistics in Medicine 25: method 5.
     """
-    from scipy import optimize
+    from scipy import optimize, special
 
     m, n = len(positives), len(negatives)
     above = np.sign(np.subtract.outer(np.asarray(positives, float), np.asarray(negatives, float))) / 2 + 0.5

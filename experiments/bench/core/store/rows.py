@@ -6,12 +6,10 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypedDict, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, TypedDict, get_args, get_type_hints
 
-import pyarrow as pa
-import pyarrow.csv
-
-from experiments.bench.core.store.files import read_parquet
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 MOST_LISTED = 10
 """Numbers of trials in a message."""
@@ -64,7 +62,8 @@ class ResponseRow(TypedDict):
     azimuth: float
 
 
-_ARROW = {int: pa.int64(), float: pa.float64(), str: pa.string(), bool: pa.bool_()}
+_ARROW = {int: "int64", float: "float64", str: "string", bool: "bool_"}
+"""Type of a key -> the name of the function of PyArrow that makes the column's."""
 
 
 def schema_of(*rows: type) -> pa.Schema:
@@ -72,11 +71,13 @@ def schema_of(*rows: type) -> pa.Schema:
 
     A key declared again by a later type keeps its place.
     """
+    import pyarrow as pa  # not before, nor in `read_trials`: declarations of claims import this module
+
     columns: dict[str, pa.DataType] = {}
     for row in rows:
         for name, kind in get_type_hints(row).items():
             own = [part for part in get_args(kind) or (kind,) if part is not type(None)]
-            columns[name] = _ARROW[own[0]]
+            columns[name] = getattr(pa, _ARROW[own[0]])()
     return pa.schema(columns)
 
 
@@ -121,6 +122,8 @@ def recording_name(index: int) -> str:
 
 def read_trials(folder: Path) -> list[dict[str, Any]]:
     """The rows of a run's ``trials.parquet``; ``FileNotFoundError`` where there is none."""
+    from experiments.bench.core.store.files import read_parquet
+
     rows: list[dict[str, Any]] = read_parquet(folder / "trials.parquet").to_pylist()
     return rows
 
