@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 import mujoco
 import numpy as np
 
-from colias_sim.envs.factors import EpisodeSettings
+from colias_sim.envs.episode_settings import EpisodeSettings
 from colias_sim.envs.geometry import ARENA_RADIUS, HULL_RADIUS
 from colias_sim.robot import Pose
 from colias_sim.scene import base_mass, contrasted, set_motor_gain, texels

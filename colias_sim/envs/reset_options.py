@@ -12,7 +12,8 @@ import numpy as np
 
 from colias_sim.config import CameraConfig
 from colias_sim.envs.apparatus import CLEARANCE
-from colias_sim.envs.factors import FACTORS, EpisodeSettings, Factor, reason
+from colias_sim.envs.episode_settings import EpisodeSettings
+from colias_sim.envs.factors import FACTORS, Factor, reason
 from colias_sim.envs.geometry import ARENA_RADIUS, HULL_RADIUS, random_poses
 from colias_sim.envs.world import OBSERVER
 from colias_sim.robot import Pose
