@@ -10,7 +10,6 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim.background import Background, Box, from_above, slice_of
 from colias_sim.config import CameraConfig
 from colias_sim.exposure import LAG_SDS, WHOLE, FramePlan, Render, next_exposure, plan_frame, settle
 from colias_sim.lamps import Lamps
@@ -18,7 +17,7 @@ from colias_sim.lens import point_spread
 from colias_sim.noise import Noise
 from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP, FrameClock
-from colias_sim.strips import Strips
+from colias_sim.sensor import Sensor, render_shape, slots_of
 from colias_sim.tuning import check_tunable
 
 Floats = npt.NDArray[np.float32]
@@ -80,26 +79,15 @@ class Camera:
         self._steps = FrameClock(config.fps).steps
         self._eye = mujoco.MjvCamera()
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(name).id
-        rows, columns = config.height * config.supersample, config.width * config.supersample
-        columns *= config.supersample_columns
         self._option = mujoco.MjvOption()
         self._option.geomgroup[OWN_BODY_GROUP] = 0
-        self._grey = np.empty((rows, columns), np.uint8)
-        self._light = np.zeros((config.height, config.width), np.float32)
-        self._ahead, self._small = np.zeros_like(self._light), np.zeros_like(self._light)
-        self._whole = Box(range(config.height), range(config.width))
-        self._scale = config.supersample, config.supersample * config.supersample_columns
         self._set_optics()
-        self._exposures = 0
         self._last: Frame | None = None
         self._exposure_ms = config.exposure_ms
         self._lamps = Lamps(model) if config.auto_exposure or config.gain != 1.0 else None
-        bands = config.row_time_us > 0.0
-        slots = Strips.slots(config) if bands else 1
-        self._offscreen = Offscreen(model, rows, columns, slots=slots, bright=self._lamps is not None)
-        eye = self._eye.fixedcamid
-        self._background = Background(model, eye, config, self._option) if config.still_background else None
-        self._strips = Strips(self._offscreen, config, slots) if bands else None
+        bright = self._lamps is not None
+        self._offscreen = Offscreen(model, *render_shape(config), slots=slots_of(config), bright=bright)
+        self._sensor = Sensor(model, self._eye, self._option, self._offscreen, config)
         self.plan: FramePlan
         self.next_plan: FramePlan
         self.plan = self.next_plan = self._planned(0.0)
@@ -122,7 +110,7 @@ class Camera:
         config
             The settings. `colias_sim.tuning.check_tunable` raises ``ValueError`` for those that it cannot take.
         """
-        check_tunable(config, self.config, lamps=self._lamps is not None, bands=self._strips is not None)
+        check_tunable(config, self.config, lamps=self._lamps is not None, bands=self._sensor.bands)
         self.config = config
         self._set_optics()
 
@@ -144,18 +132,15 @@ class Camera:
         data
             State of the scene. What the first frame shows of the time before it, it shows in this state.
         """
-        self.discard()
-        self._ahead[:] = 0.0
+        self._sensor.restart()
         self._last = None
         self._exposure_ms = self.config.exposure_ms
-        if self._background is not None:
-            self._background.forget()
         if self._lamps is not None:
             self._lamps.look()
         if self.config.auto_exposure and self.config.ae_start == "settled":
             self._exposure_ms = settle(self.config, lambda exposure_ms: self._mean(data, exposure_ms))
         self.plan = self.next_plan = self._planned(0.0)
-        if self._strips is not None:
+        if self._sensor.bands:
             for render in self.plan.renders:
                 if render.step < 1:
                     self.expose(data, render)
@@ -173,15 +158,14 @@ class Camera:
         """
         light = (self.next_plan if render.ahead else self.plan).light
         if self._lamps is None:
-            self._expose(data, render)
+            self._sensor.expose(data, render)
             return
         with self._lamps.scaled(light):
-            self._expose(data, render)
+            self._sensor.expose(data, render)
 
     def collect(self) -> None:
         """Read what OpenGL has drawn since the last time. Nobody else may draw in a shared context before."""
-        if self._strips is not None:
-            self._strips.collect(self._light, self._ahead)
+        self._sensor.collect()
 
     def skip(self) -> None:
         """Discard the frame under way, which nobody looks at, and go on to the next. The exposure loop rests."""
@@ -233,9 +217,7 @@ class Camera:
 
     def discard(self) -> None:
         """Discard the exposure under way."""
-        self.collect()
-        self._light[:] = 0.0
-        self._exposures = 0
+        self._sensor.discard()
 
     def _planned(self, jitter_sds: float) -> FramePlan:
         """Plan a frame with the exposure time that is set; ``jitter_sds`` is how late its clock is, in sd."""
@@ -248,65 +230,21 @@ class Camera:
     def _turn(self, after_next: FramePlan) -> None:
         """Go on to the next frame, parts of which may be exposed already."""
         self.plan, self.next_plan = self.next_plan, after_next
-        self._light, self._ahead = self._ahead, self._light
+        self._sensor.turn()
 
     def _again(self, frame: Frame, time: float) -> Frame:
         """An earlier frame in the place of one that was dropped."""
         return replace(frame, time=time, age_ms=frame.age_ms + 1000.0 * (time - frame.time))
 
-    def _expose(self, data: mujoco.MjData, render: Render) -> None:
-        if render.bottom:
-            assert self._strips is not None, "only a rolling shutter renders bands of rows"
-            self._strips.draw(data, self._eye, self._option, render, self._light, self._ahead)
-            return
-        box = self._render(data)
-        if self._grey.shape != self._light.shape:
-            self._shrink(box)
-            self._light += render.parts * self._small
-        else:
-            for _ in range(render.parts):
-                cv2.accumulate(self._grey, self._light)
-        self._exposures += render.parts
-
-    def _render(self, data: mujoco.MjData) -> Box:
-        """Render the whole picture, or the box of it that has changed."""
-        if self._background is not None:
-            return self._render_box(data, self._background.changed(data))
-        rgb = self._offscreen.render(data, self._eye, self._option)
-        cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
-        cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
-        return self._whole
-
-    def _render_box(self, data: mujoco.MjData, box: Box) -> Box:
-        """Render a part of the picture, and leave the others as they were."""
-        if box.rows and box.columns:
-            rows, columns = box.times(*self._scale)
-            self._offscreen.draw(data, self._eye, self._option, rows, columns=columns)
-            grey = cv2.cvtColor(self._offscreen.read(rows, columns=columns), cv2.COLOR_RGB2GRAY)
-            self._grey[from_above(rows, len(self._grey)), slice_of(columns)] = grey[::-1]
-        return box
-
-    def _shrink(self, box: Box) -> None:
-        """Average the render's pixels over those of the picture."""
-        if box.rows and box.columns:
-            rows, columns = box.times(*self._scale)
-            many = self._grey[from_above(rows, len(self._grey)), slice_of(columns)].astype(np.float32)
-            few = cv2.resize(many, (len(box.columns), len(box.rows)), interpolation=cv2.INTER_AREA)
-            self._small[from_above(box.rows, self.config.height), slice_of(box.columns)] = few
-
     def _mean(self, data: mujoco.MjData, exposure_ms: float) -> float:
         """Mean grey of the present scene at an exposure time, all rows at this moment."""
         assert self._lamps is not None
         with self._lamps.scaled(plan_frame(self.config, self._steps, exposure_ms, 0).light):
-            self._render(data)
-        return float(cv2.mean(self._grey)[0])
+            return self._sensor.mean(data)
 
     def _averaged(self) -> Floats:
         """The light of the frame under way, behind the lens."""
-        light = self._light
-        exposures = self._exposures if self._strips is None else self.plan.samples
-        if exposures > 1:
-            light *= 1.0 / exposures
+        light = self._sensor.average(self.plan.samples)
         if self._kernel is None:
             return light
         blurred = cv2.sepFilter2D(light, cv2.CV_32F, self._kernel, self._kernel, borderType=cv2.BORDER_REPLICATE)

@@ -2,36 +2,34 @@
 
 from __future__ import annotations
 
-import math
-from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar, Generic, cast
 
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
-from gymnasium import error, spaces
+from gymnasium import error
 
 from colias_sim.config import SceneConfig
-from colias_sim.envs.actions import action_space, wheels_of
+from colias_sim.envs.actions import wheels_of
 from colias_sim.envs.factors import ends_of, ranges_of
 from colias_sim.envs.geometry import moved
-from colias_sim.envs.models import Answer, Model, build_model
-from colias_sim.envs.observations import neural_observation, observation_space
+from colias_sim.envs.models import Answer, Model
 from colias_sim.envs.options import EnvOptions, Options
 from colias_sim.envs.randomisation import Randomisation
 from colias_sim.envs.reset_options import ResetOptions, checked_reset_options, placed
-from colias_sim.envs.scripted import Driver
-from colias_sim.envs.world import OBSERVER, World
-from colias_sim.gl import has_screen
-from colias_sim.robot import Pose, WheelSpeeds
+from colias_sim.envs.spaces import spaces_of
+from colias_sim.envs.task import Task
+from colias_sim.envs.vision import Vision
+from colias_sim.envs.world import OBSERVER
+from colias_sim.robot import WheelSpeeds
 from colias_sim.streams import clearing, episode, film
 
 TOUCH_COST = 10.0
 """What touching anything costs: the reward's term ``touch`` is minus this."""
 
 
-class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
+class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
     """Base class of the envs.
 
     A subclass declares its keyword arguments as a dataclass (``options_type``, see `keyword_arguments` for its
@@ -53,24 +51,22 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array", "rgb_array_list"], "render_fps": 30}  # noqa: RUF012
     options_type: ClassVar[type[EnvOptions]] = EnvOptions
     options: Options
-    _answers: list[Answer]
 
     def __init__(self, options: Options) -> None:
         # Not before: MuJoCo takes its time to load, and whoever lists the envs does without.
         from colias_sim.envs.apparatus import Apparatus
-        from colias_sim.envs.render import Renderer
+        from colias_sim.envs.render import Renderer, modes_here
         from colias_sim.simulation import Simulation
 
         self.options = options
         self.render_mode = options.render_mode
-        self.metadata = {"render_modes": _render_modes(), "render_fps": 30.0 / options.frame_skip}
+        modes = modes_here(ColiasEnv.metadata["render_modes"])
+        self.metadata = {"render_modes": modes, "render_fps": 30.0 / options.frame_skip}
         plain = options.plain_settings()
         robot, camera = plain.robot, plain.camera
         self._fastest = robot.max_speed_cm_s / 100
-        self._shape = camera.height, camera.width
         self.observation_space, self.action_space = spaces_of(options)
-        model = build_model(options.model, self._shape)  # built even if unused, so that a wrong name is an error
-        self._model = model if options.observation in ("neural", "both") else None
+        self._vision = Vision(options, (camera.height, camera.width))
         others = self._others()
         # A camera is made for the upper ends of what is drawn: those need the most room.
         _, most = ends_of(plain, ranges_of(cast(Any, options.randomise)))
@@ -88,32 +84,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._plain, self._made_with = plain, most.camera
         self._randomisation = Randomisation(plain, cast(Any, options.randomise))
         self._apparatus = Apparatus(sim, OBSERVER, shells, plain, self._retexture)
-        self._luma = np.zeros(self._shape, np.uint8)
-        self._luma.flags.writeable = False
         self._begun = self._running = self._closed = False
         self._forget()
-
-    # To be declared by a subclass.
-
-    @abstractmethod
-    def _others(self) -> Mapping[str, str]:
-        """The other robots, name -> variant, ``options.robots`` of them."""
-
-    @abstractmethod
-    def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
-        """Draw an episode: the pose of every robot, the observer included, and the drivers of the other robots."""
-
-    @abstractmethod
-    def _reward(self) -> dict[str, float]:
-        """The reward's terms of the last frame, without ``touch``."""
-
-    def _steer(self, wheels: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Convert the wheel speeds of an action to those to command, both (2,) in [-1, 1]; here they are the same."""
-        return wheels
-
-    def _measures(self) -> dict[str, Any]:
-        """The entries of ``info`` that only this env has."""
-        return {}
 
     # Gymnasium's contract.
 
@@ -149,7 +121,6 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         # The camera's noise has a generator of its own: the world is then the same whatever is observed, and
         # baselines with other observations can be compared in pairs.
         own = episode(self.np_random)
-        self._film = film(own)
         placements, drivers = self._begin(self.np_random)
         drawn = self._randomisation.draw(self.np_random, own, asked.values)
         settings = drawn.settings
@@ -162,8 +133,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             placements = placed(placements, asked.poses, clearing(own))
         self._sim.reset(placements, self.np_random, light=settings.light)
         self._drivers = drivers
-        if self._model is not None:
-            self._model.reset()
+        self._vision.begin(film(own))
         self._frame(look=True)
         self._begun = self._running = True
         if self._renderer:
@@ -227,11 +197,12 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._wheels = self._steer(wheels_of(self.action_space, action))
         left, right = (float(w) * self._fastest * gain for w, gain in zip(self._wheels, self._wheel_gains, strict=True))
         self._command = WheelSpeeds(left, right)
-        self._answers, self._driven = [], 0.0
+        self._vision.forget()
+        self._driven = 0.0
         terms: dict[str, float] = {}
         skip = self.options.frame_skip
         for index in range(skip):
-            self._frame(look=self._model is not None or index == skip - 1)
+            self._frame(look=self._vision.model is not None or index == skip - 1)
             for name, value in self._reward().items():
                 terms[name] = terms.get(name, 0.0) + value / skip
         terms["touch"] = -TOUCH_COST if self._touched else 0.0
@@ -277,17 +248,18 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     @property
     def luma(self) -> npt.NDArray[np.uint8]:
         """The last frame, (R, C) uint8, read-only; zeros with ``observation="state"``, which renders nothing."""
-        return self._luma
+        return self._vision.luma
 
     @property
     def model(self) -> Model | None:
         """The vision model of neural observations; ``None`` with other observations."""
-        return self._model
+        return self._vision.model
 
     @property
     def answer(self) -> Answer | None:
         """The vision model's answer to the last frame; ``None`` without a model."""
-        return self._answers[-1] if self._answers else None
+        answers = self._vision.answers
+        return answers[-1] if answers else None
 
     @property
     def wheels(self) -> npt.NDArray[np.float32]:
@@ -307,54 +279,22 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Set what an episode changes back to what it is before the first one."""
         self._rest()
         self._wheels, self._wheel_gains = np.zeros(2, np.float32), (1.0, 1.0)
-        self._answers = []
+        self._vision.forget()
 
     def _frame(self, look: bool) -> None:
         """Advance the world by one frame; with ``look``, render it and ask the model."""
         self._advance(look)
         if look and self.options.observation != "state":
-            frame = self._sim.camera.develop(self._film, self._sim.data.time)
-            self._luma = frame.luma
-            if self._model is not None:
-                self._answers.append(self._model.step(frame.luma))
+            self._vision.look(self._sim.camera, self._sim.data.time)
 
     def _observation(self) -> Any:
-        kind = self.options.observation
-        if kind == "state":
-            return self.state.vector()
-        if kind == "neural":
-            return neural_observation(self._answers)
-        pixels = self._luma[..., None].copy()  # a copy, which the agent may write to
-        return pixels if kind == "pixels" else {"pixels": pixels, "neural": neural_observation(self._answers)}
+        return self.state.vector() if self.options.observation == "state" else self._vision.observation()
 
     def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
         """The reward's terms as ``reward_...``, and the measures; their names end in their units."""
-        pose = self._sim.robots[OBSERVER].pose
-        measures = {
-            "x_cm": 100 * pose.x, "y_cm": 100 * pose.y, "heading_deg": math.degrees(pose.heading),
-            "driven_cm": 100 * self._driven, "turn_deg_s": math.degrees(self.turn_rate),
-            "slip_deg_s": math.degrees(self.slip), "drift_deg_s": math.degrees(self._drift),
-            "touched": self._touched, **self._measures(),
-        }  # fmt: skip
-        return {**{f"reward_{name}": value for name, value in terms.items()}, **measures}
-
-    def _effort(self) -> float:
-        """The reward's term for motor effort: -0.05 times the mean square of the two wheels."""
-        return -0.05 * float(np.mean(self._wheels**2))
+        rewards = {f"reward_{name}": value for name, value in terms.items()}
+        return {**rewards, **self._motion(), **self._measures()}
 
     def _check_open(self) -> None:
         if self._closed:
             raise error.ClosedEnvironmentError("this env is closed: make a new one")
-
-
-def spaces_of(options: EnvOptions) -> tuple[spaces.Space[Any], spaces.Space[Any]]:
-    """Make the observation space and the action space of an env with these options."""
-    camera = options.plain_settings().camera
-    shape = camera.height, camera.width
-    return observation_space(options.observation, shape, options.robots), action_space(options.actions)
-
-
-def _render_modes() -> list[str]:
-    """The modes that this machine can show. The class has them all, as gym.make asks it; the checkers ask the env."""
-    every: list[str] = ColiasEnv.metadata["render_modes"]
-    return every if has_screen() else [mode for mode in every if mode != "human"]

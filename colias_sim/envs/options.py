@@ -14,7 +14,8 @@ from pydantic.dataclasses import dataclass
 from pydantic.fields import FieldInfo
 
 from colias_sim.config import CameraConfig, RobotConfig, known_arena
-from colias_sim.envs.factors import PRESET, EpisodeSettings, Range, checked_randomise, ends_of, ranges_of, reason
+from colias_sim.envs.episode_settings import EpisodeSettings
+from colias_sim.envs.factors import PRESET, Range, checked_randomise, ends_of, ranges_of, reason
 from colias_sim.field_docs import with_field_docs
 
 MOST_ROBOTS = 20

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from colias_sim.config import SceneConfig
+from colias_sim.envs.episode_settings import EpisodeSettings
 from colias_sim.envs.factors import (
     FACTORS,
     WIDEST_LIGHT,
     WIDEST_MOTOR,
     WIDEST_SHELL,
     WIDEST_TILT_DEG,
-    EpisodeSettings,
     Range,
     ranges_of,
 )

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from colias_sim.config import CameraConfig
-from colias_sim.envs.factors import FACTORS, EpisodeSettings, Factor, reason
+from colias_sim.envs.episode_settings import EpisodeSettings
+from colias_sim.envs.factors import FACTORS, Factor, reason
 from colias_sim.envs.geometry import ARENA_RADIUS, CLEARANCE, HULL_RADIUS, random_poses
 from colias_sim.envs.world import OBSERVER
 from colias_sim.robot import Pose

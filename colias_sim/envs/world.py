@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from colias_sim.envs.geometry import gap_to_robot, gap_to_wall
 from colias_sim.envs.scripted import Driver
@@ -87,6 +87,16 @@ class World:
         return self.turn_rate - self._wall_rate()
 
     # Private.
+
+    def _motion(self) -> dict[str, Any]:
+        """The measures of the observer's motion that every env's ``info`` has; their names end in their units."""
+        pose = self._sim.robots[OBSERVER].pose
+        return {
+            "x_cm": 100 * pose.x, "y_cm": 100 * pose.y, "heading_deg": math.degrees(pose.heading),
+            "driven_cm": 100 * self._driven, "turn_deg_s": math.degrees(self.turn_rate),
+            "slip_deg_s": math.degrees(self.slip), "drift_deg_s": math.degrees(self._drift),
+            "touched": self._touched,
+        }  # fmt: skip
 
     def _rest(self) -> None:
         """Set what an episode changes back to what it is before the first one; the simulation stays as it is."""

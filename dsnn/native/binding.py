@@ -13,9 +13,15 @@ from pathlib import Path
 HERE = Path(__file__).parent
 HEADERS = ("dsnn.h", "onboard.h")
 """What Python calls; they include no other header of ours."""
-SOURCES = (
-    "dsnn.c", "lgmd1.c", "passes.c", "exponential.c", "onboard.c", *HEADERS, "models.h", "lanes.h", "memory.h",
+ONBOARD = (
+    "onboard.c", "onboard.h", "onboard_target.h", "onboard_arithmetic.h", "onboard_state.h", "onboard_retina.h",
+    "onboard_lamina.h", "onboard_adaptation.h", "onboard_correlation.h", "onboard_plate.h",
 )  # fmt: skip
+"""The on-board network, all of which the robot's firmware has too."""
+SOURCES = (
+    "dsnn.c", "dsnn.h", "lgmd1.c", "passes.c", "exponential.c", "models.h", "lanes.h", "memory.h", *ONBOARD,
+)  # fmt: skip
+"""What the module is built from."""
 
 
 def digest() -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from colias_sim.envs.registry import ENVS
-from colias_sim.envs.vector.env import ColiasVectorEnv, factory
+from colias_sim.envs.vector.env import ColiasVectorEnv
+from colias_sim.envs.vector.factories import factory
 
 __all__ = ["ColiasVectorEnv"]
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import inspect
 import weakref
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -16,8 +14,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from colias_sim.envs.actions import batch_of
-from colias_sim.envs.base import spaces_of
 from colias_sim.envs.options import checked
+from colias_sim.envs.spaces import spaces_of
 from colias_sim.envs.vector.arguments import (
     Flags,
     autoreset,
@@ -292,23 +290,3 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
     def _check_open(self) -> None:
         if self.closed:
             raise error.ClosedEnvironmentError("this vector env is closed: make a new one")
-
-
-def factory(entry_point: str) -> Callable[..., ColiasVectorEnv]:
-    """Make the factory of an env's vector env.
-
-    Parameters
-    ----------
-    entry_point
-        The env's class, as ``module:name``.
-
-    Returns
-    -------
-    callable
-        `ColiasVectorEnv` for this env. Its signature spells out the env's keyword arguments.
-    """
-    make = partial(ColiasVectorEnv, entry_point)
-    _, *own = inspect.signature(ColiasVectorEnv).parameters.values()
-    options = inspect.signature(env_class(entry_point)).parameters.values()
-    make.__signature__ = inspect.Signature([*own[:-1], *options], return_annotation=ColiasVectorEnv)  # type: ignore[attr-defined]
-    return make

@@ -12,6 +12,7 @@ from typing import Any
 
 import jinja2
 
+from dsnn.native.binding import ONBOARD
 from dsnn.onboard.header import header
 from experiments.bench.core.errors import UsageError, printable
 from experiments.bench.firmware.budget import Budget, Tools
@@ -22,7 +23,6 @@ from experiments.bench.firmware.build import (
     FLASH,
     MAIN,
     NATIVE,
-    NETWORK,
     SECTIONS,
     WHOLE,
     memory_script,
@@ -80,7 +80,7 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
     shutil.copyfile(CHIP_SIDE / "robot_main.c", folder / "main.c")
     (folder / "include").mkdir(exist_ok=True)
     shutil.copyfile(CHIP_SIDE / "include" / "string.h", folder / "include" / "string.h")
-    for name in (NETWORK, "onboard.h"):
+    for name in ONBOARD:
         shutil.copyfile(NATIVE / name, folder / name)
     words = _words(wanted, assignments, measured)
     written = {

@@ -1,0 +1,148 @@
+"""The light on the camera's sensor: renders of the scene as grey levels, added up over an exposure."""
+
+from __future__ import annotations
+
+import cv2
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from colias_sim.background import Background, Box, from_above, slice_of
+from colias_sim.config import CameraConfig
+from colias_sim.exposure import Render
+from colias_sim.offscreen import Offscreen
+from colias_sim.strips import Strips
+
+Floats = npt.NDArray[np.float32]
+
+
+class Sensor:
+    """Adds up the renders of one frame, and with a rolling shutter those of the next.
+
+    Parameters
+    ----------
+    model
+        The compiled scene.
+    eye
+        The camera of the scene that is rendered.
+    option
+        What is visible to it.
+    offscreen
+        Framebuffer, with the slots of `slots_of`.
+    config
+        The camera's settings.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, eye: mujoco.MjvCamera, option: mujoco.MjvOption, offscreen: Offscreen,
+        config: CameraConfig,
+    ) -> None:  # fmt: skip
+        self._eye, self._option, self._offscreen, self._height = eye, option, offscreen, config.height
+        self._grey = np.empty(render_shape(config), np.uint8)
+        self._light = np.zeros((config.height, config.width), np.float32)
+        self._ahead, self._small = np.zeros_like(self._light), np.zeros_like(self._light)
+        self._whole = Box(range(config.height), range(config.width))
+        self._scale = config.supersample, config.supersample * config.supersample_columns
+        self._exposures = 0
+        self._background = Background(model, eye.fixedcamid, config, option) if config.still_background else None
+        self._strips = Strips(offscreen, config, slots_of(config)) if _has_bands(config) else None
+
+    @property
+    def bands(self) -> bool:
+        """Whether it was made to render bands of rows: a rolling shutter."""
+        return self._strips is not None
+
+    def restart(self) -> None:
+        """Discard everything, the light of the next frame too."""
+        self.discard()
+        self._ahead[:] = 0.0
+        if self._background is not None:
+            self._background.forget()
+
+    def expose(self, data: mujoco.MjData, render: Render) -> None:
+        """Render the present scene, and add it to the exposure under way."""
+        if render.bottom:
+            assert self._strips is not None, "only a rolling shutter renders bands of rows"
+            self._strips.draw(data, self._eye, self._option, render, self._light, self._ahead)
+            return
+        box = self._render(data)
+        if self._grey.shape != self._light.shape:
+            self._shrink(box)
+            self._light += render.parts * self._small
+        else:
+            for _ in range(render.parts):
+                cv2.accumulate(self._grey, self._light)
+        self._exposures += render.parts
+
+    def collect(self) -> None:
+        """Read what OpenGL has drawn since the last time."""
+        if self._strips is not None:
+            self._strips.collect(self._light, self._ahead)
+
+    def average(self, samples: int) -> Floats:
+        """Divide the light of the frame under way by its renders, in place: (R, C).
+
+        Parameters
+        ----------
+        samples
+            The renders of each row where these are bands of rows; otherwise they were counted.
+        """
+        exposures = self._exposures if self._strips is None else samples
+        if exposures > 1:
+            self._light *= 1.0 / exposures
+        return self._light
+
+    def discard(self) -> None:
+        """Discard the exposure under way."""
+        self.collect()
+        self._light[:] = 0.0
+        self._exposures = 0
+
+    def turn(self) -> None:
+        """Go on to the next frame, parts of which may be exposed already."""
+        self._light, self._ahead = self._ahead, self._light
+
+    def mean(self, data: mujoco.MjData) -> float:
+        """Mean grey of the present scene, all rows at this moment; no exposure takes part."""
+        self._render(data)
+        return float(cv2.mean(self._grey)[0])
+
+    def _render(self, data: mujoco.MjData) -> Box:
+        """Render the whole picture, or the box of it that has changed."""
+        if self._background is not None:
+            return self._render_box(data, self._background.changed(data))
+        rgb = self._offscreen.render(data, self._eye, self._option)
+        cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
+        cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
+        return self._whole
+
+    def _render_box(self, data: mujoco.MjData, box: Box) -> Box:
+        """Render a part of the picture, and leave the others as they were."""
+        if box.rows and box.columns:
+            rows, columns = box.times(*self._scale)
+            self._offscreen.draw(data, self._eye, self._option, rows, columns=columns)
+            grey = cv2.cvtColor(self._offscreen.read(rows, columns=columns), cv2.COLOR_RGB2GRAY)
+            self._grey[from_above(rows, len(self._grey)), slice_of(columns)] = grey[::-1]
+        return box
+
+    def _shrink(self, box: Box) -> None:
+        """Average the render's pixels over those of the picture."""
+        if box.rows and box.columns:
+            rows, columns = box.times(*self._scale)
+            many = self._grey[from_above(rows, len(self._grey)), slice_of(columns)].astype(np.float32)
+            few = cv2.resize(many, (len(box.columns), len(box.rows)), interpolation=cv2.INTER_AREA)
+            self._small[from_above(box.rows, self._height), slice_of(box.columns)] = few
+
+
+def slots_of(config: CameraConfig) -> int:
+    """The slots that the framebuffer needs."""
+    return Strips.slots(config) if _has_bands(config) else 1
+
+
+def render_shape(config: CameraConfig) -> tuple[int, int]:
+    """Rows and columns of a whole render."""
+    return config.height * config.supersample, config.width * config.supersample * config.supersample_columns
+
+
+def _has_bands(config: CameraConfig) -> bool:
+    return config.row_time_us > 0.0
