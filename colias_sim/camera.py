@@ -108,7 +108,12 @@ class Camera:
         Parameters
         ----------
         config
-            The settings. `colias_sim.tuning.check_tunable` raises ``ValueError`` for those that it cannot take.
+            The settings: of noise, lens, times, luma and the exposure loop.
+
+        Raises
+        ------
+        ValueError
+            They need another framebuffer or another scene: another size, view, frame rate or sampling, say.
         """
         check_tunable(config, self.config, lamps=self._lamps is not None, bands=self._sensor.bands)
         self.config = config
@@ -121,7 +126,13 @@ class Camera:
         self._kernel = point_spread(config.blur_px) if config.blur_px > 0.0 else None
 
     def retexture(self, texture: int) -> None:
-        """Notice that the model's texture of this index has changed."""
+        """Notice that a texture of the model has changed.
+
+        Parameters
+        ----------
+        texture
+            Its index in the model.
+        """
         self._offscreen.retexture(texture)
 
     def restart(self, data: mujoco.MjData) -> None:

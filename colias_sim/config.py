@@ -85,13 +85,18 @@ class RobotConfig:
 
     @classmethod
     def presets(cls) -> Mapping[str, RobotConfig]:
-        """Make the presets, by name.
+        """Make the presets.
 
         ``colias4`` has the robot's own wheels, driven open loop in trials: 255 steps of 0.06 cm/s, so a step is 3 % of
         2 cm/s and the top speed 15.3 cm/s. The public firmware drives straight ahead at powers of 77 and 80, and slowly
         at 27 and 30: a trim of 3. A trim in whole powers leaves an inequality of up to half a power, 1 / sqrt(12) =
         0.29 rms, which the preset has. The dead band is an assumption: below the lowest power of that firmware. A
         command is 6 bytes, with 2 of framing 8, of 10 bits at 38,400 baud.
+
+        Returns
+        -------
+        mapping of str to RobotConfig
+            Name -> robot: ``default`` and ``colias4``.
         """
         return {"default": cls(), "colias4": cls(**_COLIAS4)}
 
@@ -99,10 +104,20 @@ class RobotConfig:
     def preset(cls, name: str) -> RobotConfig:
         """Look up one of the `presets`; ``--set robot.preset=NAME`` does the same.
 
+        Parameters
+        ----------
+        name
+            Its name.
+
+        Returns
+        -------
+        RobotConfig
+            The settings.
+
         Raises
         ------
         ValueError
-            For an unknown name.
+            There is no such preset.
         """
         return _preset(cls.presets(), "robot", name)
 
@@ -140,6 +155,10 @@ class CameraConfig:
     data sheet's 52 dB of dynamic range (255 / 10^(52/20) = 0.64) and 46 dB of signal to noise at white (1.28).
 
     By default the eye is ideal apart from noise: a global shutter, a fixed exposure and no lens. `preset` has others.
+
+    References
+    ----------
+    OmniVision: data sheet of the OV7670. Public firmware of the Colias (ColiasSenseV4).
     """
 
     width: int = Field(default=99, ge=8, le=1920, description="columns, px")
@@ -248,15 +267,26 @@ class CameraConfig:
 
     @classmethod
     def ideal(cls) -> CameraConfig:
-        """Settings without noise and motion blur and with sixteen samples a pixel, to compare physics and geometry."""
+        """Make a camera without noise and motion blur and with sixteen samples a pixel, to compare with geometry.
+
+        Returns
+        -------
+        CameraConfig
+            The settings.
+        """
         return cls(exposure_ms=0.0, exposure_samples=1, supersample=4, shot_noise=0.0, read_noise=0.0)
 
     @classmethod
     def presets(cls) -> Mapping[str, CameraConfig]:
-        """Name -> camera: ``default``, ``ideal``, and ``ov7670``, the robot's as far as data sheets and firmware say.
+        """Make the presets. ``ov7670`` is the robot's own camera as far as data sheets and firmware say.
 
         What no source gives, the preset takes from the defaults: among these the lamps' strength (``ae_unit_ms``),
         and no frames dropped, no jitter.
+
+        Returns
+        -------
+        mapping of str to CameraConfig
+            Name -> camera: ``default``, ``ideal`` and ``ov7670``.
         """
         return {"default": cls(), "ideal": cls.ideal(), "ov7670": cls(**_OV7670)}
 
@@ -264,10 +294,20 @@ class CameraConfig:
     def preset(cls, name: str) -> CameraConfig:
         """Look up one of the `presets`; ``--set camera.preset=NAME`` does the same.
 
+        Parameters
+        ----------
+        name
+            Its name.
+
+        Returns
+        -------
+        CameraConfig
+            The settings.
+
         Raises
         ------
         ValueError
-            For an unknown name.
+            There is no such preset.
         """
         return _preset(cls.presets(), "camera", name)
 
@@ -278,7 +318,7 @@ class SceneConfig:
     """Arena, light and the stimulus's shell, and how far the seed of a trial varies them."""
 
     arena: Annotated[str, AfterValidator(known_arena)] = Field(
-        default="bright", description="name of an arena of the scenes folder: bright, plain or dim"
+        default="bright", description="name of an arena of the scenes folder: bright, plain, dim, leaves or drum"
     )
     light: float = Field(default=1.0, ge=0.05, le=2.0, description="strength of all lamps, times the arena's own")
     light_sd: float = Field(default=0.03, ge=0.0, le=0.5, description="spread of that strength between trials")

@@ -14,6 +14,10 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 Class = TypeVar("Class", bound=type[Any])
+_RAISES = (
+    "", "Raises", "------", "pydantic.ValidationError",
+    "    A value is not legal. It is a ``ValueError`` that names field, value and bound.",
+)  # fmt: skip
 _BOUNDS = (("ge", "[{:g}"), ("gt", "({:g}")), (("le", "{:g}]"), ("lt", "{:g})"))
 
 
@@ -28,7 +32,8 @@ def with_field_docs(cls: Class) -> Class:
     Returns
     -------
     type
-        The same class. The section has type, range, default and description of each field, those of its bases too.
+        The same class. The section has type, range, default and description of each field, those of its bases too; a
+        section ``Raises`` follows it.
     """
     fields: dict[str, FieldInfo] = cls.__pydantic_fields__
     lines = [inspect.cleandoc(cls.__doc__ or ""), "", "Parameters", "----------"]
@@ -38,7 +43,7 @@ def with_field_docs(cls: Class) -> Class:
         default = "required" if info.is_required() else f"default {info.default!r}"
         said = f"{_type(info.annotation)}{f' in {legal}' if legal else ''}, {default}"
         lines += [f"{field.name} : {said}", f"    {_sentence(info.description or '')}"]
-    cls.__doc__ = "\n".join(lines) + "\n"
+    cls.__doc__ = "\n".join([*lines, *_RAISES]) + "\n"
     return cls
 
 

@@ -25,17 +25,50 @@ class Line:
     length: float
 
     def along(self, pose: Pose) -> float:
-        """Distance of a pose from the start, measured along the line, in metres."""
+        """Measure how far a pose is from the start, along the line.
+
+        Parameters
+        ----------
+        pose
+            The pose; its heading does not matter.
+
+        Returns
+        -------
+        float
+            Distance in metres; negative before the start.
+        """
         dx, dy = pose.x - self.start.x, pose.y - self.start.y
         return dx * math.cos(self.start.heading) + dy * math.sin(self.start.heading)
 
     def offset(self, pose: Pose) -> float:
-        """Distance of a pose from the line, in metres, left positive."""
+        """Measure how far a pose is beside the line.
+
+        Parameters
+        ----------
+        pose
+            The pose; its heading does not matter.
+
+        Returns
+        -------
+        float
+            Distance in metres, left positive.
+        """
         dx, dy = pose.x - self.start.x, pose.y - self.start.y
         return dy * math.cos(self.start.heading) - dx * math.sin(self.start.heading)
 
     def point(self, along: float) -> Pose:
-        """The pose on the line ``along`` metres from its start."""
+        """Find a pose on the line.
+
+        Parameters
+        ----------
+        along
+            Distance from the start, in metres.
+
+        Returns
+        -------
+        Pose
+            The pose there, in the line's direction.
+        """
         h = self.start.heading
         return Pose(self.start.x + along * math.cos(h), self.start.y + along * math.sin(h), h)
 
@@ -76,16 +109,53 @@ class PathFollower:
 
     @classmethod
     def run_up(cls, speed: float, acceleration: float = ACCELERATION) -> float:
-        """Metres after which a robot started from rest keeps ``speed`` (m/s) within 2 %."""
+        """Compute the way in which a robot that starts from rest comes to keep a speed within 2 %.
+
+        Parameters
+        ----------
+        speed
+            The set speed, in m/s.
+        acceleration
+            Slope of the ramp, in m/s^2.
+
+        Returns
+        -------
+        float
+            Length in metres.
+        """
         return speed**2 / (2 * acceleration) + 0.2 * speed + 0.002
 
     @classmethod
     def braking(cls, speed: float, acceleration: float = ACCELERATION) -> float:
-        """Metres before the line's end at which a robot that stops there may be slower than ``speed`` (m/s)."""
+        """Compute how long before the line's end a robot that stops there may be slower than its set speed.
+
+        Parameters
+        ----------
+        speed
+            The set speed, in m/s.
+        acceleration
+            Slope of the ramp, in m/s^2.
+
+        Returns
+        -------
+        float
+            Length in metres.
+        """
         return speed**2 / (2 * acceleration) + 0.03 * speed + 0.001
 
     def wheels(self, dt: float) -> WheelSpeeds:
-        """Compute the wheel speeds to command for the next ``dt`` seconds."""
+        """Compute the wheel speeds to command for the next control interval.
+
+        Parameters
+        ----------
+        dt
+            Length of the interval, in seconds.
+
+        Returns
+        -------
+        WheelSpeeds
+            The speeds.
+        """
         pose, heading = self._robot.pose, self._line.start.heading
         vx, vy = self._robot.velocity
         self._ramp = min(self._ramp + self._acceleration * dt, self._speed)
@@ -131,7 +201,18 @@ class SpeedProfile:
         return self.wait + self.length / self.speed + ramps * self.speed / self.acceleration
 
     def covered(self, time: float) -> float:
-        """Distance in metres covered by ``time``, in seconds from the beginning of the wait."""
+        """Compute the distance that is covered by a time.
+
+        Parameters
+        ----------
+        time
+            Seconds from the beginning of the wait.
+
+        Returns
+        -------
+        float
+            Distance in metres.
+        """
         ramp, moving = self.speed / self.acceleration, max(time - self.wait, 0.0)
         up = min(moving, ramp)
         covered = self.acceleration * up**2 / 2 + self.speed * (moving - up)
@@ -142,7 +223,18 @@ class SpeedProfile:
         return covered
 
     def mean(self, begin: float, end: float) -> float:
-        """Mean speed between two times, in m/s."""
+        """Compute the mean speed between two times.
+
+        Parameters
+        ----------
+        begin, end
+            Seconds from the beginning of the wait; ``end`` is the later.
+
+        Returns
+        -------
+        float
+            Speed in m/s.
+        """
         return (self.covered(end) - self.covered(begin)) / (end - begin)
 
 
@@ -173,12 +265,24 @@ class OpenLoop:
         return self._slots * self._slot or self._profile.seconds
 
     def commands(self) -> list[tuple[float, int]]:
-        """List what a motor board gets: speeds in m/s, and the slots that each lasts."""
+        """List what a motor board gets.
+
+        Returns
+        -------
+        list of tuple[float, int]
+            Speeds in m/s, and the slots that each lasts; empty for a robot without a board.
+        """
         means = [self._profile.mean(i * self._slot, (i + 1) * self._slot) for i in range(self._slots)]
         return [(speed, len(list(equal))) for speed, equal in groupby(round(mean, 9) for mean in means)]
 
     def drive(self, dt: float) -> None:
-        """Command the wheels for the next ``dt`` seconds."""
+        """Command the wheels for the next control interval.
+
+        Parameters
+        ----------
+        dt
+            Length of the interval, in seconds.
+        """
         if not self._slot:
             speed = self._profile.mean(self._time, self._time + dt)
             self._time += dt

@@ -102,11 +102,23 @@ class Robot:
         return float(self._qvel[5])
 
     def twist(self, torque: float) -> None:
-        """Apply a torque about the vertical axis, in N m, left positive, until the next call."""
+        """Apply a torque about the vertical axis, until the next call.
+
+        Parameters
+        ----------
+        torque
+            In N m, left positive.
+        """
         self._forces[5] = torque
 
     def place(self, pose: Pose) -> None:
-        """Put the robot down at rest. Only for the start of a trial."""
+        """Put the robot down at rest. Only for the start of a trial.
+
+        Parameters
+        ----------
+        pose
+            Where it stands.
+        """
         half = pose.heading / 2
         self._qpos[:] = [pose.x, pose.y, 0.0, math.cos(half), 0.0, 0.0, math.sin(half)]
         self._qvel[:] = 0.0
@@ -133,12 +145,29 @@ class Robot:
         return self._board is not None
 
     def begins(self) -> float:
-        """Return the time in seconds at which a command sent now begins: now, or with a motor board a slot's start."""
+        """Find when a command that is sent now begins.
+
+        Returns
+        -------
+        float
+            Time of the simulation in seconds: now, or with a motor board the start of a slot.
+        """
         now = float(self._data.time)
         return now if self._board is None else self._board.begins(now)
 
     def realised(self, wheels: WheelSpeeds) -> WheelSpeeds:
-        """Compute the speeds that the motors turn commanded speeds into: the same, or those of the nearest powers."""
+        """Compute the speeds that the motors turn commanded speeds into.
+
+        Parameters
+        ----------
+        wheels
+            The commanded speeds.
+
+        Returns
+        -------
+        WheelSpeeds
+            The same; or with 8-bit powers (`RobotConfig`) those of the nearest powers.
+        """
         if self._motors is None:
             return wheels
         return WheelSpeeds(*self._motors.speeds(*self._motors.powers(wheels.left, wheels.right)))
@@ -147,6 +176,11 @@ class Robot:
         """Command wheel speeds until the next call. Beyond `RobotConfig.max_speed_cm_s` they saturate.
 
         With a motor board the command replaces those that wait there, and begins with the next slot.
+
+        Parameters
+        ----------
+        wheels
+            The wanted speeds.
         """
         self._eased = False
         self._turn(self._commanded(wheels))
@@ -195,7 +229,7 @@ class Robot:
         self._right.ctrl[:] = wheels.right / self._radius
 
     def ease(self, wheels: WheelSpeeds, dt: float) -> None:
-        """Command wheel speeds with limited acceleration: as `drive`, but changed by at most `EASE` times ``dt``.
+        """Command wheel speeds with limited acceleration: as `drive`, but changed by at most 2 m/s^2 times ``dt``.
 
         The limit is the motors' own: it acts after powers and slots, on the way from one command to the next.
 
@@ -255,7 +289,13 @@ class Parked:
         self.pose = Pose(0.0, 0.0, 0.0)
 
     def place(self, pose: Pose) -> None:
-        """Fix the robot at another pose. Only for the start of a trial."""
+        """Fix the robot at another pose. Only for the start of a trial.
+
+        Parameters
+        ----------
+        pose
+            Where it stands.
+        """
         self.pose = pose
         self._pos[:2] = pose.x, pose.y
         self._quat[:] = math.cos(pose.heading / 2), 0.0, 0.0, math.sin(pose.heading / 2)

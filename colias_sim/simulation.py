@@ -44,7 +44,8 @@ class Simulation:
     robot, camera, scene
         The settings of the apparatus; ``None`` for the defaults.
     robots
-        Name -> variant of each robot; ``None`` for those of a trial, `TRIAL_ROBOTS`.
+        Name -> variant of each robot, as `scenes.ROBOTS` lists them; ``None`` for those of a trial: ``observer``, a
+        ``colias``, and ``stimulus``, a ``colias_black``.
     eye_of
         Name of the robot whose camera is used.
     fence
@@ -58,6 +59,17 @@ class Simulation:
         For an unknown arena, variant or camera.
     colias_sim.GLUnavailable
         Where nothing can render, unless ``seeing`` is false.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from colias_sim import Pose, Simulation
+    >>> rng = np.random.default_rng(0)
+    >>> with Simulation() as simulation:
+    ...     simulation.reset({"observer": Pose(0.0, 0.0, 0.0), "stimulus": Pose(0.15, 0.0, 0.0)}, rng)
+    ...     frame = simulation.step(rng)
+    >>> frame.luma.shape
+    (72, 99)
     """
 
     def __init__(
@@ -102,7 +114,13 @@ class Simulation:
 
     @property
     def camera(self) -> Camera:
-        """The camera. Raises ``ValueError`` in a simulation made with ``seeing=False``."""
+        """The camera.
+
+        Raises
+        ------
+        ValueError
+            The simulation was made with ``seeing=False``.
+        """
         if self._camera is None:
             raise ValueError("this simulation was made with seeing=False: it has no camera")
         return self._camera
@@ -145,7 +163,13 @@ class Simulation:
             self._camera.restart(self.data)
 
     def turn_wall(self, angle: float) -> None:
-        """Turn the wall with its texture to ``angle`` radians about the arena's middle, left positive."""
+        """Turn the wall with its texture about the arena's middle.
+
+        Parameters
+        ----------
+        angle
+            Where to, in radians, left positive.
+        """
         self.wall_turn = angle
         self._wall_quat[:] = math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)
 
@@ -182,6 +206,11 @@ class Simulation:
         -------
         Frame
             The frame that ends now. It shows nothing that comes later.
+
+        Raises
+        ------
+        ValueError
+            The simulation was made with ``seeing=False``.
         """
         self.advance(control)
         return self.camera.develop(rng, self.data.time)

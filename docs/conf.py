@@ -14,6 +14,8 @@ os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.envir
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
 os.environ["COLUMNS"] = "100"
 
+from tools.pages import parameters  # noqa: E402  (after the path)
+
 project = "colias-sim"
 author = "the colias-sim authors"
 project_copyright = "the colias-sim authors, MIT licence"
@@ -29,6 +31,7 @@ extensions = [
     "tools.pages.mathml",
     "tools.pages.blocks",
     "tools.pages.generated",
+    "tools.pages.parameters",
 ]
 exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
 root_doc = "index"
@@ -45,11 +48,18 @@ nb_execution_raise_on_error = True
 nb_merge_streams = True
 nb_mime_priority_overrides = [("html", "text/plain", 10)]
 
+default_role = "py:obj"  # a `name` in a docstring is a link where that has a page, and code elsewhere
+templates_path = ["_templates"]
 autosummary_generate = True
-autodoc_typehints = "none"  # numpydoc shows them
+autosummary_filename_map = parameters.filenames()
+autosummary_imported_members = True
+autosummary_context = {"left_out": parameters.left_out()}
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
+numpydoc_xref_param_type = True
+numpydoc_xref_aliases = parameters.aliases()
+numpydoc_xref_ignore = "all"  # other words of types than these aliases
 
 html_theme = "pydata_sphinx_theme"
 html_title = "colias-sim"

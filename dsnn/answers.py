@@ -33,11 +33,23 @@ def checked_answer(answer: Any, channels: Sequence[str] = CHANNELS, shape: tuple
     shape
         (R, C) of the layer maps if they were asked for; otherwise ``None``, and maps are dropped.
 
+    Returns
+    -------
+    Response
+        The same in Python's own numbers; channels that are not declared are 0.
+
     Raises
     ------
     AnswerError
-        If a declared channel is missing, no number, not finite or beyond `LARGEST`, a spike count is not whole, or a
-        map has another shape.
+        If a declared channel is missing, no number, not finite or beyond 1e9 in size, a spike count is not whole, or
+        of looming below 0, or a map has another shape.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from dsnn import Response, checked_answer
+    >>> checked_answer(Response(hs=np.float32(0.5), looming=3.0), channels=("hs",)).hs
+    0.5
     """
     values: dict[str, Any] = {}
     for channel in channels:

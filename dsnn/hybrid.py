@@ -21,7 +21,7 @@ from dsnn.params import DSNNParams, Milliseconds
 @with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class HybridParams(DSNNParams):
-    """The DSNN's parameters, those of `dsnn.looming.lgmd1.LGMD1Params` that matter under ``lgmd_``, and the gate's."""
+    """The DSNN's parameters, those of `dsnn.LGMD1Params` that matter under ``lgmd_``, and the gate's."""
 
     lgmd_w_i: float = Field(default=0.6, ge=0.0, le=10.0, description="weight of the LGMD1's inhibition")
     lgmd_t_g: float = Field(default=30.0, ge=0.0, le=1e6, description="threshold of its grouped excitation")
@@ -42,7 +42,7 @@ class HybridParams(DSNNParams):
 class Hybrid:
     """DSNN and LGMD1 see the same frames, and looming gates direction: the paper's proposal for further work.
 
-    Source: Fu, Bellotto and Yue 2018, their discussion; Yue and Rind 2006. How the two are joined is our own:
+    How the two are joined is our own:
 
     - ``looming`` and its spikes are the LGMD1's, ``hs`` and ``vs`` the DSNN's potentials.
     - The spikes of HS and VS mean translation. In a frame with a looming spike, and for ``gate`` ms after it, there
@@ -51,8 +51,28 @@ class Hybrid:
       left edge, 1 at the right; 0 where nothing moves. Flies fixate by such a dependence on position (Reichardt and
       Poggio 1976).
 
-    Costs about 1.4 steps of the DSNN at 99x72. ``shape`` is (R, C), ``form`` as in
-    `dsnn.direction.network.DSNN`; raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
+    Costs about 1.4 steps of the DSNN at 99x72.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``HybridParams()`` if left out.
+    form
+        The kernel in C (``native``) or NumPy (``numpy``), as of `dsnn.DSNN`.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+    dsnn.forms.FormError
+        The form is unknown, or is ``native`` where that is not built.
+
+    References
+    ----------
+    Fu, Bellotto and Yue 2018, arXiv 1808.07692: their discussion. Yue and Rind 2006, IEEE Transactions on Neural
+    Networks 17. Reichardt and Poggio 1976.
     """
 
     def __init__(self, shape: tuple[int, int], params: HybridParams | None = None, *, form: str | None = None) -> None:
@@ -71,7 +91,10 @@ class Hybrid:
         self._held = 0
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be. Maps are the DSNN's."""
+        """Answer the next frame.
+
+        Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are the DSNN's.
+        """
         grey = luma(frame, self.shape, channels)
         way, near = self._dsnn.step(grey, maps=maps), self._lgmd.step(grey)
         self._held = self._frames_held + 1 if near.looming_spikes else max(self._held - 1, 0)
@@ -85,5 +108,8 @@ class Hybrid:
         )
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        """Reset, then answer every frame of a clip.
+
+        Parameters, returns and errors are those of `dsnn.DSNN.run`.
+        """
         return run_model(self, frames, channels=channels)

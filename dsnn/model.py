@@ -23,8 +23,14 @@ SPIKING = ("hs", "vs", "looming")
 class LayerMaps:
     """Copies of the layers' activity after one frame, each of the frame's shape (R, C).
 
-    ``p``: retina, change of luminance in grey levels. ``la``: lamina, signed.
-    ``f_on`` and ``f_off``: the pathways' signals after FDSR, never negative.
+    Parameters
+    ----------
+    p
+        Retina: the change of luminance in grey levels.
+    la
+        Lamina: the difference of Gaussians of ``p``, signed.
+    f_on, f_off
+        The signals of the ON and the OFF pathway after FDSR, never negative.
     """
 
     p: FloatMap
@@ -37,12 +43,23 @@ class LayerMaps:
 class Response:
     """A model's answer to one frame; a channel that the model does not have stays at its default.
 
-    ``hs`` and ``vs`` are a direction model's membrane potentials: rightward and
-    downward motion positive, in (-1, 1) unless the model names another unit.
-    Their spikes are counts per frame carrying the potential's sign. ``looming``
-    is a looming detector's membrane potential, from 0.5 at rest up to 1.
-    ``azimuth`` is where in the view the motion is, from -1 at its left edge to 1 at its right.
-    ``maps`` are there if they were asked for and the model has these layers.
+    Parameters
+    ----------
+    hs
+        A direction model's horizontal membrane potential: rightward motion positive, in (-1, 1) unless the model names
+        another unit.
+    vs
+        Its vertical one: downward motion positive.
+    hs_spikes, vs_spikes
+        Their spikes in this frame, with the potential's sign.
+    maps
+        The layers' activity, if it was asked for and the model has these layers.
+    looming
+        A looming detector's membrane potential, from 0.5 at rest up to 1.
+    looming_spikes
+        Its spikes in this frame, 0 or more.
+    azimuth
+        Where in the view the motion is, from -1 at its left edge to 1 at its right.
     """
 
     hs: float = 0.0
@@ -57,9 +74,20 @@ class Response:
 
 @dataclass(frozen=True, slots=True)
 class ResponseSeries:
-    """Answers to T frames as columns of length T: potentials and azimuth float64, spikes int64.
+    """Answers to T frames as columns of length T. A channel that the model does not have is 0 throughout.
 
-    A channel that the model does not have is 0 throughout.
+    Parameters
+    ----------
+    hs, vs
+        Membrane potentials of a direction model, (T,); see `Response`.
+    hs_spikes, vs_spikes
+        Their spikes in each frame, (T,), with the potentials' signs.
+    looming
+        Membrane potential of a looming detector, (T,).
+    looming_spikes
+        Its spikes in each frame, (T,).
+    azimuth
+        Where the motion is, (T,), from -1 at the left edge to 1 at the right.
     """
 
     hs: npt.NDArray[np.float64]
@@ -71,12 +99,34 @@ class ResponseSeries:
     azimuth: npt.NDArray[np.float64]
 
     def accumulated_spikes(self, channel: str) -> int:
-        """Number of spikes of either sign, over all frames, in ``channel``: one of `SPIKING`, or 0 for any other."""
+        """Count the spikes of either sign over all frames.
+
+        Parameters
+        ----------
+        channel
+            ``hs``, ``vs`` or ``looming``.
+
+        Returns
+        -------
+        int
+            The number of spikes; 0 for any other channel.
+        """
         return int(np.abs(getattr(self, f"{channel}_spikes")).sum()) if channel in SPIKING else 0
 
     @classmethod
     def from_responses(cls, responses: Iterable[Response]) -> ResponseSeries:
-        """Stack single answers in time order."""
+        """Stack single answers in time order.
+
+        Parameters
+        ----------
+        responses
+            The answers to T frames.
+
+        Returns
+        -------
+        ResponseSeries
+            The same as columns.
+        """
         answers = list(responses)
         return cls(
             hs=np.array([a.hs for a in answers], np.float64),
@@ -93,10 +143,8 @@ class ResponseSeries:
 class VisionModel(Protocol):
     """A causal model of motion vision: one frame in, one `Response` out.
 
-    ``shape`` is (R, C), fixed at construction. ``step`` takes the next frame (see
-    `dsnn.frames.luma` for what is accepted) and raises `dsnn.frames.FrameError`
-    for anything else; ``maps`` asks for `LayerMaps`, which only the DSNN's family
-    has. ``reset`` returns to the state before the first frame.
+    It is a protocol: a class that has these is a model, whatever it inherits from. The shape of its frames is fixed when
+    it is made.
     """
 
     @property
@@ -105,11 +153,33 @@ class VisionModel(Protocol):
         ...
 
     def step(self, frame: npt.NDArray[np.generic], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame."""
+        """Answer the next frame.
+
+        Parameters
+        ----------
+        frame
+            Grey levels from 0 to 255, uint8 or floating point, (R, C) as `shape` says; or a colour image, uint8 of
+            (R, C, 3), which is reduced to its luma (ITU-R BT.601).
+        channels
+            What the frame has: grey levels, or the order of its colours.
+        maps
+            Whether to copy the layers' activity into the response. Only the DSNN's family has such layers; other
+            models leave ``maps`` empty.
+
+        Returns
+        -------
+        Response
+            The answer to this frame, of this frame and those before it.
+
+        Raises
+        ------
+        dsnn.FrameError
+            The frame has another shape or type, or values that are not finite or outside 0 to 255.
+        """
         ...
 
     def reset(self) -> None:
-        """Forget every frame."""
+        """Return to the state before the first frame."""
         ...
 
 

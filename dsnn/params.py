@@ -18,9 +18,12 @@ Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0)]
 class DSNNParams:
     """Every constant of the network. The defaults are the paper's off-line setting.
 
-    Time constants are in milliseconds, lengths in pixels. A value outside its
-    legal range (wider than the paper's, which each description gives) raises
-    ``pydantic.ValidationError``, a ``ValueError`` that names field and bound.
+    Time constants are in milliseconds, lengths in pixels. Legal ranges are wider than
+    the paper's, which each description gives.
+
+    References
+    ----------
+    Fu, Bellotto and Yue 2018, arXiv 1808.07692: table ``tableParams``.
     """
 
     n_p: int = Field(default=2, ge=0, le=60, description="frames of residual luminance change, N_p (paper: 0..6)")
@@ -48,12 +51,48 @@ class DSNNParams:
 
     @classmethod
     def offline(cls, **changes: Any) -> Self:
-        """The preset of the paper's synthetic and real-footage tests (``T_sp`` 0.16)."""
+        """Make the preset of the paper's synthetic and real-footage tests (``t_sp`` 0.16).
+
+        Parameters
+        ----------
+        **changes
+            Other values of parameters, by name.
+
+        Returns
+        -------
+        DSNNParams
+            The parameters.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            A value is not legal.
+        TypeError
+            There is no such parameter.
+        """
         return dataclasses.replace(cls(), **changes)
 
     @classmethod
     def robot(cls, **changes: Any) -> Self:
-        """The preset of the on-board tests: ``T_sp`` 0.2, and ``K_sp`` at the low end of the paper's range."""
+        """Make the preset of the on-board tests: ``t_sp`` 0.2, and ``k_sp`` at the low end of the paper's range.
+
+        Parameters
+        ----------
+        **changes
+            Other values of parameters, by name.
+
+        Returns
+        -------
+        DSNNParams
+            The parameters.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            A value is not legal.
+        TypeError
+            There is no such parameter.
+        """
         return dataclasses.replace(cls(t_sp=0.2, k_sp=1.0), **changes)
 
     @property
@@ -62,7 +101,13 @@ class DSNNParams:
         return 1000.0 / self.fps
 
     def delays(self) -> tuple[float, ...]:
-        """``tau_s`` of each of the ``n_con`` spacings in ms, linear from the nearest pair to the farthest."""
+        """Compute ``tau_s`` of each spacing, linear from the nearest pair to the farthest.
+
+        Returns
+        -------
+        tuple of float
+            ``n_con`` delays in ms.
+        """
         near, far = self.tau_s
         span = max(self.n_con - 1, 1)
         return tuple(near + (far - near) * j / span for j in range(self.n_con))

@@ -38,12 +38,26 @@ LONGEST_NAME = 60
 class ModelEntry:
     """A registered model: how to build it for frames of shape (R, C), and its parameters on the robot.
 
-    Raises ``ValueError`` on a name that tables and figures cannot show, and on channels that no `dsnn.Response` has.
+    Raises
+    ------
+    ValueError
+        Tables and figures cannot show the name, no `dsnn.Response` has the channels, or a value is of another kind.
+
+    Examples
+    --------
+    >>> from dsnn import model_entry
+    >>> entry = model_entry("lgmd1")
+    >>> model = entry.build((72, 99), entry.preset("robot"))
+    >>> entry.channels
+    ('looming',)
     """
 
     name: str
+    """Up to 60 letters, digits, ``.``, ``-`` and ``_``."""
     summary: str
+    """A line for ``colias list``."""
     build: Callable[[tuple[int, int], Any], VisionModel]
+    """Makes the model from the shape (R, C) of its frames and from parameters."""
     robot: Any
     """The parameters of the on-board trials: a frozen, validated dataclass."""
     source: str = ""
@@ -73,14 +87,43 @@ class ModelEntry:
                 raise ValueError(f"ModelEntry {self.name}: {name}={_short(value)}: legal is a frozen dataclass")
 
     def threshold(self, channel: str, params: Any) -> float | None:
-        """The spiking threshold of ``channel`` under parameters of this model; ``None`` where it has none."""
+        """Find the spiking threshold of a channel.
+
+        Parameters
+        ----------
+        channel
+            One of `dsnn.CHANNELS`.
+        params
+            Parameters of this model.
+
+        Returns
+        -------
+        float or None
+            The threshold on the channel's potential; ``None`` where the channel does not spike.
+        """
         if channel not in SPIKING:
             return None
         value = getattr(params, self.thresholds.get(channel, "t_sp"), None)
         return None if value is None else float(value)
 
     def preset(self, tests: Literal["robot", "offline"]) -> Any:
-        """The parameters for these tests; ``ValueError`` for any other word."""
+        """Return the parameters for a kind of tests.
+
+        Parameters
+        ----------
+        tests
+            Trials with the robot, or off-line clips.
+
+        Returns
+        -------
+        object
+            The parameters: `robot`, or `offline` where the model has some for clips.
+
+        Raises
+        ------
+        ValueError
+            It is another word.
+        """
         if tests not in ("robot", "offline"):
             raise ValueError(f"unknown preset '{tests}' of '{self.name}': known are robot, offline")
         return self.robot if tests == "robot" or self.offline is None else self.offline
@@ -236,10 +279,27 @@ def _by_name(entries: tuple[ModelEntry, ...]) -> Mapping[str, ModelEntry]:
 
 
 MODELS = _by_name(_ENTRIES)
+"""The models that ship: name -> `ModelEntry`."""
 
 
 def model_entry(name: str) -> ModelEntry:
-    """The entry of ``name``; ``ValueError`` with the nearest known name otherwise."""
+    """Look up a model that ships.
+
+    Parameters
+    ----------
+    name
+        Its name in `MODELS`.
+
+    Returns
+    -------
+    ModelEntry
+        Its entry.
+
+    Raises
+    ------
+    ValueError
+        There is no such model; the message has the nearest known name.
+    """
     if name not in MODELS:
         near = difflib.get_close_matches(name, MODELS, n=1, cutoff=0.0)[0]
         raise ValueError(f"unknown model '{name}': known are {', '.join(MODELS)} (nearest: {near})")

@@ -99,6 +99,16 @@ def escape(model: str, name: str = "") -> Behaviour:
         A name, or the path of a .py file that declares ``MODEL``; it answers by the channel ``looming``.
     name
         Of the behaviour; otherwise ``escape-`` and the model's name.
+
+    Returns
+    -------
+    Behaviour
+        The reflex, in the env ``colias_sim/Avoidance-v0``.
+
+    Raises
+    ------
+    ValueError
+        The name is not legal.
     """
     called = name or f"escape-{Path(model).stem}"
     return Behaviour(called, f"{model} alone: a looming spike turns it to either side", AVOIDANCE, lgmd, model=model)
@@ -220,6 +230,7 @@ _ENTRIES = (
 )
 
 BEHAVIOURS = by_name(_ENTRIES)
+"""The behaviours that ship: name -> `experiments.Behaviour`."""
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": tuple(each.name for each in ESCAPES)})
 """Name -> the behaviours that ``colias behave NAME`` plays in the same worlds."""

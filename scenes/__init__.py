@@ -6,6 +6,7 @@ import difflib
 from pathlib import Path
 
 FOLDER = Path(__file__).parent
+"""Where the files are."""
 
 ARENA_RADIUS_CM = 45.0
 WALL_PANELS = 24  # flat panels around
@@ -17,16 +18,34 @@ ARENAS = {
     "leaves": "a wall of dark and light discs of every size: it can be seen to come near",
     "drum": "dark and light stripes of 15 degrees each, to be turned: for the optomotor response",
 }
+"""The arenas: name -> what it is."""
 
 ROBOTS = {
     "colias": FOLDER / "colias.xml",
     "colias_black": FOLDER / "colias_black.xml",
     "colias_parked": FOLDER / "colias_parked.xml",
 }
+"""The variants of robots: name -> MJCF file. A parked one is fixed to the floor."""
 
 
 def arena_path(name: str) -> Path:
-    """The MJCF file of a registered arena; ``ValueError`` naming the nearest one otherwise."""
+    """Find the MJCF file of an arena.
+
+    Parameters
+    ----------
+    name
+        Its name in `ARENAS`.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ValueError
+        There is no such arena; the message has the nearest known name.
+    """
     if name not in ARENAS:
         near = difflib.get_close_matches(name, ARENAS, n=1, cutoff=0.0)[0]
         raise ValueError(f"unknown arena '{name}': known are {', '.join(ARENAS)} (nearest: {near})")

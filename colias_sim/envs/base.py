@@ -102,7 +102,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
 
         Returns
         -------
-        observation
+        observation : ndarray or dict of str to ndarray
             The observation of the first frame, in which the robot stands.
         info : dict
             See the env's page.
@@ -171,7 +171,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
 
         Returns
         -------
-        observation
+        observation : ndarray or dict of str to ndarray
             The observation of the last frame.
         reward : float
             The sum of the reward's terms, each the mean over the frames, but for ``touch``.

@@ -20,7 +20,7 @@ class EpisodeColumn:
     kind
         ``mean``: the mean of ``info`` over the steps. ``mean_abs``: the mean of its absolute value.
         ``mean_abs_error``: the mean absolute difference from the env's argument ``target``. ``optomotor_gain``: of
-        slip and drift, 1 - sum(slip sign(drift)) / sum(|drift|), null where the drift is 0 throughout.
+        slip and drift, ``1 - sum(slip sign(drift)) / sum(|drift|)``, null where the drift is 0 throughout.
     info
         The key of ``info``; for ``optomotor_gain`` the key of the slip.
     target

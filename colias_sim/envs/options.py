@@ -109,7 +109,18 @@ class EnvOptions:
         return self
 
     def plain_settings(self) -> EpisodeSettings:
-        """The settings of an episode without randomisation."""
+        """Make the settings of an episode without randomisation.
+
+        Returns
+        -------
+        EpisodeSettings
+            Camera, with its noise times ``noise``, and robot.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            The camera cannot have that much noise.
+        """
         camera, robot = cast(CameraConfig, self.camera), cast(RobotConfig, self.robot)
         noisy = dataclasses.replace(
             camera, shot_noise=self.noise * camera.shot_noise, read_noise=self.noise * camera.read_noise

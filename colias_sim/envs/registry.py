@@ -21,7 +21,7 @@ ENVS: Mapping[str, EnvEntry] = MappingProxyType(
         "colias_sim/Pursuit-v0": PURSUIT,
     }
 )
-"""The registered envs: Gymnasium's id -> the declaration in the env's own file."""
+"""The registered envs: Gymnasium's id -> the `EnvEntry` in the env's own file."""
 
 
 def register_envs() -> None:

@@ -21,22 +21,65 @@ class Task(World):
 
     @abstractmethod
     def _others(self) -> Mapping[str, str]:
-        """The other robots, name -> variant, ``options.robots`` of them."""
+        """List the other robots. It is called once, when the env is made.
+
+        Returns
+        -------
+        mapping of str to str
+            Name -> variant, as `scenes.ROBOTS` lists them; ``options.robots`` of them.
+        """
 
     @abstractmethod
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
-        """Draw an episode: the pose of every robot, the observer included, and the drivers of the other robots."""
+        """Draw an episode.
+
+        Parameters
+        ----------
+        rng
+            Generator of the episode's world.
+
+        Returns
+        -------
+        poses : mapping of str to Pose
+            The start of every robot by name, that of ``observer`` too.
+        drivers : mapping of str to Driver
+            What drives each of the other robots that moves: its ``wheels(dt, poses)`` gives the wheel speeds for a
+            control interval of ``dt`` seconds.
+        """
 
     @abstractmethod
     def _reward(self) -> dict[str, float]:
-        """The reward's terms of the last frame, without ``touch``."""
+        """Compute the reward's terms of the last frame, without ``touch``.
+
+        Returns
+        -------
+        dict of str to float
+            Name of the term -> its value; the reward is their sum.
+        """
 
     def _steer(self, wheels: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Convert the wheel speeds of an action to those to command, both (2,) in [-1, 1]; here they are the same."""
+        """Convert the wheel speeds of an action to those to command; here they are the same.
+
+        Parameters
+        ----------
+        wheels
+            (2,): left and right, in [-1, 1], as shares of the maximum.
+
+        Returns
+        -------
+        ndarray of float32
+            (2,), likewise.
+        """
         return wheels
 
     def _measures(self) -> dict[str, Any]:
-        """The entries of ``info`` that only this env has."""
+        """Compute the entries of ``info`` that only this env has.
+
+        Returns
+        -------
+        dict
+            Name -> value; names end in their units.
+        """
         return {}
 
     def _effort(self) -> float:

@@ -83,7 +83,20 @@ def edge_rows(luma: Images, empty: Floats, least: int = 8) -> Whole:
 
 
 def lean(columns: Floats, rows: Whole) -> float:
-    """Return how many columns an edge moves over from one row to the row below: the slope of the line through it."""
+    """Measure how many columns an edge moves over from one row to the row below: the slope of the line through it.
+
+    Parameters
+    ----------
+    columns
+        Where the edge is in each row, px, (N,); from `edge_columns`.
+    rows
+        The rows, (N,), two or more.
+
+    Returns
+    -------
+    float
+        Columns a row.
+    """
     return float(np.polyfit(rows, columns, 1)[0])
 
 

@@ -30,7 +30,9 @@ class ExposureLoop:
     Parameters
     ----------
     step
-        One step of the exposure, as a share of it; ``steps`` is the most that was seen in a frame.
+        One step of the exposure, as a share of it.
+    steps
+        The most steps that were seen in a frame.
     low, high
         The ends of the control zone, the dead band, as intervals of mean grey; ``None`` where no sequence came from
         below, or from above.
@@ -63,6 +65,11 @@ def exposure_loop(sequences: Sequence[Images]) -> ExposureLoop:
     ----------
     sequences
         Each (T, R, C): from any moment after the light has changed until the picture rests, by one still light.
+
+    Returns
+    -------
+    ExposureLoop
+        The step of the exposure, and the ends of the zone that the sequences show.
 
     Raises
     ------

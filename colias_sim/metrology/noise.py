@@ -55,11 +55,33 @@ class PhotonTransfer:
     dark_sd: float
 
     def shot_noise(self, gain: float) -> float:
-        """Return ``shot_noise`` of the camera's settings, for its ``gain``: slope = gain shot_noise^2 / 255."""
+        """Compute ``shot_noise`` of `colias_sim.CameraConfig`: slope = gain shot_noise^2 / 255.
+
+        Parameters
+        ----------
+        gain
+            The camera's gain.
+
+        Returns
+        -------
+        float
+            The shot noise, a setting of the camera.
+        """
         return math.sqrt(max(self.slope, 0.0) * 255.0 / gain)
 
     def read_noise(self, gain: float) -> float:
-        """Return ``read_noise`` of the camera's settings, for its ``gain``: dark_sd = gain read_noise."""
+        """Compute ``read_noise`` of `colias_sim.CameraConfig`: dark_sd = gain read_noise.
+
+        Parameters
+        ----------
+        gain
+            The camera's gain.
+
+        Returns
+        -------
+        float
+            The read noise, a setting of the camera.
+        """
         return self.dark_sd / gain
 
 
@@ -109,12 +131,22 @@ def photon_transfer(levels: Sequence[NoiseLevels]) -> PhotonTransfer:
     Parameters
     ----------
     levels
-        From `noise_levels`. Bins count by the precision of their variance: the root of their pixels over it.
+        From `noise_levels`, one or more. Bins count by the precision of their variance: the root of their pixels over
+        it.
+
+    Returns
+    -------
+    PhotonTransfer
+        The line.
 
     Raises
     ------
     MetrologyError
         All grey levels are alike: they span less than 10.
+
+    References
+    ----------
+    EMVA 1288, Release 4.0.
     """
     mean, variance = (np.concatenate([getattr(own, name) for own in levels]) for name in ("mean", "variance"))
     pixels = np.concatenate([own.pixels for own in levels])
@@ -139,6 +171,10 @@ def fixed_pattern(frames: Images) -> float:
     float
         Its sd in grey levels: the spatial variance of the mean frame less what temporal noise leaves in it. 0 where
         noise accounts for all of it. The simulated eye has none.
+
+    References
+    ----------
+    EMVA 1288, Release 4.0: the correction of spatial variance for temporal noise.
     """
     stack = frames.astype(np.float64)
     mean, temporal = stack.mean(0), float(stack.var(0, ddof=1).mean())

@@ -40,18 +40,33 @@ class EMDParams:
 class EMD:
     """Array of full Hassenstein-Reichardt correlators along x and y, its opponent output averaged over the field.
 
-    Source: Hassenstein and Reichardt 1956, in the arrangement of Iida and Lambrinos 2000 (a bee's odometer): one
-    pathway for both polarities, each detector's two arms subtracted. With H the high-passed luminance and D its
+    The arrangement is that of Iida and Lambrinos (a bee's odometer): one pathway for both polarities, each detector's
+    two arms subtracted. With H the high-passed luminance and D its
     delayed copy, ``R = D(x) H(x+s) - H(x) D(x+s)``; pairs that leave the image are dropped. Channels: ``hs`` and
-    ``vs``, the mean r of R in squared grey levels as a share of `FULL_SCALE` (linear) or, by default,
-    ``sgn(r) ln(1 + |r|) / ln(1 + FULL_SCALE)``. Neither has spikes: the paper reads the potential's peak.
+    ``vs``, the mean r of R in squared grey levels as a share of the full scale F = 255^2 (linear) or, by default,
+    ``sgn(r) ln(1 + |r|) / ln(1 + F)``. Neither has spikes: the paper reads the potential's peak.
 
     Assumed, because the paper only speaks of "the logarithmic output" and Iida's constants could not be read: both
     time constants and the spacing; a first-order high-pass, ``H(t) = (1 - alpha) (H(t-1) + L(t) - L(t-1))``; the 1
     added under the logarithm, which keeps rest at 0 and the sign; filters that start settled on the first frame.
 
-    Costs about 0.6 of a DSNN step at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
-    frame it cannot take.
+    Costs about 0.6 of a DSNN step at 99x72.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``EMDParams()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+
+    References
+    ----------
+    Hassenstein and Reichardt 1956; Iida and Lambrinos 2000.
     """
 
     def __init__(self, shape: tuple[int, int], params: EMDParams | None = None) -> None:
@@ -76,7 +91,10 @@ class EMD:
         self._steps = 0
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be. It has no maps."""
+        """Answer the next frame.
+
+        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
+        """
         luminance = luma(frame, self.shape, channels)
         if self.params.tau_hp > 0.0:
             self._signal += self._retina.step(luminance)
@@ -94,7 +112,10 @@ class EMD:
         return Response(hs, vs)
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        """Reset, then answer every frame of a clip.
+
+        Parameters, returns and errors are those of `dsnn.DSNN.run`.
+        """
         return run_model(self, frames, channels=channels)
 
     def _opponent(self, shift: int) -> float:

@@ -38,13 +38,28 @@ class FlowParams:
 class Flow:
     """Mean of the dense flow between this frame and the last, by dense inverse search (DIS).
 
-    Source: Kroeger, Timofte, Dai and Van Gool 2016, in OpenCV's form and presets. Channels: ``hs`` and ``vs``, mean
+    In OpenCV's form and with its presets. Channels: ``hs`` and ``vs``, mean
     horizontal and vertical flow over all pixels in px per frame, right and down positive; they are not potentials,
     have no bound and no spikes. 0 on the first frame. Floating frames are rounded to 8 bits, which DIS works on. Its
     patches lie on a grid from the upper left corner, so a mirrored clip gives the mirrored answer only nearly.
 
-    Costs about 1.6 DSNN steps at 99x72 with the preset ``ultrafast``. ``shape`` is (R, C), each at least `MIN_SIZE`;
-    raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
+    Costs about 1.6 DSNN steps at 99x72 with the preset ``ultrafast``.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 32 or more each.
+    params
+        The constants; those of ``FlowParams()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 32 up.
+
+    References
+    ----------
+    Kroeger, Timofte, Dai and Van Gool 2016, ECCV (DIS).
     """
 
     def __init__(self, shape: tuple[int, int], params: FlowParams | None = None) -> None:
@@ -62,7 +77,10 @@ class Flow:
         self._first = True
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be. It has no maps."""
+        """Answer the next frame.
+
+        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
+        """
         luminance = luma(frame, self.shape, channels)
         self._before, self._now = self._now, self._before
         if luminance.dtype == np.uint8:
@@ -77,5 +95,8 @@ class Flow:
         return Response(hs, vs)
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        """Reset, then answer every frame of a clip.
+
+        Parameters, returns and errors are those of `dsnn.DSNN.run`.
+        """
         return run_model(self, frames, channels=channels)

@@ -52,7 +52,13 @@ class LocalMotionParams:
     fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
 
     def delays(self) -> tuple[float, ...]:
-        """The delay of each of the ``n_con`` spacings in ms, linear from the nearest pair to the farthest."""
+        """Compute the delay of each spacing, linear from the nearest pair to the farthest.
+
+        Returns
+        -------
+        tuple of float
+            ``n_con`` delays in ms.
+        """
         near, far = self.tau_d
         return tuple(near + (far - near) * j / max(self.n_con - 1, 1) for j in range(self.n_con))
 

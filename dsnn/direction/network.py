@@ -23,12 +23,12 @@ class DSNN:
 
     Parameters
     ----------
-    shape : tuple of int
-        (R, C) of the frames.
-    params : DSNNParams, optional
-        The constants of the network; the paper's off-line ones if left out.
-    form : {"native", "numpy"}, optional
-        The C kernel or NumPy, which agree within 1e-5 in HS and VS. By default the native one where it is built, unless
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants of the network; the paper's off-line ones, ``DSNNParams()``, if left out.
+    form
+        ``native`` or ``numpy``: the C kernel or NumPy, which agree within 1e-5 in HS and VS. By default the native one where it is built, unless
         the environment variable ``DSNN_FORM`` says another.
 
     Attributes
@@ -38,10 +38,22 @@ class DSNN:
 
     Raises
     ------
-    dsnn.frames.FrameError
-        Of a shape or frame that it cannot take.
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
     dsnn.forms.FormError
-        Of an unknown form, and of ``"native"`` where that is not built.
+        The form is unknown, or is ``native`` where that is not built.
+
+    References
+    ----------
+    Fu, Bellotto and Yue 2018, arXiv 1808.07692.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from dsnn import DSNN, DSNNParams
+    >>> model = DSNN((72, 99), DSNNParams.robot())
+    >>> model.step(np.zeros((72, 99), np.uint8)).hs
+    0.0
     """
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None, *, form: str | None = None) -> None:
@@ -59,7 +71,10 @@ class DSNN:
         self._layers.reset()
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be."""
+        """Answer the next frame.
+
+        Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are there if they are asked for.
+        """
         return self._layers.step(luma(frame, self.shape, channels), maps)
 
     def azimuth(self) -> float:
@@ -74,5 +89,23 @@ class DSNN:
         return self._layers.azimuth()
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        """Reset, then answer every frame of a clip.
+
+        Parameters
+        ----------
+        frames
+            (T, R, C), or any iterable of frames as `step` takes them.
+        channels
+            As of `step`.
+
+        Returns
+        -------
+        ResponseSeries
+            The responses as columns of length T.
+
+        Raises
+        ------
+        dsnn.FrameError
+            As of `step`.
+        """
         return run_model(self, frames, channels=channels)

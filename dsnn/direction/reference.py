@@ -43,7 +43,24 @@ class Pathway:
 
 
 class ReferenceDSNN:
-    """The DSNN as its equations read, 17 times slower than `dsnn.DSNN`, which is tested against it."""
+    """The DSNN as its equations read, 17 times slower than `dsnn.DSNN`, which is tested against it.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``DSNNParams()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+
+    References
+    ----------
+    Fu, Bellotto and Yue 2018, arXiv 1808.07692.
+    """
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None) -> None:
         self.shape = checked_shape(shape)
@@ -58,7 +75,10 @@ class ReferenceDSNN:
         self._on, self._off = Pathway(self.shape, self.params), Pathway(self.shape, self.params)
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be."""
+        """Answer the next frame.
+
+        Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are there if they are asked for.
+        """
         q = self.params
         luminance = luma(frame, self.shape, channels).astype(np.float64)
         before = luminance if self._luminance is None else self._luminance
@@ -79,7 +99,10 @@ class ReferenceDSNN:
         )
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        """Reset, then answer every frame of a clip.
+
+        Parameters, returns and errors are those of `dsnn.DSNN.run`.
+        """
         return run_model(self, frames, channels=channels)
 
     def _lobula_plate(self) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from dsnn.model import Response, ResponseSeries, run_model
 @with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class T4T5Params(LocalMotionParams):
-    """The constants of `dsnn.direction.local_motion.LocalMotionParams`, and the scale of the sum over the field."""
+    """The constants of the T4 and T5 cells, and the scale of the sum over the field."""
 
     k_sig: float = Field(default=0.01, gt=0.0, le=1e3, description="sigmoid scale, a share of the cells (assumed)")
 
@@ -28,8 +28,7 @@ class T4T5Params(LocalMotionParams):
 class T4T5:
     """Contrast-normalised motion detectors at five spacings, one array for each of four directions.
 
-    Source: Liu and Fu 2025, arXiv 2504.04477, the T4 and T5 cells of the attention LPLC2. P, the change of luminance,
-    goes through two small Gaussian fields, ``S = G_exc * P - coe_inh G_inh * P``, split by the sign that both share as
+    These are the T4 and T5 cells of the attention LPLC2 (`dsnn.MLPLC2`). P, the change of luminance, goes through two small Gaussian fields, ``S = G_exc * P - coe_inh G_inh * P``, split by the sign that both share as
     in the DSNN; ON and OFF keep ``remain_rec`` of their last values. ``c = tanh(X / (coe_cn + G_cn * X))``, 0 below
     ``cn_threshold``. With D_j the low-pass of c by the delay of spacing j, a cell's answer to motion to the right is
     ``sum over j of max(D_j(x) D_j(x+j) [c(x+j) - b c(x)], 0)``, low-passed by ``tau_t``; likewise for the three other
@@ -41,8 +40,23 @@ class T4T5:
     the field, and its sigmoid, as the DSNN's; time constants in ms hold at any frame rate. The published form was shown
     videos of 30 frames/s. No published number was found that could be reproduced without its clips.
 
-    Costs about 15 DSNN steps (0.5 ms) at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
-    frame it cannot take.
+    Costs about 15 DSNN steps (0.5 ms) at 99x72.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``T4T5Params()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+
+    References
+    ----------
+    Liu and Fu 2025, arXiv 2504.04477.
     """
 
     def __init__(self, shape: tuple[int, int], params: T4T5Params | None = None) -> None:
@@ -55,12 +69,18 @@ class T4T5:
         self._local.reset()
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be. It has no maps."""
+        """Answer the next frame.
+
+        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
+        """
         motion = self._local.step(luma(frame, self.shape, channels))
         right, left, down, up = (cv2.sumElems(each)[0] for each in motion)
         scale = self.params.k_sig * self.shape[0] * self.shape[1]
         return Response(sigmoid(right - left, scale), sigmoid(down - up, scale))
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        """Reset, then answer every frame of a clip.
+
+        Parameters, returns and errors are those of `dsnn.DSNN.run`.
+        """
         return run_model(self, frames, channels=channels)

@@ -17,15 +17,15 @@ class Detector(ABC):
 
     Parameters
     ----------
-    shape : tuple of int
-        (R, C) of the frames.
-    n_sp : int
+    shape
+        (R, C) of the frames, 2 or more each.
+    n_sp
         Spikes without a silent frame between them that mean a collision.
 
     Raises
     ------
-    dsnn.frames.FrameError
-        Of a shape or frame that it cannot take.
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
     """
 
     def __init__(self, shape: tuple[int, int], n_sp: int) -> None:
@@ -52,11 +52,17 @@ class Detector(ABC):
         return self._count >= self._n_sp
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be. It has no maps."""
+        """Answer the next frame.
+
+        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
+        """
         potential, spikes = self._answer(luma(frame, self.shape, channels))
         self._count = self._count + spikes if spikes else 0
         return Response(looming=potential, looming_spikes=spikes)
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        """Reset, then answer every frame of a clip.
+
+        Parameters, returns and errors are those of `dsnn.DSNN.run`.
+        """
         return run_model(self, frames, channels=channels)

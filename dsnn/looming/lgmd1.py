@@ -39,12 +39,17 @@ class LGMD1Params:
 
     @classmethod
     def presets(cls) -> Mapping[str, LGMD1Params]:
-        """Make the presets, by name.
+        """Make the presets.
 
         ``paper`` has the literature's constants. ``firmware`` has the thresholds of the public firmware of Colias for
         this detector's successor, which is the LGMD1 where self-inhibition is switched off: T_s 0.72 is ``t_sp``,
         4 spikes in a row are ``n_sp``, and a mean change of 10, which that firmware takes of halved changes, is a
         ``t_ffi`` of 20. ``arena`` has its T_s for the arena, 0.65. Its other constants belong to other layers.
+
+        Returns
+        -------
+        mapping of str to LGMD1Params
+            Name -> parameters: ``paper``, ``firmware`` and ``arena``.
         """
         return {
             "paper": cls(),
@@ -56,17 +61,37 @@ class LGMD1Params:
 class LGMD1:
     """Excitation, delayed lateral inhibition, grouping, and a feed-forward veto.
 
-    Source: Yue and Rind 2006. With P the change of luminance: ``S = max(|P(t)| - w_i |W * P(t-1)|, 0)``, W the ring of
-    a cell's eight neighbours; S goes through `dsnn.looming.grouping.Grouping` to k. Channel: ``looming``, k from 0.5 up
+    With P the change of luminance: ``S = max(|P(t)| - w_i |W * P(t-1)|, 0)``, W the ring of a cell's eight neighbours.
+    S is grouped: with Ce its 3x3 mean, ``G = S Ce / (delta_c + max Ce / c_w)``, kept where it reaches ``t_g``, and
+    ``k = 1 / (1 + exp(-sum G / N))`` for N cells. Channel: ``looming``, k from 0.5 up
     to 1, with one spike in a frame whose k reaches ``t_sp``; ``collision`` says whether the last ``n_sp`` frames all
-    had one. Feed-forward inhibition: no spike where the mean of |P(t-1)| reaches ``t_ffi``.
+    had one. Feed-forward inhibition: no spike where the mean of ``|P(t-1)|`` reaches ``t_ffi``.
 
     Assumed where the source as read leaves it open: no residue of older changes in P; cells outside the field are 0;
     feed-forward inhibition stops the spike and leaves k as it is. There is no time constant: all is by frames, and
     P, so every threshold, goes with frame rate and image size.
 
-    Costs about 0.2 of a DSNN step at 99x72. ``shape`` is (R, C), ``form`` as in
-    `dsnn.direction.network.DSNN`; raises `dsnn.frames.FrameError` for a shape or frame it cannot take.
+    Costs about 0.2 of a DSNN step at 99x72.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``LGMD1Params()`` if left out.
+    form
+        The kernel in C (``native``) or NumPy (``numpy``), as of `dsnn.DSNN`.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+    dsnn.forms.FormError
+        The form is unknown, or is ``native`` where that is not built.
+
+    References
+    ----------
+    Yue and Rind 2006, IEEE Transactions on Neural Networks 17.
     """
 
     def __init__(self, shape: tuple[int, int], params: LGMD1Params | None = None, *, form: str | None = None) -> None:
@@ -92,13 +117,19 @@ class LGMD1:
         return self._in_a_row >= self.params.n_sp
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be. It has no maps."""
+        """Answer the next frame.
+
+        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
+        """
         potential, spike = self._layers.step(luma(frame, self.shape, channels))
         self._in_a_row = self._in_a_row + 1 if spike else 0
         return Response(looming=potential, looming_spikes=int(spike))
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        """Reset, then answer every frame of a clip.
+
+        Parameters, returns and errors are those of `dsnn.DSNN.run`.
+        """
         return run_model(self, frames, channels=channels)
 
 

@@ -55,10 +55,15 @@ class LGMD2Params:
 
     @classmethod
     def presets(cls) -> Mapping[str, LGMD2Params]:
-        """Make the presets, by name.
+        """Make the presets.
 
         ``paper`` has the literature's constants. ``firmware`` has the two published of the ON/OFF-competing LGMD2 on
         Colias: its spike threshold 0.63 is ``t_sp``, its T_pm 8 is ``t_pm``, which the paper has too.
+
+        Returns
+        -------
+        mapping of str to LGMD2Params
+            Name -> parameters: ``paper`` and ``firmware``.
         """
         return {"paper": cls(), "firmware": cls(t_sp=0.63, t_pm=8.0)}
 
@@ -97,10 +102,10 @@ class Pathway:
 class LGMD2:
     """Separate inhibition of ON and OFF, so strong in ON that light looming is lost; then grouping and adaptation.
 
-    Source: Fu, Hu and Yue 2018. Each pathway takes one sign of the change of luminance P (plus ``sigma`` of its last
+    Each pathway takes one sign of the change of luminance P (plus ``sigma`` of its last
     signal) and loses ``w`` times its inhibition: itself and its eight neighbours, low-passed. The weights follow the
-    low-passed mean change PM, ``w = max(least, PM / t_pm)``. ``S = S_on + S_off + S_on S_off`` goes through
-    `dsnn.looming.grouping.Grouping` to k. Spike-frequency adaptation, with ``h = tau_sfa / (tau_sfa + dt)`` and dk the
+    low-passed mean change PM, ``w = max(least, PM / t_pm)``. ``S = S_on + S_off + S_on S_off`` is grouped
+    as in `dsnn.LGMD1`, with ``c_g G`` to reach ``t_g``: this gives k. Spike-frequency adaptation, with ``h = tau_sfa / (tau_sfa + dt)`` and dk the
     change of k: ``s = h (s(t-1) + dk)`` where dk is at most ``t_sfa``, else ``h k``; at least 0.5. Channel:
     ``looming``, that s from 0.5 up to 1, with ``floor(exp(k_sp (s - t_sp)))`` spikes; ``collision`` says whether
     ``n_sp`` spikes have come since the last silent frame.
@@ -110,8 +115,23 @@ class LGMD2:
     frame's P; the decay ``c_g`` is for the threshold alone, k sums G; a silent frame ends the count of a collision.
     P is by frames, so thresholds go with frame rate and image size.
 
-    Costs about 1.7 DSNN steps at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
-    frame it cannot take.
+    Costs about 1.7 DSNN steps at 99x72.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``LGMD2Params()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+
+    References
+    ----------
+    Fu, Hu and Yue 2018, arXiv 1801.06452.
     """
 
     def __init__(self, shape: tuple[int, int], params: LGMD2Params | None = None) -> None:
@@ -140,7 +160,10 @@ class LGMD2:
         return self._count >= self.params.n_sp
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be. It has no maps."""
+        """Answer the next frame.
+
+        Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
+        """
         q = self.params
         p = self._retina.step(luma(frame, self.shape, channels))
         rises = np.maximum(p, self._zeros, out=self._rises)
@@ -161,7 +184,10 @@ class LGMD2:
         return Response(looming=adapted, looming_spikes=spikes)
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        """Reset, then answer every frame of a clip.
+
+        Parameters, returns and errors are those of `dsnn.DSNN.run`.
+        """
         return run_model(self, frames, channels=channels)
 
     def _adapt(self, k: float) -> float:

@@ -53,8 +53,7 @@ class LPLC2Params:
 class LPLC2(Detector):
     """Correlated motion outward from the centre of the view, in all four quadrants at once.
 
-    Source: Hua, Fu, Peng, Yue and Luan 2022 (ultra-selective LPLC2). P, the change of luminance, goes through a
-    difference of Gaussians, split into ON and OFF; ``c = tanh(X / (c_base + G * X))``; D is its low-pass by ``tau_lp``.
+    This is the ultra-selective LPLC2. P, the change of luminance, goes through a difference of Gaussians, split into ON and OFF; ``c = tanh(X / (c_base + G * X))``; D is its low-pass by ``tau_lp``.
     For a neighbour y one px away in each of four directions ``T = B c(x) c(y) [D(x) - D(y)]``, B a radial bias, the
     highest at the centre, low-passed by ``tau_t``. The change of contrast, ``|c - mean of its 8 neighbours|`` less its
     last value, is subtracted, nothing below 0 is left, and ``M = ON^exp_on + OFF^exp_off``. Each quadrant sums
@@ -70,8 +69,23 @@ class LPLC2(Detector):
     ``n_sp`` are those in the authors' table of constants. No published number was found that could be reproduced
     without its clips.
 
-    Costs about 9 DSNN steps (0.3 ms) at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
-    frame it cannot take.
+    Costs about 9 DSNN steps (0.3 ms) at 99x72.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``LPLC2Params()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+
+    References
+    ----------
+    Hua, Fu, Peng, Yue and Luan 2022, IJCNN.
     """
 
     def __init__(self, shape: tuple[int, int], params: LPLC2Params | None = None) -> None:

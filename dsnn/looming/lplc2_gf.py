@@ -56,15 +56,50 @@ class LPLC2GFParams:
 
     @classmethod
     def paper(cls, **changes: Any) -> LPLC2GFParams:
-        """The published form: frames of 200x150 px, 100 frames/s."""
+        """Make the parameters of the published form: frames of 200x150 px, 100 frames/s.
+
+        Parameters
+        ----------
+        **changes
+            Other values of parameters, by name.
+
+        Returns
+        -------
+        LPLC2GFParams
+            The parameters.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            A value is not legal.
+        TypeError
+            There is no such parameter.
+        """
         return dataclasses.replace(cls(), **changes)
 
     @classmethod
     def robot(cls, **changes: Any) -> LPLC2GFParams:
-        """The same in angles for the robot's camera: 99x72 px of 70 degrees, 30 frames/s.
+        """Make the same in angles for the robot's camera: 99x72 px of 70 degrees, 30 frames/s.
 
         Lengths in px go with the focal length. The receptive field is the largest of the paper's
         that fits into the camera's view, 53 degrees.
+
+        Parameters
+        ----------
+        **changes
+            Other values of parameters, by name.
+
+        Returns
+        -------
+        LPLC2GFParams
+            The parameters.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            A value is not legal.
+        TypeError
+            There is no such parameter.
         """
         across = ROBOT_FOCAL_PX / PAPER_FOCAL_PX
         side, width = (2 * round(px * across / 2) for px in (FITTING_SIDE, cls().width))
@@ -85,7 +120,7 @@ class LPLC2GFParams:
 class LPLC2GF(Detector):
     """Cells that multiply outward motion on their four arms; a giant fibre driven by how many are active, and rising.
 
-    Source: Zhao, Xi, Li, Guo and Wu 2023, iScience 26:106337 (PMC10073940). Luminance from 0 to 1 is high-passed by
+    Luminance from 0 to 1 is high-passed by
     ``tau_hp``; ``ON = max(h, 0)``, ``OFF = max(-h - t_off, 0)``; for neighbours x, y one px apart and D the low-pass by
     ``tau_lp``, motion from x to y is ``D(x) X(y)``, from y to x ``X(x) D(y)``, ON and OFF added. A cell at each corner
     between four pixels sums opponent motion, outward less inward, over four arms ``side / 2`` px long and ``width`` px
@@ -108,8 +143,23 @@ class LPLC2GF(Detector):
     417); beyond the border nothing moves; the threshold of an arm goes with the length of an edge, for another focal
     length; a negative current acts, as in the source; the membrane is integrated exactly over each substep.
 
-    Costs about 7 DSNN steps at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or frame it
-    cannot take.
+    Costs about 7 DSNN steps at 99x72.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``LPLC2GFParams()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+
+    References
+    ----------
+    Zhao, Xi, Li, Guo and Wu 2023, iScience 26:106337 (PMC10073940).
     """
 
     def __init__(self, shape: tuple[int, int], params: LPLC2GFParams | None = None) -> None:
@@ -143,7 +193,18 @@ class LPLC2GF(Detector):
         return REST + 0.5 * max(v - q.v_rest, 0.0) / (q.v_spike - q.v_rest), spikes
 
     def active_cells(self, luminance: npt.NDArray[Any]) -> int:
-        """The number of cells that are active after the next frame, (R, C) grey levels. It is a step of the layers."""
+        """Count the cells that are active after the next frame. It is a step of the layers.
+
+        Parameters
+        ----------
+        luminance
+            The frame, (R, C), grey levels.
+
+        Returns
+        -------
+        int
+            The number of active cells.
+        """
         self._h += self._retina.step(luminance) * np.float32(1.0 / 255.0)
         self._h *= self._passed
         horizontal = np.zeros((self.shape[0], self.shape[1] - 1), np.float32)

@@ -22,7 +22,7 @@ from dsnn.retina import Floats
 @with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class MLPLC2Params(LocalMotionParams):
-    """The constants of `dsnn.direction.local_motion.LocalMotionParams`, and those of the quadrants."""
+    """The constants of the T4 and T5 cells, and those of the quadrants."""
 
     leak: float = Field(default=0.01, ge=0.0, le=1.0, description="what counts of inward motion (assumed)")
     t_lplc2: float = Field(default=50.0, ge=0.0, le=1e6, description="summed outward motion that each quadrant needs")
@@ -39,7 +39,7 @@ class MLPLC2Params(LocalMotionParams):
 class MLPLC2(Detector):
     """Outward motion in all four quadrants about the centroid of motion, on T4 and T5 cells.
 
-    Source: Liu and Fu 2025, arXiv 2504.04477 (mLPLC2). Local motion as in `dsnn.direction.t4t5.T4T5`. Attention: the
+    This is the attention LPLC2 (mLPLC2). Local motion is as in `dsnn.T4T5`. Attention: the
     centre is the centroid of ``sqrt((right + left)^2 + (down + up)^2)``. Each of the four quadrants about it sums
     ``LeakyReLU(outward - inward)`` of its two axes; where all four reach ``t_lplc2`` the output is their sum, else 0,
     summed over the last ``length`` frames. Channel: ``looming``, ``1 / (1 + exp(-output / t_collision))`` from 0.5 up
@@ -54,8 +54,23 @@ class MLPLC2(Detector):
     robot's has, makes it spike in every frame; the source's videos have none. No published number was found that could
     be reproduced without its clips.
 
-    Costs about 16 DSNN steps (0.6 ms) at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or
-    frame it cannot take.
+    Costs about 16 DSNN steps (0.6 ms) at 99x72.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``MLPLC2Params()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+
+    References
+    ----------
+    Liu and Fu 2025, arXiv 2504.04477.
     """
 
     def __init__(self, shape: tuple[int, int], params: MLPLC2Params | None = None) -> None:

@@ -41,8 +41,7 @@ class PONLGMDParams:
 class PONLGMD(Detector):
     """Normalised changes of luminance, less delayed lateral inhibition, less local contrast; then grouping.
 
-    Source: Fu and Li 2022, Harmonizing motion and contrast vision for robust looming detection. For each polarity X of
-    the change of luminance, with G a Gaussian: ``M = tanh(X / (G * X + alpha_1))``;
+    For each polarity X of the change of luminance, with G a Gaussian: ``M = tanh(X / (G * X + alpha_1))``;
     ``C = |M - mean of its 8 neighbours|``; ``S_x = max(M - beta K * M(t-1) - alpha_c C, 0)``, K the ring of the eight
     neighbours. ``S = S_on + S_off + theta_3 S_on S_off``; with Ce the 3x3 mean of S,
     ``G = S Ce / (delta_c + max Ce / c_w)``, kept where ``c_de G`` reaches ``t_de``;
@@ -54,8 +53,23 @@ class PONLGMD(Detector):
     by frames: there is no time constant, and P, so every threshold, goes with the frame rate. No published number was
     found that could be reproduced without its clips.
 
-    Costs about 2.6 DSNN steps at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or frame it
-    cannot take.
+    Costs about 2.6 DSNN steps at 99x72.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``PONLGMDParams()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+
+    References
+    ----------
+    Fu and Li 2022: Harmonizing motion and contrast vision for robust looming detection.
     """
 
     def __init__(self, shape: tuple[int, int], params: PONLGMDParams | None = None) -> None:

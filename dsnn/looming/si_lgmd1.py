@@ -47,29 +47,70 @@ class SILGMD1Params:
 
     @classmethod
     def firmware(cls, **changes: Any) -> SILGMD1Params:
-        """The public firmware: its constants in its arithmetic."""
+        """Make the parameters of the public firmware: its constants in its arithmetic.
+
+        Parameters
+        ----------
+        **changes
+            Other values of parameters, by name.
+
+        Returns
+        -------
+        SILGMD1Params
+            The parameters.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            A value is not legal.
+        TypeError
+            There is no such parameter.
+        """
         return dataclasses.replace(cls(), **changes)
 
     @classmethod
     def paper(cls, **changes: Any) -> SILGMD1Params:
-        """The same constants in floating point, as the equations read."""
+        """Make the same constants in floating point, as the equations read.
+
+        Parameters
+        ----------
+        **changes
+            Other values of parameters, by name.
+
+        Returns
+        -------
+        SILGMD1Params
+            The parameters.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            A value is not legal.
+        TypeError
+            There is no such parameter.
+        """
         return dataclasses.replace(cls(integer=False), **changes)
 
     @classmethod
     def presets(cls) -> Mapping[str, SILGMD1Params]:
-        """Make the presets, by name: `firmware`, ``arena`` with that one's T_s for the arena, 0.65, and `paper`."""
+        """Make the presets: `firmware`, ``arena`` with that one's T_s for the arena, 0.65, and `paper`.
+
+        Returns
+        -------
+        mapping of str to SILGMD1Params
+            Name -> parameters: ``firmware``, ``arena`` and ``paper``.
+        """
         return {"firmware": cls.firmware(), "arena": cls.firmware(t_sp=0.65), "paper": cls.paper()}
 
 
 class SILGMD1(Detector):
     """Lateral inhibition, then inhibition of each cell by itself and its block, which spares blocks that move much.
 
-    Source: Modeling self-inhibition in neural networks for collision perception against translating motion (Fu and
-    others), by its public firmware for Colias; the paper itself could not be read. With P the change of luminance,
+    It is written from the public firmware for Colias; the paper itself could not be read. With P the change of luminance,
     halved and without its sign, E and Q its low-passes by ``tau_e`` and ``tau_p``, W the ring of eight neighbours
     (1/4, 1/8): ``S' = max(P - beta_1 W * E, 0)``; ``SI`` is Q plus 1/4 of its sides and 1/8 of its corners within a
     block of 3x3 cells, times ``beta_2`` where P summed over the block exceeds ``t_az``; ``S = S' - beta_3 SI``, 0
-    below ``t_s``; ``k = 1 / (1 + exp(-sum S / (k_spi N)))`` for N cells, REST where the mean P of the last frame
+    below ``t_s``; ``k = 1 / (1 + exp(-sum S / (k_spi N)))`` for N cells, 0.5 where the mean P of the last frame
     exceeds ``t_ffi``. Channel: ``looming``, k from 0.5 up to 1, with one spike in a frame whose k reaches ``t_sp``;
     ``collision`` says whether the last ``n_sp`` frames all had one.
 
@@ -83,8 +124,24 @@ class SILGMD1(Detector):
     72x99 are. P is by frames, so thresholds go with the frame rate. No published number was found that could be
     reproduced without its clips.
 
-    Costs about 5 DSNN steps at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or frame it
-    cannot take.
+    Costs about 5 DSNN steps at 99x72.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``SILGMD1Params()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+
+    References
+    ----------
+    Fu and others: Modeling self-inhibition in neural networks for collision perception against translating motion, by its
+    public firmware for Colias.
     """
 
     def __init__(self, shape: tuple[int, int], params: SILGMD1Params | None = None) -> None:

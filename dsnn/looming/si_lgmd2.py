@@ -62,17 +62,59 @@ class SILGMD2Params:
 
     @classmethod
     def firmware(cls, **changes: Any) -> SILGMD2Params:
-        """The public firmware: its constants in its arithmetic."""
+        """Make the parameters of the public firmware: its constants in its arithmetic.
+
+        Parameters
+        ----------
+        **changes
+            Other values of parameters, by name.
+
+        Returns
+        -------
+        SILGMD2Params
+            The parameters.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            A value is not legal.
+        TypeError
+            There is no such parameter.
+        """
         return dataclasses.replace(cls(), **changes)
 
     @classmethod
     def paper(cls, **changes: Any) -> SILGMD2Params:
-        """The same constants in floating point, as the equations read."""
+        """Make the same constants in floating point, as the equations read.
+
+        Parameters
+        ----------
+        **changes
+            Other values of parameters, by name.
+
+        Returns
+        -------
+        SILGMD2Params
+            The parameters.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            A value is not legal.
+        TypeError
+            There is no such parameter.
+        """
         return dataclasses.replace(cls(integer=False), **changes)
 
     @classmethod
     def presets(cls) -> Mapping[str, SILGMD2Params]:
-        """Make the presets, by name: `firmware` and `paper`; T_spi is ``t_sp``, K_spi ``k_spi``, T_pm ``t_pm``."""
+        """Make the presets: `firmware` and `paper`; T_spi is ``t_sp``, K_spi ``k_spi``, T_pm ``t_pm``.
+
+        Returns
+        -------
+        mapping of str to SILGMD2Params
+            Name -> parameters: ``firmware`` and ``paper``.
+        """
         return {"firmware": cls.firmware(), "paper": cls.paper()}
 
 
@@ -115,8 +157,7 @@ class _Pathway:
 class SILGMD2(Detector):
     """ON and OFF, each with lateral and self-inhibition, ON's the stronger; then grouping and adaptation.
 
-    Source: Modeling self-inhibition in neural networks for collision perception against translating motion (Fu and
-    others), by its public firmware for Colias; the paper itself could not be read. X is one polarity of the change of
+    It is written from the public firmware for Colias; the paper itself could not be read. X is one polarity of the change of
     luminance, halved. Lateral inhibition of this frame and the last: ``L = sum over K of K * (a X + (1 - a) X(t-1))``,
     K the cell itself, its sides and its corners (1, 1/4, 1/8 of ``w``), a by ``tau``, twice and three times ``tau``.
     ``Y = max(X - max(least, PM / t_pm) L, 0)``, PM the mean change mixed with the last one. Self-inhibition: within
@@ -137,8 +178,24 @@ class SILGMD2(Detector):
     where rows and columns are multiples of 3, as 72x99 are. P is by frames, so thresholds go with the frame rate. No
     published number was found that could be reproduced without its clips.
 
-    Costs about 10 DSNN steps at 99x72. ``shape`` is (R, C); raises `dsnn.frames.FrameError` for a shape or frame it
-    cannot take.
+    Costs about 10 DSNN steps at 99x72.
+
+    Parameters
+    ----------
+    shape
+        (R, C) of the frames, 2 or more each.
+    params
+        The constants; those of ``SILGMD2Params()`` if left out.
+
+    Raises
+    ------
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 up.
+
+    References
+    ----------
+    Fu and others: Modeling self-inhibition in neural networks for collision perception against translating motion, by its
+    public firmware for Colias.
     """
 
     def __init__(self, shape: tuple[int, int], params: SILGMD2Params | None = None) -> None:

@@ -37,7 +37,7 @@ class ErrorReport:
     Raises
     ------
     ValueError
-        Of a number below 0, or of differences out of order.
+        A number is below 0, or the differences are out of order.
     """
 
     frames: int
@@ -91,20 +91,30 @@ def compare(frames: Iterable[npt.NDArray[Any]], params: OnboardParams) -> ErrorR
     Parameters
     ----------
     frames
-        A (T, R, C) array or an iterable of frames (R, C), grey levels 0..255.
+        (T, R, C), or an iterable of frames (R, C), grey levels from 0 to 255.
     params
         Of the on-board network; the float one has the same but for the formats.
 
     Returns
     -------
     ErrorReport
+        How far the potentials and spikes of the on-board network are from those of the float one.
 
     Raises
     ------
     ValueError
-        If there are no frames.
-    dsnn.frames.FrameError
-        Of a frame that the models cannot take.
+        There are no frames.
+    dsnn.FrameError
+        The models cannot take a frame.
+
+    Examples
+    --------
+    >>> from dsnn import OnboardParams
+    >>> from dsnn.onboard.error import compare
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("plain", rows=72, columns=99)
+    >>> compare([frame.luma for frame in clip], OnboardParams()).worst < 0.1
+    True
     """
     stack = list(frames)
     if not stack:

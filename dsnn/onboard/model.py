@@ -27,12 +27,12 @@ class OnboardDSNN:
 
     Parameters
     ----------
-    shape : tuple of int
-        (R, C) of the frames, at most 4096 each.
-    params : OnboardParams, optional
+    shape
+        (R, C) of the frames, 2 to 4096 each.
+    params
         Constants and formats; the paper's off-line constants in the default format if left out.
-    form : {"native", "numpy"}, optional
-        As of `dsnn.direction.network.DSNN`.
+    form
+        The kernel in C (``native``) or NumPy (``numpy``), as of `dsnn.DSNN`.
 
     Attributes
     ----------
@@ -41,10 +41,14 @@ class OnboardDSNN:
 
     Raises
     ------
-    dsnn.frames.FrameError
-        Of a shape or frame that it cannot take.
+    dsnn.FrameError
+        The shape is not two whole numbers from 2 to 4096.
     dsnn.forms.FormError
-        Of an unknown form, and of ``"native"`` where that is not built.
+        The form is unknown, or is ``native`` where that is not built.
+
+    References
+    ----------
+    Fu, Bellotto and Yue 2018, arXiv 1808.07692; the formats are our own.
     """
 
     def __init__(self, shape: tuple[int, int], params: OnboardParams | None = None, *, form: str | None = None) -> None:
@@ -63,10 +67,16 @@ class OnboardDSNN:
         self._stages.reset()
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:
-        """Answer the next frame; see `dsnn.frames.luma` for what a frame may be."""
+        """Answer the next frame.
+
+        Parameters, returns and errors are those of `dsnn.VisionModel.step`. Maps are there if they are asked for.
+        """
         grey = luma(frame, self.shape, channels)
         return self._stages.step(grey if grey.dtype == np.uint8 else np.rint(grey).astype(np.uint8), maps)
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:
-        """Reset, then answer every frame of a (T, R, C) array or iterable."""
+        """Reset, then answer every frame of a clip.
+
+        Parameters, returns and errors are those of `dsnn.DSNN.run`.
+        """
         return run_model(self, frames, channels=channels)

@@ -89,7 +89,17 @@ class OnboardParams(DSNNParams):
 
     @classmethod
     def presets(cls) -> Mapping[str, Self]:
-        """The settings of the robot by the name of the format; ``grey-levels`` is the control that does not work."""
+        """Make the presets: the settings of the robot in several formats.
+
+        ``bits8`` is the default. ``lamina16`` and ``bits16`` have 16 bits for the lamina and for all states,
+        ``linear8`` has equal steps, ``truncated`` drops lowest bits, ``firmware-input`` halves the change of luminance.
+        ``grey-levels`` is the control that does not work.
+
+        Returns
+        -------
+        mapping of str to OnboardParams
+            Name of the format -> parameters.
+        """
         robot = cls.robot()
         changes: Mapping[str, Mapping[str, Any]] = {
             "bits8": {},

@@ -18,12 +18,24 @@ LIMIT_SD = 4.0
 
 
 class Jittered(Stimulus[ClipParams]):
-    """``inner`` as seen by a camera whose shift at every frame is an independent Gaussian of ``sd_px`` along x and y.
+    """A clip as seen by a camera that trembles: an independent Gaussian shift along x and y at every frame.
 
-    The seed is that of the shifts, whatever ``inner``'s: of equal seeds they share no number with it. Beyond the
-    frame's border its outermost pixels go on. The truth is moved along: boxes by the shift, velocities by its change
-    since the frame before.
-    Raises ``ValueError`` on an ``sd_px`` that is negative or above 10.
+    Beyond the frame's border its outermost pixels go on. The truth is moved along: boxes by the shift, velocities by
+    its change since the frame before.
+
+    Parameters
+    ----------
+    inner
+        The clip.
+    sd_px
+        Standard deviation of the shifts, from 0 to 10 px. Shifts of more than 4 of it are cut off.
+    seed
+        Of the shifts, whatever the clip's own: of equal seeds they share no number with it.
+
+    Raises
+    ------
+    ValueError
+        ``sd_px`` is not from 0 to 10, or the seed is below 0.
     """
 
     def __init__(self, inner: Stimulus[ClipParams], sd_px: float = 0.3, seed: int = 0) -> None:
@@ -39,7 +51,10 @@ class Jittered(Stimulus[ClipParams]):
         return len(self.inner)
 
     def frame(self, index: int) -> StimulusFrame:
-        """Paint frame ``index``."""
+        """Paint a frame.
+
+        Parameters, returns and errors are those of `dsnn.stimuli.Stimulus.frame`.
+        """
         still = self.inner.frame(index)
         x, y = self.shifts[index].tolist()
         before_x, before_y = self.shifts[max(index - 1, 0)].tolist()

@@ -25,12 +25,16 @@ from dsnn.stimuli.street import Street, StreetParams
 
 @dataclass(frozen=True, slots=True)
 class StimulusEntry:
-    """A registered stimulus: its default parameters, a frozen, validated dataclass, and how to build it from some."""
+    """A registered stimulus: its default parameters, and how to build it from some."""
 
     name: str
+    """By which `stimulus` finds it."""
     summary: str
+    """A line for ``colias list``."""
     build: Callable[[Any, int], Stimulus[ClipParams]]
+    """Makes the clip from parameters and a seed."""
     params: ClipParams
+    """Its default parameters: a frozen, validated dataclass."""
 
 
 _ENTRIES = (
@@ -56,10 +60,27 @@ def _by_name(entries: tuple[StimulusEntry, ...]) -> Mapping[str, StimulusEntry]:
 
 
 STIMULI = _by_name(_ENTRIES)
+"""The stimuli that ship: name -> `StimulusEntry`."""
 
 
 def stimulus_entry(name: str) -> StimulusEntry:
-    """The entry of ``name``; ``ValueError`` with the nearest known name otherwise."""
+    """Look up a stimulus that ships.
+
+    Parameters
+    ----------
+    name
+        Its name in `STIMULI`.
+
+    Returns
+    -------
+    StimulusEntry
+        Its entry.
+
+    Raises
+    ------
+    ValueError
+        There is no such stimulus; the message has the nearest known name.
+    """
     if name not in STIMULI:
         near = difflib.get_close_matches(name, STIMULI, n=1, cutoff=0.0)[0]
         raise ValueError(f"unknown stimulus '{name}': known are {', '.join(STIMULI)} (nearest: {near})")
@@ -67,10 +88,33 @@ def stimulus_entry(name: str) -> StimulusEntry:
 
 
 def stimulus(name: str, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
-    """The stimulus ``name`` with ``changes`` to its default parameters.
+    """Make a stimulus that ships, with changes to its default parameters.
 
-    Raises ``ValueError``, in one line that names value and legal range, on an unknown name or parameter and on
-    a value out of range.
+    Parameters
+    ----------
+    name
+        Its name in `STIMULI`.
+    seed
+        Of what is random in it, 0 or more. Equal seeds give equal bytes.
+    **changes
+        Other values of its parameters, by name. ``colias stimulus NAME --parameters`` lists them.
+
+    Returns
+    -------
+    Stimulus
+        The clip. Nothing is painted yet.
+
+    Raises
+    ------
+    ValueError
+        The name or a parameter is unknown, or a value is not legal: one line that names it and what is legal.
+
+    Examples
+    --------
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("plain", speed=120.0, motion="leftward")
+    >>> len(clip), clip.shape, clip.fps
+    (112, (180, 320), 30.0)
     """
     entry = stimulus_entry(name)
     known = [field for field in entry.params.__dataclass_fields__]

@@ -20,7 +20,15 @@ Luma = npt.NDArray[np.uint8]
 
 
 class Velocity(NamedTuple):
-    """Pixels per second: rightward and downward positive."""
+    """A velocity in the image, in px/s.
+
+    Parameters
+    ----------
+    x
+        Rightward positive.
+    y
+        Downward positive.
+    """
 
     x: float
     y: float
@@ -31,7 +39,15 @@ STILL = Velocity(0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """An upright rectangle in px. Pixel (r, c) covers the square from (c, r) to (c + 1, r + 1)."""
+    """An upright rectangle in px. Pixel (r, c) covers the square from (c, r) to (c + 1, r + 1).
+
+    Parameters
+    ----------
+    left, top
+        Its upper left corner: column and row, px.
+    width, height
+        Its size, px.
+    """
 
     left: float
     top: float
@@ -40,15 +56,50 @@ class Box:
 
     @classmethod
     def about(cls, x: float, y: float, width: float, height: float) -> Box:
-        """The box of this size whose centre is at column ``x``, row ``y``."""
+        """Make a box about its centre.
+
+        Parameters
+        ----------
+        x, y
+            Column and row of the centre, px.
+        width, height
+            Its size, px.
+
+        Returns
+        -------
+        Box
+            The box.
+        """
         return cls(x - width / 2, y - height / 2, width, height)
 
     def shifted(self, x: float, y: float) -> Box:
-        """The same box ``x`` px further right and ``y`` px further down."""
+        """Shift the box.
+
+        Parameters
+        ----------
+        x, y
+            How far to the right and down, px.
+
+        Returns
+        -------
+        Box
+            A box of the same size there.
+        """
         return Box(self.left + x, self.top + y, self.width, self.height)
 
     def touches(self, shape: tuple[int, int]) -> bool:
-        """Whether any part of it is inside a frame of ``shape`` (R, C)."""
+        """Tell whether any part of it is inside a frame.
+
+        Parameters
+        ----------
+        shape
+            (R, C) of the frame.
+
+        Returns
+        -------
+        bool
+            Whether it is.
+        """
         rows, columns = shape
         return self.left < columns and self.left + self.width > 0 and self.top < rows and self.top + self.height > 0
 
@@ -57,10 +108,18 @@ class Box:
 class Truth:
     """What moves in one frame.
 
-    ``motion`` is a word for it (``rightward``, ``looming``, ``still``, ...). ``box`` is the whole outline of
-    the object, parts outside the frame included; it and ``velocity``, that of its centre, are None while no
-    object is in the frame. ``background_velocity`` is that of everything else. ``time_to_contact_s`` counts
-    down to a looming object's contact and, negative, on from a receding one's; otherwise None.
+    Parameters
+    ----------
+    motion
+        A word for it: ``rightward``, ``looming``, ``still``, ...
+    box
+        The whole outline of the object, parts outside the frame included; ``None`` while no object is in the frame.
+    velocity
+        That of the object's centre, px/s; ``None`` while no object is in the frame.
+    background_velocity
+        That of everything else, px/s.
+    time_to_contact_s
+        Seconds to a looming object's contact; negative since a receding one's; otherwise ``None``.
     """
 
     motion: str
@@ -70,13 +129,27 @@ class Truth:
     time_to_contact_s: float | None = None
 
     def without_object(self) -> Truth:
-        """The truth about the background alone."""
+        """Leave out the object.
+
+        Returns
+        -------
+        Truth
+            The truth about the background alone.
+        """
         return Truth("still", background_velocity=self.background_velocity)
 
 
 @dataclass(frozen=True, slots=True)
 class StimulusFrame:
-    """One frame, (R, C) uint8 grey, and its truth."""
+    """One frame and its truth.
+
+    Parameters
+    ----------
+    luma
+        The picture, (R, C), grey levels.
+    truth
+        What moves in it.
+    """
 
     luma: Luma
     truth: Truth
@@ -85,10 +158,7 @@ class StimulusFrame:
 @with_field_docs
 @validated(frozen=True, config=CONFIG)
 class ClipParams:
-    """What every stimulus has: a frame's size and the rate.
-
-    A value outside its legal range raises ``pydantic.ValidationError``, a ``ValueError`` that names field and bound.
-    """
+    """What every stimulus has: a frame's size and the rate."""
 
     rows: int = Field(default=180, ge=8, le=4096, description="rows of a frame, px (paper: 180)")
     columns: int = Field(default=320, ge=8, le=4096, description="columns of a frame, px (paper: 320, clutter 540)")
@@ -104,11 +174,23 @@ class TimedParams(ClipParams):
     duration_s: float = Field(default=2.0, gt=0.0, le=600.0, description="how long it moves, s")
 
     def rest_frames(self) -> int:
-        """The index of the frame from which on it moves."""
+        """Count the frames of the rest before the motion.
+
+        Returns
+        -------
+        int
+            The index of the frame from which on it moves.
+        """
         return round(self.rest_s * self.fps)
 
     def moving_frames(self) -> int:
-        """How many displacements it makes, one a frame."""
+        """Count the displacements, one a frame.
+
+        Returns
+        -------
+        int
+            Their number, 1 or more.
+        """
         return max(1, round(self.duration_s * self.fps))
 
 
@@ -120,6 +202,26 @@ class Stimulus(ABC, Generic[P]):
 
     A subclass says how many frames there are (``__len__``) and paints one (`frame`) as a function of its
     index, ``params`` and ``seed`` alone; so equal seeds give equal bytes, whatever was asked for before.
+    ``clip[index]`` is a frame too, from the end where ``index`` is below 0.
+
+    Parameters
+    ----------
+    params
+        The parameters, with ``rows``, ``columns`` and ``fps``.
+    seed
+        Of what is random in it, 0 or more.
+
+    Raises
+    ------
+    ValueError
+        The seed is below 0.
+
+    Examples
+    --------
+    >>> from dsnn.stimuli import stimulus
+    >>> clip = stimulus("plain", speed=120.0, motion="leftward")
+    >>> clip[60].luma.shape, clip[60].truth.velocity
+    ((180, 320), Velocity(x=-120.0, y=0.0))
     """
 
     def __init__(self, params: P, seed: int = 0) -> None:
@@ -143,7 +245,18 @@ class Stimulus(ABC, Generic[P]):
 
     @abstractmethod
     def frame(self, index: int) -> StimulusFrame:
-        """Paint frame ``index``, 0 .. len - 1, as the light stands at ``index / fps`` seconds."""
+        """Paint a frame, as the light stands at ``index / fps`` seconds.
+
+        Parameters
+        ----------
+        index
+            From 0 to ``len(clip) - 1``.
+
+        Returns
+        -------
+        StimulusFrame
+            The frame and its truth.
+        """
 
     def __iter__(self) -> Iterator[StimulusFrame]:
         return (self.frame(index) for index in range(len(self)))

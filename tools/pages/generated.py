@@ -12,10 +12,11 @@ from pathlib import Path
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-from tools.pages import commands, gallery, models, stimuli
+from tools.pages import commands, envs, gallery, models, stimuli
 
 WRITERS: dict[str, Callable[[Path], None]] = {
     "commands": commands.write,
+    "envs": envs.write,
     "models": models.write,
     "stimuli": stimuli.write,
     "gallery": gallery.write,

@@ -72,6 +72,16 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
         If a process dies.
     Exception
         Whatever a process raises.
+
+    Examples
+    --------
+    >>> import colias_sim  # registers the envs
+    >>> import gymnasium as gym
+    >>> envs = gym.make_vec("colias_sim/Fixation-v0", num_envs=2, workers=0, observation="state")
+    >>> observations, infos = envs.reset(seed=0)
+    >>> observations.shape
+    (2, 12)
+    >>> envs.close()
     """
 
     def __init__(
@@ -120,7 +130,7 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
 
         Returns
         -------
-        observations
+        observations : ndarray or dict of str to ndarray
             (num_envs, ...), or a dict of such arrays.
         infos : dict
             For each key an array, and a mask ``_key`` of the envs that have it.
@@ -131,6 +141,8 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
             For a seed or option that is not legal. Everything stays open.
         gymnasium.error.ResetNeeded
             For a mask at the first reset.
+        gymnasium.error.ClosedEnvironmentError
+            After ``close()``.
         """
         self._check_open()
         rest = reset_entries(options)
@@ -154,7 +166,7 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
 
         Returns
         -------
-        observations
+        observations : ndarray or dict of str to ndarray
             (num_envs, ...), or a dict of such arrays.
         rewards : ndarray
             (num_envs,) float64.
@@ -169,6 +181,8 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
             If an action is not legal. The message names the env; none has moved.
         gymnasium.error.ResetNeeded
             Before the first reset, and with autoreset disabled after an end.
+        gymnasium.error.ClosedEnvironmentError
+            After ``close()``.
         """
         self._check_open()
         if not self._begun.all():
@@ -190,6 +204,13 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
         tuple or None
             The return value of each env's ``render()``: with ``render_mode="rgb_array"`` a picture (H, W, 3) uint8.
             ``None`` without a ``render_mode``.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            Before the first reset.
+        gymnasium.error.ClosedEnvironmentError
+            After ``close()``.
         """
         self._check_open()
         if self.render_mode is None:
@@ -228,7 +249,23 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
         return tuple(self._call("call", [(name, args, kwargs)] * len(self._tasks)))
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """Read an attribute of each env, as `call` does; a method is called without arguments."""
+        """Read an attribute of each env, as `call` does; a method is called without arguments.
+
+        Parameters
+        ----------
+        name
+            Name of the attribute.
+
+        Returns
+        -------
+        tuple
+            The attribute of each env; a copy if it comes from another process.
+
+        Raises
+        ------
+        ValueError, Exception
+            As of `call`.
+        """
         return self.call(name)
 
     def set_attr(self, name: str, values: Any) -> None:
@@ -266,7 +303,13 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
         return self.get_attr("np_random_seed")
 
     def close_extras(self, **kwargs: Any) -> None:
-        """End the processes, or close the envs in this one; Gymnasium's ``close()`` calls this."""
+        """End the processes, or close the envs in this one; Gymnasium's ``close()`` calls this.
+
+        Parameters
+        ----------
+        **kwargs
+            What ``close()`` was given; it is not used.
+        """
         self._processes.close()
 
     def _call(self, method: str, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:

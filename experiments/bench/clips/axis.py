@@ -45,6 +45,7 @@ def along_background(claim: str, speeds: Sequence[float]) -> ClipClaim:
 
     Examples
     --------
+    >>> from experiments import along_background
     >>> along_background("C6", (8.0, 300.0)).id
     'C6-background'
     """

@@ -60,14 +60,13 @@ CONDITIONS: Mapping[str, Mapping[str, tuple[Any, ...]]] = {
     "C27": {"object": ("absent",), "background_speed": _BACKGROUNDS},
 }
 """Claim -> the values of clips that its words name, or the paper's text on its figure; other clips do not count.
-
 ``shade`` is dark or light, against what the object passes.
 """
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClipClaim(Claim):
-    """A claim about clips that models were shown: ``experiments.ClipClaim``.
+    """A claim about clips that models were shown.
 
     An off-line experiment declares it in ``claims=``, beside ids of the paper's. It is judged at each seed.
 
@@ -81,6 +80,8 @@ class ClipClaim(Claim):
         that of its first model by name. Where the judge raises, the claim is untested.
     says, source
         Its words, and where they are from.
+    silent_passes
+        Whether a model that never answers anything would keep it: it is ``vacuous`` for one that answers no translation.
     models
         The labels of the models that it takes; without one of them it is untested.
     conditions
@@ -98,6 +99,7 @@ class ClipClaim(Claim):
 
     Examples
     --------
+    >>> from experiments import Check, ClipClaim, Outcome, decide
     >>> def silent(rows, threshold):
     ...     worst = max(max(row["peak_hs"], -row["trough_hs"]) for row in rows)
     ...     holds, decided = decide([Check(f"|HS| up to {worst:.2f} (needs below {threshold:g})", threshold - worst)])

@@ -53,6 +53,7 @@ def along_constants(claim: str, variants: Sequence[str]) -> ClipClaim:
 
     Examples
     --------
+    >>> from experiments import along_constants
     >>> along_constants("C7", ("dsn2017", "dsn2017:k_sig=10")).id
     'C7-constants'
     """

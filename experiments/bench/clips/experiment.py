@@ -42,6 +42,7 @@ class Clip:
 
     Examples
     --------
+    >>> from experiments import Clip
     >>> Clip("dark", "plain", (("grey", 40.0), ("speed", 120.0))).label()
     'dark'
     """
@@ -64,12 +65,34 @@ class Clip:
         self.build(0)
 
     def build(self, seed: int) -> Stimulus[ClipParams]:
-        """The clip itself."""
+        """Make the clip itself.
+
+        Parameters
+        ----------
+        seed
+            Of what is random in it, 0 or more.
+
+        Returns
+        -------
+        Stimulus
+            The clip. Nothing is painted yet.
+
+        Raises
+        ------
+        ValueError
+            The seed is below 0.
+        """
         clip = stimulus(self.stimulus, seed, **dict(self.changes))
         return Jittered(clip, self.jitter_px, seed) if self.jitter_px else clip
 
     def label(self) -> str:
-        """Its name."""
+        """Return the clip's name, as tables show it.
+
+        Returns
+        -------
+        str
+            The name.
+        """
         return self.name
 
 
@@ -82,12 +105,13 @@ class Figure:
     kind
         ``traces``: the models' potentials over each clip. ``peaks``: their peaks against a parameter of the clips.
         ``background``: their peaks in depth and translation against the background's speed, px a frame.
-        ``edges``: clips of a single edge of either polarity, and what the other models leave of the DSNN's |HS|.
-        ``ranges``: of each model, from which to which peak |HS| its clips with an object reach, and without one.
+        ``edges``: clips of a single edge of either polarity, and what the other models leave of the DSNN's ``|HS|``.
+        ``ranges``: of each model, from which to which peak ``|HS|`` its clips with an object reach, and without one.
     along
         The parameter on the axis of peaks: ``speed``, ``grey`` or ``background_speed``.
     lines, panels
-        Peaks have a line for each value of the one, and a row of panels for each of the other.
+        Peaks have a line for each value of the one, and a row of panels for each of the other. Both are legal as
+        ``along`` is.
 
     Raises
     ------
@@ -123,7 +147,7 @@ class OfflineExperiment:
     models
         Names, or paths of .py files, of the models that it is about.
     claims
-        Ids of the paper's claims about clips, and claims of your own (``experiments.ClipClaim``).
+        Ids of the paper's claims about clips, and claims of your own (`experiments.ClipClaim`).
     repeats
         How often, each time with another seed. Where nothing in the clips is random, one repeat is enough.
     figure

@@ -14,7 +14,7 @@ from dsnn import Response
 from experiments.bench.core.errors import check_name
 
 Wheels = tuple[float, float]
-"""Speeds of the wheels, left and right, as shares of the maximum; beyond -1 and 1 they are cut."""
+"""A type: speeds of the wheels, left and right, as shares of the maximum; beyond -1 and 1 they are cut."""
 
 Policy = Callable[[Any], Wheels]
 """What to do next, from what is sensed: a `dsnn.Response`, or a `colias_sim.envs.State`."""
@@ -68,12 +68,49 @@ class Behaviour:
 
     @classmethod
     def reflex(cls, name: str, summary: str, env: str, reflex: Callable[[Response], Wheels]) -> Behaviour:
-        """Return one without memory: ``reflex`` is a function of a `dsnn.Response` that returns the wheels' speeds."""
+        """Make a behaviour without memory.
+
+        Parameters
+        ----------
+        name, summary, env
+            As of `Behaviour`.
+        reflex
+            A function of a `dsnn.Response` that returns the wheels' speeds, left and right, as shares of the maximum.
+
+        Returns
+        -------
+        Behaviour
+            The behaviour, with the model ``hybrid``.
+
+        Raises
+        ------
+        ValueError
+            A value is not legal.
+        """
         return cls(name, summary, env, lambda rng: reflex)
 
     @classmethod
     def oracle(cls, name: str, summary: str, env: str, policy: Callable[[State], Wheels]) -> Behaviour:
-        """Return a privileged one: ``policy`` is a function of a `colias_sim.envs.State`."""
+        """Make a privileged behaviour, which is given the state of the world.
+
+        Parameters
+        ----------
+        name, summary, env
+            As of `Behaviour`.
+        policy
+            A function of a `colias_sim.envs.State` that returns the wheels' speeds, left and right, as shares of the
+            maximum.
+
+        Returns
+        -------
+        Behaviour
+            The behaviour.
+
+        Raises
+        ------
+        ValueError
+            A value is not legal.
+        """
         return cls(name, summary, env, lambda rng: policy, senses="state")
 
 

@@ -34,7 +34,13 @@ class Score:
         return f"{written(self.value)} [{written(self.low)}, {written(self.high)}]"
 
     def interval(self) -> str:
-        """Return ``low .. high``, or a dash where there is none: one episode has no spread."""
+        """Write the interval for people.
+
+        Returns
+        -------
+        str
+            ``low .. high``, or a dash where there is none: one episode has no spread.
+        """
         return "-" if math.isnan(self.low) else f"{written(self.low)} .. {written(self.high)}"
 
 

@@ -34,7 +34,7 @@ class Outcome:
     Parameters
     ----------
     verdict
-        ``holds``, ``fails``, ``untestable`` or ``untested``; ``vacuous`` is found by the bench, see `Claim`.
+        ``holds``, ``fails``, ``untestable`` or ``untested``; ``vacuous`` is found by the bench.
     measured
         The measured numbers, in words.
     effect
@@ -67,7 +67,18 @@ class Outcome:
             raise ValueError(f"outcome: verdict={short(self.verdict)}: legal is {', '.join(get_args(Judged))}")
 
     def untested(self, why: str) -> Outcome:
-        """The same without a verdict, and why."""
+        """Withhold the verdict.
+
+        Parameters
+        ----------
+        why
+            The reason, in words.
+
+        Returns
+        -------
+        Outcome
+            The same, ``untested``; ``measured`` has the reason.
+        """
         return replace(self, verdict="untested", measured=f"{why}; measured: {self.measured}", decided="")
 
     def against_silence(self, answering: int, of: int, what: str) -> Outcome:
@@ -83,8 +94,7 @@ class Outcome:
         Returns
         -------
         Outcome
-            ``vacuous`` where the claim holds and no translation is answered. Without translations it still holds, and
-            ``measured`` says that it was not checked.
+            ``vacuous`` where the claim holds and no translation is answered. Without translations it holds unchecked.
         """
         if self.verdict != "holds" or answering:
             return self
@@ -121,11 +131,9 @@ class Verdict:
     replicates, replicates_held, replicates_failed, replicates_vacuous, replicates_untestable, replicates_untested
         In how many replicates it was to be judged, and in how many of them it came to each verdict. ``None`` where
         replicates were not counted.
-    standing, held
-        What these numbers come to, in a word and in words: see `experiments.bench.core.claims.replicates`.
-    overall
-        What they come to in one word: see `experiments.bench.core.claims.overall`. Empty where replicates were not
-        counted; a claim of a reproduction that nothing judges has ``untested``.
+    standing, held, overall
+        What these numbers come to: in a word, in words, and in one of the words of ``verdict``, ``fragile`` or
+        ``mixed``. Empty where replicates were not counted; ``overall`` of a claim that nothing judges is ``untested``.
     interval
         The exact 95 % interval of the share of replicates in which it holds, or why there is none.
     rate
@@ -200,19 +208,7 @@ class Verdict:
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A claim: its words, and the function that judges it.
-
-    Parameters
-    ----------
-    id
-        Its name, as experiments declare it.
-    judge
-        Finds an `Outcome` from the rows of a run's table. The wings say with what arguments.
-    says, source
-        Its words, and where they are from. One of the paper's claims has none here: they are in ``claims.toml``.
-    silent_passes
-        Whether a model that never answers anything would keep it. It is then ``vacuous`` for a model that answers no
-        translation either, as far as the run has any.
+    """A claim: its words, which one of the paper's has in ``claims.toml``, and its judge; the wings' say more of them.
 
     Raises
     ------
@@ -248,14 +244,30 @@ class Claim:
         return self.id not in claim_texts()
 
     def described(self) -> dict[str, str]:
-        """Return what ``experiment.json`` says of it: its id, its words and where they are from."""
+        """Describe the claim as ``experiment.json`` does.
+
+        Returns
+        -------
+        dict of str to str
+            ``id``, ``says`` and ``source``.
+        """
         return {"id": self.id, "says": self.says, "source": self.source}
 
     def ask(self, rows: Sequence[Any], *more: Any) -> Outcome:
-        """Return what the judge finds in ``rows``.
+        """Ask the judge.
 
         A judge of a user's own that raises, or that answers something else than an `Outcome`, leaves the claim
         untested: the trials were run, and their tables count. Numbers that it left at 0 are counted here.
+
+        Parameters
+        ----------
+        rows, *more
+            Rows of a run's table, and what the judge gets beside them.
+
+        Returns
+        -------
+        Outcome
+            What the judge finds.
         """
         if not self.own:
             return self.judge(rows, *more)
@@ -269,7 +281,20 @@ class Claim:
         return Outcome(found.verdict, said, effect, int(found.n) or len(rows), decided, int(found.each), found.broken)
 
     def verdict(self, found: Outcome, **more: Any) -> Verdict:
-        """Return the verdict that an outcome is; ``more`` are further fields of it."""
+        """Make a verdict of an outcome.
+
+        Parameters
+        ----------
+        found
+            The outcome.
+        **more
+            Further fields of the verdict.
+
+        Returns
+        -------
+        Verdict
+            The verdict.
+        """
         return Verdict(
             self.id, self.says, self.source, found.verdict, found.measured, found.effect, found.n, found.decided, **more
         )  # fmt: skip

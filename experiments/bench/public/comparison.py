@@ -93,10 +93,15 @@ def compare(first: Run | str | os.PathLike[str], second: Run | str | os.PathLike
     first, second
         Runs, or their folders.
 
+    Returns
+    -------
+    Comparison
+        The parameters that differ, and a paired test for each model and condition that both have.
+
     Raises
     ------
     UsageError
-        A folder holds no run.
+        A folder holds no run, or its tables cannot be read.
 
     Examples
     --------

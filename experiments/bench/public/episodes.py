@@ -42,8 +42,10 @@ def score(
 
     Raises
     ------
+    UsageError
+        There is no such behaviour or env, or a number is not legal. It is a ``ValueError``.
     ValueError
-        There is no such behaviour or env, or an argument is not legal.
+        An argument of the env is not legal.
 
     Examples
     --------

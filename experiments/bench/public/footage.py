@@ -110,6 +110,11 @@ def watch(
     quiet
         Whether to show no progress.
 
+    Returns
+    -------
+    Watched
+        The intervals of motion, and a row per frame and model.
+
     Raises
     ------
     UsageError

@@ -60,7 +60,13 @@ class Run:
 
     @cached_property
     def trials(self) -> pa.Table:
-        """A row per trial (or clip, or episode) and model; changed parameters have columns such as ``dsnn.n_con``."""
+        """A row per trial (or clip, or episode) and model; changed parameters have columns such as ``dsnn.n_con``.
+
+        Raises
+        ------
+        UsageError
+            No trial is finished, or the file cannot be read. The other tables raise it too.
+        """
         return self._table("trials.parquet")
 
     @cached_property
@@ -202,6 +208,11 @@ def load(folder: str | os.PathLike[str]) -> Run:
     folder
         As ``colias run`` or `run` left it, whole or interrupted. Folders of ``colias behave`` and ``tune``, and the
         parts of a sweep or a reproduction, are runs too.
+
+    Returns
+    -------
+    Run
+        The run. Its tables are read when they are asked for.
 
     Raises
     ------

@@ -38,7 +38,7 @@ _DEPTH, _ACROSS = ("approach", "recession"), ("translation",)
 
 @dataclass(frozen=True, kw_only=True)
 class RobotClaim(Claim):
-    """A claim about trials with the robot: ``experiments.Claim``.
+    """A claim about trials with the robot.
 
     An experiment declares it in ``claims=``, beside ids of the paper's. It is judged once for each model, or once for
     all the ``models`` that it compares.
@@ -54,6 +54,9 @@ class RobotClaim(Claim):
         untested.
     says, source
         Its words, and where they are from.
+    silent_passes
+        Whether a model that never answers anything would keep it. It is then ``vacuous`` for a model that answers no
+        translation either, as far as the run has any.
     motions
         The motions it is judged on: ``translation``, ``approach``, ``recession``. Flaws of other trials do not touch
         it.
@@ -76,6 +79,7 @@ class RobotClaim(Claim):
 
     Examples
     --------
+    >>> from experiments import Check, Claim, Outcome, decide
     >>> def faster(rows, threshold):
     ...     slow, fast = ([row["spikes"] for row in rows if row["speed_cm_s"] == speed] for speed in (4, 6))
     ...     more = sum(fast) / len(fast) - sum(slow) / len(slow)
@@ -112,7 +116,18 @@ class RobotClaim(Claim):
             object.__setattr__(self, "least", EACH_TRIAL if self.of_every_trial else MEANS)
 
     def concerns(self, channels: Sequence[str]) -> bool:
-        """Say whether the claim is about models that answer by ``channels``."""
+        """Tell whether the claim is about a model.
+
+        Parameters
+        ----------
+        channels
+            The channels that the model answers by, of `dsnn.CHANNELS`.
+
+        Returns
+        -------
+        bool
+            Whether it is.
+        """
         return (self.about == "looming") != ("hs" in channels)
 
     @property

@@ -53,7 +53,13 @@ class Translation:
     heading_sd_deg: float = _heading_sd()
 
     def conditions(self) -> tuple[Condition, ...]:
-        """Speeds within distances within directions."""
+        """List the conditions: speeds within distances within directions.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
         return tuple(
             Condition("translation", way, speed, distance)
             for way in _ways(self.direction)
@@ -86,7 +92,13 @@ class Angular:
     heading_sd_deg: float = _heading_sd()
 
     def conditions(self) -> tuple[Condition, ...]:
-        """One for each angle."""
+        """List the conditions: one for each angle.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
         near, far, start = self.near_cm, self.far_cm, self.acceleration_cm_s2
         return tuple(angular(self.motion, a, self.speed_cm_s, near, far, start) for a in self.angles_deg)
 
@@ -105,7 +117,13 @@ class General:
     heading_sd_deg: float = _heading_sd()
 
     def conditions(self) -> tuple[Condition, ...]:
-        """Approach, recession, rightward, leftward."""
+        """List the conditions: approach, recession, rightward, leftward.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
         kinds: tuple[Motion, ...] = ("approach", "recession")
         near, far, start = self.near_cm, self.far_cm, self.acceleration_cm_s2
         return (
@@ -129,7 +147,13 @@ class Contrast:
     heading_sd_deg: float = _heading_sd()
 
     def conditions(self) -> tuple[Condition, ...]:
-        """Greys within directions."""
+        """List the conditions: greys within directions.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
         return tuple(
             Condition("translation", way, self.speed_cm_s, self.distance_cm, shell_grey=grey)
             for way in _ways(self.direction)
@@ -152,7 +176,13 @@ class Clutter:
     heading_sd_deg: float = _heading_sd()
 
     def conditions(self) -> tuple[Condition, ...]:
-        """Contrasts within directions."""
+        """List the conditions: contrasts within directions.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
         return tuple(
             Condition("translation", way, self.speed_cm_s, self.distance_cm, wall_contrast=contrast)
             for way in _ways(self.direction)
@@ -178,7 +208,13 @@ class Egomotion:
     heading_sd_deg: float = _heading_sd()
 
     def conditions(self) -> tuple[Condition, ...]:
-        """Turns, then drives, within directions."""
+        """List the conditions: turns, then drives, within directions.
+
+        Returns
+        -------
+        tuple of Condition
+            One for each trial of a round.
+        """
         own = [(0.0, turn) for turn in self.turns_deg_s] + [(drive, 0.0) for drive in self.drives_cm_s if drive]
         return tuple(
             Condition("translation", way, self.speed_cm_s, self.distance_cm,

@@ -43,21 +43,19 @@ class Condition:
     speed_cm_s
         Speed of the stimulus, 0.1 to 100 cm/s.
     distance_cm
-        From the camera to the path of a crossing, or to the near end of an approach or recession, cm.
+        From the camera to the path of a crossing, or to the near end of an approach or recession, 0.5 to 100 cm.
     far_cm
-        From the camera to the far end of an approach or recession, cm.
+        From the camera to the far end of an approach or recession, above ``distance_cm``, up to 100 cm.
     angle_deg
         Of the line of an approach or recession to the optical axis, -80 to 80 degrees, negative on the robot's left.
     shell_grey
         Reflectance of the stimulus's shell, 0 to 1.
     wall_contrast
         Contrast of the arena's wall, 0 to 4; 1 is its own.
-    observer_speed_cm_s
-        At which the observer drives, cm/s, forward positive.
-    observer_turn_deg_s
-        At which the observer turns, degrees/s, left positive.
+    observer_speed_cm_s, observer_turn_deg_s
+        At which the observer drives, -35 to 35 cm/s, forward positive, and turns, -360 to 360 degrees/s, left positive.
     acceleration_cm_s2
-        With which the stimulus starts, and stops, cm/s2.
+        With which the stimulus starts, and stops, 1 to 1000 cm/s2.
 
     Raises
     ------
@@ -66,6 +64,7 @@ class Condition:
 
     Examples
     --------
+    >>> from experiments import Condition
     >>> Condition("translation", "rightward", speed_cm_s=6.0, distance_cm=8.0).label()
     'translation rightward, 6 cm/s at 8 cm'
     """
@@ -102,7 +101,13 @@ class Condition:
             raise ValueError(f"condition: far_cm={self.far_cm:g}: legal is above distance_cm={self.distance_cm:g}")
 
     def label(self) -> str:
-        """The condition in a person's words."""
+        """Write the condition in words.
+
+        Returns
+        -------
+        str
+            As tables and figures show it.
+        """
         where = f"at {self.distance_cm:g} cm" if self.angle_deg is None else f"along {self.angle_deg:g} degrees"
         parts = [f"{self.motion} {self.direction}, {self.speed_cm_s:g} cm/s {where}"]
         if self.shell_grey is not None:
@@ -126,16 +131,13 @@ class Design(Protocol):
     @property
     def pose_sd_mm(self) -> float:
         """Spread of the stimulus's start position."""
-        ...
 
     @property
     def heading_sd_deg(self) -> float:
         """Spread of the stimulus's start heading."""
-        ...
 
     def conditions(self) -> Iterable[Condition]:
         """Every condition, in the order tables and figures show them; the same ones at every call."""
-        ...
 
 
 def conditions_of(design: Design) -> tuple[Condition, ...]:
@@ -172,19 +174,17 @@ class Experiment:
     summary
         A line for ``colias list``.
     design
-        What lists the conditions: ``Translation``, ``Angular``, ``General``, ``Contrast``, ``Clutter`` or
-        ``Egomotion``, or a dataclass of your own with a method ``conditions()``, which returns `Condition` objects,
-        and the fields ``pose_sd_mm`` and ``heading_sd_deg``. Its fields answer to ``--set experiment.NAME=VALUE``.
+        A dataclass that lists the conditions: `Translation`, `Angular`, `General`, `Contrast`, `Clutter`, `Egomotion`,
+        or one of your own with ``conditions()``, which returns `Condition` objects, and the fields ``pose_sd_mm`` and
+        ``heading_sd_deg``, 0 to 100. Its fields answer to ``--set experiment.NAME=VALUE``.
     varies
-        The column of conditions that the figure is drawn against: ``speed_cm_s``, ``distance_cm``, ``angle_deg``,
-        ``motion``, ...
+        The column of conditions that the figure is drawn against, a field of `Condition`: ``speed_cm_s``, say.
     repeats
-        Trials of each condition.
+        Trials of each condition, 1 or more.
     claims
-        Ids of the paper's claims, and claims of your own (``experiments.Claim``).
+        Ids of the paper's claims, and claims of your own (`experiments.Claim`).
     models
-        The models that it shows, with settings of their own as ``"dsnn:n_con=4"``; ``--model`` shows others beside
-        them.
+        What it shows, with settings of their own as ``"dsnn:n_con=4"``; ``--model`` shows others beside them.
     figure
         ``spikes``: every trial's count, and the potential over the trial. ``mechanism``: counts, time in view, firing
         rate and potential against ``varies``, a number, of crossings. ``excitation``: excitation and inhibition of HS
@@ -231,7 +231,10 @@ class Experiment:
         self._check_conditions(conditions)
 
     def conditions(self) -> tuple[Condition, ...]:
-        """Every condition of its design, in order."""
+        """List the conditions of its design, in order.
+
+        Parameters, returns and errors are those of `experiments.Translation.conditions`.
+        """
         return conditions_of(self.design)
 
     def _check_models(self) -> None:
@@ -289,10 +292,7 @@ def trial_seed(seed: int, index: int) -> int:
 
 
 def trial_specs(experiment: Experiment, settings: Settings, repeats: int, seed: int) -> list[TrialSpec]:
-    """Every trial, a whole round of conditions before the next repeat.
-
-    So a run cut short stays balanced, and more repeats only append: the first trials are the same ones.
-    """
+    """Every trial, by rounds of all conditions: a run cut short stays balanced, and more repeats only append."""
     conditions = experiment.conditions()
     return [
         TrialSpec(experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings)

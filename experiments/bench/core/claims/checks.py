@@ -22,6 +22,7 @@ class Check:
 
     Examples
     --------
+    >>> from experiments import Check
     >>> Check("61.1 spikes at 6 cm/s (needs more than at 10: 45.8)", 61.1 - 45.8).passes
     True
     """
@@ -46,11 +47,19 @@ def decide(checks: Sequence[Check]) -> tuple[bool, str]:
 
     Returns
     -------
-    bool, str
-        Whether all pass, and what the weakest says: the worst that fails, or else the nearest to its bound.
+    holds : bool
+        Whether all pass.
+    decided : str
+        What the weakest says: the worst that fails, or else the nearest to its bound.
+
+    Raises
+    ------
+    ValueError
+        There are no checks.
 
     Examples
     --------
+    >>> from experiments import Check, decide
     >>> decide([Check("3 spikes (needs more than 2)", 1.0), Check("8 spikes (needs more than 2)", 6.0)])
     (True, '3 spikes (needs more than 2)')
     """

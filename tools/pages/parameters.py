@@ -1,0 +1,124 @@
+"""What Sphinx is told when it documents a name: its docstring completed, a signature without types, links.
+
+Types are in the list of parameters, with links; a signature with all of them would be several lines long.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import inspect
+import re
+from typing import Any
+
+from docutils import nodes
+from numpydoc.xref import DEFAULT_LINKS
+from sphinx import addnodes
+from sphinx.application import Sphinx
+from sphinx.util.inspect import stringify_signature
+from sphinx.util.nodes import make_refnode
+
+from tools.pages import docstrings, surface
+
+FIRST = 400
+"""Before numpydoc reads a docstring, which it does at 500."""
+
+
+@functools.cache
+def _public() -> dict[str, object]:
+    return surface.public()
+
+
+def aliases() -> dict[str, str]:
+    """Return the words in types that are links -> what they link to: public classes by either name.
+
+    Names of Python's own types that numpydoc would look up elsewhere stay words.
+    """
+    classes = [name for name, thing in _public().items() if inspect.isclass(thing)]
+    own = {name.rpartition(".")[2]: name for name in reversed(classes)}
+    places = {place: name for place, name in surface.places(_public()).items() if name in classes and place != name}
+    return {word: word for word in DEFAULT_LINKS} | own | {name: f"~{name}" for name in classes} | places
+
+
+def filenames() -> dict[str, str]:
+    """Return the names of pages that would differ from another's in case alone, which some systems cannot tell."""
+    lower = [name.lower() for name in _public()]
+    return {
+        name: f"{name}-function"
+        for name, thing in _public().items()
+        if inspect.isfunction(thing) and lower.count(name.lower()) > 1
+    }
+
+
+def _find(name: str) -> Any:
+    """A public object, or a method of one, by its name in full."""
+    if name in _public():
+        return _public()[name]
+    owner, _, last = name.rpartition(".")
+    return getattr(_public()[owner], last)
+
+
+def _on_docstring(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+    if name in _public() and surface.is_constant(thing):
+        lines[:] = docstrings.constant(name, thing).splitlines()
+    elif what in ("function", "method", "class", "exception"):
+        lines[:] = docstrings.completed(thing, "\n".join(lines), _find)
+
+
+def _on_signature(
+    app: Sphinx, what: str, name: str, thing: Any, options: Any, signature: str | None, returns: str | None
+) -> tuple[str | None, str | None]:
+    try:
+        found = inspect.signature(thing)
+    except (TypeError, ValueError):
+        return signature, returns
+    bound = what == "method" and list(found.parameters)[:1] in (["self"], ["cls"])
+    if bound:
+        found = found.replace(parameters=list(found.parameters.values())[1:])
+    return stringify_signature(found, show_annotation=False, show_return_annotation=False), None
+
+
+def left_out() -> dict[str, str]:
+    """Return each public class -> its members that are left out, with commas: fields are among the parameters."""
+    made_of = [(name, thing) for name, thing in _public().items() if isinstance(thing, type)]
+    fields = {name: ", ".join(docstrings.fields(thing)) for name, thing in made_of if dataclasses.is_dataclass(thing)}
+    return fields | {"colias_sim.envs.base.ColiasEnv": "options_type"}
+
+
+def _on_described(app: Sphinx, domain: str, kind: str, content: nodes.Element) -> None:
+    """Write the type of a property that is an array as numpydoc does."""
+    for node in content.findall(addnodes.desc_annotation) if (domain, kind) == ("py", "property") else ():
+        found = re.match(r": ndarray\[tuple\[Any, \.\.\.\], dtype\[(\w+)\]\]$", node.astext())
+        if found:
+            node[:] = [nodes.Text(f": ndarray of {found[1]}")]
+
+
+def public_name(target: str) -> str | None:
+    """Return the public name that a target of a link means: itself, where it is defined, or its last part if unique."""
+    places = surface.places(_public())
+    owner, _, last = target.rpartition(".")
+    if target in _public() or target in places:
+        return places.get(target, target)
+    if owner in places:
+        return f"{places[owner]}.{last}"
+    ends = [name for name in places.values() if name.endswith(f".{target}")]
+    return ends[0] if len(ends) == 1 else None
+
+
+def _on_missing(app: Sphinx, env: Any, node: Any, content: nodes.TextElement) -> nodes.reference | None:
+    """Link a name by which no page knows an object."""
+    name = public_name(node["reftarget"].lstrip("~.")) if node.get("refdomain") == "py" else None
+    found = env.domains.python_domain.objects.get(name)
+    return make_refnode(app.builder, node["refdoc"], found.docname, found.node_id, content, name) if found else None
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect to autodoc and to the resolution of links."""
+    for name, thing in _public().items():
+        if inspect.isclass(thing):
+            thing.__name__ = name.rpartition(".")[2]  # as it is imported; autodoc calls another name an alias
+    app.connect("autodoc-process-docstring", _on_docstring, priority=FIRST)
+    app.connect("autodoc-process-signature", _on_signature, priority=FIRST)
+    app.connect("object-description-transform", _on_described)
+    app.connect("missing-reference", _on_missing)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

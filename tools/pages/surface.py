@@ -1,0 +1,59 @@
+"""The public names of the packages: what the API pages have, and what the tests of docstrings look at."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from collections.abc import Mapping
+
+OURS = ("experiments", "colias_sim", "dsnn", "scenes")
+PACKAGES = (
+    "experiments",
+    "colias_sim",
+    "colias_sim.envs",
+    "colias_sim.envs.vector",
+    "colias_sim.metrology",
+    "dsnn",
+    "dsnn.stimuli",
+)
+"""Those whose ``__all__`` is public."""
+
+BEYOND: Mapping[str, tuple[str, ...]] = {
+    "colias_sim.envs.base": ("ColiasEnv",),
+    "colias_sim.envs.options": ("STRICT", "EnvOptions", "keyword_arguments"),
+    "dsnn.onboard.error": ("ErrorReport", "compare"),
+    "experiments.behaviours": ("BEHAVIOURS", "escape"),
+    "scenes": ("ARENAS", "ROBOTS", "arena_path"),
+}
+"""Module -> its names that are public without an ``__all__``, as chapters of the documentation import them."""
+
+
+def exported() -> dict[str, object]:
+    """Return every public name in full -> its object, in the order of the packages."""
+    listed = [(module, name) for module in PACKAGES for name in importlib.import_module(module).__all__]
+    listed += [(module, name) for module, names in BEYOND.items() for name in names]
+    return {f"{module}.{name}": getattr(importlib.import_module(module), name) for module, name in listed}
+
+
+def public() -> dict[str, object]:
+    """Return the names that have a page -> their objects. A class or function that two packages export has one page."""
+    found: dict[str, object] = {}
+    for name, thing in exported().items():
+        twice = not is_constant(thing) and any(thing is other for other in found.values())
+        if not twice:
+            found[name] = thing
+    return found
+
+
+def is_constant(thing: object) -> bool:
+    """Tell whether an object is neither a class nor a function."""
+    return not inspect.isclass(thing) and not inspect.isfunction(thing)
+
+
+def places(names: Mapping[str, object]) -> dict[str, str]:
+    """Return where each class and function is defined, in full -> its public name, for links to the one by the other."""
+    return {
+        f"{thing.__module__}.{thing.__qualname__}": name
+        for name, thing in names.items()
+        if inspect.isclass(thing) or inspect.isfunction(thing)
+    }
