@@ -90,6 +90,15 @@ def renderer() -> str:
     return _described[0] if _described else ""
 
 
+SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software", "osmesa", "lavapipe")
+"""Words in the names of renderers that draw on the processor."""
+
+
+def is_software(name: str) -> bool:
+    """Return whether a renderer, as `renderer` names it, draws in software: without a graphics processor."""
+    return any(word in name.lower() for word in SOFTWARE)
+
+
 def describe_context() -> None:
     """Ask the current OpenGL context for what `renderer` returns; once a process, as one backend is all it has."""
     if not _described:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib.util
 
 import cv2
 import numpy as np
@@ -18,6 +19,9 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.recording import jpegs, recorded, timelines, video
 from experiments.bench.core.store.convert import array, fields, tables_of, write
 from experiments.bench.core.store.pictures import pictures
+from experiments.bench.video import encoding
+from tests.conftest import Colias
+from tests.h264 import decoded
 
 
 def colias(*arguments) -> int:
@@ -82,9 +86,10 @@ def test_what_is_there_is_kept_unless_forced(clips, tmp_path):
 @pytest.mark.parametrize(
     "arguments, said",
     [
-        (["--to", "xlsx"], "--to xlsx: legal is csv, npz, mat, log"),
+        (["--to", "xlsx"], "--to xlsx: legal is csv, npz, mat, mp4, log"),
         ([], "give --to, --frames, or both"),
         (["--to", "csv", "--tracked"], "--tracked: only --to log"),
+        (["--to", "csv", "--trial", "1"], "--trial 1: --to mp4 and --frames take one trial"),
         (["--to", "log"], "--to log: legal is a run of trials with the robot"),
     ],
 )
@@ -124,6 +129,52 @@ def test_columns_have_one_type_and_no_pickles(tmp_path):
     for kind in ("csv", "npz", "mat"):
         (made,) = write({"odd": table}, tmp_path, kind)
         assert made.stat().st_size
+
+
+@pytest.fixture
+def filmed(tmp_path):
+    """A run with two recordings, one of them of a part, of three and of five frames."""
+    for place, frames in (("recordings/trial-0003", 3), ("part/recordings/trial-0000", 5)):
+        own = np.full((frames, 12, 16), 40 * frames, np.uint8)
+        times = timelines(np.arange(frames) / 30, np.arange(frames))
+        path = tmp_path / "run" / f"{place}.rrd"
+        path.parent.mkdir(parents=True)
+        data = recorded(lambda s, o=own, t=times: video(s, "camera", o, t), rrb.Blueprint(rrb.Spatial2DView()), "x")
+        path.write_bytes(data)
+    return tmp_path / "run"
+
+
+@pytest.mark.skipif(importlib.util.find_spec("imageio_ffmpeg") is None, reason="needs the extra [video]")
+def test_a_video_of_every_recording_or_of_one(filmed, tmp_path):
+    def made(*more):
+        assert colias("export", filmed, "--to", "mp4", "--out", tmp_path / "out", "--force", "--quiet", *more) == 0
+        found = sorted((tmp_path / "out").rglob("*.*"))
+        return {str(path.relative_to(tmp_path / "out")): len(decoded(path)) for path in found}
+
+    assert made() == {"part/trial-0000.mp4": 5, "trial-0003.mp4": 3}
+    assert made("--trial", "3") == {"trial-0003.mp4": 3}
+    with pytest.raises(UsageError, match=r"--trial 7: .* no recording of it \(recorded: 3"):
+        made("--trial", "7")
+
+
+def test_one_trial_s_frames(filmed, tmp_path):
+    assert colias("export", filmed, "--frames", tmp_path / "out", "--trial", "3", "--quiet") == 0
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["trial-0003"]
+
+
+def test_videos_need_recordings_and_an_encoder(filmed, tmp_path, monkeypatch):
+    """Each is one line and exit status 2, and nothing is left."""
+    (tmp_path / "empty").mkdir()
+    done = Colias(tmp_path)("export", "empty", "--to", "mp4")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert "--to mp4" in done.stderr and "no recordings (.rrd)" in done.stderr
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        encoding.importlib.util, "find_spec", lambda name, *more: None if "ffmpeg" in name else find(name, *more)
+    )
+    with pytest.raises(UsageError, match=r"^--to mp4: needs the extra \[video\] .* pip install 'colias-sim\[video\]'$"):
+        colias("export", filmed, "--to", "mp4", "--out", filmed.parent / "out")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["empty", "run"]
 
 
 def test_frames_are_the_pictures_of_the_recordings(tmp_path):

@@ -9,6 +9,7 @@ from importlib.resources import files
 import pyarrow as pa
 import pytest
 
+from colias_sim.reference import KNOWN
 from experiments.bench import registry
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.core.claims.overall import MEANINGS, SIGNS
@@ -258,6 +259,57 @@ def test_maps_eyes_and_models_claims_in_the_folder_are_shown(result, tmp_path):
     found = stored(tmp_path)
     assert (len(found.maps), len(found.models)) == (1, 1) and found.eyes is not None
     assert read(tmp_path / "models", "model_claims") == models and read(tmp_path, "nothing") is None
+
+
+# What drew the frames.
+
+LLVMPIPE = "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 (Compatibility Profile) Mesa 22.3.6, by egl"
+CARD = "NVIDIA GeForce RTX 3060/PCIe/SSE2, OpenGL 4.6.0 NVIDIA 535.183.01, by egl"
+(SEEN,) = KNOWN
+
+
+def drawn_section(result, folder, parts):
+    """What the report says of parts that note these renderers and reference frames, without its tags."""
+    for name, (renderers, frames) in parts.items():
+        (folder / name).mkdir(parents=True)
+        entries = {"renderers": renderers, "reference_frames": frames}
+        (folder / name / "experiment.json").write_text(json.dumps({k: v for k, v in entries.items() if v is not None}))
+    text = report.page(dataclasses.replace(result, folder=folder))
+    section = text[text.index("What drew the frames") :].partition("<details")[0]
+    return " ".join(re.sub("<[^>]*>", "", section).split())
+
+
+def test_the_report_names_the_renderer_and_its_reference_frame(result, tmp_path):
+    said = drawn_section(result, tmp_path, {"speed": ([LLVMPIPE], [SEEN]), "replicates": ([LLVMPIPE], [SEEN])})
+    assert said.count(LLVMPIPE) == 1 and "software" in said and "differ" not in said
+    assert f"reference frame {SEEN}, known from {KNOWN[SEEN]}" in said
+
+
+def test_a_card_s_frames_are_not_called_software_and_an_unknown_hash_is_told(result, tmp_path):
+    said = drawn_section(result, tmp_path, {"speed": ([CARD], ["0123456789abcdef"])})
+    assert CARD in said and "software" not in said
+    assert "reference frame 0123456789ab, not known" in said
+
+
+@pytest.mark.parametrize(
+    "hash_, told",
+    [("0123456789ab", "drawn with pixels that differ: 2 reference frames"), (SEEN, "drawn by 2 renderers, with equal")],
+)
+def test_parts_that_were_drawn_differently_are_told_apart(result, tmp_path, hash_, told):
+    parts = {"distance": ([LLVMPIPE], [SEEN]), "speed": ([CARD], [hash_]), "a/map": ([LLVMPIPE], [SEEN])}
+    said = drawn_section(result, tmp_path, parts)
+    assert said.count(told) == 1
+    assert f"a/map, distance: {LLVMPIPE}" in said and f"speed: {CARD}" in said
+
+
+def test_one_part_that_two_machines_drew_is_told_too(result, tmp_path):
+    said = drawn_section(result, tmp_path, {"speed": ([LLVMPIPE, CARD], [SEEN, "0123456789ab"])})
+    assert "2 reference frames" in said and LLVMPIPE in said and CARD in said
+
+
+def test_notes_that_are_not_there_or_damaged_are_left_out(result, tmp_path):
+    parts = {"clips": (None, None), "damaged": ([3], "llvmpipe")}
+    assert "No part of this reproduction notes what drew its frames." in drawn_section(result, tmp_path, parts)
 
 
 # Figures.

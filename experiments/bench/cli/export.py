@@ -12,25 +12,36 @@ import typer
 
 from experiments.bench.cli.options import Quiet
 
-LOG = "log"
+LOG, VIDEOS = "log", "mp4"
 
 
 def register(app: typer.Typer) -> None:
     """Put the command into ``app``."""
-    app.command(short_help="Write a run as CSV, .npz or .mat, as a robot's log, or its frames as pictures.")(export)
+    app.command(short_help="Write a run as CSV, .npz or .mat, as a robot's log, as videos, or its frames as pictures.")(
+        export
+    )
 
 
 def export(
     run: Annotated[
         Path,
-        typer.Argument(help="A run's folder; of footage its table (.parquet, .csv), or with --frames a recording."),
+        typer.Argument(
+            help="A run's folder; of footage its table (.parquet, .csv), or with --frames or --to mp4 a recording."
+        ),
     ],
     to: Annotated[
-        str | None, typer.Option(metavar="csv|npz|mat|log", help="What to write; log: what colias import reads.")
+        str | None,
+        typer.Option(
+            metavar="csv|npz|mat|mp4|log",
+            help="What to write; mp4: a video of each recording; log: what colias import reads.",
+        ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="New folder; otherwise the run's name and the kind.")] = None,
     frames: Annotated[
         Path | None, typer.Option(help="Write the frames of its recordings into this new folder, as PNG pictures.")
+    ] = None,
+    trial: Annotated[
+        int | None, typer.Option(help="With --to mp4 or --frames: the recording of this trial or episode alone.")
     ] = None,
     tracked: Annotated[
         bool, typer.Option("--tracked", help="In a log: poses too, as a tracker over the arena gives them.")
@@ -40,17 +51,21 @@ def export(
 ) -> int:  # fmt: skip
     """Write the tables of a run, of any kind, for other programs; or the whole run as a robot would have logged it.
 
+    --to mp4 makes a video of each recording, as colias video does without options, which has more of them.
+
     A folder that is there already is refused, unless --force replaces it.
     """
     from experiments.bench.core.errors import UsageError
     from experiments.bench.core.store.convert import KINDS
 
-    if to is not None and to not in (*KINDS, LOG):
-        raise UsageError(f"--to {to}: legal is {', '.join((*KINDS, LOG))}")
+    if to is not None and to not in (*KINDS, VIDEOS, LOG):
+        raise UsageError(f"--to {to}: legal is {', '.join((*KINDS, VIDEOS, LOG))}")
     if to is None and frames is None:
         raise UsageError("colias export: give --to, --frames, or both: nothing was asked for")
     if tracked and to != LOG:
         raise UsageError("--tracked: only --to log has poses to add; other tables hold what the run has")
+    if trial is not None and to != VIDEOS and frames is None:
+        raise UsageError(f"--trial {trial}: --to mp4 and --frames take one trial; tables and logs have all")
     if not run.exists():
         raise UsageError(f"{run}: no such run, table or recording")
     place = out or Path(f"{run.resolve().stem if run.is_file() else run.resolve().name}-{to}")
@@ -61,10 +76,12 @@ def export(
             raise UsageError(f"{each}: holds what is to be exported; choose another folder")
     if to == LOG:
         _log(run, place, tracked, quiet)
+    elif to == VIDEOS:
+        _videos(run, place, trial, quiet)
     elif to is not None:
         _tables(run, place, to, quiet)
     if frames is not None:
-        _pictures(run, frames, quiet)
+        _pictures(run, frames, trial, quiet)
     return 0
 
 
@@ -117,25 +134,60 @@ def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
         show_places({"log": place / made.log.name, **pictured, "import by": made.command})
 
 
-def _pictures(run: Path, place: Path, quiet: bool) -> None:
+def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
+    from experiments.bench.core.terminal import count, progress, show_places
+    from experiments.bench.video.encoding import require_encoder
+    from experiments.bench.video.make import Film, make
+    from experiments.bench.video.reading import read
+
+    require_encoder("--to mp4:")
+    recordings, reels = _recordings(run, trial, "--to mp4"), {}
+    with progress("read", len(recordings), quiet, "recordings") as advance:
+        for inside, path in recordings.items():
+            reels[inside] = read(path)
+            advance()
+    with _replacing(place) as part:
+        films = {inside: Film(part / inside.with_name(f"{inside.name}.mp4")) for inside in reels}
+        whole = sum(len(films[inside].times(reel)) for inside, reel in reels.items())
+        with progress("videos", whole, quiet, "frames") as advance:
+            for inside, reel in reels.items():
+                films[inside].out.parent.mkdir(parents=True, exist_ok=True)
+                make(reel, films[inside], advance)
+    if not quiet:
+        show_places({"videos": f"{place}  ({count(len(reels), 'recording')})"})
+
+
+def _pictures(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
     from experiments.bench.core.errors import UsageError
     from experiments.bench.core.store.pictures import pictures, write_pictures
     from experiments.bench.core.terminal import progress, show_places
 
-    recordings = [run] if run.suffix == ".rrd" else sorted(run.rglob("*.rrd")) if run.is_dir() else []
-    if not recordings:
-        raise UsageError(f"--frames: {run} has no recordings (.rrd), which hold the frames")
+    recordings = _recordings(run, trial, "--frames")
     count = 0
     with _replacing(place) as part, progress("frames", len(recordings), quiet) as advance:
-        for recording in recordings:
+        for inside, recording in recordings.items():
             seen = pictures(recording)
             if not seen:
                 raise UsageError(f"--frames: {recording} has no pictures")
-            inside = recording.relative_to(run).with_suffix("") if recording != run else Path(recording.stem)
-            inside = Path(*[name for name in inside.parts if name != "recordings"])
             for entity, own in seen.items():
                 write_pictures(part / inside / entity if len(seen) > 1 else part / inside, own, ".png")
                 count += len(own)
             advance()
     if not quiet:
         show_places({"frames": f"{place}  ({count} pictures of {len(recordings)} recordings)"})
+
+
+def _recordings(run: Path, trial: int | None, asked: str) -> dict[Path, Path]:
+    """Where what is made of a recording goes, inside the new folder -> the recording; of one trial, or of all."""
+    from experiments.bench.core.errors import UsageError
+    from experiments.bench.video.source import recording
+
+    if trial is not None:
+        found = [recording(run, trial)]
+    else:
+        found = [run] if run.suffix == ".rrd" else sorted(run.rglob("*.rrd")) if run.is_dir() else []
+    if not found:
+        raise UsageError(f"{asked}: {run} has no recordings (.rrd), which hold the frames")
+    inside = [path.relative_to(run) if path != run else Path(path.name) for path in found]
+    places = [Path(*[name for name in each.with_suffix("").parts if name != "recordings"]) for each in inside]
+    return dict(zip(places, found, strict=True))

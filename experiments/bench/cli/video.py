@@ -51,7 +51,8 @@ def video(
     from experiments.bench.video.encoding import require_encoder
     from experiments.bench.video.source import recording
 
-    require_encoder(out)
+    if out.suffix != ".png":
+        require_encoder(f"--out {out}: {out.suffix}")
     path = recording(source, trial)
     from experiments.bench.core.terminal import progress, show_places
     from experiments.bench.video.make import Film, make

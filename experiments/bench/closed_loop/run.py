@@ -215,7 +215,8 @@ def work(spec: EpisodeSpec, *, recorded: int) -> TrialRecord:
 
 def batch(made: BehaviourPlan, recorded: int) -> Batch[EpisodeSpec]:
     """Return the episodes of a plan as a batch; the first ``recorded`` leave recordings."""
-    specs = made.specs()
+    # A seed's episodes of all behaviours one after the other, so that the first episodes tell how long the rest takes.
+    specs = sorted(made.specs(), key=lambda spec: (spec.repeat, spec.index))
     names = [Path(setting.behaviour).stem for setting in made.settings]
     kept = f"; those of {names[0]} are recorded" if recorded else ""
     return Batch(
@@ -227,6 +228,9 @@ def batch(made: BehaviourPlan, recorded: int) -> Batch[EpisodeSpec]:
         schemas=(EPISODE_SCHEMA, STEP_SCHEMA),
         things="episodes",
         amount=lambda: f"{count(len(specs), 'episode')} ({', '.join(names)}){kept}",
+        size=longest,
+        taken=steps_run,
+        kind=lambda spec: spec.index // made.episodes,  # the behaviour
     )
 
 
@@ -278,6 +282,11 @@ def table(env: str, standings: Sequence[Standing]) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def longest(made: BehaviourPlan) -> int:
-    """The frames of the plan, if every episode went on to its end."""
-    return sum(made.episodes * (s.steps or ENVS[s.env].max_episode_steps) for s in made.settings)
+def longest(spec: EpisodeSpec) -> float:
+    """Return the steps of an episode that goes on to its end."""
+    return float(spec.condition.steps or ENVS[spec.condition.env].max_episode_steps)
+
+
+def steps_run(record: TrialRecord) -> float:
+    """Return the steps that an episode had: what it took goes by them, and a collision ends it early."""
+    return float(record.frames.num_rows)

@@ -7,7 +7,7 @@ are all a `Batch`. Footage is not: it is a stream without a plan.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -20,7 +20,7 @@ from colias_sim import GLUnavailable
 from colias_sim.gl import require_backend
 from dsnn import forms
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.jobs import Jobs
+from experiments.bench.core.jobs import Jobs, Workload
 from experiments.bench.core.pool import Pool, open_pool
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.contents import Contents
@@ -114,6 +114,11 @@ def equal_size(_: Any) -> float:
     return 1.0
 
 
+def one_kind(_: Any) -> Hashable:
+    """Take all jobs for one kind."""
+    return None
+
+
 @dataclass(frozen=True, slots=True)
 class Batch(Generic[AnySpec]):
     """Jobs whose rows go into one folder.
@@ -137,7 +142,11 @@ class Batch(Generic[AnySpec]):
     amount
         Says the whole plan in words, where that is printed; without it the number of jobs is.
     size
-        How much work a job is, in any unit. The time left is estimated by it.
+        How much work a job is planned to be, in any unit. The time left is estimated by it.
+    taken
+        How much work a job that is back was, in the same unit, where that may differ from its size: see `Workload`.
+    kind
+        The kind of a job: those of one kind take about the same share of their size.
     """
 
     name: str
@@ -149,6 +158,8 @@ class Batch(Generic[AnySpec]):
     things: str = "trials"
     amount: Callable[[], str] | None = None
     size: Callable[[AnySpec], float] = equal_size
+    taken: Callable[[TrialRecord], float] | None = None
+    kind: Callable[[AnySpec], Hashable] = one_kind
 
     def open(self, out: Path, resources: Resources, resume: bool | None = None) -> RunFolder:
         """Make the run's folder, or reopen it; the caller closes it.
@@ -190,11 +201,18 @@ class Batch(Generic[AnySpec]):
                 self._say(f"note: {note}")
         left = [spec for spec in self.specs if spec.index not in done]
         sizes = {spec.index: self.size(spec) for spec in left}
+        load = Workload(sizes, {spec.index: self.kind(spec) for spec in left})
+
+        def on_job(index: int, done: TrialRecord | None) -> None:
+            taken = sizes[index] if self.taken is None else self.taken(done) if done is not None else None
+            advance(load.back(index, taken), load.left())
+
         with progress(
-            self.name, len(left), resources.quiet, self.things, width=pool.width, whole=sum(sizes.values())
-        ) as advance:
+            self.name, len(left), resources.quiet, self.things, width=pool.width, whole=sum(sizes.values()),
+            least=min(load.kinds, len(left) // 2),
+        ) as advance:  # fmt: skip
             try:
-                _run(left, self.work, folder, pool, lambda index: advance(sizes[index]))
+                _run(left, self.work, folder, pool, on_job)
             except BaseException:
                 have = f"{len(folder.done())} of {len(self.specs)} {self.things}"
                 self._say(f"stopped after {have}; they are in {folder.folder}")
@@ -208,17 +226,17 @@ class Batch(Generic[AnySpec]):
 
 def _run(
     specs: Sequence[AnySpec], work: Callable[[AnySpec], TrialRecord], folder: RunFolder, pool: Pool,
-    on_job: Callable[[int], None],
+    on_job: Callable[[int, TrialRecord | None], None],
 ) -> None:  # fmt: skip
     """Do the jobs. What was finished stays readable whenever this ends, by an exception or a kill too."""
 
     def deliver(done: TrialRecord) -> None:
         folder.add(done)
-        on_job(done.index)
+        on_job(done.index, done)
 
     def fail(spec: AnySpec, attempts: int, reason: str) -> None:
         folder.fail(Failure(spec.index, "", spec.condition.label(), spec.seed, attempts, reason))
-        on_job(spec.index)
+        on_job(spec.index, None)
 
     try:
         same = partial(_by_same_code, work, folder.provenance)

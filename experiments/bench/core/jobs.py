@@ -1,11 +1,11 @@
-"""Do independent jobs on a pool, and hand over what comes back."""
+"""Do independent jobs on a pool, hand over what comes back, and count how much work is left."""
 
 from __future__ import annotations
 
 import os
 import pickle
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -129,3 +129,65 @@ def _attempt(parcel: bytes) -> Any:
     finally:
         if os.getpid() != own:  # a copy of the worker, which a job made by fork: the answer is the worker's own to give
             os._exit(0)
+
+
+class Workload:
+    """The work of jobs of several kinds.
+
+    What a job takes may be less than planned: an episode ends at a collision. Jobs of one kind are alike in that, so
+    the rest of a kind is its planned size times the share of theirs that its jobs took so far.
+
+    Parameters
+    ----------
+    sizes
+        Index of a job -> its planned size, above 0, in any unit.
+    kinds
+        Index of a job -> its kind.
+    """
+
+    def __init__(self, sizes: Mapping[int, float], kinds: Mapping[int, Hashable]) -> None:
+        self._sizes, self._kinds = sizes, kinds
+        self._rest: dict[Hashable, float] = dict.fromkeys(kinds.values(), 0.0)
+        for index, size in sizes.items():
+            self._rest[kinds[index]] += size
+        self._planned: dict[Hashable, float] = {}
+        self._taken: dict[Hashable, float] = {}
+
+    @property
+    def kinds(self) -> int:
+        """The number of kinds."""
+        return len(self._rest)
+
+    def back(self, index: int, taken: float | None) -> float:
+        """Count a job as back.
+
+        Parameters
+        ----------
+        index
+            The job.
+        taken
+            What it took, in the unit of the sizes; ``None`` where that is not known, as of a job that failed.
+
+        Returns
+        -------
+        float
+            What it took; where that is not known, what a job like it takes.
+        """
+        kind, size = self._kinds[index], self._sizes[index]
+        self._rest[kind] -= size
+        if taken is None:
+            return size * self._share(kind)
+        self._planned[kind] = self._planned.get(kind, 0.0) + size
+        self._taken[kind] = self._taken.get(kind, 0.0) + taken
+        return taken
+
+    def left(self) -> float:
+        """Return what the jobs that are not back will take, by those that are."""
+        return sum(rest * self._share(kind) for kind, rest in self._rest.items())
+
+    def _share(self, kind: Hashable) -> float:
+        """The share of its planned size that a job takes: by its own kind, or by all where none of it is back."""
+        if kind in self._planned:
+            return self._taken[kind] / self._planned[kind]
+        planned = sum(self._planned.values())
+        return sum(self._taken.values()) / planned if planned else 1.0

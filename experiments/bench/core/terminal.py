@@ -66,42 +66,46 @@ def show_places(places: Mapping[str, object]) -> None:
 
 
 class Advance(Protocol):
-    """Called as each job is done or has failed, with its ``size`` in whatever unit the whole is told in."""
+    """Called as each job is done or has failed, with its ``size`` in whatever unit the whole is told in.
 
-    def __call__(self, size: float = 1.0) -> None:
+    ``left`` is what the other jobs will take, where that is not the whole less the sizes so far.
+    """
+
+    def __call__(self, size: float = 1.0, left: float | None = None) -> None:
         """Count one more."""
 
 
 class Pace:
     """How fast jobs come back, ``width`` at a time, the first of each worker aside: it has the worker's start in it.
 
-    ``whole`` is the sum of the jobs' sizes.
+    ``whole`` is the sum of the jobs' sizes. Nothing is said before ``least`` jobs are back.
     """
 
-    def __init__(self, whole: float, width: int) -> None:
-        self._whole, self._width = whole, max(width, 1)
+    def __init__(self, whole: float, width: int, least: int = 0) -> None:
+        self._left, self._width, self._least = whole, max(width, 1), least
         self._since_s: float | None = None
         self._size = self._before = 0.0
         self.count = 0
 
-    def add(self, size: float, now_s: float) -> None:
-        """A job of that size is back."""
+    def add(self, size: float, now_s: float, left: float | None = None) -> None:
+        """A job of that size is back, and so much work is ``left``; without it, the whole less all sizes so far."""
         self.count += 1
         self._size += size
+        self._left = self._left - size if left is None else left
         if self.count == self._width:
             self._since_s, self._before = now_s, self._size
         self._now_s = now_s
 
     @property
     def known(self) -> bool:
-        """Whether as many jobs again are back as there are workers."""
-        return self.count >= 2 * self._width
+        """Whether as many jobs again are back as there are workers, and no fewer than the least."""
+        return self.count >= max(2 * self._width, self._least)
 
     def left_s(self) -> float | None:
         """Seconds that the rest will take, as of the last job; ``None`` before that is known."""
         if not self.known or self._since_s is None or self._size <= self._before:
             return None
-        return max(self._whole - self._size, 0.0) * (self._now_s - self._since_s) / (self._size - self._before)
+        return max(self._left, 0.0) * (self._now_s - self._since_s) / (self._size - self._before)
 
     def said(self) -> str:
         """``about 40 s left``; empty before that is known."""
@@ -125,14 +129,16 @@ class _Left(ProgressColumn):
 
 @contextmanager
 def progress(
-    name: str, total: int, quiet: bool, things: str = "trials", *, width: int = 1, whole: float | None = None
-) -> Iterator[Advance]:
+    name: str, total: int, quiet: bool, things: str = "trials", *, width: int = 1, whole: float | None = None,
+    least: int = 0,
+) -> Iterator[Advance]:  # fmt: skip
     """Show how far ``total`` jobs have got, ``width`` under way at a time; yields what to call for each.
 
     On a terminal that is a bar with the time left. Elsewhere it is a line as soon as the time left is known, and one a
     minute. ``whole`` is the sum of the sizes that the calls will give; without it all jobs count alike.
+    The time left is told once ``least`` jobs are back.
     """
-    pace = Pace(float(total) if whole is None else whole, width)
+    pace = Pace(float(total) if whole is None else whole, width, least)
     if quiet or not error_console.is_terminal:
         yield _lines(pace, total, quiet, things)
         return
@@ -140,8 +146,8 @@ def progress(
     with Progress(*columns, console=error_console, transient=True) as bar:
         task = bar.add_task(f"{name}: {things}", total=total)
 
-        def advance(size: float = 1.0) -> None:
-            pace.add(size, time.monotonic())
+        def advance(size: float = 1.0, left: float | None = None) -> None:
+            pace.add(size, time.monotonic(), left)
             bar.advance(task)
 
         yield advance
@@ -151,10 +157,10 @@ def _lines(pace: Pace, total: int, quiet: bool, things: str) -> Advance:
     began_s = time.monotonic()
     told_s: float | None = None
 
-    def advance(size: float = 1.0) -> None:
+    def advance(size: float = 1.0, left: float | None = None) -> None:
         nonlocal told_s
         now_s = time.monotonic()
-        pace.add(size, now_s)
+        pace.add(size, now_s, left)
         if quiet or pace.count >= total or not pace.known:
             return
         if told_s is None:

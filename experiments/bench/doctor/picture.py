@@ -12,8 +12,6 @@ from typing import Any
 from experiments.bench.doctor.finding import Finding
 from experiments.bench.streams import stream
 
-SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software", "osmesa", "lavapipe")
-"""Words in the names of renderers that draw on the processor."""
 FRAMES = 30
 """Frames by which the camera is timed."""
 PATIENCE_S = 120.0
@@ -46,20 +44,16 @@ def _remedy(said: str) -> str:
     return "on Debian or Ubuntu: apt-get install libegl1 libgl1"
 
 
-def _software(renderer: str) -> bool:
-    return any(word in renderer.lower() for word in SOFTWARE)
-
-
 def _renderer(found: dict[str, Any]) -> Finding:
     renderer = found["renderer"]
-    if not _software(renderer):
+    if not found["software"]:
         return Finding("renderer", "ok", renderer)
     return Finding("renderer", "ok", f"{renderer}: software, no graphics processor draws")
 
 
 def _camera(found: dict[str, Any]) -> Finding:
     said = f"{found['camera_ms']:.2f} ms a frame of 99x72, physics included"
-    if _software(found["renderer"]):
+    if found["software"]:
         said += "; what drawing in software costs is in this number"
     return Finding("robot's camera", "ok", said)
 
@@ -102,7 +96,8 @@ def _probe() -> dict[str, Any]:
     hash_ = reference.digest(frame)
     _, coded = cv2.imencode(".png", cv2.cvtColor(frame, cv2.COLOR_RGB2BGR))
     return {
-        "renderer": gl.renderer(), "hash": hash_, "known": reference.KNOWN.get(hash_, ""),
+        "renderer": gl.renderer(), "software": gl.is_software(gl.renderer()),
+        "hash": hash_, "known": reference.KNOWN.get(hash_, ""),
         "largest": int(apart.max()), "differing": int((apart > 0).sum()), "pixels": int(apart.size),
         "camera_ms": spent, "png": base64.b64encode(coded.tobytes()).decode(),
     }  # fmt: skip

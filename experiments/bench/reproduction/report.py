@@ -15,6 +15,7 @@ from experiments.bench.core.store.description import plain
 from experiments.bench.core.store.files import Files
 from experiments.bench.reproduction import chapters, robustness
 from experiments.bench.reproduction.page.cards import cards
+from experiments.bench.reproduction.page.drawn import drawing
 from experiments.bench.reproduction.page.overview import overview, tile
 from experiments.bench.reproduction.page.sections import clip_section, loop_section, robot_section
 from experiments.bench.reproduction.page.sensitivity import moves, sensitivity_figure
@@ -66,6 +67,7 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "moved_claims": robustness.ROBOT_CLAIMS,
         "stored": stored(result.folder),
         "chapters": chapters.rendered(result.folder),
+        "drawing": drawing(result.folder),
         "cited": cited,
         "whole": WHOLE,
         "unknown": UNKNOWN,

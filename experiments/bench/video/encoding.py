@@ -22,10 +22,10 @@ QUALITY = "20"
 COLOURS = 256
 
 
-def require_encoder(out: Path) -> None:
-    """Raise `UsageError` in one line if the encoder for ``out`` is not installed."""
-    if out.suffix in (".mp4", ".gif") and importlib.util.find_spec("imageio_ffmpeg") is None:
-        raise UsageError(f"--out {out}: {out.suffix} needs {EXTRA}")
+def require_encoder(asked: str) -> None:
+    """Raise `UsageError` in one line that begins with what was ``asked`` for if the encoder is not installed."""
+    if importlib.util.find_spec("imageio_ffmpeg") is None:
+        raise UsageError(f"{asked} needs {EXTRA}")
 
 
 @contextmanager

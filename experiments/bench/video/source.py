@@ -33,10 +33,10 @@ def recording(source: Path, trial: int | None) -> Path:
             raise UsageError(f"--trial {trial}: {source} is one recording; a run's folder has several")
         return source
     if not source.is_dir():
-        raise UsageError(f"video {source}: no such file or folder")
+        raise UsageError(f"{source}: no such file or folder")
     found = {_number(path): path for path in sorted([*source.glob("*.rrd"), *source.glob("recordings/*.rrd")])}
     if not found:
-        raise UsageError(f"video {source}: no .rrd recordings in it; runs make them unless told --no-recordings")
+        raise UsageError(f"{source}: no .rrd recordings in it; runs make them unless told --no-recordings")
     if trial is None:
         return next(iter(found.values()))
     if trial not in found:
