@@ -1,4 +1,4 @@
-"""Run what README.md and the chapters of docs/ show: every snippet and command, in an empty folder, in order.
+"""Run what README.md, the chapters of docs/ and the answers of docs/questions/ show, in an empty folder, in order.
 
 A fenced block is a ``python`` snippet or ``sh`` commands; blocks of other languages are not run.
 
@@ -40,9 +40,18 @@ from tests.conftest import one_core
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
-CHAPTERS = tuple(sorted((ROOT / "docs").glob("*.md")))
-FOOTAGE = ROOT / "docs" / "footage.md"
-PAGES = (README, *CHAPTERS)
+DOCS = ROOT / "docs"
+CHAPTERS = tuple(sorted(DOCS.glob("*.md")))
+QUESTIONS = tuple(sorted((DOCS / "questions").glob("*.md")))
+"""The answers, and the page that lists them."""
+FOOTAGE = DOCS / "footage.md"
+PAGES = (README, *CHAPTERS, *QUESTIONS)
+
+
+def called(page: Path) -> str:
+    """The name of a page here: its path in docs/."""
+    return page.name if page == README else page.relative_to(DOCS).as_posix()
+
 
 SKIPPED = {
     "README.md": ("downloads packages",),
@@ -66,6 +75,10 @@ SKIPPED = {
         "takes a minute: the snippet above is its beginning",
         "needs PyTorch: tests/test_docs_rl.py",
     ),
+    "questions/deploy.md": ("needs a compiler for the chip and QEMU: tests/test_docs_firmware.py",),
+    "questions/many-cameras.md": ("needs a Dask scheduler: tests/test_pool.py",),
+    "questions/ppo.md": ("needs PyTorch and minutes: tests/test_train.py",),
+    "questions/tables.md": ("needs polars and duckdb, which no extra installs",),
     "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/test_pool.py"),
     "video.md": ("takes a minute: makes the picture of this page",),
     "what-the-numbers-mean.md": (
@@ -154,8 +167,8 @@ class _Reader:
         self.module = types.ModuleType("pasted")
 
     def __call__(self, name: str) -> None:
-        """Run the page called ``name``."""
-        (page,) = [each for each in PAGES if each.name == name]
+        """Run the page that is `called` ``name``."""
+        (page,) = [each for each in PAGES if called(each) == name]
         printed = ""
         for block in blocks(page):
             try:

@@ -9,7 +9,7 @@ import pytest
 import typer
 
 from experiments.bench.cli import main
-from tests.chapters import CHAPTERS, PAGES, README, ROOT, SKIPPED, blocks, chapter
+from tests.chapters import CHAPTERS, PAGES, QUESTIONS, README, ROOT, SKIPPED, blocks, called, chapter
 from tests.test_imports import LEVELS
 
 __all__ = ["chapter"]
@@ -36,7 +36,7 @@ OWN_TESTS = {
 LONGEST_README = 120
 
 
-@pytest.mark.parametrize("name", sorted({page.name for page in PAGES} - OWN_TESTS))
+@pytest.mark.parametrize("name", sorted({called(page) for page in PAGES if page not in QUESTIONS} - OWN_TESTS))
 def test_a_page_runs_as_pasted(name, chapter):
     chapter(name)
 
@@ -62,11 +62,11 @@ def test_the_readme_is_short():
 
 
 def test_few_blocks_are_skipped_and_each_has_a_reason():
-    found = {page.name: tuple(block.skipped for block in blocks(page) if block.skipped) for page in PAGES}
+    found = {called(page): tuple(block.skipped for block in blocks(page) if block.skipped) for page in PAGES}
     assert {name: reasons for name, reasons in found.items() if reasons} == SKIPPED
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=called)
 def test_every_code_fence_is_understood(page):
     """A typing error in a comment before a block, or in its first line, would leave it out."""
     text = page.read_text()
@@ -75,7 +75,7 @@ def test_every_code_fence_is_understood(page):
     assert {block.language for block in blocks(page)} <= {"python", "sh", "text"}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=called)
 def test_snippets_need_the_public_packages_alone(page):
     for block in (block for block in blocks(page) if block.language == "python"):
         for node in ast.walk(ast.parse(block.text)):
@@ -90,7 +90,7 @@ def headings(text: str) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=called)
 def test_links_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)]+)\)", page.read_text()):
         if target.startswith(("https:", "generated/")):  # tests/site follows those into pages made in the build
@@ -101,7 +101,7 @@ def test_links_lead_somewhere(page):
         assert not anchor or anchor in headings(there.read_text()), target
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=called)
 def test_files_and_names_of_the_code_that_are_named_exist(page):
     """``path.py`` is a file of the repository; a name after it, as in "`path.py`, `name`", is defined in it."""
     plain = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
