@@ -70,6 +70,8 @@ class Camera:
 
     Raises
     ------
+    KeyError
+        The scene has no camera of that name.
     colias_sim.GLUnavailable
         Where nothing can render.
     """

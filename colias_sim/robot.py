@@ -63,6 +63,11 @@ class Robot:
         Name of the robot in the scene.
     config
         The robot's settings.
+
+    Raises
+    ------
+    KeyError
+        The scene has no robot of that name.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, name: str, config: RobotConfig) -> None:
@@ -173,7 +178,7 @@ class Robot:
         return WheelSpeeds(*self._motors.speeds(*self._motors.powers(wheels.left, wheels.right)))
 
     def drive(self, wheels: WheelSpeeds) -> None:
-        """Command wheel speeds until the next call. Beyond `RobotConfig.max_speed_cm_s` they saturate.
+        """Command wheel speeds until the next call. Beyond ``max_speed_cm_s`` they saturate.
 
         With a motor board the command replaces those that wait there, and begins with the next slot.
 
@@ -280,6 +285,11 @@ class Parked:
         The compiled scene.
     name
         Name of the robot in the scene.
+
+    Raises
+    ------
+    KeyError
+        The scene has no robot of that name.
     """
 
     def __init__(self, model: mujoco.MjModel, name: str) -> None:

@@ -143,8 +143,8 @@ class ResponseSeries:
 class VisionModel(Protocol):
     """A causal model of motion vision: one frame in, one `Response` out.
 
-    It is a protocol: a class that has these is a model, whatever it inherits from. The shape of its frames is fixed when
-    it is made.
+    It is a protocol: a class that has these is a model, whatever it inherits from. The shape of its frames is fixed
+    when it is made.
     """
 
     @property
@@ -158,7 +158,7 @@ class VisionModel(Protocol):
         Parameters
         ----------
         frame
-            Grey levels from 0 to 255, uint8 or floating point, (R, C) as `shape` says; or a colour image, uint8 of
+            Grey levels from 0 to 255, uint8 or floating point, (R, C) as ``shape`` says; or a colour image, uint8 of
             (R, C, 3), which is reduced to its luma (ITU-R BT.601).
         channels
             What the frame has: grey levels, or the order of its colours.

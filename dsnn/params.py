@@ -18,8 +18,8 @@ Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0)]
 class DSNNParams:
     """Every constant of the network. The defaults are the paper's off-line setting.
 
-    Time constants are in milliseconds, lengths in pixels. Legal ranges are wider than
-    the paper's, which each description gives.
+    Time constants are in milliseconds, lengths in pixels. Legal ranges are wider than the paper's, which each
+    description gives.
 
     References
     ----------
@@ -66,9 +66,7 @@ class DSNNParams:
         Raises
         ------
         pydantic.ValidationError
-            A value is not legal.
-        TypeError
-            There is no such parameter.
+            A value is not legal, or there is no such parameter.
         """
         return dataclasses.replace(cls(), **changes)
 
@@ -89,9 +87,7 @@ class DSNNParams:
         Raises
         ------
         pydantic.ValidationError
-            A value is not legal.
-        TypeError
-            There is no such parameter.
+            A value is not legal, or there is no such parameter.
         """
         return dataclasses.replace(cls(t_sp=0.2, k_sp=1.0), **changes)
 

@@ -117,7 +117,7 @@ class ModelEntry:
         Returns
         -------
         object
-            The parameters: `robot`, or `offline` where the model has some for clips.
+            The parameters: ``robot``, or ``offline`` where the model has some for clips.
 
         Raises
         ------

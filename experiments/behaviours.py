@@ -91,7 +91,7 @@ def lgmd(rng: np.random.Generator) -> Saccades:
 
 
 def escape(model: str, name: str = "") -> Behaviour:
-    """The escape reflex of a looming model, which knows no direction: that of `lgmd`, whatever the model.
+    """The escape reflex of a looming model, which knows no direction: that of ``lgmd``, whatever the model.
 
     Parameters
     ----------

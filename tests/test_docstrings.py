@@ -39,7 +39,9 @@ def functions() -> Iterator[tuple[str, Callable[..., Any]]]:
             yield name, thing
         for base in filter(is_ours, thing.__mro__) if inspect.isclass(thing) else ():
             for method, value in vars(base).items():
-                plain = getattr(value, "__func__", None) or getattr(value, "fget", None) or getattr(value, "func", value)
+                plain = (
+                    getattr(value, "__func__", None) or getattr(value, "fget", None) or getattr(value, "func", value)
+                )
                 if not method.startswith("_") and isinstance(plain, types.FunctionType):
                     yield f"{name}.{method}", plain
 
@@ -186,7 +188,7 @@ def test_an_example_runs_as_shown(name, tmp_path, monkeypatch):
 
 
 def test_sections_are_split_and_joined():
-    text = "One line.\n\nMore.\n\nParameters\n----------\nx, y\n    Where.\n*rest\n    More.\n\nReturns\n-------\nint\n    It."
+    text = "One line.\n\nParameters\n----------\nx, y\n    Where.\n*rest\n    More.\n\nReturns\n-------\nint\n    It."
     parts = docstrings.sections(text)
     assert list(parts) == ["", "Parameters", "Returns"]
     assert docstrings.names_in(parts["Parameters"]) == ["x", "y", "rest"]

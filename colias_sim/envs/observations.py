@@ -14,7 +14,7 @@ from colias_sim.envs.state import OTHER_ENTRIES, OWN_ENTRIES
 
 MOST_SPIKES = 10.0
 NEURAL = ("hs", "vs", "hs_spikes", "vs_spikes", "looming", "looming_spikes", "azimuth")
-"""The entries of a neural observation, in order: fields of `colias_sim.envs.models.Answer`."""
+"""The entries of a neural observation, in order: fields of the model's answer to a frame."""
 _LOWEST = np.array([-1.0, -1.0, -MOST_SPIKES, -MOST_SPIKES, 0.0, 0.0, -1.0], np.float32)
 _HIGHEST = np.array([1.0, 1.0, MOST_SPIKES, MOST_SPIKES, 1.0, MOST_SPIKES, 1.0], np.float32)
 

@@ -145,7 +145,7 @@ def keyword_arguments(
     -------
     callable
         The decorator. The constructor it makes raises ``ValueError`` in one line that names each wrong value and what
-        is legal (`checked`), and ``TypeError`` for positional arguments.
+        is legal, and ``TypeError`` for positional arguments.
 
     Examples
     --------

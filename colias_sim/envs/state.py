@@ -101,6 +101,11 @@ class State:
         -------
         State
             The state in SI units. Quantities that `vector` clipped have the value of the clip.
+
+        Raises
+        ------
+        ValueError
+            There are not 7 + 5 N numbers.
         """
         speed, turn, slip, drift, wall, sine, cosine, *rest = (float(value) for value in vector)
         others = tuple(

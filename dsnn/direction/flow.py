@@ -38,10 +38,10 @@ class FlowParams:
 class Flow:
     """Mean of the dense flow between this frame and the last, by dense inverse search (DIS).
 
-    In OpenCV's form and with its presets. Channels: ``hs`` and ``vs``, mean
-    horizontal and vertical flow over all pixels in px per frame, right and down positive; they are not potentials,
-    have no bound and no spikes. 0 on the first frame. Floating frames are rounded to 8 bits, which DIS works on. Its
-    patches lie on a grid from the upper left corner, so a mirrored clip gives the mirrored answer only nearly.
+    In OpenCV's form and with its presets. Channels: ``hs`` and ``vs``, mean horizontal and vertical flow over all
+    pixels in px per frame, right and down positive; they are not potentials, have no bound and no spikes. 0 on the
+    first frame. Floating frames are rounded to 8 bits, which DIS works on. Its patches lie on a grid from the upper
+    left corner, so a mirrored clip gives the mirrored answer only nearly.
 
     Costs about 1.6 DSNN steps at 99x72 with the preset ``ultrafast``.
 

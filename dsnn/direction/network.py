@@ -28,8 +28,8 @@ class DSNN:
     params
         The constants of the network; the paper's off-line ones, ``DSNNParams()``, if left out.
     form
-        ``native`` or ``numpy``: the C kernel or NumPy, which agree within 1e-5 in HS and VS. By default the native one where it is built, unless
-        the environment variable ``DSNN_FORM`` says another.
+        ``native`` or ``numpy``: the C kernel or NumPy, which agree within 1e-5 in HS and VS. By default the native one
+        where it is built, unless the environment variable ``DSNN_FORM`` says another.
 
     Attributes
     ----------

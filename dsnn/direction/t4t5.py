@@ -28,12 +28,13 @@ class T4T5Params(LocalMotionParams):
 class T4T5:
     """Contrast-normalised motion detectors at five spacings, one array for each of four directions.
 
-    These are the T4 and T5 cells of the attention LPLC2 (`dsnn.MLPLC2`). P, the change of luminance, goes through two small Gaussian fields, ``S = G_exc * P - coe_inh G_inh * P``, split by the sign that both share as
-    in the DSNN; ON and OFF keep ``remain_rec`` of their last values. ``c = tanh(X / (coe_cn + G_cn * X))``, 0 below
-    ``cn_threshold``. With D_j the low-pass of c by the delay of spacing j, a cell's answer to motion to the right is
-    ``sum over j of max(D_j(x) D_j(x+j) [c(x+j) - b c(x)], 0)``, low-passed by ``tau_t``; likewise for the three other
-    directions. ``M = T4^exp_on + T5^exp_off``. Channels: ``hs`` and ``vs``, right less left and down less up, summed
-    over the field and put through the DSNN's odd sigmoid with the scale ``k_sig R C``: in (-0.5, 0.5). No spikes.
+    These are the T4 and T5 cells of the attention LPLC2 (`dsnn.MLPLC2`). P, the change of luminance, goes through two
+    small Gaussian fields, ``S = G_exc * P - coe_inh G_inh * P``, split by the sign that both share as in the DSNN; ON
+    and OFF keep ``remain_rec`` of their last values. ``c = tanh(X / (coe_cn + G_cn * X))``, 0 below ``cn_threshold``.
+    With D_j the low-pass of c by the delay of spacing j, a cell's answer to motion to the right is ``sum over j of
+    max(D_j(x) D_j(x+j) [c(x+j) - b c(x)], 0)``, low-passed by ``tau_t``; likewise for the three other directions. ``M =
+    T4^exp_on + T5^exp_off``. Channels: ``hs`` and ``vs``, right less left and down less up, summed over the field and
+    put through the DSNN's odd sigmoid with the scale ``k_sig R C``: in (-0.5, 0.5). No spikes.
 
     Assumed where the source as read leaves it open: the sign rule and border of the DSNN's difference of Gaussians, but
     what cancels to within a thousandth of a grey level has no sign; the low-passes are recursive; what is summed over

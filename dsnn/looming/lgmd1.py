@@ -62,10 +62,10 @@ class LGMD1:
     """Excitation, delayed lateral inhibition, grouping, and a feed-forward veto.
 
     With P the change of luminance: ``S = max(|P(t)| - w_i |W * P(t-1)|, 0)``, W the ring of a cell's eight neighbours.
-    S is grouped: with Ce its 3x3 mean, ``G = S Ce / (delta_c + max Ce / c_w)``, kept where it reaches ``t_g``, and
-    ``k = 1 / (1 + exp(-sum G / N))`` for N cells. Channel: ``looming``, k from 0.5 up
-    to 1, with one spike in a frame whose k reaches ``t_sp``; ``collision`` says whether the last ``n_sp`` frames all
-    had one. Feed-forward inhibition: no spike where the mean of ``|P(t-1)|`` reaches ``t_ffi``.
+    S is grouped: with Ce its 3x3 mean, ``G = S Ce / (delta_c + max Ce / c_w)``, kept where it reaches ``t_g``, and ``k
+    = 1 / (1 + exp(-sum G / N))`` for N cells. Channel: ``looming``, k from 0.5 up to 1, with one spike in a frame whose
+    k reaches ``t_sp``; ``collision`` says whether the last ``n_sp`` frames all had one. Feed-forward inhibition: no
+    spike where the mean of ``|P(t-1)|`` reaches ``t_ffi``.
 
     Assumed where the source as read leaves it open: no residue of older changes in P; cells outside the field are 0;
     feed-forward inhibition stops the spike and leaves k as it is. There is no time constant: all is by frames, and

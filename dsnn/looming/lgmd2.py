@@ -102,13 +102,13 @@ class Pathway:
 class LGMD2:
     """Separate inhibition of ON and OFF, so strong in ON that light looming is lost; then grouping and adaptation.
 
-    Each pathway takes one sign of the change of luminance P (plus ``sigma`` of its last
-    signal) and loses ``w`` times its inhibition: itself and its eight neighbours, low-passed. The weights follow the
-    low-passed mean change PM, ``w = max(least, PM / t_pm)``. ``S = S_on + S_off + S_on S_off`` is grouped
-    as in `dsnn.LGMD1`, with ``c_g G`` to reach ``t_g``: this gives k. Spike-frequency adaptation, with ``h = tau_sfa / (tau_sfa + dt)`` and dk the
-    change of k: ``s = h (s(t-1) + dk)`` where dk is at most ``t_sfa``, else ``h k``; at least 0.5. Channel:
-    ``looming``, that s from 0.5 up to 1, with ``floor(exp(k_sp (s - t_sp)))`` spikes; ``collision`` says whether
-    ``n_sp`` spikes have come since the last silent frame.
+    Each pathway takes one sign of the change of luminance P (plus ``sigma`` of its last signal) and loses ``w`` times
+    its inhibition: itself and its eight neighbours, low-passed. The weights follow the low-passed mean change PM, ``w =
+    max(least, PM / t_pm)``. ``S = S_on + S_off + S_on S_off`` is grouped as in `dsnn.LGMD1`, with ``c_g G`` to reach
+    ``t_g``: this gives k. Spike-frequency adaptation, with ``h = tau_sfa / (tau_sfa + dt)`` and dk the change of k: ``s
+    = h (s(t-1) + dk)`` where dk is at most ``t_sfa``, else ``h k``; at least 0.5. Channel: ``looming``, that s from 0.5
+    up to 1, with ``floor(exp(k_sp (s - t_sp)))`` spikes; ``collision`` says whether ``n_sp`` spikes have come since the
+    last silent frame.
 
     Assumed where the source as read leaves it open: no spatial filter before the split, and no residue of older
     changes in P; cells outside the field are 0; a delayed signal holds this frame's part already; PM holds this

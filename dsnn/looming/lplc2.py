@@ -53,13 +53,14 @@ class LPLC2Params:
 class LPLC2(Detector):
     """Correlated motion outward from the centre of the view, in all four quadrants at once.
 
-    This is the ultra-selective LPLC2. P, the change of luminance, goes through a difference of Gaussians, split into ON and OFF; ``c = tanh(X / (c_base + G * X))``; D is its low-pass by ``tau_lp``.
-    For a neighbour y one px away in each of four directions ``T = B c(x) c(y) [D(x) - D(y)]``, B a radial bias, the
-    highest at the centre, low-passed by ``tau_t``. The change of contrast, ``|c - mean of its 8 neighbours|`` less its
-    last value, is subtracted, nothing below 0 is left, and ``M = ON^exp_on + OFF^exp_off``. Each quadrant sums
-    ``GELU(outward - inward)`` over its cells and both axes. The output is the product of the four, 0 unless all are
-    above 0, averaged over ``length`` frames. Channel: ``looming``, from 0.5 up to 1, with one spike in a frame where it
-    reaches ``t_sp``; ``collision`` says whether the last ``n_sp`` frames all had one.
+    This is the ultra-selective LPLC2. P, the change of luminance, goes through a difference of Gaussians, split into ON
+    and OFF; ``c = tanh(X / (c_base + G * X))``; D is its low-pass by ``tau_lp``. For a neighbour y one px away in each
+    of four directions ``T = B c(x) c(y) [D(x) - D(y)]``, B a radial bias, the highest at the centre, low-passed by
+    ``tau_t``. The change of contrast, ``|c - mean of its 8 neighbours|`` less its last value, is subtracted, nothing
+    below 0 is left, and ``M = ON^exp_on + OFF^exp_off``. Each quadrant sums ``GELU(outward - inward)`` over its cells
+    and both axes. The output is the product of the four, 0 unless all are above 0, averaged over ``length`` frames.
+    Channel: ``looming``, from 0.5 up to 1, with one spike in a frame where it reaches ``t_sp``; ``collision`` says
+    whether the last ``n_sp`` frames all had one.
 
     Assumed where the source as read leaves it open: the DSNN's sign rule for ON and OFF and its border; ``c_base``; B,
     a Gaussian about the centre of ``spread`` of either side; a running mean in place of the first ten frames that the

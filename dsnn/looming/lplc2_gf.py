@@ -71,9 +71,7 @@ class LPLC2GFParams:
         Raises
         ------
         pydantic.ValidationError
-            A value is not legal.
-        TypeError
-            There is no such parameter.
+            A value is not legal, or there is no such parameter.
         """
         return dataclasses.replace(cls(), **changes)
 
@@ -97,9 +95,7 @@ class LPLC2GFParams:
         Raises
         ------
         pydantic.ValidationError
-            A value is not legal.
-        TypeError
-            There is no such parameter.
+            A value is not legal, or there is no such parameter.
         """
         across = ROBOT_FOCAL_PX / PAPER_FOCAL_PX
         side, width = (2 * round(px * across / 2) for px in (FITTING_SIDE, cls().width))
@@ -120,16 +116,15 @@ class LPLC2GFParams:
 class LPLC2GF(Detector):
     """Cells that multiply outward motion on their four arms; a giant fibre driven by how many are active, and rising.
 
-    Luminance from 0 to 1 is high-passed by
-    ``tau_hp``; ``ON = max(h, 0)``, ``OFF = max(-h - t_off, 0)``; for neighbours x, y one px apart and D the low-pass by
-    ``tau_lp``, motion from x to y is ``D(x) X(y)``, from y to x ``X(x) D(y)``, ON and OFF added. A cell at each corner
-    between four pixels sums opponent motion, outward less inward, over four arms ``side / 2`` px long and ``width`` px
-    wide; it is active where all four exceed ``t_arm`` (the product of the arms is above 0). With n the share of active
-    cells (of the most that a centred square can make active, ``(side / 2)^2``: 2500 in the paper), the giant fibre
-    takes ``I = gain n (dn/dt) / rate``, 0 where the last n was 0: ``tau_m dV/dt = v_rest - V + r_m I``, a spike at
-    ``v_th``, then ``v_reset``. Channel: ``looming``, V linear from 0.5 at ``v_rest`` and below to 1 at ``v_spike``,
-    which is answered in a frame with spikes, and their number; ``collision`` says whether ``n_sp`` spikes have come
-    since the last frame without one.
+    Luminance from 0 to 1 is high-passed by ``tau_hp``; ``ON = max(h, 0)``, ``OFF = max(-h - t_off, 0)``; for neighbours
+    x, y one px apart and D the low-pass by ``tau_lp``, motion from x to y is ``D(x) X(y)``, from y to x ``X(x) D(y)``,
+    ON and OFF added. A cell at each corner between four pixels sums opponent motion, outward less inward, over four
+    arms ``side / 2`` px long and ``width`` px wide; it is active where all four exceed ``t_arm`` (the product of the
+    arms is above 0). With n the share of active cells (of the most that a centred square can make active, ``(side /
+    2)^2``: 2500 in the paper), the giant fibre takes ``I = gain n (dn/dt) / rate``, 0 where the last n was 0: ``tau_m
+    dV/dt = v_rest - V + r_m I``, a spike at ``v_th``, then ``v_reset``. Channel: ``looming``, V linear from 0.5 at
+    ``v_rest`` and below to 1 at ``v_spike``, which is answered in a frame with spikes, and their number; ``collision``
+    says whether ``n_sp`` spikes have come since the last frame without one.
 
     Its published form takes 100 frames/s; at 30 the same constants in ms hold, and the rise of n is taken over a longer
     step. Presets: ``paper``, and ``robot``, the same angles for the robot's camera at 30 frames/s.

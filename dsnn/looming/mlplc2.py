@@ -39,12 +39,11 @@ class MLPLC2Params(LocalMotionParams):
 class MLPLC2(Detector):
     """Outward motion in all four quadrants about the centroid of motion, on T4 and T5 cells.
 
-    This is the attention LPLC2 (mLPLC2). Local motion is as in `dsnn.T4T5`. Attention: the
-    centre is the centroid of ``sqrt((right + left)^2 + (down + up)^2)``. Each of the four quadrants about it sums
-    ``LeakyReLU(outward - inward)`` of its two axes; where all four reach ``t_lplc2`` the output is their sum, else 0,
-    summed over the last ``length`` frames. Channel: ``looming``, ``1 / (1 + exp(-output / t_collision))`` from 0.5 up
-    to 1, with one spike in a frame whose output reaches ``t_collision``; ``collision`` says whether the last ``n_sp``
-    frames all had one.
+    This is the attention LPLC2 (mLPLC2). Local motion is as in `dsnn.T4T5`. Attention: the centre is the centroid of
+    ``sqrt((right + left)^2 + (down + up)^2)``. Each of the four quadrants about it sums ``LeakyReLU(outward - inward)``
+    of its two axes; where all four reach ``t_lplc2`` the output is their sum, else 0, summed over the last ``length``
+    frames. Channel: ``looming``, ``1 / (1 + exp(-output / t_collision))`` from 0.5 up to 1, with one spike in a frame
+    whose output reaches ``t_collision``; ``collision`` says whether the last ``n_sp`` frames all had one.
 
     Assumed where the source as read leaves it open: one attention field, not several, its quadrants as large as the
     field; a column or row that the centre lies in counts to both sides by its share; the slope ``leak``; the output is

@@ -41,12 +41,12 @@ class PONLGMDParams:
 class PONLGMD(Detector):
     """Normalised changes of luminance, less delayed lateral inhibition, less local contrast; then grouping.
 
-    For each polarity X of the change of luminance, with G a Gaussian: ``M = tanh(X / (G * X + alpha_1))``;
-    ``C = |M - mean of its 8 neighbours|``; ``S_x = max(M - beta K * M(t-1) - alpha_c C, 0)``, K the ring of the eight
-    neighbours. ``S = S_on + S_off + theta_3 S_on S_off``; with Ce the 3x3 mean of S,
-    ``G = S Ce / (delta_c + max Ce / c_w)``, kept where ``c_de G`` reaches ``t_de``;
-    ``k = 1 / (1 + exp(-sum G / (k_sig N)))`` for N cells. Channel: ``looming``, k from 0.5 up to 1, with one spike in a
-    frame whose k reaches ``t_sp``; ``collision`` says whether the last ``n_sp`` frames all had one.
+    For each polarity X of the change of luminance, with G a Gaussian: ``M = tanh(X / (G * X + alpha_1))``; ``C = |M -
+    mean of its 8 neighbours|``; ``S_x = max(M - beta K * M(t-1) - alpha_c C, 0)``, K the ring of the eight neighbours.
+    ``S = S_on + S_off + theta_3 S_on S_off``; with Ce the 3x3 mean of S, ``G = S Ce / (delta_c + max Ce / c_w)``, kept
+    where ``c_de G`` reaches ``t_de``; ``k = 1 / (1 + exp(-sum G / (k_sig N)))`` for N cells. Channel: ``looming``, k
+    from 0.5 up to 1, with one spike in a frame whose k reaches ``t_sp``; ``collision`` says whether the last ``n_sp``
+    frames all had one.
 
     Assumed where the source leaves it open: beyond the border the picture is mirrored, as the filters of its authors do
     by default; a spike where the potential has risen by a tenth of its range, as the source gives no threshold. All is

@@ -62,9 +62,7 @@ class SILGMD1Params:
         Raises
         ------
         pydantic.ValidationError
-            A value is not legal.
-        TypeError
-            There is no such parameter.
+            A value is not legal, or there is no such parameter.
         """
         return dataclasses.replace(cls(), **changes)
 
@@ -85,9 +83,7 @@ class SILGMD1Params:
         Raises
         ------
         pydantic.ValidationError
-            A value is not legal.
-        TypeError
-            There is no such parameter.
+            A value is not legal, or there is no such parameter.
         """
         return dataclasses.replace(cls(integer=False), **changes)
 
@@ -106,11 +102,11 @@ class SILGMD1Params:
 class SILGMD1(Detector):
     """Lateral inhibition, then inhibition of each cell by itself and its block, which spares blocks that move much.
 
-    It is written from the public firmware for Colias; the paper itself could not be read. With P the change of luminance,
-    halved and without its sign, E and Q its low-passes by ``tau_e`` and ``tau_p``, W the ring of eight neighbours
-    (1/4, 1/8): ``S' = max(P - beta_1 W * E, 0)``; ``SI`` is Q plus 1/4 of its sides and 1/8 of its corners within a
-    block of 3x3 cells, times ``beta_2`` where P summed over the block exceeds ``t_az``; ``S = S' - beta_3 SI``, 0
-    below ``t_s``; ``k = 1 / (1 + exp(-sum S / (k_spi N)))`` for N cells, 0.5 where the mean P of the last frame
+    It is written from the public firmware for Colias; the paper itself could not be read. With P the change of
+    luminance, halved and without its sign, E and Q its low-passes by ``tau_e`` and ``tau_p``, W the ring of eight
+    neighbours (1/4, 1/8): ``S' = max(P - beta_1 W * E, 0)``; ``SI`` is Q plus 1/4 of its sides and 1/8 of its corners
+    within a block of 3x3 cells, times ``beta_2`` where P summed over the block exceeds ``t_az``; ``S = S' - beta_3
+    SI``, 0 below ``t_s``; ``k = 1 / (1 + exp(-sum S / (k_spi N)))`` for N cells, 0.5 where the mean P of the last frame
     exceeds ``t_ffi``. Channel: ``looming``, k from 0.5 up to 1, with one spike in a frame whose k reaches ``t_sp``;
     ``collision`` says whether the last ``n_sp`` frames all had one.
 
@@ -140,8 +136,8 @@ class SILGMD1(Detector):
 
     References
     ----------
-    Fu and others: Modeling self-inhibition in neural networks for collision perception against translating motion, by its
-    public firmware for Colias.
+    Fu and others: Modeling self-inhibition in neural networks for collision perception against translating motion, by
+    its public firmware for Colias.
     """
 
     def __init__(self, shape: tuple[int, int], params: SILGMD1Params | None = None) -> None:

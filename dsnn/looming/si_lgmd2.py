@@ -77,9 +77,7 @@ class SILGMD2Params:
         Raises
         ------
         pydantic.ValidationError
-            A value is not legal.
-        TypeError
-            There is no such parameter.
+            A value is not legal, or there is no such parameter.
         """
         return dataclasses.replace(cls(), **changes)
 
@@ -100,9 +98,7 @@ class SILGMD2Params:
         Raises
         ------
         pydantic.ValidationError
-            A value is not legal.
-        TypeError
-            There is no such parameter.
+            A value is not legal, or there is no such parameter.
         """
         return dataclasses.replace(cls(integer=False), **changes)
 
@@ -157,16 +153,15 @@ class _Pathway:
 class SILGMD2(Detector):
     """ON and OFF, each with lateral and self-inhibition, ON's the stronger; then grouping and adaptation.
 
-    It is written from the public firmware for Colias; the paper itself could not be read. X is one polarity of the change of
-    luminance, halved. Lateral inhibition of this frame and the last: ``L = sum over K of K * (a X + (1 - a) X(t-1))``,
-    K the cell itself, its sides and its corners (1, 1/4, 1/8 of ``w``), a by ``tau``, twice and three times ``tau``.
-    ``Y = max(X - max(least, PM / t_pm) L, 0)``, PM the mean change mixed with the last one. Self-inhibition: within
-    blocks of 3x3 cells, of X mixed likewise, weights 2, 1/2, 1/4 of ``w``, times ``beta_1`` (ON) or ``beta_2`` (OFF)
-    where X summed over the block exceeds ``r_1`` or ``r_2``.
-    ``S = max(o_on Y_on + o_off Y_off - o_on beta_3 SI_on - o_off beta_4 SI_off, 0)``; grouping as the LGMD2, kept where
-    it reaches ``t_g``; ``k = 1 / (1 + exp(-sum G / (k_spi N)))``; spike-frequency adaptation and spikes as the LGMD2.
-    Channel: ``looming``, the adapted potential from 0.5 up to 1; ``collision`` says whether ``n_sp`` spikes have come
-    since the last silent frame.
+    It is written from the public firmware for Colias; the paper itself could not be read. X is one polarity of the
+    change of luminance, halved. Lateral inhibition of this frame and the last: ``L = sum over K of K * (a X + (1 - a)
+    X(t-1))``, K the cell itself, its sides and its corners (1, 1/4, 1/8 of ``w``), a by ``tau``, twice and three times
+    ``tau``. ``Y = max(X - max(least, PM / t_pm) L, 0)``, PM the mean change mixed with the last one. Self-inhibition:
+    within blocks of 3x3 cells, of X mixed likewise, weights 2, 1/2, 1/4 of ``w``, times ``beta_1`` (ON) or ``beta_2``
+    (OFF) where X summed over the block exceeds ``r_1`` or ``r_2``. ``S = max(o_on Y_on + o_off Y_off - o_on beta_3
+    SI_on - o_off beta_4 SI_off, 0)``; grouping as the LGMD2, kept where it reaches ``t_g``; ``k = 1 / (1 + exp(-sum G /
+    (k_spi N)))``; spike-frequency adaptation and spikes as the LGMD2. Channel: ``looming``, the adapted potential from
+    0.5 up to 1; ``collision`` says whether ``n_sp`` spikes have come since the last silent frame.
 
     Presets: ``firmware``, the default, truncates every state to a byte, as the robot does: there ``beta_1`` and
     ``beta_2`` are cast to whole numbers before they multiply, so that both are 0, and self-inhibition is left only
@@ -194,8 +189,8 @@ class SILGMD2(Detector):
 
     References
     ----------
-    Fu and others: Modeling self-inhibition in neural networks for collision perception against translating motion, by its
-    public firmware for Colias.
+    Fu and others: Modeling self-inhibition in neural networks for collision perception against translating motion, by
+    its public firmware for Colias.
     """
 
     def __init__(self, shape: tuple[int, int], params: SILGMD2Params | None = None) -> None:

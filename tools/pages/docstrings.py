@@ -12,6 +12,7 @@ import dataclasses
 import functools
 import importlib
 import inspect
+import itertools
 import re
 import sys
 import textwrap
@@ -72,7 +73,7 @@ def below(module: str) -> dict[str, str]:
     bodies = [("", tree.body), *((f"{n.name}.", n.body) for n in tree.body if isinstance(n, ast.ClassDef))]
     found: dict[str, str] = {}
     for prefix, body in bodies:
-        for node, after in zip(body, body[1:], strict=False):
+        for node, after in itertools.pairwise(body):
             target = node.target if isinstance(node, ast.AnnAssign) else None
             target = node.targets[0] if isinstance(node, ast.Assign) else target
             said = after.value if isinstance(after, ast.Expr) else None

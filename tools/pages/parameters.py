@@ -72,6 +72,8 @@ def _on_signature(
         found = inspect.signature(thing)
     except (TypeError, ValueError):
         return signature, returns
+    if getattr(thing, "_is_protocol", False):
+        return "", None  # nobody makes one
     bound = what == "method" and list(found.parameters)[:1] in (["self"], ["cls"])
     if bound:
         found = found.replace(parameters=list(found.parameters.values())[1:])
@@ -101,7 +103,7 @@ def public_name(target: str) -> str | None:
         return places.get(target, target)
     if owner in places:
         return f"{places[owner]}.{last}"
-    ends = [name for name in places.values() if name.endswith(f".{target}")]
+    ends = [name for name in _public() if name.endswith(f".{target}")]
     return ends[0] if len(ends) == 1 else None
 
 

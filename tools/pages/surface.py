@@ -51,7 +51,7 @@ def is_constant(thing: object) -> bool:
 
 
 def places(names: Mapping[str, object]) -> dict[str, str]:
-    """Return where each class and function is defined, in full -> its public name, for links to the one by the other."""
+    """Return where each class and function is defined -> its public name, both in full."""
     return {
         f"{thing.__module__}.{thing.__qualname__}": name
         for name, thing in names.items()

@@ -81,7 +81,7 @@ class ClipClaim(Claim):
     says, source
         Its words, and where they are from.
     silent_passes
-        Whether a model that never answers anything would keep it: it is ``vacuous`` for one that answers no translation.
+        Whether a model that never answers would keep it; it is ``vacuous`` for one that answers no translation.
     models
         The labels of the models that it takes; without one of them it is untested.
     conditions
