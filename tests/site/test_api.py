@@ -12,8 +12,6 @@ from tests.site.test_links import SITE
 from tests.test_docstrings import CLASSES, FUNCTIONS, page
 from tools.pages import docstrings, surface
 
-numpydoc = pytest.importorskip("numpydoc.docscrape", reason="make docs installs numpydoc")
-
 pytestmark = pytest.mark.site
 DOCUMENTED = {**FUNCTIONS, **CLASSES}
 SHOWN = ("Parameters", "Attributes", "Returns", "Raises")
@@ -82,8 +80,10 @@ def test_only_types_are_aliases():
 @pytest.mark.parametrize("name", DOCUMENTED)
 def test_numpydoc_reads_a_docstring_as_the_other_tests_do(name):
     """tests/test_docstrings.py has a parser of its own, as numpydoc is installed for these pages alone."""
+    from numpydoc.docscrape import NumpyDocString
+
     own = page(DOCUMENTED[name])
-    read = numpydoc.NumpyDocString("\n".join(docstrings.joined(own)))
+    read = NumpyDocString("\n".join(docstrings.joined(own)))
     assert {title for title in SHOWN if read[title]} == {title for title in SHOWN if title in own}
     for title in docstrings.LISTS:
         names = [part.strip().lstrip("*") for each in read[title] for part in each.name.split(",")]
