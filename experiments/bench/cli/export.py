@@ -57,6 +57,7 @@ def export(
     """
     from experiments.bench.core.errors import UsageError
     from experiments.bench.core.store.convert import KINDS
+    from experiments.bench.core.store.places import check_file
 
     if to is not None and to not in (*KINDS, VIDEOS, LOG):
         raise UsageError(f"--to {to}: legal is {', '.join((*KINDS, VIDEOS, LOG))}")
@@ -69,7 +70,8 @@ def export(
     if not run.exists():
         raise UsageError(f"{run}: no such run, table or recording")
     place = out or Path(f"{run.resolve().stem if run.is_file() else run.resolve().name}-{to}")
-    for each in ([place] if to else []) + ([frames] if frames else []):
+    for option, each in ([("--out", place)] if to else []) + ([("--frames", frames)] if frames else []):
+        check_file(each, f"{option} {each}")
         if each.exists() and not force:
             raise FileExistsError(f"{each} is there already: choose another folder, or give --force to replace it")
         if each.resolve() == run.resolve() or each.resolve() in run.resolve().parents:

@@ -71,9 +71,9 @@ def budget(
     means = resources(workers, None, quiet, False)
     grid = DEFAULT_GRID if over is None and not assignments else over or ()
     points = settings.points(grid, assignments or ())
-    tools = _tools(which)
     folder = new_folder(out, "firmware-budget")
     _empty(folder)
+    tools = _tools(which)
     if not quiet:
         programs = f"{len(points)} program{'s' * (len(points) > 1)}"
         said = f"firmware budget: {programs} to build and to run in QEMU, into {folder}"

@@ -47,8 +47,9 @@ def import_log(
     from experiments.bench.robot import table
 
     declared = registry.load(experiment)
+    folder = new_folder(out, f"{declared.name}-measured")
     made = prepare(declared, Asked(log, frames, ran or (), model or (), assignments or ()))
-    report = perform(made, new_folder(out, f"{declared.name}-measured"), recordings=recordings, quiet=quiet)
+    report = perform(made, folder, recordings=recordings, quiet=quiet)
     if not quiet:
         table.show(report, recordings)
     return EXIT_FAILED if report.failures else 0

@@ -55,7 +55,12 @@ def resources(workers: int | None, cluster: str | None, quiet: bool, other_code:
 
 
 def new_folder(out: Path | None, name: str) -> Path:
-    """Return the folder asked for, or a new one under ``runs``."""
-    from experiments.bench.core.store import files
+    """Return the folder asked for, or a new one under ``runs``, where results can be written.
 
-    return out or files.new_folder(name)
+    Raises `UsageError` in one line where they cannot. The folder is not made.
+    """
+    from experiments.bench.core.store import files, places
+
+    folder = files.new_folder(name) if out is None else out
+    places.check_folder(folder, f"--out {folder}")
+    return folder

@@ -12,6 +12,7 @@ import cv2
 
 from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame, Truth
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.store.places import check_file
 
 COLUMNS = (
     "frame", "time_s", "motion", "left_px", "top_px", "width_px", "height_px", "velocity_x_px_s", "velocity_y_px_s",
@@ -32,6 +33,7 @@ def write(clip: Stimulus[ClipParams], video: Path, advance: Callable[[], None]) 
     rows, columns = clip.shape
     if rows % 2 or columns % 2:  # OpenCV would drop the odd one, and say nothing
         raise UsageError(f"--out {video}: legal in a video are even rows and columns, not {rows} and {columns}")
+    check_file(video, f"--out {video}")
     video.parent.mkdir(parents=True, exist_ok=True)
     # OpenCV chooses the container by the name's end.
     parts = video.with_name(f"{video.stem}.part.avi"), video.with_name(f"{table.name}.part")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ import jinja2
 from dsnn.native.binding import ONBOARD
 from dsnn.onboard.header import header
 from experiments.bench.core.errors import UsageError, printable
+from experiments.bench.core.store import places
 from experiments.bench.firmware.budget import Budget, Tools
 from experiments.bench.firmware.build import (
     CHIP_SIDE,
@@ -100,9 +100,7 @@ def check_folder(folder: Path) -> None:
         raise UsageError(f"{folder}: is a file; legal is a new or an empty folder")
     if folder.is_dir() and any(folder.iterdir()):
         raise UsageError(f"{folder}: is not empty; legal is a new or an empty folder")
-    above = next(place for place in (folder, *folder.absolute().parents) if place.exists())
-    if not above.is_dir() or not os.access(above, os.W_OK | os.X_OK):
-        raise UsageError(f"{folder}: {above} is no folder that can be written to; legal is a new or an empty folder")
+    places.check_folder(folder, f"{folder}")
 
 
 def _template(name: str, words: dict[str, Any]) -> str:

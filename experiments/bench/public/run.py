@@ -16,6 +16,7 @@ from experiments.bench.core.batch import Resources, worker_count
 from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.models import shown_models
 from experiments.bench.core.store.files import new_folder
+from experiments.bench.core.store.places import check_folder
 from experiments.bench.core.terminal import error_console
 from experiments.bench.public.arguments import assignments, model_texts, whole
 from experiments.bench.public.result import Run, load
@@ -195,6 +196,8 @@ def run(
     count = None if repeats is None else whole("repeats", repeats)
     asked = Asked(model_texts(models), only, assignments(settings), count, whole("seed", seed), eyes)
     folder = new_folder(declared.name) if out is None else Path(out)
+    if not resume:
+        check_folder(folder, f"out={folder}")
     resources = Resources(worker_count(workers), cluster, quiet, other_code)
     perform(declared, asked, folder, resources, resume=resume, recordings=recordings)
     return load(folder)

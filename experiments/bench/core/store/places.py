@@ -1,0 +1,58 @@
+"""Whether results can be written where a person wants them, tried before anything is computed for them."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+
+from experiments.bench.core.errors import UsageError
+
+
+def check_folder(folder: Path, asked: str) -> None:
+    """Try whether files can be written into a folder, which is made for that if need be.
+
+    Nothing of the trial is left: neither its file nor the folders that were made for it.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    asked
+        The option and its value, as ``--out runs/mine``: the message begins with it.
+
+    Raises
+    ------
+    UsageError
+        Where that fails, in one line that says why.
+    """
+    _try(folder, f".colias-{os.getpid()}.part", asked)
+
+
+def check_file(file: Path, asked: str) -> None:
+    """Try whether a file can be written: as `check_folder`, for a file of its name."""
+    _try(file.parent, f".{file.name}.{os.getpid()}.part", asked)
+
+
+def _try(folder: Path, name: str, asked: str) -> None:
+    made: list[Path] = []
+    try:
+        for each in (*reversed(folder.parents), folder):
+            if not each.is_dir():
+                each.mkdir()
+                made.append(each)
+        (folder / name).touch(exist_ok=True)
+        (folder / name).unlink()
+    except OSError as error:
+        raise UsageError(f"{asked}: {_why(error)}") from None
+    finally:
+        for each in reversed(made):
+            with contextlib.suppress(OSError):  # another process may use it already
+                each.rmdir()
+
+
+def _why(error: OSError) -> str:
+    place = error.filename
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return f"{place} is a file, not a folder"
+    return f"{place} cannot be made ({error.strerror})"
