@@ -2,6 +2,7 @@
 
 import inspect
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from gymnasium import error
 
 from colias_sim.envs import vector
 from colias_sim.envs.options import options_of
+from colias_sim.envs.vector.arguments import reset_seeds
 from tests.envs import NAMES, bare, env_class, every_env, options_type
 
 ROOT = Path(__file__).parents[1]
@@ -145,3 +147,64 @@ def test_a_bad_argument_of_one_env(name, options, said, contexts):
     with pytest.raises(ValueError, match=said) as told:
         gym.make(f"colias_sim/{name}-v0", **options)
     assert "\n" not in str(told.value)
+
+
+# A truth value is no number, though Python counts True as 1.
+
+FLAGS = [True, False, np.True_, np.False_]
+
+
+@every_env
+@pytest.mark.parametrize("flag", FLAGS, ids=repr)
+def test_no_argument_takes_a_truth_value_for_a_number(name, flag):
+    """Of all arguments that are numbers, so of those of an env to come; nothing is made for any of them."""
+    numbers = [key for key, option in options_of(options_type(name)).items() if option.annotation in (int, float)]
+    assert {"robots", "frame_skip", "noise"} <= set(numbers)
+    for key in numbers:
+        told = rf"^{key}={re.escape(repr(flag))}: expected a number, not a truth value \([^;]+ \.\. [^;]+\)$"
+        with pytest.raises(ValueError, match=told):
+            gym.make(name, **{key: flag})
+
+
+@pytest.mark.parametrize("flag", FLAGS, ids=repr)
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("randomise", lambda flag: flag),
+        ("randomise", lambda flag: {"light": (flag, 1.0)}),
+        ("camera", lambda flag: {"gain": flag}),
+        ("camera", lambda flag: {"width": flag}),
+        ("robot", lambda flag: {"dead_band": flag}),
+    ],
+    ids=["randomise", "range", "camera", "camera's width", "robot"],
+)
+def test_nor_do_ranges_and_settings_by_name(key, value, flag):
+    with pytest.raises(ValueError, match=rf"^{key}=.*expected .*number") as told:
+        gym.make(NAMES[0], **{key: value(flag)})
+    assert "\n" not in str(told.value)
+
+
+def test_wrong_arguments_of_both_kinds_are_all_named():
+    with pytest.raises(ValueError, match=r"^robots=True: .*; noise=-1"):
+        gym.make(NAMES[0], robots=True, noise=-1)
+
+
+def test_a_truth_value_is_legal_where_one_is_meant():
+    env = gym.make("colias_sim/Fixation-v0", observation="state", follow=True, camera={"still_background": True})
+    assert env.unwrapped.options.follow is True and env.unwrapped.options.camera.still_background is True
+    env.close()
+
+
+@pytest.mark.parametrize("flag", FLAGS, ids=repr)
+@pytest.mark.parametrize("key", ["num_envs", "workers", "max_episode_steps"])
+def test_a_vector_env_s_counts_are_no_truth_values(key, flag):
+    given = {"num_envs": 2, "workers": 0, key: flag}
+    with pytest.raises(ValueError, match=rf"^{key}={re.escape(repr(flag))}: expected "):
+        vector.fixation(**given)
+
+
+def test_nor_are_its_seeds():
+    for seed in (True, [0, True], np.array([True, False]), [np.True_, 1]):
+        with pytest.raises(ValueError, match="expected a whole number from 0"):
+            reset_seeds(seed, 2)
+    assert reset_seeds([0, 1], 2) == [0, 1] == reset_seeds(0, 2)

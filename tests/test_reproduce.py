@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import subprocess
+import types
 from dataclasses import fields
 
 import pyarrow.parquet as pq
@@ -11,10 +12,15 @@ import pytest
 
 from experiments import NAMES
 from experiments.bench import registry
+from experiments.bench.cli import main
 from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.models import choose
 from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates, robustness
+from experiments.bench.reproduction.detectors import study as detectors_study
+from experiments.bench.reproduction.detectors import table as detectors_table
+from experiments.bench.reproduction.onboard import study as onboard_study
+from experiments.bench.reproduction.onboard import table as onboard_table
 from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, WHOLE, planned
 from experiments.bench.reproduction.report import sensitivity_figure
@@ -270,3 +276,31 @@ def test_a_case_with_no_trial_is_untested():
     cases = robustness.replicate_cases([0], 1)
     (own,) = replicates.studied(cases, [])
     assert {replicates.judged(claim, own).verdict for claim in robustness.judged_in()} == {"untested"}
+
+
+@pytest.mark.parametrize(
+    ("name", "study", "table"),
+    [("onboard", onboard_study, onboard_table), ("detectors", detectors_study, detectors_table)],
+    ids=["onboard", "detectors"],
+)
+@pytest.mark.parametrize(("quick", "failures"), [(True, ()), (False, ("a failure",))])
+def test_each_study_has_its_own_table(name, study, table, quick, failures, tmp_path, monkeypatch, capsys):
+    """It runs into a folder of its own, as large as was asked for, is shown, and its failures are the exit status."""
+    asked, shown = [], []
+
+    def run(folder, replicates, repeats, seed, resources, show):
+        asked.append((folder, replicates, repeats, seed))
+        show("the table")
+        return types.SimpleNamespace(failures=failures)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(study, "run", run)
+    monkeypatch.setattr(table, "show", shown.append)
+    monkeypatch.setattr(detectors_table, "show_causes", lambda result: print("the causes"))
+    options = ["--quick"] if quick else []
+    assert main.command(["reproduce", f"--{name}", "--seed", "7", "--workers", "0", *options]) == bool(failures)
+    ((folder, *size),) = asked
+    assert folder.name.startswith(f"{name}-") and shown == ["the table"]
+    assert size == ([QUICK.replicates, QUICK.repeats, 7] if quick else [study.REPLICATES, WHOLE, 7])
+    said = " ".join(capsys.readouterr().out.split())
+    assert str(folder / study.FILE) in said and ("the causes" in said) == (name == "detectors")

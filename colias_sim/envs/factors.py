@@ -19,6 +19,7 @@ from pydantic import ValidationError
 from colias_sim import streams
 from colias_sim.config import SceneConfig
 from colias_sim.envs.episode_settings import EpisodeSettings
+from colias_sim.envs.flags import is_flag
 
 Range = tuple[float, float]
 """The lower and the upper end of what a factor is drawn from, uniformly."""
@@ -182,7 +183,7 @@ def checked_randomise(value: Any) -> float | str | dict[str, Range]:
         return value
     if isinstance(value, Mapping):
         return _mapping(value)
-    if isinstance(value, int | float | np.integer | np.floating) and 0.0 <= value <= 1.0:
+    if isinstance(value, int | float | np.integer | np.floating) and not is_flag(value) and 0.0 <= value <= 1.0:
         return float(value)
     raise ValueError(f"expected a number in 0 .. 1, a preset ({', '.join(PRESETS)}), or {{factor: (low, high)}}")
 
@@ -226,7 +227,7 @@ def _named(problem: Mapping[str, Any]) -> str:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, int | float) and not is_flag(value)
 
 
 def _mapping(given: Mapping[Any, Any]) -> dict[str, Range]:
@@ -255,9 +256,10 @@ def _range(factor: Factor, ends: Any) -> Range:
     """The two ends, checked."""
     legal = f"{factor.low:g} .. {factor.high:g}" + (f" {factor.unit}" if factor.unit else "")
     try:
-        if isinstance(ends, str):
+        given = tuple(ends)
+        if isinstance(ends, str) or any(map(is_flag, given)):
             raise TypeError
-        low, high = (float(end) for end in ends)
+        low, high = map(float, given)
     except (TypeError, ValueError, OverflowError):  # the last: a whole number beyond the floats
         raise ValueError(f"{factor.name}={ends!r}: expected two numbers, (low, high), in {legal}") from None
     if not (factor.low <= low <= factor.high and factor.low <= high <= factor.high):

@@ -16,6 +16,7 @@ from pydantic.fields import FieldInfo
 from colias_sim.config import CameraConfig, RobotConfig, known_arena
 from colias_sim.envs.episode_settings import EpisodeSettings
 from colias_sim.envs.factors import PRESET, Range, checked_randomise, ends_of, ranges_of, reason
+from colias_sim.envs.flags import is_flag
 from colias_sim.field_docs import with_field_docs
 
 MOST_ROBOTS = 20
@@ -190,10 +191,15 @@ def checked(kind: Callable[..., T], values: Mapping[str, Any]) -> T:
     ValueError
         In one line: each wrong value by its name and what is legal, or the unknown name and the nearest known one.
     """
+    flags = _flags(kind, values)
     try:
-        return kind(**values)
+        made = kind(**values)
     except ValidationError as error:
-        raise ValueError("; ".join(_problem(kind, problem) for problem in error.errors())) from None
+        problems = [each for each in error.errors() if not flags or (each["loc"] and each["loc"][0] not in flags)]
+        raise ValueError("; ".join([*flags.values(), *(_problem(kind, each) for each in problems)])) from None
+    if flags:
+        raise ValueError("; ".join(flags.values()))
+    return made
 
 
 def options_of(kind: Any) -> dict[str, FieldInfo]:
@@ -226,6 +232,16 @@ def _with_self(options: Callable[..., Any]) -> inspect.Signature:
     own = [parameter.replace(annotation=fields[name].annotation) for name, parameter in given.items()]
     itself = inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)
     return inspect.Signature([itself, *own], return_annotation=None)
+
+
+def _flags(kind: Any, values: Mapping[str, Any]) -> dict[str, str]:
+    """Name -> what is wrong, for truth values in the place of numbers, which pydantic would take for 0 and 1."""
+    numbers = {name: option for name, option in options_of(kind).items() if option.annotation in (int, float)}
+    return {
+        name: f"{name}={values[name]!r}: expected a number, not a truth value ({bounds(option)})"
+        for name, option in numbers.items()
+        if is_flag(values.get(name))
+    }
 
 
 def _problem(kind: Any, problem: Mapping[str, Any]) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from colias_sim.config import CameraConfig
 from colias_sim.envs.episode_settings import EpisodeSettings
 from colias_sim.envs.factors import FACTORS, Factor, reason
+from colias_sim.envs.flags import is_flag
 from colias_sim.envs.geometry import ARENA_RADIUS, CLEARANCE, HULL_RADIUS, random_poses
 from colias_sim.envs.world import OBSERVER
 from colias_sim.robot import Pose
@@ -134,7 +135,7 @@ def _values(factor: Factor, given: Any) -> tuple[float, ...]:
 def _numbers(given: Any, count: int) -> tuple[float, ...] | None:
     """``count`` numbers as floats; ``None`` for anything else."""
     each = (given,) if np.ndim(given) == 0 else tuple(given)
-    if len(each) != count or any(isinstance(one, str | bool | bytes) for one in each):
+    if len(each) != count or any(isinstance(one, str | bytes) or is_flag(one) for one in each):
         return None
     try:
         return tuple(float(one) for one in each)

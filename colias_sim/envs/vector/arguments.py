@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
+from colias_sim.envs.flags import is_flag
 from colias_sim.envs.vector.launch import POSSIBLE
 
 Flags = npt.NDArray[np.bool_]
@@ -88,7 +89,7 @@ def reset_seeds(seed: Any, num_envs: int) -> list[int | None]:
     """A seed for each env: an integer counts up from env to env, ``None`` is ``None`` for all."""
     try:
         seeds = list(seed) if isinstance(seed, Sequence | np.ndarray) else [seed] * num_envs
-        whole = [None if s is None else operator.index(s) for s in seeds]
+        whole = [None if s is None else -1 if is_flag(s) else operator.index(s) for s in seeds]
     except TypeError:
         whole = [-1]
     if len(whole) != num_envs or any(s is not None and s < 0 for s in whole):
@@ -99,9 +100,9 @@ def reset_seeds(seed: Any, num_envs: int) -> list[int | None]:
 
 
 def _whole(value: Any) -> int | None:
-    """A whole number as an ``int``; ``None`` for anything else."""
+    """A whole number as an ``int``; ``None`` for anything else, a truth value too."""
     try:
-        return operator.index(value)
+        return None if is_flag(value) else operator.index(value)
     except TypeError:
         return None
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -169,31 +170,32 @@ def _fidelity(quick: bool, seed: int, out: Path | None, means: Resources) -> int
 
 
 def _detectors(quick: bool, seed: int, out: Path | None, means: Resources) -> int:
-    """The table of C21 over detectors and arenas, printed anew after every replicate, then the causes."""
-    from experiments.bench.core.terminal import out_console, show_places
+    """The table of C21 over detectors and arenas, then the causes."""
     from experiments.bench.reproduction.detectors import study, table
 
-    folder = new_folder(out, "detectors")
-    show = (lambda _: None) if means.quiet else table.show
-    result = study.run(folder, *_size(quick, study.REPLICATES), seed, means, show)
-    if not means.quiet:
-        out_console.print()
-        table.show_causes(result)
-        show_places({"table": folder / study.FILE})
-    return EXIT_FAILED if result.failures else 0
+    return _study(study, table.show, quick, seed, new_folder(out, "detectors"), means, table.show_causes)
 
 
 def _onboard(quick: bool, seed: int, out: Path | None, means: Resources) -> int:
-    """The table of claims over formats of numbers, printed anew after every replicate."""
-    from experiments.bench.core.terminal import out_console, show_places
-    from experiments.bench.reproduction.onboard import rows, study, table
+    """The table of claims over formats of numbers."""
+    from experiments.bench.reproduction.onboard import study, table
 
-    folder = new_folder(out, "onboard")
-    show = (lambda _: None) if means.quiet else table.show
-    result = study.run(folder, *_size(quick, study.REPLICATES), seed, means, show)
+    return _study(study, table.show, quick, seed, new_folder(out, "onboard"), means)
+
+
+def _study(
+    study: Any, show: Callable[[Any], None], quick: bool, seed: int, folder: Path, means: Resources,
+    show_causes: Callable[[Any], None] = lambda _: None,
+) -> int:  # fmt: skip
+    """Run a study, whose module this is given, and print its table anew after every replicate."""
+    from experiments.bench.core.terminal import out_console, show_places
+
+    shown = (lambda _: None) if means.quiet else show
+    result = study.run(folder, *_size(quick, study.REPLICATES), seed, means, shown)
     if not means.quiet:
         out_console.print()
-        show_places({"table": folder / rows.FILE})
+        show_causes(result)
+        show_places({"table": folder / study.FILE})
     return EXIT_FAILED if result.failures else 0
 
 

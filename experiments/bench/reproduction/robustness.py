@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache, partial
@@ -200,14 +200,16 @@ def batch(name: str, cases: Sequence[Case], example: Plan, kept: Collection[str]
 
 
 def played(
-    batches: Iterable[Batch[Any]], folder: Path, resources: Resources
-) -> Iterator[tuple[list[dict[str, Any]], list[Failure]]]:
+    cases: Sequence[list[Case]], batch: Callable[[int, list[Case]], Batch[Any]], folder: Path, resources: Resources
+) -> Iterator[tuple[list[Case], list[dict[str, Any]], tuple[Failure, ...]]]:
     """Do what is missing of a study's replicates, one after the other, each in a folder of its own.
 
     Parameters
     ----------
-    batches
-        One for each replicate.
+    cases
+        The trials of each replicate.
+    batch
+        Makes the batch of a replicate, of its number and its trials.
     folder
         That of the study, made if need be. Replicate r has the folder ``replicate-r`` in it.
     resources
@@ -216,12 +218,14 @@ def played(
     Yields
     ------
     tuple
-        The rows of a replicate, and what failed in it.
+        The cases of a replicate, the rows of their trials, and what failed so far, in earlier replicates too.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    failures: list[Failure] = []
     with resources.pool() as pool:
-        for number, each in enumerate(batches):
+        for number, own in enumerate(cases):
+            each = batch(number, own)
             with closing(each.open(folder / f"replicate-{number}", resources)) as done:
-                failures = each.fill(done, pool, resources)
+                failures += each.fill(done, pool, resources)
                 rows = done.rows()
-            yield rows, failures
+            yield own, rows, tuple(failures)

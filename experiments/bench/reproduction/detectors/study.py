@@ -83,12 +83,11 @@ def run(
         The table; ``detectors.json`` in the folder has its rows.
     """
     shown: dict[str, list[Shown]] = {arena: [] for arena in ARENAS}
-    failures: list[Failure] = []
-    own = [cases(repeats, seed + number) for number in range(replicates)]
-    batches = (_batch(f"replicate {r}", each, repeats, seed + r) for r, each in enumerate(own))
-    for here, (rows, failed) in zip(own, played(batches, folder / STUDY, resources), strict=True):
-        failures += failed
-        for case, each in zip(here, _by_case(here, rows), strict=True):
+    every = [cases(repeats, seed + number) for number in range(replicates)]
+    for own, rows, failures in played(
+        every, lambda r, own: _batch(f"replicate {r}", own, repeats, seed + r), folder / STUDY, resources
+    ):
+        for case, each in zip(own, _by_case(own, rows), strict=True):
             shown[case.name].append(each)
         table = _table(shown, repeats, seed, failures)
         Files(folder).write_json(FILE, table)
@@ -104,9 +103,7 @@ def _table(shown: Mapping[str, Sequence[Shown]], repeats: int, seed: int, failur
         for arena, every in shown.items()
         for detector in PANEL
     ]
-    return Detectors(
-        tuple(rows), tuple(edges.values()), edges[rows[0].arena].replicates, repeats, seed, tuple(failures)
-    )
+    return Detectors(tuple(rows), tuple(edges.values()), edges[rows[0].arena].replicates, repeats, seed, failures)
 
 
 def _batch(name: str, own: Sequence[Case], repeats: int, seed: int) -> Batch[Any]:

@@ -150,17 +150,16 @@ def run(
     example = plan(registry.load(robustness.judged_in()[CLAIMS[0]]), (MODEL,), (), repeats, seed)
     outcomes: dict[tuple[Cell, str], list[Outcome]] = {(cell, claim): [] for cell in CELLS for claim in CLAIMS}
     rows: dict[Cell, list[Row]] = {cell: [] for cell in CELLS}
-    failures: list[Failure] = []
-    own = [cases(repeats, seed + number) for number in range(replicates)]
-    batches = (robustness.batch(f"replicate {r}", each, example) for r, each in enumerate(own))
-    for here, (found, failed) in zip(own, robustness.played(batches, folder, resources), strict=True):
-        failures += failed
-        for cell, each in zip(CELLS, studied(here, found), strict=True):
+    every = [cases(repeats, seed + number) for number in range(replicates)]
+    for own, found, failures in robustness.played(
+        every, lambda r, own: robustness.batch(f"replicate {r}", own, example), folder, resources
+    ):
+        for cell, each in zip(CELLS, studied(own, found), strict=True):
             rows[cell] += each.rows
             for claim in CLAIMS:
                 outcomes[cell, claim].append(of_model(claim, each, MODEL))
-        so_far = {key: tuple(own_outcomes) for key, own_outcomes in outcomes.items()}
-        table = Fidelity(so_far, {cell: _driven(rows[cell]) for cell in CELLS}, repeats, seed, tuple(failures))
+        so_far = {key: tuple(each) for key, each in outcomes.items()}
+        table = Fidelity(so_far, {cell: _driven(rows[cell]) for cell in CELLS}, repeats, seed, failures)
         Files(folder).write_json("fidelity.json", table.rows())
         show(table)
     return table

@@ -12,7 +12,6 @@ from pathlib import Path
 from experiments.bench import registry
 from experiments.bench.core.batch import Resources
 from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.rows import Failure
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.onboard.formats import CLAIMS, FORMATS, Format
 from experiments.bench.reproduction.onboard.rows import FILE, STUDY, Onboard, tabled
@@ -58,12 +57,11 @@ def run(
     labels = tuple(each.label for each in formats)
     example = plan(registry.load(robustness.judged_in()[CLAIMS[0]]), labels, (), repeats, seed)
     every: list[Replicate] = []
-    failures: list[Failure] = []
-    own = [case(repeats, seed + number, formats) for number in range(replicates)]
-    batches = (robustness.batch(f"replicate {r}", [each], example, labels) for r, each in enumerate(own))
-    for here, (rows, failed) in zip(own, robustness.played(batches, folder / STUDY, resources), strict=True):
-        failures += failed
-        every.append(replicate(robustness.numbered([here]), rows))
+    cases = [[case(repeats, seed + number, formats)] for number in range(replicates)]
+    for own, rows, failures in robustness.played(
+        cases, lambda r, own: robustness.batch(f"replicate {r}", own, example, labels), folder / STUDY, resources
+    ):
+        every.append(replicate(robustness.numbered(own), rows))
         table = tabled(every, repeats, seed, failures, formats)
         Files(folder).write_json(FILE, table)
         show(table)
