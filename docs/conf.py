@@ -30,7 +30,7 @@ extensions = [
     "tools.pages.blocks",
     "tools.pages.generated",
 ]
-exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
+exclude_patterns = ["_build", "**/.ipynb_checkpoints", "reference/equations"]  # which the models' pages take in
 root_doc = "index"
 nitpicky = False
 
