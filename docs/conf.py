@@ -33,7 +33,7 @@ extensions = [
     "tools.pages.generated",
     "tools.pages.parameters",
 ]
-exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
+exclude_patterns = ["_build", "**/.ipynb_checkpoints", "reference/equations"]  # which the models' pages take in
 root_doc = "index"
 nitpicky = False
 

@@ -64,5 +64,6 @@ def test_nothing_is_loaded_from_a_network(pages):
 
 def test_every_page_of_the_documentation_is_built(pages):
     docs = SITE.parents[1] / "docs"
-    sources = {path.relative_to(docs).with_suffix(".html") for path in docs.rglob("*.md")}
+    taken_in = docs / "reference" / "equations"  # by the models' pages
+    sources = {path.relative_to(docs).with_suffix(".html") for path in docs.rglob("*.md") if path.parent != taken_in}
     assert sources <= {path.relative_to(SITE) for path in pages}

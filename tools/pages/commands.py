@@ -2,9 +2,135 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+
+from tools.pages import markdown
+from tools.pages.command_examples import Example, examples
+from tools.pages.command_tree import PROGRAM, Command, Parameter, tree
+from tools.pages.markdown import code, prose, table
+
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    "Experiments": ("run", "sweep", "map", "reproduce"),
+    "Models": ("check", "leaderboard", "tune"),
+    "Clips and footage": ("stimulus", "play", "watch"),
+    "Closed loop": ("behave", "train"),
+    "Results": ("runs", "compare", "view", "video", "export"),
+    "A real robot": ("import", "camera", "firmware"),
+    "What there is": ("list", "parameters", "doctor"),
+}
+"""Title -> the commands below it."""
+_BOLD = re.compile(r"\[b\](.+?)\[/b\]")
 
 
 def write(folder: Path) -> None:
     """Write the pages into ``folder``."""
-    (folder / "index.md").write_text("---\norphan: true\n---\n\n# Commands\n", encoding="utf-8")
+    whole = tree()
+    pages = {command.page: command for command in whole.walk() if command.words}
+    for command in pages.values():
+        _write_page(folder, command, pages)
+    _write_index(folder, whole, pages)
+
+
+def _write_page(folder: Path, command: Command, pages: Mapping[str, Command]) -> None:
+    markdown.write(
+        folder / f"{command.page}.md",
+        f"# {command.title}\n",
+        f"{prose(command.summary)}\n" if command.summary else "",
+        f"```text\n{command.title} {command.usage}\n```",
+        helped(command.help, pages),
+        _subcommands(command),
+        _parameters("Arguments", command.arguments, pages),
+        _parameters("Options", command.options, pages),
+        _examples(examples(command)) if not command.commands else "",
+    )
+
+
+def _write_index(folder: Path, whole: Command, pages: Mapping[str, Command]) -> None:
+    groups = [f"## {title}\n\n{_list([pages[name] for name in names])}" for title, names in GROUPS.items()]
+    above = [command.page for command in whole.commands]
+    markdown.write(
+        folder / "index.md",
+        "# Commands\n",
+        f"These pages are made of the command line itself: `{PROGRAM} --help` and `{PROGRAM} COMMAND --help`"
+        " say the same.\n",
+        *groups,
+        f"## {PROGRAM}\n",
+        f"```text\n{PROGRAM} {whole.usage}\n```",
+        _parameters("", whole.options, pages),
+        helped(whole.help, {}),
+        markdown.toctree(above),
+    )
+
+
+def _list(commands: Sequence[Command]) -> str:
+    rows = ((f"[{code(command.title)}]({command.page}.md)", prose(command.summary)) for command in commands)
+    return table(("Command", "What it does"), rows)
+
+
+def _subcommands(command: Command) -> str:
+    if not command.commands:
+        return ""
+    return "\n".join([_list(command.commands), markdown.toctree(each.page for each in command.commands)])
+
+
+def helped(text: str, pages: Mapping[str, Command]) -> str:
+    """A help text in Rich's markup as Markdown: paragraphs, examples that are indented, headings in bold.
+
+    ``pages`` are those that commands in bold link to. Without any, bold text is terms, not names of the code.
+    """
+    parts = []
+    for paragraph in re.split(r"\n\s*\n", text.strip("\n")):
+        lines = paragraph.split("\n")
+        if all(line.startswith("  ") for line in lines):
+            parts.append("\n".join(["```text", *(line[2:] for line in lines), "```\n"]))
+        elif title := re.fullmatch(_BOLD, paragraph.strip()):
+            parts.append(f"**{title[1]}**\n")
+        else:
+            parts.append(f"{_marked(' '.join(line.strip() for line in lines), pages)}\n")
+    return "\n".join(parts)
+
+
+def _marked(text: str, pages: Mapping[str, Command]) -> str:
+    """A line of help: what is bold becomes code, and a link where it is a command."""
+    parts, at = [], 0
+    for match in _BOLD.finditer(text):
+        parts += [prose(text[at : match.start()]), _link(match[1], pages)]
+        at = match.end()
+    return "".join([*parts, prose(text[at:])])
+
+
+def _link(text: str, pages: Mapping[str, Command]) -> str:
+    if not pages:
+        return f"**{text}**"
+    words = text.split()
+    if words[0] == PROGRAM:
+        named = [word for word in words[1:] if word.islower()]
+        for length in range(len(named), 0, -1):
+            if (page := "-".join(named[:length])) in pages:
+                return f"[{code(text)}]({page}.md)"
+    return code(text)
+
+
+def _parameters(title: str, found: Sequence[Parameter], pages: Mapping[str, Command]) -> str:
+    """A table of what follows a command: each with its value beside it, where it has one."""
+    rows = []
+    for each in found:
+        ways = ", ".join(map(code, each.names))
+        value = f" {code(each.value)}" if each.value else ""
+        rows.append((f"{ways}{value}", _marked(each.help, pages), code(each.default) if each.default else ""))
+    heads = (title.removesuffix("s") or "Option", "Meaning", "Default")
+    return "" if not rows else (f"## {title}\n\n" if title else "") + table(heads, rows)
+
+
+def _examples(found: Sequence[Example]) -> str:
+    if not found:
+        return ""
+    parts, said = ["## Examples\n"], ""
+    for each in found:
+        where = f"{each.title}, {each.section}" if each.section != each.title else each.title
+        link = f"From [{where}](../../{each.chapter}#{each.anchor}):\n"
+        parts += [*([link] if link != said else []), "\n".join(["```sh", *each.lines, "```\n"])]
+        said = link
+    return "\n".join(parts)

@@ -1,4 +1,4 @@
-"""Pages: a page for each env, which is its class's docstring."""
+"""Pages: a page for each env, its own documentation with a picture."""
 
 from __future__ import annotations
 
@@ -6,35 +6,83 @@ import importlib
 import inspect
 from pathlib import Path
 
-from colias_sim.envs import ENVS
-
-_HEAD = """# {name}
-
-```python
-import colias_sim  # registers the envs
+import cv2
 import gymnasium as gym
+import numpy as np
 
-env = gym.make("{name}")
-```
+from colias_sim.envs import ENVS
+from colias_sim.envs.measures import EnvEntry
+from experiments.behaviours import BEHAVIOURS
+from tools.pages import markdown
+from tools.pages.markdown import code, prose, sentence, table
 
-:::{{py:class}} {module}.{cls}(**arguments)
-A [ColiasEnv](../api/colias_sim.envs.base.ColiasEnv.rst): that page has its methods.
-:::
-
-"""
+STEPS, AHEAD = 20, 0.3
+"""Until the picture is taken, and the speed of both wheels."""
+SIZE = (640, 480)
+"""Of the picture, width and height, px."""
 
 
 def write(folder: Path) -> None:
     """Write the pages into ``folder``."""
-    titles = []
     for name, entry in ENVS.items():
-        module, _, cls = entry.entry_point.partition(":")
-        page = inspect.getdoc(getattr(importlib.import_module(module), cls)) or ""
-        titles.append(cls.lower())
-        head = _HEAD.format(name=name, module=module, cls=cls)
-        (folder / f"{titles[-1]}.md").write_text(f"{head}{page}\n", encoding="utf-8")
-    toctree = "\n".join([":::{toctree}", *titles, ":::"])
-    rows = [f"| [{name}]({title}.md) | {entry.summary} | {entry.max_episode_steps} |"
-            for (name, entry), title in zip(ENVS.items(), titles, strict=True)]  # fmt: skip
-    table = "\n".join(["| env | task | steps |", "|---|---|---|", *rows])
-    (folder / "index.md").write_text(f"# Envs\n\n{table}\n\n{toctree}\n", encoding="utf-8")
+        _write_page(folder, name, entry)
+    rows = [(f"[{code(name)}]({_page(name)}.md)", prose(sentence(entry.summary))) for name, entry in ENVS.items()]
+    markdown.write(
+        folder / "index.md",
+        "# Envs\n",
+        "Gymnasium envs in which the observer drives itself.\n"
+        "[Behaviours and training](../../behaviours-and-training.md) closes the loop by reflexes and policies,"
+        " and [Reinforcement learning](../../reinforcement-learning.md) wraps, randomises and films them.\n",
+        table(("Env", "Task"), rows),
+        markdown.toctree(map(_page, ENVS)),
+    )
+
+
+def _page(name: str) -> str:
+    return name.partition("/")[2]
+
+
+def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
+    page = _page(name)
+    _draw(name, folder / f"{page}.png")
+    module, _, kind = entry.entry_point.partition(":")
+    found = getattr(importlib.import_module(module), kind)
+    said = f"The arena of {page}, with a close view of the observer and what its camera sees"
+    caption = (
+        f"What `render()` shows {STEPS} steps after `reset(seed=0)`, both wheels at {AHEAD:g}."
+        " At the left the observer from near, at the right its camera."
+    )
+    baselines = [f"{code(each)}: {prose(BEHAVIOURS[each].summary)}" for each in entry.baselines]
+    rows = [
+        ("Make it", code(f'gymnasium.make("{name}")')),
+        ("Class", code(f"{module}.{kind}")),
+        ("Steps", f"{entry.max_episode_steps:,} at most"),
+        ("Measures", ", ".join(prose(each.name) for each in entry.all_measures)),
+        ("Baselines", "<br>".join(baselines)),
+    ]
+    markdown.write(
+        folder / f"{page}.md",
+        f"# {page.partition('-')[0]}\n",
+        f"{prose(sentence(entry.summary))}\n",
+        table(("Env", code(name)), rows),
+        _anchor(module, kind),
+        f"{entry.note}\n" if entry.note else "",
+        markdown.picture(f"{page}.png", said, caption),
+        inspect.cleandoc(found.__doc__),
+    )
+
+
+def _anchor(module: str, kind: str) -> str:
+    """What links to the class of the env lead to."""
+    said = "A [ColiasEnv](../api/colias_sim.envs.base.ColiasEnv.rst): that page has its methods."
+    return f":::{{py:class}} {module}.{kind}(**arguments)\n{said}\n:::\n"
+
+
+def _draw(name: str, path: Path) -> None:
+    env = gym.make(name, observation="pixels", render_mode="rgb_array", render_width=SIZE[0], render_height=SIZE[1])
+    env.reset(seed=0)
+    for _ in range(STEPS):
+        env.step(np.full(2, AHEAD, np.float32))
+    picture = env.render()
+    env.close()
+    cv2.imwrite(str(path), cv2.cvtColor(np.asarray(picture, np.uint8), cv2.COLOR_RGB2BGR))

@@ -12,13 +12,14 @@ from pathlib import Path
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-from tools.pages import commands, envs, gallery, models, stimuli
+from tools.pages import commands, envs, experiments, gallery, models, stimuli
 
 WRITERS: dict[str, Callable[[Path], None]] = {
     "commands": commands.write,
-    "envs": envs.write,
     "models": models.write,
     "stimuli": stimuli.write,
+    "experiments": experiments.write,
+    "envs": envs.write,
     "gallery": gallery.write,
 }
 """The folder in docs/generated/ -> what writes into it."""

@@ -2,9 +2,147 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
+
+import dsnn
+from dsnn import MODELS, ModelEntry
+from experiments.bench.core.models import family
+from tools.pages import docstring_text, markdown, model_pictures
+from tools.pages.markdown import code, prose, sentence, table
+from tools.pages.model_pictures import Shown
+from tools.pages.parameter_tables import changes, parameters, written
+
+EQUATIONS = Path(__file__).parents[2] / "docs" / "reference" / "equations"
+"""A page for each model, hand-written."""
+CHANNELS: Mapping[str, str] = {
+    "hs": "horizontal motion, rightward positive",
+    "vs": "vertical motion, downward positive",
+    "looming": "what comes nearer",
+    "azimuth": "where the motion is, from -1 at the left edge of the view to 1 at the right",
+}
+"""Channel of a `dsnn.Response` -> what it tells."""
+KINDS: Mapping[tuple[str, ...], str] = {
+    ("direction",): "Direction",
+    ("looming",): "Looming",
+    ("direction", "looming"): "Direction and looming",
+}
+"""What a model answers -> the heading of its part of the index."""
 
 
 def write(folder: Path) -> None:
     """Write the pages into ``folder``."""
-    (folder / "index.md").write_text("---\norphan: true\n---\n\n# Models\n", encoding="utf-8")
+    for entry in MODELS.values():
+        _write_page(folder, entry)
+    _write_index(folder)
+
+
+def _write_index(folder: Path) -> None:
+    parts = []
+    for kinds, title in KINDS.items():
+        rows = [
+            (f"[{code(name)}]({name}.md)", prose(sentence(entry.summary)), prose(entry.source))
+            for name, entry in MODELS.items() if model_pictures.kinds(entry) == kinds
+        ]  # fmt: skip
+        parts.append(f"## {title}\n\n{table(('Model', 'What it is', 'Literature'), rows)}")
+    markdown.write(
+        folder / "index.md",
+        "# Models\n",
+        "Every model that ships: its equations, its parameters, and what it answers to one clip.\n"
+        "`--model NAME` shows it in every command that takes models, and `dsnn.MODELS[NAME]` is its entry.\n"
+        "[Your own model](../../your-own-model.md) says how to write another,"
+        " and [Looming detectors](../../looming.md) compares those of looming.\n",
+        *parts,
+        markdown.toctree(MODELS),
+    )
+
+
+def _write_page(folder: Path, entry: ModelEntry) -> None:
+    pictures = [_picture(folder, model_pictures.shown(entry, kind)) for kind in model_pictures.kinds(entry)]
+    section = family(entry.name)
+    offline = entry.preset("offline")
+    equations = (EQUATIONS / f"{entry.name}.md").read_text(encoding="utf-8")
+    markdown.write(
+        folder / f"{entry.name}.md",
+        f"# {entry.name}\n",
+        f"{prose(sentence(entry.summary))}\n",
+        _facts(entry),
+        "## Answer\n",
+        *pictures,
+        "## Equations\n",
+        equations,
+        _notes(entry),
+        "## Parameters\n",
+        f"`--set {section}.NAME=VALUE` sets one, and `--model {entry.name}:NAME=VALUE` sets it for this model alone.\n"
+        f"[`colias parameters --only --model {entry.name}`](../commands/parameters.md) lists them."
+        " A parameter without a unit is a number, or in what its meaning says.\n",
+        parameters(entry.robot, {"off-line": offline}),
+        _presets(entry, section),
+    )
+
+
+def _facts(entry: ModelEntry) -> str:
+    build: Any = entry.build
+    params = type(entry.robot)
+    spikes = [
+        f"{code(channel)} at {code(f'{name} = {written(level)}')}"
+        for channel in entry.channels
+        if (level := entry.threshold(channel, entry.robot)) is not None
+        for name in (entry.thresholds.get(channel, "t_sp"),)
+    ]
+    rows = [
+        ("Literature", prose(entry.source)),
+        ("Kind", KINDS[model_pictures.kinds(entry)].lower()),
+        ("Channels", "<br>".join(f"{code(channel)}: {CHANNELS[channel]}" for channel in entry.channels)),
+        ("Spikes", ", ".join(spikes) or "none"),
+        ("Classes", f"{_class(build)}, {_class(params)}"),
+    ]
+    return table(("Model", code(entry.name)), rows)
+
+
+def _class(named: type) -> str:
+    """A class by its public name, where it has one."""
+    public = getattr(dsnn, named.__name__, None) is named
+    return code(f"dsnn.{named.__name__}" if public else f"{named.__module__}.{named.__name__}")
+
+
+def _picture(folder: Path, shown: Shown) -> str:
+    file = f"{shown.entry.name}-{shown.kind}.png"
+    model_pictures.draw(shown, folder / file)
+    rows, columns = shown.frames[0].luma.shape
+    said = f"Frames of the clip, and below them the answers of {shown.entry.name} against time"
+    caption = (
+        f"The clip *{shown.clip.name}* of [`colias leaderboard --atlas`](../commands/leaderboard.md),"
+        f" {columns}x{rows} px at {shown.fps:g} frames/s, to the model with its parameters on the robot."
+        " Grey lines: the frames above. Dashed: spiking thresholds T."
+    )
+    return markdown.picture(file, said, caption)
+
+
+def _notes(entry: ModelEntry) -> str:
+    found = docstring_text.notes(entry.build) if inspect.isclass(entry.build) else []
+    return "\n\n".join(["## Notes", *found, ""]) if found else ""
+
+
+def _presets(entry: ModelEntry, section: str) -> str:
+    """Every named set of its parameters, by what it sets otherwise than the class."""
+    base, offline = type(entry.robot)(), entry.preset("offline")
+    if offline == entry.robot:
+        rows = [("robot and off-line", "trials, envs, clips and footage", _changes(entry.robot, base))]
+    else:
+        rows = [
+            ("robot", "trials and envs", _changes(entry.robot, base)),
+            ("off-line", "clips and footage", _changes(offline, base)),
+        ]
+    named: Mapping[str, Any] = base.presets() if hasattr(base, "presets") else {}
+    for name, values in named.items():
+        rows.append((code(name), code(f"--set {section}.preset={name}"), _changes(values, base)))
+    said = docstring_text.paragraphs(type(base).presets)[1:] if named else []
+    heads = ("Preset", "Used by", f"Set otherwise than {_class(type(base))} has it")
+    return "\n\n".join(["## Presets", *said, table(heads, rows)])
+
+
+def _changes(values: Any, base: Any) -> str:
+    return ", ".join(map(code, changes(values, base))) or "nothing"

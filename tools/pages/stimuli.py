@@ -2,9 +2,65 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Sequence
 from pathlib import Path
+
+from dsnn.stimuli import STIMULI, StimulusEntry
+from tools.pages import docstring_text, markdown, stimulus_pictures
+from tools.pages.markdown import code, prose, sentence, table
+from tools.pages.parameter_tables import parameters
+from tools.pages.uses import Use, uses
 
 
 def write(folder: Path) -> None:
     """Write the pages into ``folder``."""
-    (folder / "index.md").write_text("---\norphan: true\n---\n\n# Stimuli\n", encoding="utf-8")
+    shown = uses()
+    for entry in STIMULI.values():
+        _write_page(folder, entry, shown)
+    rows = ((f"[{code(name)}]({name}.md)", prose(sentence(entry.summary))) for name, entry in STIMULI.items())
+    markdown.write(
+        folder / "index.md",
+        "# Stimuli\n",
+        "Synthetic clips with their ground truth.\n"
+        "[`colias stimulus NAME`](../commands/stimulus.md) writes one as a video,"
+        " [`colias play NAME`](../commands/play.md) shows it to a model,"
+        " and `dsnn.stimuli.stimulus(NAME)` makes it in Python.\n"
+        "An experiment of your own [declares clips of them](../../your-own-experiment.md).\n",
+        table(("Stimulus", "What it shows"), rows),
+        markdown.toctree(STIMULI),
+    )
+
+
+def _write_page(folder: Path, entry: StimulusEntry, shown: Sequence[Use]) -> None:
+    name, params = entry.name, type(entry.params)
+    row = stimulus_pictures.draw(entry, folder / f"{name}.png")
+    band = stimulus_pictures.BANDS.get(name)
+    said = f"the darkest of the {band} rows about row {row}" if band else f"row {row}"
+    caption = (
+        f"Frames of {code(name)} as its defaults make it, at seed 0."
+        f" Below, {said} of every frame, one below the other; the marks at its right are the frames above."
+    )
+    about = docstring_text.paragraphs(params)
+    kind = [] if not inspect.isclass(entry.build) else docstring_text.paragraphs(entry.build)
+    markdown.write(
+        folder / f"{name}.md",
+        f"# {name}\n",
+        f"{prose(sentence(entry.summary))}\n",
+        *(f"{text}\n" for text in (*about, *kind)),
+        markdown.picture(f"{name}.png", f"Five frames of the stimulus {name}, and a slice through space and time",
+                         caption),
+        "## Parameters\n",
+        f"`--set {name}.NAME=VALUE` sets one, and `colias stimulus {name} --parameters` lists them.\n",
+        parameters(entry.params),
+        _used(name, shown),
+    )  # fmt: skip
+
+
+def _used(name: str, shown: Sequence[Use]) -> str:
+    rows = [
+        (prose(use.name), f"[{code(use.command)}]({use.page})", str(use.clips[name]))
+        for use in shown if use.clips[name]
+    ]  # fmt: skip
+    said = table(("What", "Command", "Clips of it"), rows) if rows else "Nothing that ships shows it by itself.\n"
+    return f"## Used by\n\n{said}"

@@ -1,0 +1,112 @@
+"""The command line as data: what Typer knows of every command, in the order of ``colias --help``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import typer
+
+from experiments.bench.cli import main
+
+PROGRAM = "colias"
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """An argument or an option.
+
+    Attributes
+    ----------
+    names
+        As typed; of an argument its name.
+    value
+        What its value is, as help shows it; empty of a flag.
+    default
+        Where there is one that help shows; empty otherwise.
+    help
+        In Rich's markup.
+    """
+
+    names: tuple[str, ...]
+    value: str
+    default: str
+    help: str
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command, or a group of commands.
+
+    Attributes
+    ----------
+    words
+        What is typed after ``colias``; empty of the whole.
+    summary, help
+        The line of the list of commands, and the whole text, in Rich's markup.
+    usage
+        Its arguments, as help shows them.
+    """
+
+    words: tuple[str, ...]
+    summary: str
+    help: str
+    usage: str
+    arguments: tuple[Parameter, ...]
+    options: tuple[Parameter, ...]
+    commands: tuple[Command, ...] = ()
+
+    @property
+    def page(self) -> str:
+        """The name of its page."""
+        return "-".join(self.words)
+
+    @property
+    def title(self) -> str:
+        """As it is typed."""
+        return " ".join((PROGRAM, *self.words))
+
+    def walk(self) -> Iterator[Command]:
+        """This command, and those below it."""
+        yield self
+        for each in self.commands:
+            yield from each.walk()
+
+
+def tree() -> Command:
+    """The whole command line."""
+    return _command(typer.main.get_command(main.app), ())
+
+
+def _command(found: Any, words: tuple[str, ...]) -> Command:
+    context = typer.Context(found, info_name=" ".join((PROGRAM, *words)))
+    kinds: dict[str, list[Parameter]] = {"argument": [], "option": []}
+    for each in found.params:
+        if not each.hidden:
+            kinds[each.param_type_name].append(_parameter(each, context))
+    below = getattr(found, "commands", {})
+    return Command(
+        words, found.short_help or "", found.help or "", " ".join(found.collect_usage_pieces(context)),
+        tuple(kinds["argument"]), tuple(kinds["option"]),
+        tuple(_command(command, (*words, name)) for name, command in below.items()),
+    )  # fmt: skip
+
+
+def _parameter(found: Any, context: typer.Context) -> Parameter:
+    """Of help's own record: the names and the value, then the help and in brackets what else is said."""
+    shown, said = found.get_help_record(context)
+    words = found.help or ""
+    extras = said.removeprefix(words).strip().removeprefix("[").removesuffix("]").split("; ")
+    default = next((each.removeprefix("default: ") for each in extras if each.startswith("default: ")), "")
+    if found.param_type_name == "argument":
+        names, value = (found.metavar or found.name,), shown.partition(" ")[2].strip("<>")
+        return Parameter(names, value, default, words)
+    if found.is_flag:
+        ways = found.opts if found.default else found.secondary_opts
+        return Parameter((*found.opts, *found.secondary_opts), "", ways[0] if default else "", words)
+    value = re.sub(r"^(?:--?[\w-]+(?:, )?)+ ?", "", shown).strip("<>").removesuffix(" range")
+    value = re.sub(r"^list\[(.*)\]$", r"\1", value)  # its help says that it is repeatable
+    legal = [each for each in extras if "<=" in each]
+    return Parameter(tuple(found.opts), ", ".join([value, *legal]), default, words)

@@ -1,0 +1,40 @@
+"""Docstrings as Markdown. They are numpydoc; in prose its marks are those of Markdown, but for code."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from typing import Any
+
+from tools.pages.markdown import code, escaped
+
+_SPAN = re.compile(r"``(.+?)``|`(.+?)`", re.DOTALL)
+
+
+def paragraphs(documented: Any) -> list[str]:
+    """The paragraphs of a docstring as Markdown, up to the first section such as ``Parameters``."""
+    text = re.split(r"^\w+\n-{3,}$", inspect.getdoc(documented) or "", maxsplit=1, flags=re.MULTILINE)[0]
+    return [_paragraph(part) for part in re.split(r"\n\s*\n", text.strip()) if part.strip()]
+
+
+def _paragraph(text: str) -> str:
+    """One paragraph, or one list, with each item on a line."""
+    if text.lstrip().startswith("- "):
+        items = re.split(r"\n(?=- )", text.strip())
+        return "\n".join(f"- {_marked(' '.join(item.removeprefix('- ').split()))}" for item in items)
+    return _marked(" ".join(text.split()))
+
+
+def _marked(text: str) -> str:
+    parts, at = [], 0
+    for match in _SPAN.finditer(text):
+        parts += [escaped(text[at : match.start()]), code(match[1] or match[2])]
+        at = match.end()
+    return "".join([*parts, escaped(text[at:])])
+
+
+def notes(documented: type) -> list[str]:
+    """What a model's class says after the paragraph about its source: what is assumed, what it costs."""
+    found = paragraphs(documented)
+    begins = next((place for place, text in enumerate(found) if text.startswith("Source:")), None)
+    return [] if begins is None else found[begins + 1 :]

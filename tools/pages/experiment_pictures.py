@@ -1,0 +1,101 @@
+"""Pictures of experiments: the paths of a robot's trials from above, or a frame of each clip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Wedge
+
+from colias_sim import CameraConfig
+from experiments.bench.clips.experiment import Clip
+from experiments.bench.core.figures.palette import HUES
+from experiments.bench.core.figures.plotting import STYLE, plain, wrapped
+from experiments.bench.robot.experiment import Experiment
+from experiments.bench.robot.plan import configure
+from experiments.bench.robot.trajectory import ROBOT_RADIUS_CM, nominal
+from tools.pages import drawing
+from tools.pages.drawing import INCHES, SIZE
+
+Place = tuple[float, float]
+"""Centimetres to the right of the observer, and ahead of it."""
+MOST = 12
+"""Clips in a picture."""
+ACROSS, GAP = 3, 0.06
+"""How many frames stand side by side, and inches between them."""
+MOTIONS = {"translation": (HUES[0], 1.6), "approach": (HUES[1], 3.6), "recession": (HUES[3], 1.6)}
+"""Motion -> the colour of its paths and their width, points: an approach may have a recession on it."""
+WIDE, HIGH = INCHES - 0.6, 2.9
+"""Of the view from above, inches."""
+TITLE = 0.15
+"""Inches of a line of a frame's title."""
+
+
+def draw_paths(experiment: Experiment, path: Path) -> None:
+    """Draw the nominal paths of the stimulus from above, the observer at the origin and its view ahead upward."""
+    settings = configure(experiment, experiment.models, ())[1]
+    lines: list[tuple[str, tuple[Place, Place]]] = []
+    for condition in experiment.conditions():
+        line = nominal(condition, settings).line
+        start, end = ((round(-100 * p.y, 3), round(100 * p.x, 3)) for p in (line.start, line.point(line.length)))
+        if (condition.motion, (start, end)) not in lines:  # another speed has the same path
+            lines.append((condition.motion, (start, end)))
+    with mpl.rc_context(STYLE):
+        drawn = Figure(figsize=(INCHES, HIGH + 0.55))
+        axes = drawing.place(drawn, 0.5, 0.1, WIDE, HIGH)
+        _observer(axes, settings.camera)
+        for motion, ((x, y), (to_x, to_y)) in lines:
+            colour, width = MOTIONS[motion]
+            axes.annotate("", (to_x, to_y), (x, y), arrowprops={"arrowstyle": "->", "lw": width, "color": colour,
+                                                               "shrinkA": 0, "shrinkB": 0})  # fmt: skip
+        for motion in dict.fromkeys(motion for motion, _ in lines):
+            colour, width = MOTIONS[motion]
+            axes.plot([], [], color=colour, lw=width, label=f"{motion} of the stimulus")
+        places = np.array([end for _, ends in lines for end in ends])
+        high = max(float(places[:, 1].max()) + 8.0, 2 * (float(np.abs(places[:, 0]).max()) + 1.5) * HIGH / WIDE)
+        axes.set_xlim(-high * WIDE / HIGH / 2, high * WIDE / HIGH / 2)
+        axes.set_ylim(-3.0, high - 3.0)
+        axes.legend(fontsize=SIZE, frameon=False, loc="upper right", borderaxespad=0.0)
+        axes.set_xlabel("to the right of the observer (cm)", fontsize=SIZE)
+        axes.set_ylabel("ahead of it (cm)", fontsize=SIZE)
+        axes.tick_params(labelsize=SIZE)
+        drawing.save(drawn, path)
+
+
+def _observer(axes: Axes, camera: CameraConfig) -> None:
+    half = camera.hfov_deg / 2
+    view = Wedge((0.0, camera.forward_cm), 100.0, 90 - half, 90 + half, color="#278100", alpha=0.10, lw=0)
+    axes.add_patch(view)
+    axes.add_patch(Circle((0.0, 0.0), ROBOT_RADIUS_CM, color="#278100", lw=0))
+    axes.annotate("observer and\nits view", (1.3 * ROBOT_RADIUS_CM, 0.0), fontsize=SIZE, va="center")
+
+
+def shown_clips(clips: Sequence[Clip]) -> list[Clip]:
+    """The clips that a picture has room for, taken evenly."""
+    places = np.linspace(0, len(clips) - 1, min(MOST, len(clips)))
+    return [clips[round(place)] for place in places.tolist()]
+
+
+def draw_clips(clips: Sequence[Clip], path: Path) -> None:
+    """Draw the frame in the middle of each clip, below its name."""
+    shown = [(clip, clip.build(0)) for clip in clips]
+    wide = (INCHES - 0.04 - GAP * (ACROSS - 1)) / ACROSS
+    names = [plain(wrapped(clip.name, wide, SIZE - 1)) for clip, _ in shown]
+    whole, tops = 0.0, []
+    for start in range(0, len(shown), ACROSS):
+        said = max(name.count("\n") + 1 for name in names[start : start + ACROSS]) * TITLE + 0.04
+        tops.append(whole + said)
+        whole += said + max(wide * b.shape[0] / b.shape[1] for _, b in shown[start : start + ACROSS]) + GAP
+    with mpl.rc_context(STYLE):
+        drawn = Figure(figsize=(INCHES, whole))
+        for number, ((_, built), name) in enumerate(zip(shown, names, strict=True)):
+            rows, columns = built.shape
+            left = 0.02 + number % ACROSS * (wide + GAP)
+            axes = drawing.place(drawn, left, tops[number // ACROSS], wide, wide * rows / columns)
+            drawing.show_frame(axes, built[len(built) // 2].luma, name)
+            axes.title.set_fontsize(SIZE - 1)
+        drawing.save(drawn, path)

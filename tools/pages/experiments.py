@@ -1,0 +1,133 @@
+"""Pages: a page for each experiment that ships, with its picture."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from dsnn import MODELS
+from experiments import NAMES, OFFLINE
+from experiments.bench import registry
+from experiments.bench.clips.experiment import Clip, OfflineExperiment
+from experiments.bench.core.claims.texts import claim_texts
+from experiments.bench.core.verdict import Claim
+from experiments.bench.robot.experiment import Experiment
+from tools.pages import docstring_text, experiment_pictures, markdown
+from tools.pages.markdown import code, prose, sentence, table
+from tools.pages.parameter_tables import parameters, written
+
+MOST_ROWS = 30
+"""Of a table of clips."""
+
+
+def write(folder: Path) -> None:
+    """Write the pages into ``folder``."""
+    for name in (*NAMES, *OFFLINE):
+        _write_page(folder, registry.find(name))
+    markdown.write(
+        folder / "index.md",
+        "# Experiments\n",
+        "What [`colias run NAME`](../commands/run.md) runs.\n"
+        "[Robot trials](../../robot-trials.md) says how to run, change and compare them,"
+        " and [Your own experiment](../../your-own-experiment.md) how to declare another.\n",
+        "## With the robot\n",
+        _list(NAMES),
+        "## With clips\n",
+        _list(OFFLINE),
+        markdown.toctree((*NAMES, *OFFLINE)),
+    )
+
+
+def _list(names: Sequence[str]) -> str:
+    rows = ((f"[{code(name)}]({name}.md)", prose(sentence(registry.find(name).summary))) for name in names)
+    return table(("Experiment", "What it shows"), rows)
+
+
+def _write_page(folder: Path, experiment: Experiment | OfflineExperiment) -> None:
+    name = experiment.name
+    module = importlib.import_module(f"experiments.{name.replace('-', '_')}")
+    parts = _clips(folder, experiment) if isinstance(experiment, OfflineExperiment) else _trials(folder, experiment)
+    markdown.write(
+        folder / f"{name}.md",
+        f"# {name}\n",
+        *(f"{text}\n" for text in docstring_text.paragraphs(module)),
+        f"```text\ncolias run {name}\n```",
+        _facts(experiment),
+        *parts,
+        _claims(experiment.claims),
+    )
+
+
+def _facts(experiment: Experiment | OfflineExperiment) -> str:
+    if isinstance(experiment, OfflineExperiment):
+        what, each, shown = "Clips", "clip", len(experiment.clips)
+    else:
+        what, each, shown = "Conditions", "condition", len(experiment.conditions())
+    repeats = f"{experiment.repeats} of each {each}"
+    if experiment.repeats > 1:
+        repeats += f", {shown * experiment.repeats} in all"
+    rows = [
+        (what, str(shown)),
+        ("Repeats", repeats),
+        ("Models", ", ".join(map(_model, experiment.models))),
+    ]
+    return table(("Experiment", code(experiment.name)), rows)
+
+
+def _model(label: str) -> str:
+    name = label.partition(":")[0]
+    return f"[{code(label)}](../models/{name}.md)" if name in MODELS else code(label)
+
+
+def _trials(folder: Path, experiment: Experiment) -> list[str]:
+    experiment_pictures.draw_paths(experiment, folder / f"{experiment.name}.png")
+    rows = [(str(number), prose(each.label())) for number, each in enumerate(experiment.conditions(), start=1)]
+    said = "The paths of the stimulus from above, without the errors of its start pose"
+    return [
+        markdown.picture(f"{experiment.name}.png", said, f"{said}. The observer is at the origin."),
+        "## Conditions\n",
+        table(("", "Condition"), rows),
+        "## Parameters\n",
+        f"`--set experiment.NAME=VALUE` sets one; [`colias parameters {experiment.name}`](../commands/parameters.md)"
+        " lists these and those of robot, camera, scene and models.\n",
+        parameters(experiment.design),
+    ]
+
+
+def _clips(folder: Path, experiment: OfflineExperiment) -> list[str]:
+    clips = experiment.clips
+    shown = experiment_pictures.shown_clips(clips)
+    experiment_pictures.draw_clips(shown, folder / f"{experiment.name}.png")
+    what = "each clip" if len(shown) == len(clips) else f"{len(shown)} of the {len(clips)} clips"
+    caption = f"The frame in the middle of {what}, at seed 0."
+    rows = [(prose(clip.name), _stimulus(clip), ", ".join(map(_change, clip.changes))) for clip in clips[:MOST_ROWS]]
+    more = f"and {len(clips) - MOST_ROWS} more.\n" if len(clips) > MOST_ROWS else ""
+    return [
+        markdown.picture(f"{experiment.name}.png", f"Frames of {experiment.name}", caption),
+        "## Clips\n",
+        table(("Clip", "Stimulus", "Set otherwise than its defaults"), rows),
+        more,
+    ]
+
+
+def _stimulus(clip: Clip) -> str:
+    trembles = f", trembling by {clip.jitter_px:g} px" if clip.jitter_px else ""
+    return f"[{code(clip.stimulus)}](../stimuli/{clip.stimulus}.md){trembles}"
+
+
+def _change(change: tuple[str, Any]) -> str:
+    return code(f"{change[0]}={written(change[1])}")
+
+
+def _claims(claims: Sequence[str | Claim]) -> str:
+    if not claims:
+        return ""
+    texts = claim_texts()
+    rows = [
+        (code(claim), prose(texts[claim][0])) if isinstance(claim, str) else (code(claim.id), prose(claim.says))
+        for claim in claims
+    ]
+    said = "[What the numbers mean](../../what-the-numbers-mean.md) explains the verdicts."
+    return "\n".join(["## Claims\n", table(("Claim", "It says"), rows), f"{said}\n"])

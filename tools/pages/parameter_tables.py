@@ -1,0 +1,117 @@
+"""Tables of parameters, from the same machinery as ``colias parameters``: default, legal range, unit, meaning."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from experiments.bench.core.models import PRESET
+from experiments.bench.core.settings import described
+from tools.pages.markdown import code, prose, table
+
+_UNIT = re.compile(
+    r"[,;] (?:of )?(halved grey levels a cell|halved grey levels|grey levels|degrees/s|degrees|px/s|cm/s2|cm/s|cm|mm"
+    r"|px|ms|mV for a current of 1|mV|1/s|Hz|s|frames|half-sizes)(?=[,;:]| \(| right| down|$)"
+)
+"""What a description says of its parameter's unit: the descriptions end with it, or go on after a comma."""
+_WORDS: Mapping[str, str] = {
+    r"frames per second": "frames/s",
+    r"(?:mean )?grey level": "grey levels",
+    r"frames? ": "frames",
+}
+"""How the description of a parameter begins -> its unit."""
+_ENDINGS: Mapping[str, str] = {
+    "_cm_s2": "cm/s2", "_cm_s": "cm/s", "_deg_s": "degrees/s", "_cm": "cm", "_mm": "mm", "_deg": "degrees", "_hz": "Hz",
+}  # fmt: skip
+"""How its name ends -> its unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A parameter.
+
+    Attributes
+    ----------
+    name
+        After its section's.
+    value
+        As it is typed.
+    unit
+        Empty where it is a pure number, or where the meaning alone says what it counts.
+    """
+
+    name: str
+    value: str
+    legal: str
+    unit: str
+    meaning: str
+
+
+def rows(values: Any) -> Iterator[Row]:
+    """The parameters of a frozen dataclass. Its presets are no parameter."""
+    fields = {field.name for field in dataclasses.fields(values)}
+    for each in described({"section": values}):
+        name = each.key.partition(".")[2]
+        if name in fields:
+            present = getattr(values, name)
+            yield Row(name, written(present), each.legal, unit(name, each.description), each.description)
+
+
+def written(value: Any) -> str:
+    """A value as it is typed after ``--set``."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return ",".join(map(written, value))
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def unit(name: str, description: str) -> str:
+    """The unit that a parameter's description names, or its own name; empty where neither does."""
+    if found := _UNIT.search(description):
+        return found[1]
+    if found := re.search(r", in (speed_unit)$", description):
+        return found[1]
+    by_words = (unit for begins, unit in _WORDS.items() if re.match(begins, description))
+    by_name = (unit for ending, unit in _ENDINGS.items() if name.endswith(ending))
+    return next(by_words, "") or next(by_name, "")
+
+
+def parameters(values: Any, others: Mapping[str, Any] = MappingProxyType({})) -> str:
+    """A table of the parameters of a class.
+
+    Parameters
+    ----------
+    values
+        The defaults, a frozen dataclass.
+    others
+        Word -> other values of the same class, which are told where they are not the defaults.
+    """
+    named = {said: {row.name: row.value for row in rows(each)} for said, each in others.items()}
+    lines = []
+    for row in rows(values):
+        told = [f", {said} {code(each[row.name])}" for said, each in named.items() if each[row.name] != row.value]
+        value = f"{code(row.value)}{''.join(told)}"
+        lines.append((code(row.name), value, prose(row.meaning), _unit_cell(row.unit), _legal_cell(row.legal)))
+    drawn = table(("Parameter", "Default", "Meaning", "Unit", "Legal"), lines)
+    return f":::{{table}}\n:class: parameters\n\n{drawn}:::\n"
+
+
+def _legal_cell(legal: str) -> str:
+    """The legal values in fewer words, for a column that is narrow."""
+    words = legal.replace("a whole number", "whole,").replace(", separated by commas, each", ", each")
+    return prose(re.sub(r"(^|each )a number (?=from|above)", r"\1", words))
+
+
+def _unit_cell(unit: str) -> str:
+    return code(unit) if unit == "speed_unit" else unit
+
+
+def changes(values: Any, base: Any) -> Sequence[str]:
+    """What is set in ``values`` that is otherwise in ``base``, as texts for ``--set``."""
+    names = (field.name for field in dataclasses.fields(values) if field.name != PRESET)
+    return [f"{n}={written(getattr(values, n))}" for n in names if getattr(values, n) != getattr(base, n)]

@@ -1,0 +1,66 @@
+"""What shows a stimulus: experiments, scores, curves and claims, each with the number of its clips."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from experiments import OFFLINE
+from experiments.bench import registry
+from experiments.bench.clips.experiment import Clip, OfflineExperiment
+from experiments.bench.leaderboard import atlas, looming_stimuli, stimuli
+from experiments.bench.reproduction.models.clips import GROUPS
+from experiments.bench.tuning.probes import CURVES, curve_family
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """A set of clips.
+
+    Attributes
+    ----------
+    name
+        What it is called.
+    command
+        What shows it.
+    page
+        The page about that, from the folder of the stimuli's pages.
+    clips
+        Stimulus -> how many of its clips show it.
+    """
+
+    name: str
+    command: str
+    page: str
+    clips: Counter[str]
+
+
+def uses() -> list[Use]:
+    """Every set of clips that ships."""
+    return list(_uses())
+
+
+def _uses() -> Iterator[Use]:
+    for name in OFFLINE:
+        experiment = registry.find(name)
+        assert isinstance(experiment, OfflineExperiment)
+        yield Use(name, f"colias run {name}", f"../experiments/{name}.md", _counted(experiment.clips))
+    board = "../commands/leaderboard.md"
+    scores = {
+        "the scores of direction": (*stimuli.plain_clips(), *stimuli.clutter_clips()),
+        "the scores of looming": (*looming_stimuli.plain_clips(), *looming_stimuli.moving_clips()),
+    }
+    for said, clips in scores.items():
+        yield Use(said, "colias leaderboard", board, _counted(clips))
+    yield Use("the atlas", "colias leaderboard --atlas", board, _counted(atlas.CLIPS))
+    for name in CURVES:
+        clips = tuple(probe.clip for probe in curve_family(name).probes)
+        yield Use(f"the curve {name}", f"colias tune --curve {name}", "../commands/tune.md", _counted(clips))
+    shown = tuple(clip for group in GROUPS.values() for clip in group)
+    said = "the claims of the looming models' own papers"
+    yield Use(said, "colias reproduce --models all", "../commands/reproduce.md", _counted(shown))
+
+
+def _counted(clips: Iterable[Clip]) -> Counter[str]:
+    return Counter(clip.stimulus for clip in clips)
