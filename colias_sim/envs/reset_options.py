@@ -15,7 +15,7 @@ from colias_sim.envs.episode_settings import EpisodeSettings
 from colias_sim.envs.factors import FACTORS, Factor, reason
 from colias_sim.envs.geometry import ARENA_RADIUS, CLEARANCE, HULL_RADIUS, random_poses
 from colias_sim.envs.world import OBSERVER
-from colias_sim.robot import Pose
+from colias_sim.pose import Pose
 from colias_sim.tuning import check_tunable
 
 POSES = "poses"
