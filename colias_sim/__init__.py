@@ -16,7 +16,8 @@ from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.envs.registry import register_envs
 from colias_sim.gl import GLUnavailable
 from colias_sim.path import Line, OpenLoop, PathFollower, SpeedProfile
-from colias_sim.robot import Parked, Pose, Robot, WheelSpeeds, bearing
+from colias_sim.pose import Pose, WheelSpeeds, bearing
+from colias_sim.robot import Parked, Robot
 
 try:
     __version__ = version("colias-sim")

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim.field_docs import with_field_docs
+from colias_sim.presets import COLIAS4, OV7670, find
 from scenes import arena_path
 
-_Settings = TypeVar("_Settings")
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
@@ -24,19 +24,6 @@ def known_arena(name: str) -> str:
     """Check the name of an arena; return it, or raise ``ValueError`` naming the nearest one."""
     arena_path(name)
     return name
-
-
-_COLIAS4: Mapping[str, Any] = {
-    "max_speed_cm_s": 15.3, "power_step_cm_s": 0.06, "dead_band": 20, "trim": 3, "motor_inequality": 3.29,
-    "command_slot_ms": 100.0, "serial_ms": 2.1, "open_loop": True,
-}  # fmt: skip
-
-
-def _preset(presets: Mapping[str, _Settings], section: str, name: str) -> _Settings:
-    """The preset called ``name``; ``ValueError`` with the known names otherwise."""
-    if name not in presets:
-        raise ValueError(f"no {section} preset '{name}': there are {', '.join(presets)}")
-    return presets[name]
 
 
 @with_field_docs
@@ -98,7 +85,7 @@ class RobotConfig:
         mapping of str to RobotConfig
             Name -> robot: ``default`` and ``colias4``.
         """
-        return {"default": cls(), "colias4": cls(**_COLIAS4)}
+        return {"default": cls(), "colias4": cls(**COLIAS4)}
 
     @classmethod
     def preset(cls, name: str) -> RobotConfig:
@@ -119,31 +106,7 @@ class RobotConfig:
         ValueError
             There is no such preset.
         """
-        return _preset(cls.presets(), "robot", name)
-
-
-_OV7670: Mapping[str, Any] = {
-    # 480 rows of 2 x 784 pixel clocks at 25 MHz, 62.7 us each, over the 72 rows of the picture (data sheet, derived).
-    "row_time_us": 418.0,
-    "row_bands": 6,
-    # Colias's firmware: register GAIN 0x08, which is 1 + 8/16.
-    "gain": 1.5,
-    "exposure_samples": 8,
-    "auto_exposure": True,
-    # Data sheet: the stable region is AEB..AEW, 0x63..0x75 after a reset; Colias's firmware leaves both.
-    "ae_target": 108.0,
-    "ae_zone": 9.0,
-    # Published for the sibling OV9650: steps of 1/16, about ten a frame in fast mode (COM8 of the firmware: fast).
-    "ae_step": 0.0625,
-    "ae_steps": 10,
-    # 1 and 510 rows of 62.7 us (data sheet).
-    "ae_min_ms": 0.0627,
-    "ae_max_ms": 32.0,
-    # A plastic lens blurs by about a pixel at QVGA; read as the sd, it is 99 / 320 px here (an assumption).
-    "blur_px": 0.31,
-    # Data sheet: COM15 is 0xC0 after a reset, the range 0x00..0xFF; Colias's firmware leaves it.
-    "luma_range": "full",
-}
+        return find(cls.presets(), "robot", name)
 
 
 @with_field_docs
@@ -288,7 +251,7 @@ class CameraConfig:
         mapping of str to CameraConfig
             Name -> camera: ``default``, ``ideal`` and ``ov7670``.
         """
-        return {"default": cls(), "ideal": cls.ideal(), "ov7670": cls(**_OV7670)}
+        return {"default": cls(), "ideal": cls.ideal(), "ov7670": cls(**OV7670)}
 
     @classmethod
     def preset(cls, name: str) -> CameraConfig:
@@ -309,7 +272,7 @@ class CameraConfig:
         ValueError
             There is no such preset.
         """
-        return _preset(cls.presets(), "camera", name)
+        return find(cls.presets(), "camera", name)
 
 
 @with_field_docs

@@ -83,9 +83,13 @@ _described: list[str] = []
 
 
 def renderer() -> str:
-    """Return what draws in this process: OpenGL's own words for it, its version and the backend; empty before it draws.
+    """Tell what draws in this process.
 
-    Such as ``llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 (Compatibility Profile) Mesa 22.3.6, by egl``.
+    Returns
+    -------
+    str
+        OpenGL's own words for it, its version and the backend, such as ``llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5
+        (Compatibility Profile) Mesa 22.3.6, by egl``; empty before anything was drawn.
     """
     return _described[0] if _described else ""
 

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from itertools import groupby
 
-from colias_sim.robot import Pose, Robot, WheelSpeeds
+from colias_sim.pose import Pose, WheelSpeeds
+from colias_sim.robot import Robot
 
 
 @dataclass(frozen=True, slots=True)

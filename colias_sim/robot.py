@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from colias_sim.config import RobotConfig
 from colias_sim.motors import MotorBoard, Motors
+from colias_sim.pose import Pose, WheelSpeeds
 
 if TYPE_CHECKING:
     import mujoco
@@ -19,37 +19,6 @@ EASE = 2.0
 
 The tyres hold about 8 m/s^2, but a robot whose wheels reverse faster than this falls over.
 """
-
-
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """A place and a heading on the floor.
-
-    Parameters
-    ----------
-    x, y
-        Position in metres: x ahead of the observer's start in a trial, y to its left.
-    heading
-        Direction in radians, counter-clockwise from x.
-    """
-
-    x: float
-    y: float
-    heading: float
-
-
-@dataclass(frozen=True, slots=True)
-class WheelSpeeds:
-    """Speeds of the two wheels.
-
-    Parameters
-    ----------
-    left, right
-        Speeds at the rims in m/s, forward positive.
-    """
-
-    left: float
-    right: float
 
 
 class Robot:
@@ -309,23 +278,3 @@ class Parked:
         self.pose = pose
         self._pos[:2] = pose.x, pose.y
         self._quat[:] = math.cos(pose.heading / 2), 0.0, 0.0, math.sin(pose.heading / 2)
-
-
-def bearing(observer: Pose, target: Pose, forward: float) -> float:
-    """Compute the angle of a target off the observer's optical axis.
-
-    Parameters
-    ----------
-    observer, target
-        Poses of the two robots.
-    forward
-        Distance of the lens ahead of the observer's centre, in metres.
-
-    Returns
-    -------
-    float
-        Angle in radians, left positive.
-    """
-    x, y = observer.x + forward * math.cos(observer.heading), observer.y + forward * math.sin(observer.heading)
-    angle = math.atan2(target.y - y, target.x - x) - observer.heading
-    return math.remainder(angle, 2 * math.pi)

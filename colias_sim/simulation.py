@@ -15,7 +15,8 @@ import numpy as np
 from colias_sim.camera import Camera, Frame
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.exposure import FramePlan, Render
-from colias_sim.robot import Parked, Pose, Robot
+from colias_sim.pose import Pose
+from colias_sim.robot import Parked, Robot
 from colias_sim.scene import FrameClock, compile_model
 
 SETTLE_STEPS = 150

@@ -40,12 +40,26 @@ def checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 
 def luma(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels = "grey") -> npt.NDArray[Any]:
-    """Check one frame and return its grey levels, (R, C), uint8 or floating, 0..255.
+    """Check one frame, and return its grey levels. Every model that ships passes its frames through this.
 
-    Accepted: uint8 or floating grey of exactly ``shape``; uint8 colour (R, C, 3) when
-    ``channels`` says ``"bgr"`` or ``"rgb"``, reduced to BT.601 luma (the Y of YUV).
-    Raises `FrameError` on another type, shape or order, and on values that are not
-    finite or leave 0..255.
+    Parameters
+    ----------
+    frame
+        Grey levels from 0 to 255, uint8 or floating point, (R, C); or a colour image, uint8 of (R, C, 3).
+    shape
+        (R, C) that it is to have.
+    channels
+        What the frame has: grey levels, or the order of its colours.
+
+    Returns
+    -------
+    ndarray
+        (R, C), uint8 or floating point: the frame itself, or the luma of its colours (the Y of YUV, ITU-R BT.601).
+
+    Raises
+    ------
+    dsnn.FrameError
+        The frame has another shape or type, or values that are not finite or outside 0 to 255.
     """
     if not isinstance(frame, np.ndarray):
         raise FrameError(f"frame is a {type(frame).__name__}: expected a numpy array of shape {shape}")

@@ -42,14 +42,6 @@ class ModelEntry:
     ------
     ValueError
         Tables and figures cannot show the name, no `dsnn.Response` has the channels, or a value is of another kind.
-
-    Examples
-    --------
-    >>> from dsnn import model_entry
-    >>> entry = model_entry("lgmd1")
-    >>> model = entry.build((72, 99), entry.preset("robot"))
-    >>> entry.channels
-    ('looming',)
     """
 
     name: str

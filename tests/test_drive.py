@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, Line, PathFollower, Pose, Robot, RobotConfig, SceneConfig
-from colias_sim.robot import bearing
+from colias_sim.pose import bearing
 from colias_sim.scene import LONGEST_STEP, FrameClock, compile_model
 
 COMMAND_STEPS = FrameClock(30.0).command_steps

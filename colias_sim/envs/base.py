@@ -22,7 +22,7 @@ from colias_sim.envs.spaces import spaces_of
 from colias_sim.envs.task import Task
 from colias_sim.envs.vision import Vision
 from colias_sim.envs.world import OBSERVER
-from colias_sim.robot import WheelSpeeds
+from colias_sim.pose import WheelSpeeds
 from colias_sim.streams import clearing, episode, film
 
 TOUCH_COST = 10.0

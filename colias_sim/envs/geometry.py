@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from colias_sim.robot import Pose
+from colias_sim.pose import Pose
 from scenes import ARENA_RADIUS_CM
 
 ARENA_RADIUS = ARENA_RADIUS_CM / 100

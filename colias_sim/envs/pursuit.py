@@ -26,7 +26,7 @@ from colias_sim.envs.scripted import Driver, Wander
 from colias_sim.envs.targeted import TargetEnv
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
 from colias_sim.field_docs import with_field_docs
-from colias_sim.robot import Pose
+from colias_sim.pose import Pose
 
 ENTRY = EnvEntry(
     "colias_sim.envs.pursuit:Pursuit",

@@ -16,7 +16,7 @@ from colias_sim.envs.factors import FACTORS, Factor, reason
 from colias_sim.envs.flags import is_flag
 from colias_sim.envs.geometry import ARENA_RADIUS, CLEARANCE, HULL_RADIUS, random_poses
 from colias_sim.envs.world import OBSERVER
-from colias_sim.robot import Pose
+from colias_sim.pose import Pose
 from colias_sim.tuning import check_tunable
 
 POSES = "poses"

@@ -9,7 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from colias_sim.envs.geometry import gap_to_robot, gap_to_wall
-from colias_sim.robot import Pose, Robot, WheelSpeeds
+from colias_sim.pose import Pose, WheelSpeeds
+from colias_sim.robot import Robot
 
 
 class Driver(Protocol):

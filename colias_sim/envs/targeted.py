@@ -10,7 +10,7 @@ from colias_sim.config import CameraConfig
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.options import Options
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
-from colias_sim.robot import bearing
+from colias_sim.pose import bearing
 
 HALF_VIEW = math.radians(CameraConfig().hfov_deg / 2)
 """Half of the horizontal field of view, in radians."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.world import World
-from colias_sim.robot import Pose
+from colias_sim.pose import Pose
 
 
 class Task(World):

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from colias_sim.envs.geometry import ARENA_RADIUS, HULL_RADIUS
 from colias_sim.envs.world import OBSERVER, TARGET
-from colias_sim.robot import Pose
+from colias_sim.pose import Pose
 
 Vector = npt.NDArray[np.float64]
 FOVY_DEG = 32.0

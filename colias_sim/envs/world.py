@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from colias_sim.envs.geometry import gap_to_robot, gap_to_wall
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.state import Other, State
-from colias_sim.robot import Pose, Robot, WheelSpeeds
+from colias_sim.pose import Pose, WheelSpeeds
+from colias_sim.robot import Robot
 
 if TYPE_CHECKING:
     from colias_sim.simulation import Simulation

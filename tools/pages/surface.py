@@ -21,6 +21,8 @@ PACKAGES = (
 BEYOND: Mapping[str, tuple[str, ...]] = {
     "colias_sim.envs.base": ("ColiasEnv",),
     "colias_sim.envs.options": ("STRICT", "EnvOptions", "keyword_arguments"),
+    "colias_sim.gl": ("renderer", "require_backend"),
+    "dsnn.frames": ("luma",),
     "dsnn.onboard.error": ("ErrorReport", "compare"),
     "experiments.behaviours": ("BEHAVIOURS", "escape"),
     "scenes": ("ARENAS", "ROBOTS", "arena_path"),

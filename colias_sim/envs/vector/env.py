@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 from gymnasium import error
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from colias_sim.envs.actions import batch_of
@@ -27,15 +27,15 @@ from colias_sim.envs.vector.arguments import (
     step_limit,
     worker_count,
 )
+from colias_sim.envs.vector.calls import CallingVectorEnv
 from colias_sim.envs.vector.host import Task, env_class
 from colias_sim.envs.vector.info import merge_infos
 from colias_sim.envs.vector.processes import InProcess, Processes
 
-_OWN = ("reset", "step", "close")
 Floats = npt.NDArray[np.float64]
 
 
-class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
+class ColiasVectorEnv(CallingVectorEnv):
     """Many worlds of one env, in this process or in several others.
 
     Observations and rewards are those of single envs with the same seeds and actions, whatever ``workers`` is. After
@@ -106,7 +106,7 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
             Task(entry_point, first, count, num_envs, limit, self._mode)
             for first, count in shares(num_envs, max(number, 1))
         ]
-        self._processes: Processes | InProcess = (
+        self._processes = (
             InProcess(self._tasks[0], options, observed, acted)
             if number == 0
             else Processes(self._tasks, options, observed, acted)
@@ -220,88 +220,6 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
             raise error.ResetNeeded("render() before reset(): call reset() first")
         return tuple(self._ask("render"))
 
-    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Call a method of each env, or read an attribute.
-
-        Parameters
-        ----------
-        name
-            Name of the method or attribute.
-        *args, **kwargs
-            Arguments of the method. With processes they must pickle.
-
-        Returns
-        -------
-        tuple
-            The return value, or the attribute, of each env; a copy if it comes from another process.
-
-        Raises
-        ------
-        ValueError
-            For arguments and values that do not pickle, and for ``reset``, ``step`` and ``close``, which this class
-            has for all envs at once. Everything stays open.
-        Exception
-            Whatever the method raises, of the first env whose method does. Everything stays open.
-        """
-        self._check_open()
-        if name in _OWN:
-            raise ValueError(f"Trying to call function `{name}` with `call`, use `{name}` directly instead.")
-        return tuple(self._call("call", [(name, args, kwargs)] * len(self._tasks)))
-
-    def get_attr(self, name: str) -> tuple[Any, ...]:
-        """Read an attribute of each env, as `call` does; a method is called without arguments.
-
-        Parameters
-        ----------
-        name
-            Name of the attribute.
-
-        Returns
-        -------
-        tuple
-            The attribute of each env; a copy if it comes from another process.
-
-        Raises
-        ------
-        ValueError, Exception
-            As of `call`.
-        """
-        return self.call(name)
-
-    def set_attr(self, name: str, values: Any) -> None:
-        """Set an attribute of each env.
-
-        Parameters
-        ----------
-        name
-            Name of the attribute.
-        values
-            A list or tuple with a value for each env, or one value for all.
-
-        Raises
-        ------
-        ValueError
-            For a list or tuple of another length, and as of `call`. Everything stays open.
-        """
-        self._check_open()
-        each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
-        if len(each) != self.num_envs:
-            raise ValueError(
-                "Values must be a list or tuple with length equal to the number of environments. "
-                f"Got `{len(each)}` values for {self.num_envs} environments."
-            )
-        self._call("assign", [(name, each[task.rows]) for task in self._tasks])
-
-    @property  # type: ignore[misc]
-    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
-        """The random number generator of each env; copies if they come from other processes."""
-        return self.get_attr("np_random")
-
-    @property
-    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
-        """The seed of each env."""
-        return self.get_attr("np_random_seed")
-
     def close_extras(self, **kwargs: Any) -> None:
         """End the processes, or close the envs in this one; Gymnasium's ``close()`` calls this.
 
@@ -312,24 +230,9 @@ class ColiasVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
         """
         self._processes.close()
 
-    def _call(self, method: str, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
-        try:
-            results = self._processes.call(method, arguments)
-        except BaseException:  # a process died, or Ctrl-C, as in `_ask`
-            self.close()
-            raise
-        for result in results:
-            if isinstance(result, Exception):
-                raise result
-        return [given for result in results if isinstance(result, list) for given in result]
-
     def _ask(self, method: str, arguments: Sequence[tuple[Any, ...]] | None = None) -> list[Any]:
         try:
             return [part for answer in self._processes.ask(method, arguments) for part in answer]
         except BaseException:  # Ctrl-C too: a late answer would be taken for that to the next request
             self.close()
             raise
-
-    def _check_open(self) -> None:
-        if self.closed:
-            raise error.ClosedEnvironmentError("this vector env is closed: make a new one")

@@ -1,0 +1,57 @@
+"""Where a robot stands, how fast its wheels turn, and where another stands as it sees it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A place and a heading on the floor.
+
+    Parameters
+    ----------
+    x, y
+        Position in metres: x ahead of the observer's start in a trial, y to its left.
+    heading
+        Direction in radians, counter-clockwise from x.
+    """
+
+    x: float
+    y: float
+    heading: float
+
+
+@dataclass(frozen=True, slots=True)
+class WheelSpeeds:
+    """Speeds of the two wheels.
+
+    Parameters
+    ----------
+    left, right
+        Speeds at the rims in m/s, forward positive.
+    """
+
+    left: float
+    right: float
+
+
+def bearing(observer: Pose, target: Pose, forward: float) -> float:
+    """Compute the angle of a target off the observer's optical axis.
+
+    Parameters
+    ----------
+    observer, target
+        Poses of the two robots.
+    forward
+        Distance of the lens ahead of the observer's centre, in metres.
+
+    Returns
+    -------
+    float
+        Angle in radians, left positive.
+    """
+    x, y = observer.x + forward * math.cos(observer.heading), observer.y + forward * math.sin(observer.heading)
+    angle = math.atan2(target.y - y, target.x - x) - observer.heading
+    return math.remainder(angle, 2 * math.pi)
