@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim.camera import Camera
 from colias_sim.envs.models import Answer, Model, build_model
 from colias_sim.envs.observations import neural_observation
 from colias_sim.envs.options import EnvOptions
+
+if TYPE_CHECKING:
+    from colias_sim.camera import Camera
 
 
 class Vision:
@@ -45,6 +47,11 @@ class Vision:
         self.luma: npt.NDArray[np.uint8] = np.zeros(shape, np.uint8)
         self.luma.flags.writeable = False
         self.answers: list[Answer] = []
+
+    @property
+    def answer(self) -> Answer | None:
+        """The model's answer to the last frame; ``None`` without a model."""
+        return self.answers[-1] if self.answers else None
 
     def forget(self) -> None:
         """Forget the answers; the last frame stays."""
