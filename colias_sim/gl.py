@@ -10,6 +10,7 @@ import contextlib
 import ctypes
 import os
 import sys
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -156,6 +157,11 @@ def require_screen() -> None:
 def has_screen() -> bool:
     """Whether there is a screen to open a window on."""
     return not sys.platform.startswith("linux") or _has_display()
+
+
+def render_modes(every: Sequence[str]) -> list[str]:
+    """Those of an env's render modes that this machine can show."""
+    return [mode for mode in every if mode != "human" or has_screen()]
 
 
 def _has_display() -> bool:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from colias_sim.envs.options import EnvOptions
 from colias_sim.envs.views import View, dress, follow, framed, views
 from colias_sim.envs.world import OBSERVER
-from colias_sim.gl import has_screen, require_screen
+from colias_sim.gl import require_screen
 from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP
 from colias_sim.simulation import Simulation
@@ -129,11 +129,6 @@ class Renderer:
             self._shut.atexit = False
             atexit.register(self._shut)
         self._viewer.sync()
-
-
-def modes_here(every: list[str]) -> list[str]:
-    """The modes that this machine can show. An env's class has them all, as gym.make asks it; checkers ask the env."""
-    return every if has_screen() else [mode for mode in every if mode != "human"]
 
 
 def _shut(viewer: Any, threads: set[threading.Thread]) -> None:

@@ -13,6 +13,9 @@ from colias_sim.envs.scripted import Driver
 from colias_sim.envs.world import World
 from colias_sim.pose import Pose
 
+TOUCH_COST = 10.0
+"""What touching anything costs: the reward's term ``touch`` is minus this."""
+
 
 class Task(World):
     """A world with a task: who is in it, how an episode begins, and what is rewarded. A subclass declares these."""

@@ -48,6 +48,11 @@ class Vision:
         self.luma.flags.writeable = False
         self.answers: list[Answer] = []
 
+    @property
+    def answer(self) -> Answer | None:
+        """The model's answer to the last frame; ``None`` without a model."""
+        return self.answers[-1] if self.answers else None
+
     def forget(self) -> None:
         """Forget the answers; the last frame stays."""
         self.answers = []

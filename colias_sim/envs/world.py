@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from colias_sim.envs.geometry import gap_to_robot, gap_to_wall
 from colias_sim.envs.scripted import Driver
@@ -89,7 +89,7 @@ class World:
 
     # Private.
 
-    def _motion(self) -> dict[str, Any]:
+    def _motion(self) -> dict[str, float | bool]:
         """The measures of the observer's motion that every env's ``info`` has; their names end in their units."""
         pose = self._sim.robots[OBSERVER].pose
         return {
