@@ -12,13 +12,16 @@ import pytest
 from colias_sim.reference import KNOWN
 from experiments.bench import registry
 from experiments.bench.clips import figure as clips_figure
+from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.claims.overall import MEANINGS, SIGNS
 from experiments.bench.core.claims.paper import cited, numbers
 from experiments.bench.core.claims.replicates import Replicates
 from experiments.bench.core.claims.texts import causes, claim_texts, readings, readings_of_all, title
+from experiments.bench.core.scores import Standing
 from experiments.bench.core.store.description import to_json
 from experiments.bench.core.verdict import Outcome, Verdict
 from experiments.bench.reproduction import mechanisms, report, robustness
+from experiments.bench.reproduction.chapters import TITLES
 from experiments.bench.reproduction.page.overview import NO_CAUSE, SILENT
 from experiments.bench.reproduction.page.stored import read, stored
 from experiments.bench.reproduction.plan import FULL
@@ -26,6 +29,9 @@ from experiments.bench.reproduction.readings import Evidence, chapters, with_rea
 from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.reproduction.table import show_claims
+from experiments.bench.robot.plan import plan
+from experiments.bench.robot.summary import Report
+from tests.test_replicates import rows_of
 from tools.numbers import CLAIM_FIELDS, blocks
 
 COUNTS = {
@@ -157,6 +163,33 @@ def test_links_lead_somewhere_and_no_id_comes_twice(text, page):
     )
     sections = {attrs["aria-labelledby"] for tag, attrs, _ in page.elements if "aria-labelledby" in attrs}
     assert sections <= set(re.findall(r'href="#([^"]*)"', contents)), "every chapter is in the contents"
+
+
+def own_experiment(folder, name):
+    """A run of an experiment of one's own, with a figure."""
+    made = plan(dataclasses.replace(registry.load("speed"), name=name), ["dsnn"], (), 1, 0)
+    (folder / name).mkdir(parents=True)
+    (folder / name / "figure.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
+    return made, Report(folder / name, "speed_cm_s", "spikes", rows_of(made.specs()), [], [], [], "", [], [])
+
+
+def test_an_own_experiment_may_be_called_like_anything_on_the_page(result, page, tmp_path):
+    """As every id that the page has without it, as a chapter of another study, and as a map or a behaviour's figure."""
+    taken = {attrs["id"] for _, attrs, _ in page.elements if "id" in attrs}
+    names = sorted(name for name in taken | {*TITLES, "map-a", "behave-a"} if re.fullmatch(r"[A-Za-z0-9][\w-]*", name))
+    assert {"claims", "top", "onboard", "C1"} <= set(names)
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "map.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
+    own = [own_experiment(tmp_path, name) for name in names]
+    played = Played(own[0][1].folder.with_name("behave-a"), "colias_sim/Fixation-v0", [Standing("still", {}, [])],
+                    pa.table({}), [])  # fmt: skip
+    shown = Page(report.page(dataclasses.replace(result, folder=tmp_path, runs=own, behaviours=[played])))
+    ids = [attrs["id"] for _, attrs, _ in shown.elements if "id" in attrs]
+    assert sorted(each for each in set(ids) if ids.count(each) > 1) == []
+    assert {f"experiment-{name}" for name in names} <= set(ids)
+    assert sum(attrs.get("class") == "plate" for _, attrs, _ in shown.elements) == len(names) + 2
+    targets = {attrs["href"][1:] for tag, attrs, _ in shown.elements if tag == "a" and attrs["href"].startswith("#")}
+    assert targets <= set(ids)
 
 
 def test_the_page_needs_no_script_and_every_picture_has_words(text, page):

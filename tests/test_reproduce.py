@@ -91,7 +91,7 @@ def test_the_looming_detectors_see_the_approaches(reproduced):
 def test_own_model_and_experiment_are_in_the_report(reproduced):
     colias, _ = reproduced
     page = (colias.folder / "out" / "report.html").read_text()
-    assert 'id="my_experiment"' in page and ">gradient<" in page
+    assert 'id="experiment-my_experiment"' in page and ">gradient<" in page
     trials = pq.read_table(colias.folder / "out" / "my_experiment" / "trials.parquet")
     assert set(trials["model"].to_pylist()) == {"dsnn", "dsn2017", "gradient"}
     rightward = [row for row in trials.to_pylist() if row["model"] == "gradient"]

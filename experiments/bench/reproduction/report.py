@@ -61,7 +61,7 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "clips": clips,
         "loops": loops,
         "seen": next((run.seen for run in runs if run.seen.strips), None),
-        "anchors": {each.name for each in runs} | {each.name for each in clips} | {each.name for each in loops},
+        "anchors": {each.name for each in runs} | {each.name for each in clips},
         "common": readings_of_all(),
         "moved": moves(result.sensitivity),
         "moved_claims": robustness.ROBOT_CLAIMS,

@@ -135,7 +135,9 @@ def robot_section(plan: Plan, report: Report, cards: Sequence[Card]) -> RobotSec
     return RobotSection(
         name=name,
         summary=plan.experiment.summary,
-        figure=_figure(report.folder, name, ALTS[plan.experiment.figure].format(name=name)) if report.rows else None,
+        figure=_figure(report.folder, f"experiment-{name}", ALTS[plan.experiment.figure].format(name=name))
+        if report.rows
+        else None,
         judged=_judged(name, cards),
         explained=_explained(name, cards),
         seen=seen(plan, report.folder),
@@ -161,7 +163,7 @@ def clip_section(report: OfflineReport, cards: Sequence[Card]) -> ClipSection:
         clips=len(experiment.clips),
         seeds=report.plan.repeats,
         drawn=_drawn(report),
-        figure=_figure(report.folder, experiment.name, f"Membrane potentials of {experiment.name}")
+        figure=_figure(report.folder, f"experiment-{experiment.name}", f"Membrane potentials of {experiment.name}")
         if report.rows else None,
         judged=_judged(experiment.name, cards),
         explained=_explained(experiment.name, cards),
@@ -179,19 +181,21 @@ def loop_section(played: Played) -> LoopSection:
         env=env,
         measures=list(standings[0].scores) if standings else [],
         rows=[(each.name, [str(score) for score in each.scores.values()]) for each in standings],
-        figure=_figure(played.folder, played.folder.name, alt) if standings else None,
+        figure=_figure(played.folder, f"loop-{played.folder.name}", alt) if standings else None,
         failures=played.failures,
     )
 
 
 def figure_of(path: Path, anchor: str, alt: str) -> Picture:
-    """Return an SVG file as a figure inside the page, under no name that could clash with another's."""
+    """Return an SVG file as a figure inside the page. ``anchor`` begins with its kind: a map and an experiment may have
+    one name.
+    """
     uri = f"data:image/svg+xml;base64,{base64.b64encode(path.read_bytes()).decode()}"
     return Picture(f"figure-{anchor}", uri, alt)
 
 
-def _figure(folder: Path, name: str, alt: str) -> Picture:
-    return figure_of(folder / "figure.svg", name, alt)
+def _figure(folder: Path, anchor: str, alt: str) -> Picture:
+    return figure_of(folder / "figure.svg", anchor, alt)
 
 
 def _judged(name: str, cards: Sequence[Card]) -> tuple[Card, ...]:
