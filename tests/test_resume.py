@@ -2,6 +2,7 @@
 
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,10 +13,19 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--no-recordings", "--workers", "2")
-SLOW = ("--set", "experiment.speeds_cm_s=5,6", "--no-recordings", "--workers", "2")
-"""Trials long enough, on any machine, for a run to be caught in the middle."""
+from tests.conftest import Colias
+
+QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--no-recordings", "--workers", "0")
+SLOW = ("--set", "experiment.speeds_cm_s=5,6", "--repeats", "6", "--no-recordings", "--workers", "2")
+"""Twelve trials, long enough, on any machine, for a run to be caught in the middle."""
 COMMAND = [sys.executable, "-m", "experiments.bench.cli", "run", "speed"]
+IMPATIENT = [sys.executable, "-c", """
+from experiments.bench.cli import entry
+from experiments.bench.core.workers.cluster import ClusterPool
+ClusterPool.ANSWER_S = ClusterPool.PATIENCE_S = 2.0
+entry.main()
+"""]  # fmt: skip
+"""The command line, which waits shorter for a cluster."""
 
 
 def trials(folder: Path):
@@ -65,14 +75,22 @@ def gone(pids: list[int], seconds: float) -> bool:
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """The run as it is when nothing goes wrong, on one worker."""
-    folder = tmp_path_factory.mktemp("whole")
-    subprocess.run([*COMMAND, *SLOW[:-1], "1", "--repeats", "10", "--out", "out", "-q"], cwd=folder, check=True)
-    return trials(folder / "out")
+    colias = Colias(tmp_path_factory.mktemp("whole"))
+    assert colias("run", "speed", *SLOW[:-1], "1", "--out", "out", "-q").returncode == 0
+    return trials(colias.folder / "out")
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """A folder of a short run; it is not written to."""
+    colias = Colias(tmp_path_factory.mktemp("small"))
+    assert colias("run", "speed", *QUICK, "--repeats", "1", "--out", "out", "-q").returncode == 0
+    return colias.folder / "out"
 
 
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT])
-def test_a_killed_driver_leaves_no_workers_and_resumes(tmp_path, whole, blow):
-    process = start(tmp_path, *SLOW, "--repeats", "10", "--out", "out")
+def test_a_killed_driver_leaves_no_workers_and_resumes(colias, tmp_path, whole, blow):
+    process = start(tmp_path, *SLOW, "--out", "out")
     wait_for_trials(tmp_path / "out", 1, process)
     workers = children_of(process.pid)
     began = time.monotonic()
@@ -81,21 +99,15 @@ def test_a_killed_driver_leaves_no_workers_and_resumes(tmp_path, whole, blow):
     assert time.monotonic() - began < 5
     assert len(workers) >= 2 and gone(workers, 5)
     left = trials(tmp_path / "out")
-    assert 1 <= left.num_rows < 20
-    resumed = subprocess.run(
-        [*COMMAND, *SLOW, "--repeats", "10", "--resume", "out"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert f"{left.num_rows} of them done already" in resumed.stderr
+    assert 1 <= left.num_rows < 12
+    resumed = colias("run", "speed", *SLOW, "--resume", "out")
+    assert resumed.returncode == 0 and f"{left.num_rows} of them done already" in resumed.stderr
     assert trials(tmp_path / "out").equals(whole), "every trial once, with the values of an undisturbed run"
     assert (tmp_path / "out" / "figure.png").exists()
 
 
 def test_a_killed_worker_costs_nothing(tmp_path, whole):
-    process = start(tmp_path, *SLOW, "--repeats", "10", "--out", "out", "-q")
+    process = start(tmp_path, *SLOW, "--out", "out", "-q")
     wait_for_trials(tmp_path / "out", 1, process)
     victims = [pid for pid in children_of(process.pid) if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text()]
     os.kill(victims[0], signal.SIGKILL)
@@ -105,8 +117,8 @@ def test_a_killed_worker_costs_nothing(tmp_path, whole):
     assert not (tmp_path / "out" / "failures.json").exists()
 
 
-def test_resume_refuses_other_parameters_and_names_them(colias):
-    assert colias("run", "speed", *QUICK, "--repeats", "1", "--out", "out", "-q").returncode == 0
+def test_resume_refuses_other_parameters_and_names_them(colias, small):
+    shutil.copytree(small, colias.folder / "out")
     for change, says in {
         ("--seed", "7"): "seed is 0 there and 7 now",
         ("--repeats", "2"): "repeats is 1 there and 2 now",
@@ -124,7 +136,7 @@ def test_resume_refuses_other_parameters_and_names_them(colias):
 def test_a_full_disk_ends_in_one_line_and_keeps_what_was_finished(tmp_path):
     """Files may not grow past 48 KB: the table of frames fails to, as on a full disk."""
     limit = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (48_000, 48_000))
-    command = [*COMMAND, *QUICK, "--repeats", "60", "--out", "out", "-q"]
+    command = [*COMMAND, *QUICK[:-1], "2", "--repeats", "60", "--out", "out", "-q"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, preexec_fn=limit, timeout=120)
     assert done.returncode == 2
     assert "too large" in done.stderr and "Traceback" not in done.stderr
@@ -141,7 +153,7 @@ def test_a_cluster_computes_the_same(tmp_path, whole):
     with LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, protocol="tcp://"
     ) as cluster:
-        command = [*COMMAND, *SLOW, "--repeats", "10", "--out", "out", "--cluster", cluster.scheduler_address]
+        command = [*COMMAND, *SLOW, "--out", "out", "--cluster", cluster.scheduler_address]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=200)
         assert done.returncode == 0, done.stderr
     assert trials(tmp_path / "out").equals(whole)
@@ -155,27 +167,24 @@ def test_a_cluster_computes_the_same(tmp_path, whole):
         ("foo://127.0.0.1:8786", "expected the address of a Dask scheduler"),
     ],
 )
-def test_no_cluster_there_is_one_line(colias, address, says):
-    done = colias("run", "speed", *QUICK, "--cluster", address, "--out", "out")
+def test_no_cluster_there_is_one_line(tmp_path, address, says):
+    command = [*IMPATIENT, "run", "speed", *QUICK, "--cluster", address, "--out", "out"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert says in done.stderr
-    assert not (colias.folder / "out").exists()
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("lost", ["scheduler", "workers"])
-def test_a_cluster_that_is_lost_ends_in_one_line_and_keeps_what_was_finished(tmp_path, lost, whole):
+def test_a_cluster_that_is_lost_ends_in_one_line_and_keeps_what_was_finished(colias, tmp_path, lost, whole):
     """Its processes are killed in mid-run; on a whole cluster the run then goes on."""
     from distributed import LocalCluster
 
     options = {"n_workers": 1, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
-    command = [*COMMAND, *SLOW, "--repeats", "10"]
+    command = ["run", "speed", *SLOW]
     with LocalCluster(**options, protocol="tcp://") as cluster:
         address = cluster.scheduler_address
-        code = (
-            "from experiments.bench.cli import entry\nfrom experiments.bench.core.workers.cluster import ClusterPool\n"
-        )
-        code += "ClusterPool.PATIENCE_S = 2.0\nentry.main()"
-        start_it = [sys.executable, "-c", code, *command[3:], "--out", "out", "--cluster", address]
+        start_it = [*IMPATIENT, *command, "--out", "out", "--cluster", address]
         process = subprocess.Popen(start_it, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
         wait_for_trials(tmp_path / "out", 1, process)
         if lost == "workers":
@@ -186,22 +195,16 @@ def test_a_cluster_that_is_lost_ends_in_one_line_and_keeps_what_was_finished(tmp
     assert process.returncode == 2, said
     assert f"--cluster {address}: " in said.splitlines()[-1] and "Traceback" not in said
     left = trials(tmp_path / "out").num_rows
-    assert 1 <= left < 20
-    resumed = subprocess.run([*command, "--resume", "out", "-q"], cwd=tmp_path, check=True, timeout=120)
-    assert resumed.returncode == 0
+    assert 1 <= left < 12
+    assert colias(*command, "--resume", "out", "-q").returncode == 0
     assert trials(tmp_path / "out").equals(whole)
 
 
-def test_two_runs_into_one_folder_are_refused(tmp_path):
-    process = start(tmp_path, *SLOW, "--repeats", "10", "--out", "out")
+def test_two_runs_into_one_folder_are_refused(colias, tmp_path):
+    many = (*SLOW, "--repeats", "60")  # the second has to start meanwhile
+    process = start(tmp_path, *many, "--out", "out")
     wait_for_trials(tmp_path / "out", 1, process)
-    second = subprocess.run(
-        [*COMMAND, *SLOW, "--repeats", "10", "--resume", "out"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
+    second = colias("run", "speed", *many, "--resume", "out")
     process.kill()
     process.communicate(timeout=20)
     assert (second.returncode, second.stderr.count("\n")) == (2, 1), second.stderr
@@ -209,8 +212,8 @@ def test_two_runs_into_one_folder_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["trials.parquet", "frames.parquet", "failures.json"])
-def test_damaged_tables_are_one_line(colias, name):
-    assert colias("run", "speed", *QUICK, "--repeats", "1", "--out", "out", "-q").returncode == 0
+def test_damaged_tables_are_one_line(colias, small, name):
+    shutil.copytree(small, colias.folder / "out")
     whole = (colias.folder / "out" / "trials.parquet").read_bytes()
     (colias.folder / "out" / name).write_bytes(whole[: len(whole) // 2])
     done = colias("run", "speed", *QUICK, "--repeats", "1", "--resume", "out")

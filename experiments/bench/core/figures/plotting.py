@@ -23,6 +23,8 @@ STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
     "svg.hashsalt": "colias-sim",  # equal runs, equal bytes
     "svg.fonttype": "none",
 }
@@ -133,10 +135,11 @@ def _settle(drawn: Figure) -> None:
     The order in which the layout's solver takes its terms depends on addresses in memory, so its last bits differ from
     run to run, and with them the names of clip paths in an SVG file.
     """
-    if drawn.get_layout_engine() is None:
+    engine = drawn.get_layout_engine()
+    if engine is None:
         return
-    drawn.draw_without_rendering()
-    drawn.set_layout_engine("none")
+    engine.execute(drawn)
+    drawn.set_layout_engine(None)  # "none" sets one that does nothing, for which each `savefig` draws twice
     for axes in drawn.axes:
         axes.set_position(tuple(round(part, 6) for part in axes.get_position(original=True).bounds))
 

@@ -13,6 +13,8 @@ from typing import Any
 class ClusterPool:
     """The workers of a Dask scheduler. Raises ``OSError`` if none answers at ``address``, or none is left."""
 
+    ANSWER_S = 10.0
+    """How long a scheduler may take to answer at first."""
     PATIENCE_S = 20.0
     """How long a cluster may be without workers, which it may be replacing, before a run gives up."""
 
@@ -31,7 +33,7 @@ class ClusterPool:
         self._address = address
         client: Any = Client  # untyped
         try:
-            self._client = client(address, timeout="10s", set_as_default=False)
+            self._client = client(address, timeout=self.ANSWER_S, set_as_default=False)
         except Exception as error:  # of many kinds: unknown host, refused, another protocol, another version
             said = " ".join(str(error).split())
             raise OSError(f"--cluster {address}: no Dask scheduler answers there ({said})") from None
