@@ -10,7 +10,10 @@ import typer
 from experiments.bench.cli.options import EXIT_FAILED, Quiet, Repeats, Seed, Workers, new_folder, resources
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from experiments.bench.firmware.budget import Tools
+    from experiments.bench.firmware.settings import Firmware
 
 Sets = Annotated[
     list[str] | None,
@@ -73,6 +76,8 @@ def budget(
     points = settings.points(grid, assignments or ())
     folder = new_folder(out, "firmware-budget")
     _empty(folder)
+    if not quiet:
+        _notes(wanted for _, wanted in points)
     tools = _tools(which)
     if not quiet:
         programs = f"{len(points)} program{'s' * (len(points) > 1)}"
@@ -206,6 +211,8 @@ def export(
 
     wanted = settings.firmware(assignments or ())
     exporting.check_folder(folder)
+    if not quiet:
+        _notes([wanted])
     try:
         tools = _tools(which)
     except UsageError as error:
@@ -231,6 +238,16 @@ def parameters() -> None:
     from experiments.bench.firmware import settings
 
     show_parameters(settings.parameters())
+    typer.echo(f"note: {settings.longest_delay()}")
+
+
+def _notes(programs: Iterable[Firmware]) -> None:
+    """Print what the programs' formats cannot follow, each line once."""
+    from experiments.bench.core.terminal import error_console
+    from experiments.bench.firmware.settings import dead_zone_notice
+
+    for line in dict.fromkeys(filter(None, (dead_zone_notice(each.network) for each in programs))):
+        error_console.print(f"note: {line}", markup=False, soft_wrap=True)
 
 
 def _tools(which: str | None) -> Tools:

@@ -28,7 +28,7 @@ from experiments.bench.firmware.build import (
     memory_script,
     script,
 )
-from experiments.bench.firmware.settings import Firmware
+from experiments.bench.firmware.settings import Firmware, dead_zone_notice
 
 ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}
 """Of the STM32F427 (its reference manual, memory map)."""
@@ -119,6 +119,7 @@ def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | st
     words: dict[str, Any] = {
         "chip": wanted.chip, "rows": rows, "columns": columns, "config": CONFIG, "split": False,
         "version": version("colias-sim"),
+        "notice": dead_zone_notice(wanted.network),
         "command": f"Its parameters: the defaults{' but' if said else ''}{said}.", "budget": None,
     }  # fmt: skip
     if isinstance(measured, str):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass as validated
 
 from dsnn.field_docs import with_field_docs
+from dsnn.onboard.dead_zone import dead_zone
 from dsnn.onboard.params import OnboardParams
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.settings import Parameter, changed, collect, described
@@ -145,6 +147,31 @@ def parameters() -> list[Parameter]:
     """Every parameter that ``--set`` reaches here."""
     base = default()
     return list(described({MODEL: base.network, CHIP: base.chip}))
+
+
+def dead_zone_notice(network: OnboardParams) -> str:
+    """Say in one line what the longest delay cannot follow in its format; empty where that is next to nothing."""
+    zone, bits = dead_zone(network), network.state_bits
+    if not zone.matters:
+        return ""
+    falling, rising = (f"{100 * share:.2g} % of its range" for share in (zone.falling, zone.rising))
+    other = f", or 16 bits ({MODEL}.state_bits=16)" if bits == 8 else ""
+    return (
+        f"tau_s up to {zone.tau_ms:g} ms, delay states of {bits} bits: where a delayed signal should fall to 0 it"
+        f" stands still at up to {falling}, and from 0 it does not rise to {rising} or less; delays without"
+        f" this are up to {math.floor(zone.longest_ms):,} ms{other}"
+    )
+
+
+def longest_delay() -> str:
+    """Say in one line which delays the default format follows."""
+    network = default().network
+    longest = math.floor(dead_zone(network).longest_ms)
+    return (
+        f"with delay states of {network.state_bits} bits a delayed signal stands still, where it should fall to 0, if"
+        f" its delay ({MODEL}.tau_s) is above {longest:,} ms at {network.fps:g} frames a second;"
+        f" {MODEL}.state_bits=16 follows longer ones"
+    )
 
 
 def points(over: Sequence[str], assignments: Sequence[str]) -> list[tuple[Mapping[str, str], Firmware]]:

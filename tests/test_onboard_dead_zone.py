@@ -1,0 +1,131 @@
+"""Delays too long for the codes of D: where a signal stands still, held against D followed frame by frame."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from dsnn.filters import alpha
+from dsnn.onboard.codes import coded, decoded
+from dsnn.onboard.dead_zone import SMALL, dead_zone
+from dsnn.onboard.numpy_form import rounded
+from dsnn.onboard.params import OnboardParams
+from experiments.bench.cli import firmware as commands
+from experiments.bench.cli import main
+from experiments.bench.core.errors import UsageError
+
+FORMATS = {
+    "companded": {},
+    "companded, truncated": {"rounding": "truncate"},
+    "linear": {"companding": False},
+    "linear, truncated": {"companding": False, "rounding": "truncate"},
+    "16 bits": {"state_bits": 16},
+    "16 bits, truncated": {"state_bits": 16, "rounding": "truncate"},
+}
+
+
+def network(tau_s: float, **changes) -> OnboardParams:
+    return dataclasses.replace(OnboardParams.robot(), tau_s=(10.0, tau_s), **changes)
+
+
+def followed(params: OnboardParams, delayed: int, field: int) -> int:
+    """D after F has been the same for so long that D no longer changes; both in units of F."""
+    gain = int(alpha(max(params.delays()), params.dt) * 32768.0 + 0.5)
+    truncate = params.rounding == "truncate"
+    while True:
+        exact = np.array([(delayed << 15) + gain * (field - delayed)])
+        if params.state_bits == 16:
+            now = int(rounded(exact, 15, truncate)[0])
+        else:
+            now = int(decoded(coded(exact, params.companding, truncate), params.companding)[0])
+        if now == delayed:
+            return delayed
+        delayed = now
+
+
+def top(params: OnboardParams) -> int:
+    return 32767 if params.state_bits == 16 else int(decoded(np.array([255]), params.companding)[0])
+
+
+@pytest.mark.parametrize("tau", [50.0, 200.0, 2100.0, 2200.0, 3000.0, 10_000.0])
+@pytest.mark.parametrize("changes", FORMATS.values(), ids=FORMATS)
+def test_d_stands_still_where_it_is_said_to(changes, tau):
+    """From the top it falls as far as the largest value that stands still; it rises from 0 for a larger F alone."""
+    params = network(tau, **changes)
+    zone, most = dead_zone(params), top(params)
+    assert followed(params, most, 0) == round(zone.falling * most)
+    still = round(zone.rising * most)
+    assert followed(params, 0, still) == 0
+    assert still == most or followed(params, 0, still + 1) > 0
+
+
+@pytest.mark.parametrize("changes", FORMATS.values(), ids=FORMATS)
+@pytest.mark.parametrize("fps", [30.0, 200.0])
+def test_the_longest_delay_is_the_last_without_a_dead_zone(changes, fps):
+    longest = dead_zone(network(200.0, fps=fps, **changes)).longest_ms
+    for tau, matters in ((longest - 0.01, False), (longest * 1.001 + 0.01, True)):
+        if tau <= 10_000.0:
+            assert dead_zone(network(tau, fps=fps, **changes)).matters == matters
+
+
+def test_the_law_of_companded_codes():
+    """Steps of at most 1/33 of D, but at the lower end of a segment: half of that times 1 over the gain is 66 / 33."""
+    zone = dead_zone(network(200.0))
+    frame_ms = 1000.0 / 30.0
+    assert zone.longest_ms / frame_ms == pytest.approx(65.0, abs=0.01)
+    assert dead_zone(network(zone.longest_ms - 1.0)).falling < SMALL
+    assert dead_zone(network(zone.longest_ms + 20.0)).falling > 0.5, "it sets in all at once, over half the range"
+
+
+def test_no_format_that_ships_has_one():
+    for name, params in OnboardParams.presets().items():
+        if name != "grey-levels":  # the control that does not work
+            assert not dead_zone(params).matters, name
+    assert dead_zone(OnboardParams.presets()["grey-levels"]).matters
+
+
+# Where a user meets it.
+
+SHARE = f"{100 * dead_zone(network(3000.0)).falling:.0f} %"
+
+
+def test_parameters_say_up_to_which_delay_it_works(capsys):
+    assert main.command(["firmware", "parameters"]) == 0
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note: ")]
+    assert "2,166 ms" in line and "tau_s" in line and "state_bits=16" in line
+
+
+@pytest.fixture
+def without_tools(monkeypatch):
+    def missing(which):
+        raise UsageError("no compiler")
+
+    monkeypatch.setattr(commands, "_tools", missing)
+
+
+@pytest.mark.parametrize(
+    ("options", "notes"),
+    [
+        (["--set", "dsnn.tau_s=10,3000"], 1),
+        (["--over", "dsnn.n_con=4,8", "--set", "dsnn.tau_s=10,3000"], 1),
+        (["--set", "dsnn.tau_s=10,3000", "--set", "dsnn.state_bits=16"], 0),
+        (["--set", "dsnn.tau_s=10,2000"], 0),
+        ([], 0),
+    ],
+)
+def test_a_budget_says_so_in_one_line(without_tools, tmp_path, monkeypatch, capsys, options, notes):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError, match="no compiler"):
+        main.command(["firmware", "budget", *options])
+    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("note: ")]
+    assert len(said) == notes
+    for line in said:
+        assert "tau_s up to 3000 ms" in line and f"stands still at up to {SHARE}" in line and "2,166 ms" in line
+
+
+def test_an_export_says_so_too(without_tools, tmp_path, capsys):
+    assert main.command(["firmware", "export", str(tmp_path / "out"), "--set", "dsnn.tau_s=10,3000"]) == 0
+    assert f"stands still at up to {SHARE} of its range" in " ".join(capsys.readouterr().err.split())
+    assert f"stands still at up to {SHARE} of its range" in (tmp_path / "out" / "README.md").read_text()
