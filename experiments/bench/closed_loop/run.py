@@ -179,16 +179,17 @@ def _value(text: str) -> Any:
 
 
 def score(
-    behaviour: Behaviour, *, episodes: int = 20, seed: int = 0, env: str | None = None, **options: Any
-) -> dict[str, Score | None]:
-    """Play a behaviour here and now, with progress: its measures by name, with their 95 % intervals.
+    behaviour: Behaviour, *, episodes: int = 20, seed: int = 0, env: str | None = None, quiet: bool = False,
+    **options: Any,
+) -> dict[str, Score | None]:  # fmt: skip
+    """Play a behaviour here and now, with progress unless ``quiet``: its measures by name, with 95 % intervals.
 
     ``options`` are the env's arguments. Raises ``ValueError`` for what is not legal.
     """
     check_counts(seed, episodes, "--episodes")
     where = env_id(env or behaviour.env)
     rows: list[dict[str, Any]] = []
-    with progress(behaviour.name, episodes, False, "episodes") as advance:
+    with progress(behaviour.name, episodes, quiet, "episodes") as advance:
         for repeat in range(episodes):
             episode = play_entry(behaviour, where, options, seed + repeat)
             rows += finished(episode, repeat, repeat, None).rows

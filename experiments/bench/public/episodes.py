@@ -16,7 +16,7 @@ from experiments.bench.public.arguments import whole
 
 def score(
     behaviour: Behaviour | str | os.PathLike[str], *, episodes: int = 20, seed: int = 0, env: str | None = None,
-    **options: Any,
+    quiet: bool = False, **options: Any,
 ) -> Mapping[str, Score | None]:  # fmt: skip
     """Play a behaviour in this process, with progress, and score it.
 
@@ -32,6 +32,8 @@ def score(
         Of the first episode, 0 or more.
     env
         ``Avoidance``, say, or an env's whole id; otherwise the behaviour's own.
+    quiet
+        Whether to show no progress.
     **options
         Arguments of the env, as ``robots=5``.
 
@@ -55,4 +57,4 @@ def score(
     if not isinstance(behaviour, Behaviour):
         raise UsageError(f"score: {short(behaviour)}: legal is a Behaviour, a name, or the path of a .py file")
     count, first = whole("episodes", episodes), whole("seed", seed)
-    return closed_loop_run.score(behaviour, episodes=count, seed=first, env=env, **options)
+    return closed_loop_run.score(behaviour, episodes=count, seed=first, env=env, quiet=quiet, **options)
