@@ -43,7 +43,6 @@ nb_execution_in_temp = True
 nb_execution_timeout = 120
 nb_execution_raise_on_error = True
 nb_merge_streams = True
-nb_mime_priority_overrides = [("html", "text/plain", 10)]
 
 autosummary_generate = True
 autodoc_typehints = "none"  # numpydoc shows them
