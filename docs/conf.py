@@ -46,7 +46,6 @@ nb_execution_in_temp = True
 nb_execution_timeout = 120
 nb_execution_raise_on_error = True
 nb_merge_streams = True
-nb_mime_priority_overrides = [("html", "text/plain", 10)]
 
 default_role = "py:obj"  # a `name` in a docstring is a link where that has a page, and code elsewhere
 templates_path = ["_templates"]
