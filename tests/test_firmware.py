@@ -185,6 +185,50 @@ def test_the_command_budget_writes_table_and_figure(tmp_path):
     assert "arm-none-eabi-gcc" in done.stdout and "not modelled" in done.stdout
 
 
+PLACED = {
+    (): "two blocks", ("dsnn.n_con=4",): "one block", ("dsnn.n_con=6", "chip.robot_ram=40000"): "two blocks",
+    ("dsnn.lamina_bits=16",): "too large", ("dsnn.lamina_bits=16", "chip.ring_frames=2"): "two blocks",
+    ("dsnn.state_bits=16",): "too large", ("chip.shape=33x25", "dsnn.n_p=0", "chip.stack=516"): "one block",
+    ("chip.ram_main=131072", "chip.ram_core=204800"): "one block",
+}  # fmt: skip
+"""``--set`` texts -> how the program's states lie in the chip's RAM."""
+
+
+@pytest.mark.parametrize("texts", PLACED, ids=lambda texts: " ".join(texts) or "defaults")
+def test_states_are_placed_without_a_compiler(texts):
+    placement, over = build.computed(settings.firmware(texts))
+    assert PLACED[texts] == ("too large" if over else "two blocks" if placement.split else "one block")
+
+
+@needs_tools
+@pytest.mark.parametrize("texts", PLACED, ids=lambda texts: " ".join(texts) or "defaults")
+def test_computed_sizes_and_places_are_those_of_the_linked_program(texts, tools, tmp_path):
+    wanted = settings.firmware(texts)
+    built = build.build(wanted, tools.compiler, tmp_path / "build", counting=False)
+    assert build.computed(wanted) == (built.placement, built.over)
+    sizes = {name: size for name, size in build.computed_sizes(wanted, built.placement.split).items() if size}
+    assert sizes == {name: built.sections.get(name, 0) for name in sizes}
+    assert ".data" not in built.sections, "or it would have to be computed too"
+
+
+@needs_tools
+def test_an_export_without_tools_links_where_one_with_them_does(tmp_path):
+    """The paper's N_con = 8 has room in two blocks alone."""
+    done = colias("export", "out", folder=tmp_path, PATH="")
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "out" / "README.md").read_text()
+    assert "Not measured" in page and "-DONBOARD_SPLIT" in page and "does not fit" not in page
+    make(tmp_path / "out", "all")
+    sizes = elf.sections(tmp_path / "out" / "build" / "robot.elf")
+    assert sizes[".second"] == build.computed_sizes(settings.default(), split=True)[".second"]
+
+
+def test_an_export_without_tools_says_what_does_not_fit(tmp_path):
+    done = colias("export", "out", "--set", "dsnn.state_bits=16", folder=tmp_path, PATH="")
+    assert done.returncode == 0, done.stderr
+    assert "the program does not fit the RAM" in (tmp_path / "out" / "README.md").read_text()
+
+
 def test_missing_tools_are_named_with_their_packages_and_no_number_is_shown(tmp_path):
     for command in (["budget"], ["check", "--no-trial"], ["loop", "speed"]):
         done = colias(*command, folder=tmp_path, PATH="")

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import dsnn.native
+from dsnn.onboard.fixed import constants
 from dsnn.onboard.header import header
 from experiments.bench.core.errors import UsageError, printable
 from experiments.bench.firmware import elf
@@ -30,6 +31,8 @@ LARGE = 4 * 1024 * 1024
 """Bytes of each region of the script by which a program is measured that does not fit the chip."""
 ALIGNMENT = 8
 """Bytes that the order of sections may cost."""
+VARIABLES = 112
+"""Bytes of the test program's own variables (``.bss``), by GCC 12.2.1; none of them has a value (``.data``)."""
 LINK_TIMEOUT_S = 300.0
 
 
@@ -139,14 +142,68 @@ def build(wanted: Firmware, compiler: Compiler, folder: Path, *, counting: bool 
         measured = _link(objects, wanted.chip, compiler, folder, own[0], large=True)
         assert measured is not None
         sizes = elf.sections(measured)
-        divided = [_with_robot(sizes, wanted.chip, each) for each in own]
-        overs = [(each, _over(sizes, wanted.chip, each)) for each in divided]
-        placement, over = min(overs, key=lambda each: sum(each[1].values()))
+        placement, over = _best(sizes, wanted.chip, own)
         linked = _link(objects, wanted.chip, compiler, folder, placement, large=False)
         if linked is not None:
             return Built(linked, elf.sections(linked), placement, {})
         found.append(Built(measured, sizes, placement, over))
     return min(found, key=lambda each: sum(each.over.values()))
+
+
+def computed(wanted: Firmware) -> tuple[Placement, Mapping[str, int]]:
+    """Place a program by sizes that are computed, where there is no compiler to measure them.
+
+    Parameters
+    ----------
+    wanted
+        Parameters and chip.
+
+    Returns
+    -------
+    Placement
+        The one that `build` comes to.
+    dict
+        Region -> bytes by which the chip's RAM is too small; empty where the program fits.
+
+    Raises
+    ------
+    ValueError
+        The parameters have no fixed-point form.
+    """
+    found = []
+    for own in (WHOLE, SPLIT):
+        placement, over = _best(computed_sizes(wanted, own[0].split), wanted.chip, own)
+        if not over:
+            return placement, over
+        found.append((placement, over))
+    return min(found, key=lambda each: sum(each[1].values()))
+
+
+def computed_sizes(wanted: Firmware, split: bool) -> dict[str, int]:
+    """Return the bytes of the sections that take RAM, as the C files of ``dsnn/native/firmware`` have them.
+
+    ``split`` says whether the states are two blocks (``split.h``).
+    """
+    rows, columns = wanted.shape
+    cells, whole = rows * columns, constants(wanted.shape, wanted.network).state_bytes
+    second = sum(_aligned(size) for size in (wanted.network.lamina_bits // 4 * cells, 4 * cells)) if split else 0
+    ring = wanted.chip.ring_frames * -(-2 * cells // 4) * 4
+    return {".ring": ring, ".states": whole - second, ".second": second, ".stack": _aligned(wanted.chip.stack),
+            ".bss": VARIABLES}  # fmt: skip
+
+
+def _aligned(size: int) -> int:
+    """The bytes of a part of memory, each of which begins at a multiple of 8."""
+    return -(-size // 8) * 8
+
+
+def _best(
+    sizes: Mapping[str, int], chip: ChipSettings, among: Sequence[Placement]
+) -> tuple[Placement, Mapping[str, int]]:
+    """The placement that lacks the fewest bytes, with the robot's own data divided, and what each region lacks."""
+    divided = [_with_robot(sizes, chip, each) for each in among]
+    overs = [(each, _over(sizes, chip, each)) for each in divided]
+    return min(overs, key=lambda each: sum(each[1].values()))
 
 
 def _sources() -> list[Path]:

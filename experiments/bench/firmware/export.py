@@ -24,7 +24,7 @@ from experiments.bench.firmware.build import (
     MAIN,
     NATIVE,
     SECTIONS,
-    WHOLE,
+    computed,
     memory_script,
     script,
 )
@@ -70,7 +70,10 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
         text = header(wanted.shape, wanted.network)
     except ValueError as error:
         raise UsageError(printable(str(error))) from None
-    placement = WHOLE[0] if isinstance(measured, str) else measured.budget.built.placement
+    if isinstance(measured, str):
+        placement, over = computed(wanted)
+    else:
+        placement, over = measured.budget.built.placement, measured.budget.built.over
     chip = wanted.chip
     sizes = {FLASH: chip.flash, MAIN: chip.ram_main, CORE: chip.ram_core}
     regions = {name: (ADDRESSES[name], size) for name, size in sizes.items()}
@@ -82,7 +85,7 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
     shutil.copyfile(CHIP_SIDE / "include" / "string.h", folder / "include" / "string.h")
     for name in ONBOARD:
         shutil.copyfile(NATIVE / name, folder / name)
-    words = _words(wanted, assignments, measured)
+    words = {**_words(wanted, assignments, measured), "split": placement.split, "over": over}
     written = {
         CONFIG: text,
         "memory.ld": script(regions, chip, placement),
@@ -117,7 +120,7 @@ def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | st
     rows, columns = wanted.shape
     said = "".join(f" --set {text}" for text in assignments)
     words: dict[str, Any] = {
-        "chip": wanted.chip, "rows": rows, "columns": columns, "config": CONFIG, "split": False,
+        "chip": wanted.chip, "rows": rows, "columns": columns, "config": CONFIG,
         "version": version("colias-sim"),
         "notice": dead_zone_notice(wanted.network),
         "command": f"Its parameters: the defaults{' but' if said else ''}{said}.", "budget": None,
@@ -130,7 +133,7 @@ def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | st
         reasons.append(f"{budget.flash - wanted.chip.flash:,} bytes over in flash")
     reasons += [] if budget.fits_time else ["the worst frame takes too long"]
     return {
-        **words, "split": budget.built.placement.split, "budget": budget,
+        **words, "budget": budget,
         "compiler": tools.compiler.version, "emulator": tools.qemu.version,
         "purposes": [(name, size, budget.regions[name]) for name, size in budget.purposes.items()],
         "stages": [*budget.stages, budget.whole],
