@@ -213,7 +213,7 @@ class Camera:
         age_ms = self.plan.early_steps * 1000.0 / (self._steps * config.fps)
         frame = Frame(picture, time, self.plan.exposure_ms, config.row_time_us, age_ms)
         if config.auto_exposure:
-            mean = float(cv2.mean(light)[0])
+            mean = float(light.mean(dtype=np.float64))  # OpenCV's last bits go by where the array lies
             self._exposure_ms = next_exposure(config, self._exposure_ms, mean, self.plan.exposure_ms)
         self.discard()
         # Parts that are off draw nothing, so that the noise of the others stays the same.

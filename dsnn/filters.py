@@ -1,9 +1,9 @@
-"""The two filters the network is made of: first-order low-passes and Gaussian blurs."""
+"""What the models are made of: first-order low-passes, Gaussian blurs, sums."""
 
 from __future__ import annotations
 
 import math
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import cv2
 import numpy as np
@@ -35,6 +35,14 @@ FloatArray = TypeVar("FloatArray", npt.NDArray[np.float32], npt.NDArray[np.float
 def blur(image: FloatArray, kernel: FloatArray, out: FloatArray | None = None) -> FloatArray:
     """Convolve (R, C) with ``kernel`` along both axes, the border replicated."""
     return cast(FloatArray, cv2.sepFilter2D(image, -1, kernel, kernel, dst=out, borderType=cv2.BORDER_REPLICATE))
+
+
+def total(values: npt.NDArray[Any]) -> float:
+    """Return the sum of an array, in double precision, with equal bits on each call.
+
+    The order in which OpenCV adds depends on where the array lies in memory, and so do the last bits of its sums.
+    """
+    return float(np.add.reduce(values, axis=None, dtype=np.float64))
 
 
 FLUSH_EVERY = 64

@@ -12,6 +12,7 @@ from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import with_field_docs
+from dsnn.filters import total
 from dsnn.frames import Channels, FrameError, checked_shape, luma
 from dsnn.model import Response, ResponseSeries, run_model
 
@@ -91,7 +92,8 @@ class Flow:
             self._first = False
             return Response()
         self._flow[:] = 0.0  # where the search starts: what the buffer holds
-        hs, vs = cv2.mean(self._dis.calc(self._before, self._now, self._flow))[:2]
+        flow = self._dis.calc(self._before, self._now, self._flow)
+        hs, vs = (total(flow[..., axis]) / luminance.size for axis in (0, 1))
         return Response(hs, vs)
 
     def run(self, frames: Iterable[npt.NDArray[Any]], *, channels: Channels = "grey") -> ResponseSeries:

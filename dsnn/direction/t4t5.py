@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-import cv2
 import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -13,6 +12,7 @@ from pydantic.dataclasses import dataclass
 from dsnn.direction.layers import sigmoid
 from dsnn.direction.local_motion import LocalMotion, LocalMotionParams
 from dsnn.field_docs import with_field_docs
+from dsnn.filters import total
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.model import Response, ResponseSeries, run_model
 
@@ -75,7 +75,7 @@ class T4T5:
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
         """
         motion = self._local.step(luma(frame, self.shape, channels))
-        right, left, down, up = (cv2.sumElems(each)[0] for each in motion)
+        right, left, down, up = (total(each) for each in motion)
         scale = self.params.k_sig * self.shape[0] * self.shape[1]
         return Response(sigmoid(right - left, scale), sigmoid(down - up, scale))
 

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from dsnn.exponential import exp
+from dsnn.filters import total
 from dsnn.retina import Floats
 
 REST = 0.5
@@ -31,7 +32,7 @@ class Grouping:
         scale = self._delta_c + float(self._ce.max()) / self._c_w
         cv2.multiply(s, self._ce, dst=self._g, scale=1.0 / scale)
         cv2.threshold(self._g, self._below, 0.0, cv2.THRESH_TOZERO, dst=self._g)
-        return sigmoid(cv2.sumElems(self._g)[0] / s.size)
+        return sigmoid(total(self._g) / s.size)
 
 
 def sigmoid(drive: float) -> float:

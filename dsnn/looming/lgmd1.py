@@ -13,6 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from dsnn import forms
 from dsnn.field_docs import with_field_docs
+from dsnn.filters import total
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.looming.grouping import Grouping, convolve, ring
 from dsnn.model import Response, ResponseSeries, run_model
@@ -160,5 +161,5 @@ class _NumpyLayers:
         k = self._grouping.potential(self._s)
         spike = k >= q.t_sp and self._change < q.t_ffi
         np.abs(convolve(p, self._kernel, self._inhibition), out=self._inhibition)
-        self._change = cv2.mean(excitation)[0]
+        self._change = total(excitation) / excitation.size
         return k, spike

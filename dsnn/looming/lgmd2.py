@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.exponential import exp
 from dsnn.field_docs import with_field_docs
-from dsnn.filters import FLUSH_EVERY, alpha, flush
+from dsnn.filters import FLUSH_EVERY, alpha, flush, total
 from dsnn.frames import Channels, checked_shape, luma
 from dsnn.looming.grouping import REST, Grouping, convolve, ring
 from dsnn.model import Response, ResponseSeries, run_model
@@ -168,7 +168,7 @@ class LGMD2:
         p = self._retina.step(luma(frame, self.shape, channels))
         rises = np.maximum(p, self._zeros, out=self._rises)
         falls = np.subtract(rises, p, out=self._falls)
-        self._pm += self._follow * (cv2.norm(p, cv2.NORM_L1) / p.size - self._pm)
+        self._pm += self._follow * (total(np.abs(p)) / p.size - self._pm)
         on = self._on.step(rises, max(q.least_on, self._pm / q.t_pm))
         off = self._off.step(falls, max(q.least_off, self._pm / q.t_pm))
         s = np.multiply(on, off, out=self._s)

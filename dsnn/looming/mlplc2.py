@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 from pydantic import ConfigDict, Field
@@ -13,6 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.direction.local_motion import DOWN, LEFT, RIGHT, UP, LocalMotion, LocalMotionParams
 from dsnn.field_docs import with_field_docs
+from dsnn.filters import total
 from dsnn.looming.detector import Detector
 from dsnn.looming.grouping import sigmoid
 from dsnn.looming.quadrants import by_quadrant
@@ -95,12 +95,12 @@ class MLPLC2(Detector):
         """Outward motion of the quadrants about the centroid of motion, (2, 2): upper and lower, left and right."""
         across, down = motion[RIGHT] + motion[LEFT], motion[DOWN] + motion[UP]
         size = np.sqrt(across * across + down * down)  # OpenCV's magnitude differs in its last bits from call to call
-        total = cv2.sumElems(size)[0]
-        if total <= 0.0:
+        weight = total(size)
+        if weight <= 0.0:
             return np.zeros((2, 2))
         by_row, by_column = size.sum(axis=1, dtype=np.float64), size.sum(axis=0, dtype=np.float64)
         above, right = (
-            np.clip(sign * (places - (places * weights).sum() / total) + 0.5, 0.0, 1.0)
+            np.clip(sign * (places - (places * weights).sum() / weight) + 0.5, 0.0, 1.0)
             for places, weights, sign in ((self._rows, by_row, -1.0), (self._columns, by_column, 1.0))
         )
         rows, columns = np.stack([above, 1.0 - above]), np.stack([1.0 - right, right])

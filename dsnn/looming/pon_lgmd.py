@@ -11,6 +11,7 @@ from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import with_field_docs
+from dsnn.filters import total
 from dsnn.looming.detector import Detector
 from dsnn.looming.grouping import REST, ring, sigmoid
 from dsnn.retina import Floats, Retina
@@ -112,4 +113,4 @@ class PONLGMD(Detector):
             return REST
         grouped = cv2.multiply(s, ce, scale=1.0 / (q.delta_c + most / q.c_w))
         cv2.threshold(grouped, self._below, 0.0, cv2.THRESH_TOZERO, dst=grouped)
-        return sigmoid(cv2.sumElems(grouped)[0] / (q.k_sig * s.size))
+        return sigmoid(total(grouped) / (q.k_sig * s.size))
