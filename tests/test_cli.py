@@ -20,6 +20,7 @@ from matplotlib.image import imread
 
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from tests.chapters import README, blocks, titled
+from tests.conftest import Colias
 from tests.processes import WITHOUT_GL
 
 REPOSITORY = Path(__file__).parents[1]
@@ -27,7 +28,13 @@ QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2")
 RERUN = [sys.executable, "-m", "rerun"]
 
 COLD = True
-"""The fixture `colias` starts Python itself here, as a user does."""
+"""The fixture `colias` starts Python itself here, as a user does; `warm` does not."""
+
+
+@pytest.fixture
+def warm(tmp_path: Path) -> Colias:
+    """The command line where its start and end are not what is tested."""
+    return Colias(tmp_path)
 
 
 def verify(*recordings: Path) -> None:
@@ -143,23 +150,23 @@ def test_recordings_stay_small(finished):
         assert size < 220_000 + 13_500 * count
 
 
-def test_equal_seeds_equal_numbers_and_recordings_change_none(finished, colias):
+def test_equal_seeds_equal_numbers_and_recordings_change_none(finished, warm):
     arguments = (*QUICK, "--set", "experiment.direction=both", "--no-recordings")
-    assert colias("run", "speed", *arguments, "--seed", "3", "--out", "again").returncode == 0
-    assert colias("run", "speed", *arguments, "--seed", "4", "--out", "other").returncode == 0
+    assert warm("run", "speed", *arguments, "--seed", "3", "--out", "again").returncode == 0
+    assert warm("run", "speed", *arguments, "--seed", "4", "--workers", "0", "--out", "other").returncode == 0
     folder = finished[0]
     tables = {
         name: pq.read_table(path).drop_columns(["wall_s"])
         for name, path in (
             ("first", folder / "trials.parquet"),
-            ("again", colias.folder / "again" / "trials.parquet"),
-            ("other", colias.folder / "other" / "trials.parquet"),
+            ("again", warm.folder / "again" / "trials.parquet"),
+            ("other", warm.folder / "other" / "trials.parquet"),
         )
     }
     assert tables["first"].equals(tables["again"])
     assert not tables["first"].equals(tables["other"])
-    assert not list((colias.folder / "again" / "recordings").iterdir())
-    assert (folder / "figure.svg").read_bytes() == (colias.folder / "again" / "figure.svg").read_bytes()
+    assert not list((warm.folder / "again" / "recordings").iterdir())
+    assert (folder / "figure.svg").read_bytes() == (warm.folder / "again" / "figure.svg").read_bytes()
 
 
 WRONG = {
@@ -184,14 +191,14 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_wrong_uses_end_in_one_line(colias, case):
+def test_wrong_uses_end_in_one_line(warm, case):
     arguments, says = WRONG[case]
-    done = colias(*arguments)
+    done = warm(*arguments)
     assert done.returncode == 2
     assert done.stdout == ""
     assert done.stderr.count("\n") == 1, done.stderr
     assert says in done.stderr
-    assert not (colias.folder / "runs").exists()
+    assert not (warm.folder / "runs").exists()
 
 
 OWN = """from experiments.bench.robot.experiment import Experiment
@@ -217,19 +224,19 @@ EXPERIMENT = Experiment(name="mine", summary="", varies="speed_cm_s", {more},
         (OWN.replace("Translation(speeds_cm_s=(20,), distances_cm=(8,))", "7").format(more=""), "design=7"),
     ],
 )
-def test_a_broken_experiment_file_is_one_line(colias, text, says):
-    (colias.folder / "mine.py").write_text(text)
-    done = colias("run", "mine.py")
+def test_a_broken_experiment_file_is_one_line(warm, text, says):
+    (warm.folder / "mine.py").write_text(text)
+    done = warm("run", "mine.py")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert says in done.stderr
 
 
-def test_an_experiment_file_of_one_s_own_runs_by_path(colias):
+def test_an_experiment_file_of_one_s_own_runs_by_path(warm):
     """The example of docs/your-own-experiment.md, as pasted."""
-    (colias.folder / "my_experiment.py").write_text(titled("my_experiment.py"))
-    done = colias("run", "my_experiment.py", "--repeats", "1", "--no-recordings", "--out", "out")
+    (warm.folder / "my_experiment.py").write_text(titled("my_experiment.py"))
+    done = warm("run", "my_experiment.py", "--repeats", "1", "--no-recordings", "--out", "out")
     assert done.returncode == 0, done.stderr
-    trials = pq.read_table(colias.folder / "out" / "trials.parquet")
+    trials = pq.read_table(warm.folder / "out" / "trials.parquet")
     assert set(trials["experiment"].to_pylist()) == {"my_experiment"}
 
 
@@ -251,22 +258,23 @@ EXPERIMENT = Experiment("mine", "fast", Fast(), "speed_cm_s", repeats=1)
 """
 
 
-def test_a_design_of_one_s_own_may_be_a_plain_dataclass(colias):
+def test_a_design_of_one_s_own_may_be_a_plain_dataclass(warm):
     """Beside another module of the user's; in a folder whose name looks like markup."""
-    (colias.folder / "beside.py").write_text("SPEED = 30.0\n")
-    (colias.folder / "mine.py").write_text(PLAIN_DESIGN)
-    done = colias("run", "mine.py", "--set", "experiment.count=2", "--no-recordings", "--out", "[b]out")
+    (warm.folder / "beside.py").write_text("SPEED = 30.0\n")
+    (warm.folder / "mine.py").write_text(PLAIN_DESIGN)
+    done = warm("run", "mine.py", "--set", "experiment.count=2", "--no-recordings", "--out", "[b]out")
     assert done.returncode == 0, done.stderr
     assert "[b]out/figure.png" in done.stdout
-    assert pq.read_table(colias.folder / "[b]out" / "trials.parquet")["speed_cm_s"].to_pylist() == [30.0, 29.0]
-    wrong = colias("run", "mine.py", "--set", "experiment.count=two")
+    assert pq.read_table(warm.folder / "[b]out" / "trials.parquet")["speed_cm_s"].to_pylist() == [30.0, 29.0]
+    wrong = warm("run", "mine.py", "--set", "experiment.count=two")
     assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)
     assert "experiment.count=two: legal is a whole number" in wrong.stderr
 
 
-def test_one_trial_of_a_condition_has_no_interval(colias):
-    assert colias("run", "speed", *QUICK[:2], "--repeats", "1", "--no-recordings", "--out", "one").returncode == 0
-    with (colias.folder / "one" / "summary.csv").open() as file:
+def test_one_trial_of_a_condition_has_no_interval(warm):
+    one = ("--repeats", "1", "--no-recordings", "--workers", "0", "--out", "one")
+    assert warm("run", "speed", *QUICK[:2], *one).returncode == 0
+    with (warm.folder / "one" / "summary.csv").open() as file:
         assert {(row["n"], row["sd"], row["ci_low"]) for row in csv.DictReader(file)} == {("1", "", "")}
 
 
@@ -342,19 +350,29 @@ def test_missing_opengl_names_the_package(tmp_path, chosen):
     assert "Traceback" not in done.stderr
 
 
-def test_a_dry_run_checks_and_writes_nothing(colias):
-    plan = ("run", "speed", "--set", "experiment.speeds_cm_s=6,30", "--repeats", "1", "--no-recordings")
-    said = colias(*plan, "--dry-run").stdout
+def test_a_dry_run_checks_and_writes_nothing(warm):
+    plan = (
+        "run",
+        "speed",
+        "--set",
+        "experiment.speeds_cm_s=6,30",
+        "--no-recordings",
+        "--workers",
+        "0",
+        "--repeats",
+        "1",
+    )
+    said = warm(*plan, "--dry-run").stdout
     assert "speed: 2 trials" in said and "30 cm/s at 8 cm" in said and "nothing was run" in said
-    assert list(colias.folder.iterdir()) == []
-    assert "-0.5" in colias("run", "speed", "--set", "dsnn.w_i=-0.5", "--dry-run").stderr
-    assert colias(*plan, "--out", "out", "-q").returncode == 0
-    before = sorted(path.name for path in (colias.folder / "out").rglob("*"))
-    assert "2 of 2 are done already" in colias(*plan, "--resume", "out", "--dry-run").stdout
-    other = colias(*plan[:-2], "2", "--no-recordings", "--resume", "out", "--dry-run")
+    assert list(warm.folder.iterdir()) == []
+    assert "-0.5" in warm("run", "speed", "--set", "dsnn.w_i=-0.5", "--dry-run").stderr
+    assert warm(*plan, "--out", "out", "-q").returncode == 0
+    before = sorted(path.name for path in (warm.folder / "out").rglob("*"))
+    assert "2 of 2 are done already" in warm(*plan, "--resume", "out", "--dry-run").stdout
+    other = warm(*plan[:-1], "2", "--resume", "out", "--dry-run")
     assert (other.returncode, other.stderr) == (2, "colias: out: repeats is 1 there and 2 now\n")
-    assert colias(*plan, "--out", "out", "--dry-run").returncode == 2
-    assert sorted(path.name for path in (colias.folder / "out").rglob("*")) == before
+    assert warm(*plan, "--out", "out", "--dry-run").returncode == 2
+    assert sorted(path.name for path in (warm.folder / "out").rglob("*")) == before
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -25,10 +25,25 @@ CASES = [
 ]  # fmt: skip
 
 
+@pytest.fixture(scope="module")
+def ones():
+    """Each figure with one model, and the places in the source that made them."""
+    reached, made = set(), Figure.__init__
+
+    def note(self, *args, **more):
+        caller = sys._getframe(1)
+        reached.add((caller.f_code.co_filename, caller.f_lineno))
+        made(self, *args, **more)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "__init__", note)
+        return {name: draw(MODELS_SHOWN["one"]) for name, draw in FIGURES.items()}, reached
+
+
 @pytest.mark.parametrize(("name", "count"), CASES, ids=lambda each: each)
-def test_a_figure_can_be_read(name, count):
+def test_a_figure_can_be_read(name, count, ones):
     models = MODELS_SHOWN[count]
-    figure = FIGURES[name](models)
+    figure = ones[0][name] if count == "one" else FIGURES[name](models)
     figure.set_dpi(72)
     places = checks.drawn(figure)
     found = {
@@ -59,19 +74,9 @@ def makers(path: Path) -> list[ast.Call]:
     return [call for call in calls if isinstance(call.func, ast.Name) and call.func.id in known]
 
 
-def test_every_figure_of_the_bench_is_in_the_list(monkeypatch):
+def test_every_figure_of_the_bench_is_in_the_list(ones):
     """Each place in the source that makes a figure is reached by a figure of the list."""
-    reached = set()
-    made = Figure.__init__
-
-    def note(self, *args, **more):
-        caller = sys._getframe(1)
-        reached.add((caller.f_code.co_filename, caller.f_lineno))
-        made(self, *args, **more)
-
-    monkeypatch.setattr(Figure, "__init__", note)
-    for draw in FIGURES.values():
-        draw(MODELS_SHOWN["one"])
+    _, reached = ones
     places = [(path, call) for path in sorted(BENCH.rglob("*.py")) for call in makers(path)]
     assert places
     assert not [
@@ -89,8 +94,8 @@ SAYS_WHAT_WAS_SET = {
 
 
 @pytest.mark.parametrize("name", SAYS_WHAT_WAS_SET)
-def test_what_was_set_stands_in_the_title(name):
-    figure = FIGURES[name](MODELS_SHOWN["one"])
+def test_what_was_set_stands_in_the_title(name, ones):
+    figure = ones[0][name]
     titles = " ".join(part.get_suptitle() for part in (figure, *figure.subfigs)).replace("\n", " ")
     assert SAYS_WHAT_WAS_SET[name] in titles
 

@@ -24,10 +24,10 @@ def test_a_broken_model_file_is_one_line(colias, text):
     assert BROKEN_MODELS[text] in done.stderr
 
 
-def write_model(colias, instead: str) -> None:
+def write_model(colias, instead: str, name: str = "my_model.py") -> None:
     """The model of docs/your-own-model.md, with ``instead`` before it takes its gradients."""
     text = titled("my_model.py").replace("        down, right", f"        {instead}\n        down, right")
-    (colias.folder / "my_model.py").write_text(text)
+    (colias.folder / name).write_text(text)
 
 
 BREAKS = {
@@ -43,25 +43,32 @@ BREAKS = {
 }
 
 
-@pytest.mark.parametrize("instead", BREAKS)
-def test_a_model_that_breaks_costs_the_others_nothing(colias, instead):
-    """Whatever it raises or answers, even what cannot travel between processes."""
-    write_model(colias, instead)
-    done = colias("run", "speed", *QUICK, "--model", "dsnn", "--model", "my_model.py", "--out", "out")
+def test_models_that_break_cost_the_others_nothing(colias):
+    """Whatever they raise or answer, even what cannot travel between processes; the last that is shown is whole."""
+    shown = ["--model", "dsnn"]
+    for place, instead in enumerate(BREAKS):
+        write_model(colias, instead, f"broken{place}.py")
+        path = colias.folder / f"broken{place}.py"
+        path.write_text(path.read_text().replace('"gradient"', f'"gradient{place}"'))
+        shown += ["--model", path.name]
+    done = colias(
+        "run", "speed", *QUICK[:2], "--repeats", "1", "--no-recordings", *shown, "--model", "emd", "--out", "out"
+    )
     assert done.returncode == 1, done.stderr
-    assert f"gradient failed in trial 0 (translation rightward, 20 cm/s at 8 cm): {BREAKS[instead]}" in done.stderr
+    for place, reason in enumerate(BREAKS.values()):
+        assert f"gradient{place} failed in trial 0 (translation rightward, 20 cm/s at 8 cm): {reason}" in done.stderr
     assert "Traceback" not in done.stderr
     rows = pq.read_table(colias.folder / "out" / "trials.parquet").to_pylist()
-    assert [row["model"] for row in rows] == ["dsnn"] * 4
+    assert [(row["trial"], row["model"]) for row in rows] == [(0, "dsnn"), (0, "emd"), (1, "dsnn"), (1, "emd")]
     failures = json.loads((colias.folder / "out" / "failures.json").read_text())
     assert [(f["trial"], f["model"], f["reason"]) for f in failures] == [
-        (trial, "gradient", BREAKS[instead]) for trial in range(4)
+        (trial, f"gradient{place}", reason) for trial in range(2) for place, reason in enumerate(BREAKS.values())
     ]
 
 
 def test_trials_without_a_working_model_fail_and_resume(colias):
     write_model(colias, "if frame[0, 0] >= 0: raise ValueError('odd')")
-    arguments = ("run", "speed", *QUICK, "--only", "--model", "my_model.py")
+    arguments = ("run", "speed", *QUICK, "--only", "--model", "my_model.py", "--workers", "0")
     done = colias(*arguments, "--out", "out")
     assert done.returncode == 1 and "trial 3 failed (translation rightward, 30 cm/s at 8 cm)" in done.stderr
     assert "figure" not in done.stdout, "there is none to name"
@@ -72,7 +79,8 @@ def test_trials_without_a_working_model_fail_and_resume(colias):
 
 def test_a_claim_says_how_many_trials_it_lost(colias):
     write_model(colias, "if now.std() > 0 and int(now.sum()) % 5 == 0: raise ValueError('five')")
-    colias("run", "speed", *QUICK, "--model", "dsnn", "--model", "my_model.py", "--out", "out")
+    shown = ("--model", "dsnn", "--model", "my_model.py", "--workers", "0")
+    colias("run", "speed", *QUICK, *shown, "--out", "out")
     failed = len(json.loads((colias.folder / "out" / "failures.json").read_text()))
     claims = json.loads((colias.folder / "out" / "claims.json").read_text())
     assert failed > 0
@@ -83,7 +91,7 @@ def test_a_claim_says_how_many_trials_it_lost(colias):
 def test_a_model_without_a_threshold_is_drawn_but_not_judged(colias):
     text = titled("my_model.py").replace("    t_sp: float = 0.2  # threshold on the potential\n", "")
     (colias.folder / "my_model.py").write_text(text.replace("self.parameters.t_sp", "9.0"))
-    done = colias("run", "speed", *QUICK[:-1], "--only", "--model", "my_model.py", "--out", "out")
+    done = colias("run", "speed", *QUICK, "--only", "--model", "my_model.py", "--workers", "0", "--out", "out")
     assert done.returncode == 0, done.stderr
     claims = json.loads((colias.folder / "out" / "claims.json").read_text())
     assert {(claim["verdict"], claim["measured"]) for claim in claims} == {("untested", "this model does not spike")}

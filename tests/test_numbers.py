@@ -1,5 +1,6 @@
 """The measured figures of README.md and docs/ are those of docs/results.json, of the design that the code has now."""
 
+import functools
 import json
 import re
 import subprocess
@@ -26,6 +27,7 @@ def results():
     return json.loads(RESULTS.read_text())
 
 
+@functools.cache
 def described(scale):
     return json.loads(to_json(design(planned(scale, 0))))
 

@@ -177,7 +177,8 @@ BEHAVIOUR = Behaviour.oracle("slow", "crawls", "colias_sim/Optomotor-v0", lambda
 KINDS = {
     "clips": (("run", "mine.py", "--no-recordings", "--workers", "0"), "--resume", ""),
     "robot": ((*ROBOT, "--model", "tiny.py", "--no-recordings"), "--resume", ""),
-    "tune": (("tune", "--model", "tiny.py", "--curve", "contrast", "--workers", "0"), "--out", ""),
+    "tune": (("tune", "--only", "--model", "tiny.py", "--model", "emd", "--curve", "contrast", "--workers", "0"),
+             "--out", ""),
     "behave": (("behave", "slow.py", "--episodes", "2", "--no-baselines", "--no-recordings", "--workers", "0",
                 "--set", "robots=1"), "--out", ""),
     "sweep": (("sweep", *ROBOT[1:], "--model", "tiny.py", "--over", "tiny.t_sp=0.1,0.3"), "--out", "points"),
@@ -362,5 +363,5 @@ def test_a_folder_of_leftovers_is_tuned_into(base, monkeypatch, capsys, tmp_path
     (tmp_path / "recordings").mkdir()
     for name in (".lock", "experiment.json.77.part"):
         (tmp_path / name).touch()
-    arguments = ("tune", "--model", "emd", "--curve", "contrast", "--workers", "0", "-q", "--out", str(tmp_path))
-    assert goes_on(monkeypatch, capsys, base, *arguments) == (0, "")
+    arguments = ("tune", "--only", "--model", "emd", "--curve", "contrast", "--workers", "0", "-q")
+    assert goes_on(monkeypatch, capsys, base, *arguments, "--out", str(tmp_path)) == (0, "")

@@ -82,21 +82,21 @@ def test_a_quiet_run_says_nothing_where_no_home_can_be_written(tmp_path):
 
 
 def test_one_episode_has_no_interval_and_a_robot_at_rest_a_gain_of_0(colias):
-    done = colias("behave", "optomotor", "--episodes", "1", "--out", "out", "--no-recordings", "--workers", "1")
+    done = colias("behave", "optomotor", "--episodes", "1", "--out", "out", "--no-recordings", "--workers", "0")
     assert done.returncode == 0, done.stderr
     assert "nan" not in done.stdout and not re.search(r"\de-\d", done.stdout)
     with (colias.folder / "out" / "scores.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert {(row["ci_low"], row["ci_high"]) for row in rows} == {("", "")}
     still = colias("behave", "still", "--env", "Optomotor", "--episodes", "3", "--no-baselines", "--no-recordings",
-                   "--out", "still", "--workers", "1")  # fmt: skip
+                   "--out", "still", "--workers", "0")  # fmt: skip
     assert still.returncode == 0, still.stderr
     assert re.search(r"still +0 ", still.stdout), still.stdout
     assert pq.read_table(colias.folder / "still" / "trials.parquet")["optomotor_gain"].to_pylist() == [0.0] * 3
 
 
 def test_one_repeat_leaves_empty_cells_in_a_sweep(colias):
-    done = colias("sweep", "speed", *QUICK[:4], "--over", "dsnn.n_con=4,8", "--out", "out", "--workers", "1")
+    done = colias("sweep", "speed", *QUICK[:4], "--over", "dsnn.n_con=4,8", "--out", "out", "--workers", "0")
     assert done.returncode == 0, done.stderr
     with (colias.folder / "out" / "sweep.csv").open() as file:
         assert {(row["n"], row["ci_low"], row["ci_high"]) for row in csv.DictReader(file)} == {("1", "", "")}

@@ -19,7 +19,9 @@ def test_sweeps_share_stimuli_and_tabulate_the_grid(tmp_path):
     grid = {(row["dsnn.n_con"], row["camera.read_noise"], row["speed_cm_s"]) for row in rows}
     assert len(rows) == len(grid) == 8
     assert (tmp_path / "out" / "figure.svg").exists()
-    alone = colias("run", "speed", *quick, "--set", "dsnn.n_con=4", "--no-recordings", "--out", "alone")
+    alone = colias(
+        "run", "speed", *quick, "--set", "dsnn.n_con=4", "--no-recordings", "--workers", "0", "--out", "alone"
+    )
     assert alone.returncode == 0
     trials = pq.read_table(tmp_path / "alone" / "trials.parquet").to_pylist()
     mean = sum(row["spikes"] for row in trials if row["speed_cm_s"] == 20.0) / 2
@@ -50,7 +52,7 @@ def table(folder):
 
 
 def test_the_grid_may_move_what_the_experiment_varies(colias):
-    over = ("--over", "experiment.speeds_cm_s=20,30", "--over", "dsnn.d=1,2")
+    over = ("--over", "experiment.speeds_cm_s=20,30", "--over", "dsnn.d=1,2", "--workers", "0")
     done = colias("sweep", "speed", *over, "--repeats", "1", "--out", "out")
     assert done.returncode == 0, done.stderr
     rows = table(colias.folder / "out")
@@ -60,7 +62,7 @@ def test_the_grid_may_move_what_the_experiment_varies(colias):
 
 
 def test_directions_are_told_apart(colias):
-    arguments = ("--over", "dsnn.n_con=6,8", "--set", "experiment.speeds_cm_s=20", "--repeats", "1")
+    arguments = ("--over", "dsnn.n_con=6,8", "--set", "experiment.speeds_cm_s=20", "--repeats", "1", "--workers", "0")
     done = colias("sweep", "speed", *arguments, "--set", "experiment.direction=both", "--out", "out")
     assert done.returncode == 0, done.stderr
     assert len(table(colias.folder / "out")) == 4
@@ -72,7 +74,8 @@ def test_directions_are_told_apart(colias):
 
 
 def test_a_sweep_begun_goes_on_in_its_folder(colias):
-    arguments = ("--over", "camera.read_noise=0,0.64", "--set", "experiment.speeds_cm_s=20", "--repeats", "1")
+    arguments = ("--over", "camera.read_noise=0,0.64", "--set", "experiment.speeds_cm_s=20", "--repeats", "1",
+                 "--workers", "0")  # fmt: skip
     assert colias("sweep", "speed", *arguments, "--out", "out").returncode == 0
     whole = (colias.folder / "out" / "sweep.csv").read_bytes()
     again = colias("sweep", "speed", *arguments, "--out", "out")
