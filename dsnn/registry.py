@@ -293,6 +293,6 @@ def model_entry(name: str) -> ModelEntry:
         There is no such model; the message has the nearest known name.
     """
     if name not in MODELS:
-        near = difflib.get_close_matches(name, MODELS, n=1, cutoff=0.0)[0]
+        near = difflib.get_close_matches(name.lower(), MODELS, n=1, cutoff=0.0)[0]
         raise ValueError(f"unknown model '{name}': known are {', '.join(MODELS)} (nearest: {near})")
     return MODELS[name]

@@ -1,5 +1,7 @@
 """Claims of a person's own: judged as they say, refused in one line, and never the end of a run."""
 
+import re
+
 import pytest
 
 from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation, decide
@@ -88,11 +90,11 @@ def broken(own, threshold):
 
 
 ANSWERS = {
-    "an exception": (broken, "its judge failed: KeyError"),
-    "a text": (lambda own, threshold: "holds", "its judge answered 'holds', expected an Outcome"),
+    "an exception": (broken, r"its judge failed: .*line \d+: KeyError"),
+    "a text": (lambda own, threshold: "holds", r"its judge answered 'holds', expected an Outcome"),
     "another verdict": (
         lambda own, threshold: Outcome("perhaps", ""),
-        "its judge failed: ValueError: outcome: verdict",
+        r"its judge failed: .*line \d+: ValueError: outcome: verdict",
     ),
 }
 
@@ -102,10 +104,10 @@ def test_a_judge_that_breaks_leaves_its_claim_untested(what):
     own, said = ANSWERS[what]
     trials = rows({6: [9] * 5}, "speed_cm_s")
     found = judge(claim(judge=own), trials, 0.2)
-    assert found.verdict == "untested" and found.measured.startswith(said)
+    assert found.verdict == "untested" and re.match(said, found.measured)
     shown = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
               **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)}]  # fmt: skip
-    assert clips_claims.judge(clip_claim(judge=own), shown, {"dsnn": 0.1}).measured.startswith(said)
+    assert re.match(said, clips_claims.judge(clip_claim(judge=own), shown, {"dsnn": 0.1}).measured)
 
 
 def test_columns_that_there_are_not():
@@ -138,3 +140,12 @@ def test_the_description_has_no_address():
     said = to_json(experiment("C14", claim(source="my notebook")))
     assert "function" not in said and " at 0x" not in said
     assert '"says": "as I say"' in said and '"source": "my notebook"' in said
+
+
+def test_a_judge_that_breaks_is_told_by_its_line_and_the_nearest_column(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("def judge(rows, threshold):\n    return rows[0]['spiks']\n")
+    names: dict = {}
+    exec(compile(file.read_text(), str(file), "exec"), names)
+    found = judge(claim(judge=names["judge"]), rows({6: [9] * 5}, "speed_cm_s"), 0.2)
+    assert found.measured == "its judge failed: mine.py, line 2: KeyError: 'spiks' (nearest column: spikes)"

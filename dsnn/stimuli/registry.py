@@ -82,7 +82,7 @@ def stimulus_entry(name: str) -> StimulusEntry:
         There is no such stimulus; the message has the nearest known name.
     """
     if name not in STIMULI:
-        near = difflib.get_close_matches(name, STIMULI, n=1, cutoff=0.0)[0]
+        near = difflib.get_close_matches(name.lower(), STIMULI, n=1, cutoff=0.0)[0]
         raise ValueError(f"unknown stimulus '{name}': known are {', '.join(STIMULI)} (nearest: {near})")
     return STIMULI[name]
 

@@ -35,7 +35,7 @@ def find(name: str) -> Experiment | OfflineExperiment:
     elif is_file(name):
         experiment = declared(Path(name), "EXPERIMENT")
     else:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
+        near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.0)[0]
         raise UsageError(f"unknown experiment '{name}': known are {', '.join(known)} (nearest: {near}), or a .py file")
     if not isinstance(experiment, Experiment | OfflineExperiment):
         raise UsageError(f"{name}: EXPERIMENT is a {type(experiment).__name__}, expected an Experiment")

@@ -29,7 +29,7 @@ def load_behaviour(source: str) -> Behaviour:
         from experiments.behaviours import BEHAVIOURS, GROUPS
 
         if source not in BEHAVIOURS:
-            near = difflib.get_close_matches(source, BEHAVIOURS, n=1, cutoff=0.0)[0]
+            near = difflib.get_close_matches(source.lower(), BEHAVIOURS, n=1, cutoff=0.0)[0]
             known = ", ".join((*GROUPS, *BEHAVIOURS))
             raise UsageError(f"no behaviour '{source}': known are {known}, a .py file, or a policy's"
                              f" .npz (nearest: {near})")  # fmt: skip

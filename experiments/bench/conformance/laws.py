@@ -6,11 +6,9 @@ granted of any model, and what goes wrong without a message where it is broken.
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -23,7 +21,7 @@ from dsnn.stimuli import stimulus
 from experiments.bench.core import interrupts
 from experiments.bench.core.errors import explained
 from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.user_code import apart, is_users
+from experiments.bench.core.user_code import apart, place_of
 from experiments.bench.streams import stream
 
 Frames = npt.NDArray[np.uint8]
@@ -56,14 +54,7 @@ def _tried(question: Callable[[ConfiguredModel], str], chosen: ConfiguredModel) 
         return question(chosen)
     except BaseException as error:  # SystemExit too: sys.exit in a model ends the model
         interrupts.pass_on(error)
-        return f"{_place(error)}{explained(error)}"
-
-
-def _place(error: BaseException) -> str:
-    """The file and line of a user's model where an exception was raised; empty where it was not in one."""
-    called = (frame for frame in traceback.extract_tb(error.__traceback__) if is_users(Path(frame.filename)))
-    last = next(iter(reversed(list(called))), None)
-    return f"{Path(last.filename).name}, line {last.lineno}: " if last else ""
+        return f"{place_of(error)}{explained(error)}"
 
 
 @cache

@@ -26,9 +26,14 @@ def check_name(what: str, name: object) -> None:
 
 
 def explain(error: ValidationError) -> str:
-    """The first problem of a failed validation in one line: object, attribute, value, bound."""
-    problem = error.errors()[0]
+    """The first problem of a failed validation in one line: object, attribute, value, bound.
+
+    A name that there is not comes first: the one it was meant for is then missing too.
+    """
+    problem = min(error.errors(), key=lambda each: each["type"] != "unexpected_keyword_argument")
     where = ".".join([error.title, *(str(part) for part in problem["loc"])])
+    if problem["type"] == "missing" or problem["type"] == "missing_argument":
+        return f"{where}: it has to be given"
     return f"{where}={problem['input']!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}"
 
 

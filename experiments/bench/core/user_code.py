@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import contextvars
+import difflib
 import functools
 import hashlib
 import importlib.util
@@ -13,7 +14,7 @@ import site
 import sys
 import sysconfig
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 from types import MappingProxyType, ModuleType
@@ -197,6 +198,22 @@ def _found(name: str) -> str | None:
             return None
         path = list(spec.submodule_search_locations or ())
     return spec.origin if spec is not None and spec.has_location else None
+
+
+def place_of(error: BaseException) -> str:
+    """The file and line of a user's own code where an exception was raised; empty where it was not in any."""
+    called = (frame for frame in traceback.extract_tb(error.__traceback__) if is_users(Path(frame.filename)))
+    last = next(iter(reversed(list(called))), None)
+    return f"{Path(last.filename).name}, line {last.lineno}: " if last else ""
+
+
+def blamed(error: Exception, rows: Sequence[Mapping[str, object]]) -> str:
+    """Where a user's own judge raised an exception, and what; of a column that there is not, the nearest."""
+    said = f"{place_of(error)}{explained(error)}"
+    if isinstance(error, KeyError) and error.args and isinstance(error.args[0], str) and rows:
+        (near,) = difflib.get_close_matches(error.args[0], [str(name) for name in rows[0]], n=1, cutoff=0.0)
+        said += f" (nearest column: {near})"
+    return said
 
 
 def is_users(file: Path) -> bool:

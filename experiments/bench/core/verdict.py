@@ -9,7 +9,8 @@ from typing import Any, Literal, get_args
 from experiments.bench.core.claims.checks import Check as Check
 from experiments.bench.core.claims.checks import decide as decide
 from experiments.bench.core.claims.texts import claim_texts
-from experiments.bench.core.errors import check_name, explained, short
+from experiments.bench.core.errors import check_name, short
+from experiments.bench.core.user_code import blamed
 
 Judged = Literal["holds", "fails", "vacuous", "untestable", "untested"]
 """What a claim comes to.
@@ -256,8 +257,7 @@ class Claim:
     def ask(self, rows: Sequence[Any], *more: Any) -> Outcome:
         """Ask the judge.
 
-        A judge of a user's own that raises, or that answers something else than an `Outcome`, leaves the claim
-        untested: the trials were run, and their tables count. Numbers that it left at 0 are counted here.
+        A user's own judge that raises, or answers no `Outcome`, leaves the claim untested: the tables count.
 
         Parameters
         ----------
@@ -274,7 +274,7 @@ class Claim:
         try:
             found = self.judge(rows, *more)
         except Exception as error:
-            return Outcome("untested", f"its judge failed: {explained(error)}", n=len(rows))
+            return Outcome("untested", f"its judge failed: {blamed(error, rows)}", n=len(rows))
         if not isinstance(found, Outcome):
             return Outcome("untested", f"its judge answered {short(found)}, expected an Outcome", n=len(rows))
         said, effect, decided = str(found.measured), str(found.effect), str(found.decided)
