@@ -95,6 +95,9 @@ def test_a_trial_is_read_back_as_it_was(trial):
     traces = {(trace.place, trace.name): trace.values for trace in reel.traces}
     np.testing.assert_array_equal(traces["potential", "HS"], answer.series.hs)
     np.testing.assert_array_equal(traces["spikes", "HS"], answer.series.hs_spikes)
+    dotted = {(trace.place, trace.name): trace.dotted for trace in reel.traces}
+    assert dotted == {("potential", "HS"): False, ("potential", "VS"): True, ("spikes", "HS"): False,
+                      ("spikes", "VS"): True}, "every channel has its name, and its look in the recording"  # fmt: skip
     threshold = answer.thresholds["hs"]
     assert reel.levels == (-threshold, threshold)
     np.testing.assert_allclose(reel.time_s, result.columns.sim_time_s, atol=1e-8)

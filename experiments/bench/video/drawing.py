@@ -117,14 +117,22 @@ class Drawer:
             times = trace.time_s[first:until] - (time_s if self._layout.moving else 0.0)
             values = trace.values[first:until]
             if kind == "spikes":
-                fired = values != 0
-                for at, value in zip(times[fired], values[fired], strict=True):
+                times, values = times[values != 0], values[values != 0]
+            if trace.dotted:  # dots on the strokes of another channel leave both to be seen
+                self._dots(frame, panel.pixels(times, values), trace.colour)
+            elif kind == "spikes":
+                for at, value in zip(times, values, strict=True):
                     _line(frame, panel.pixels(np.array([at, at]), np.array([0.0, value])), trace.colour,
                           1.7 * self._layout.scale)  # fmt: skip
             elif len(times) > 1:
                 _line(frame, panel.pixels(times, values), trace.colour, 1.8 * self._layout.scale)
         if not self._layout.moving:
             _line(frame, panel.pixels(np.array([now, now]), np.array(panel.y)), NOW, 1.0 * self._layout.scale)
+
+    def _dots(self, frame: Picture, points: npt.NDArray[np.float64], colour: Colour) -> None:
+        radius = round(1.8 * self._layout.scale * 2**_BITS)
+        for centre in _fixed(points):
+            cv2.circle(frame, tuple(centre.tolist()), radius, colour, -1, cv2.LINE_AA, _BITS)
 
     def _time(self, frame: Picture, time_s: float) -> None:
         """The time and the spikes so far, at the top right."""

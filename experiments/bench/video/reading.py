@@ -44,6 +44,8 @@ class Trace:
         As RGB.
     time_s, values
         (N,) each.
+    dotted
+        Whether the recording draws it as dots: so it does with the second channel of a model, such as VS.
     """
 
     place: str
@@ -51,6 +53,7 @@ class Trace:
     colour: Colour
     time_s: Floats
     values: Floats
+    dotted: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +155,7 @@ class _Found:
         self._scalars: dict[str, list[tuple[Floats, Floats]]] = {}
         self._places: dict[str, list[tuple[Floats, Floats]]] = {}
         self._styles: dict[str, tuple[str, Colour]] = {}
+        self._dotted: set[str] = set()
         self._colours: dict[str, Colour] = {}
         self._eyes: dict[str, list[Floats]] = {}
         self._properties: dict[str, Any] = {}
@@ -197,9 +201,10 @@ class _Found:
         elif "Pinhole:image_from_camera" in names:
             focal, (columns, _) = _flat(batch, "Pinhole:image_from_camera")[0], _flat(batch, "Pinhole:resolution")
             self._view_deg = math.degrees(2 * math.atan(columns / 2 / focal))
-        elif "SeriesLines:names" in names:
-            title = str(batch.column("SeriesLines:names")[0].as_py()[0])
-            self._styles[entity] = title, _colour(batch, "SeriesLines:colors") or GREY
+        elif series := [kind for kind in ("SeriesLines", "SeriesPoints") if f"{kind}:names" in names]:
+            title = str(batch.column(f"{series[0]}:names")[0].as_py()[0])
+            self._styles[entity] = title, _colour(batch, f"{series[0]}:colors") or GREY
+            self._dotted |= {entity} if series[0] == "SeriesPoints" else set()
         else:
             for kind in ("Points2D", "Cylinders3D"):
                 if f"{kind}:colors" in names:
@@ -210,7 +215,7 @@ class _Found:
         series = {entity: _joined(parts) for entity, parts in self._scalars.items()}
         levels = sorted({float(own[1][0]) for entity, own in series.items() if entity.startswith(THRESHOLD)})
         traces = [
-            Trace(entity.partition("/")[0], *self._styles.get(entity, (entity, GREY)), *own)
+            Trace(entity.partition("/")[0], *self._styles.get(entity, (entity, GREY)), *own, entity in self._dotted)
             for entity, own in series.items() if not entity.startswith(THRESHOLD)
         ]  # fmt: skip
         tracks = [

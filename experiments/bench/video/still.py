@@ -110,10 +110,12 @@ class Still:
         axes, scale = self._axes(panel), self._scale
         axes.axhline(0.0, color="#c9c9c9", lw=0.8 * scale)
         own = [trace for trace in reel.traces if trace.place == kind]
-        keys = [Line2D([], [], color=_hex(trace), lw=2.5 * scale, label=plain(trace.name)) for trace in own]
+        keys = [Line2D([], [], color=_hex(trace), lw=2.5 * scale, ls=":" if trace.dotted else "-",
+                       label=plain(trace.name)) for trace in own]  # fmt: skip
         if kind == "potential":
             for trace in own if not (faint and moves_on(reel)) else ():
-                axes.plot(trace.time_s, trace.values, color=_hex(trace), lw=1.4 * scale, alpha=FAINT if faint else 1.0)
+                axes.plot(trace.time_s, trace.values, color=_hex(trace), ls=":" if trace.dotted else "-",
+                          lw=1.4 * scale, alpha=FAINT if faint else 1.0)  # fmt: skip
             for level in reel.levels:
                 axes.axhline(level, color=LEVEL_COLOUR, lw=1.0 * scale, ls="--")
             if reel.levels:
@@ -124,7 +126,10 @@ class Still:
         elif not faint:
             for trace in own:
                 fired = trace.values != 0
-                axes.vlines(trace.time_s[fired], 0.0, trace.values[fired], color=_hex(trace), lw=1.4 * scale)
+                if trace.dotted:
+                    axes.plot(trace.time_s[fired], trace.values[fired], ".", color=_hex(trace), ms=5 * scale)
+                else:
+                    axes.vlines(trace.time_s[fired], 0.0, trace.values[fired], color=_hex(trace), lw=1.4 * scale)
         axes.set_ylabel(kind)
         axes.tick_params(width=0.8 * scale, length=3 * scale, labelbottom=last)
         axes.locator_params(axis="y", nbins=5 if kind == "potential" else 3, integer=kind == "spikes")
