@@ -138,6 +138,7 @@ def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
 
 def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
     from experiments.bench.core.terminal import count, progress, show_places
+    from experiments.bench.video.choice import shown
     from experiments.bench.video.encoding import require_encoder
     from experiments.bench.video.make import Film, make
     from experiments.bench.video.reading import read
@@ -146,7 +147,7 @@ def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
     recordings, reels = _recordings(run, trial, "--to mp4"), {}
     with progress("read", len(recordings), quiet, "recordings") as advance:
         for inside, path in recordings.items():
-            reels[inside] = read(path)
+            reels[inside] = shown(read(path))
             advance()
     with _replacing(place) as part:
         films = {inside: Film(part / inside.with_name(f"{inside.name}.mp4")) for inside in reels}

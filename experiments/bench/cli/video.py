@@ -33,6 +33,10 @@ def video(
     ] = None,
     speed: Annotated[float, typer.Option(help="Seconds of the recording in a second of the video.")] = 1.0,
     frames: Annotated[int | None, typer.Option(help="How many moments a strip has, 1 to 12; otherwise 6.")] = None,
+    model: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MODEL", help="Show this model's answers, of several; otherwise the first 8. Repeatable."),
+    ] = None,
     caption: Annotated[str | None, typer.Option(help="Text at the top; otherwise what the recording is of.")] = None,
     quiet: Quiet = False,
 ) -> int:
@@ -40,7 +44,7 @@ def video(
 
     It takes recordings of trials, clips and episodes, from a run's folder, and those of colias watch --record. MP4 is
     H.264, which browsers and slides play. A strip has some moments side by side above the traces, for papers. Videos
-    and GIFs need the extra colias-sim[video].
+    and GIFs need the extra colias-sim[video]. Of more than 3 models each has a panel of its own.
     """
     _check_out(out)
     width_height = _size(size)
@@ -54,19 +58,22 @@ def video(
     if out.suffix != ".png":
         require_encoder(f"--out {out}: {out.suffix}")
     path = recording(source, trial)
-    from experiments.bench.core.terminal import progress, show_places
-    from experiments.bench.video.make import Film, make
+    from experiments.bench.core.terminal import error_console, progress, show_places
+    from experiments.bench.video.choice import shown
+    from experiments.bench.video.make import Film, make, not_shown
     from experiments.bench.video.reading import read
     from experiments.bench.video.strip import make_strip
 
+    reel = shown(read(path), model or ())
     if out.suffix == ".png":
-        make_strip(read(path), out, 6 if frames is None else frames, width_height, caption)
+        make_strip(reel, out, 6 if frames is None else frames, width_height, caption)
     else:
         film = Film(out, *(width_height or ((640, 360) if out.suffix == ".gif" else (1280, 720))), caption, fps, speed)
-        reel = read(path)
         with progress(out.name, len(film.times(reel)), quiet, "frames") as advance:
             make(reel, film, advance)
     if not quiet:
+        if reel.hidden:
+            error_console.print(f"note: {not_shown(reel)}: --model chooses", markup=False, soft_wrap=True)
         show_places({"video" if out.suffix != ".png" else "strip": out})
     return 0
 

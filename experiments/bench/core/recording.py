@@ -146,7 +146,7 @@ def potentials(recording: rr.RecordingStream, answers: Sequence[Answered], time_
             recording.send_columns(line.entity, times, rr.Scalars.columns(scalars=values.astype(float)))
     ends = timelines(time_s[[0, -1]], frames[[0, -1]])
     for level in levels({answer.model: answer.thresholds for answer in answers}):
-        recording.log(level.entity, level.style(), static=True)
+        recording.log(level.entity, level.style(), level.owners(), static=True)
         recording.send_columns(level.entity, ends, rr.Scalars.columns(scalars=[level.value, level.value]))
 
 

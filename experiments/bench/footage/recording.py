@@ -145,7 +145,7 @@ class LiveLog:
                 shown = rr.Arrows2D.from_fields(origins=[self._origin(place)] * len(arrows), colors=tint, radii=radii)
                 stream.log(_direction(model), shown, static=True)
         for level in self._levels:
-            stream.log(level.entity, level.style(), static=True)
+            stream.log(level.entity, level.style(), level.owners(), static=True)
 
     def _origin(self, place: int) -> tuple[float, float]:
         """Return where the arrows of a model begin: the models' places share the picture's middle row."""

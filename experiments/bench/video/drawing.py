@@ -12,7 +12,7 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
 from colias_sim.config import CameraConfig
-from experiments.bench.video.layout import WINDOW_S, Layout, Panel
+from experiments.bench.video.layout import WINDOW_S, Layout, Panel, traces_of
 from experiments.bench.video.pictures import Floats, Picture
 from experiments.bench.video.reading import Colour, Reel, Track
 
@@ -65,8 +65,8 @@ class Drawer:
                 self.picture(frame, panel, picture, time_s)
         if layout.plan is not None:
             self.plan(frame, layout.plan, time_s)
-        for kind, panel in layout.traces.items():
-            self._traces(frame, panel, kind, time_s)
+        for key, panel in layout.traces.items():
+            self._traces(frame, panel, key, time_s)
         self._time(frame, time_s)
         return frame
 
@@ -109,18 +109,18 @@ class Drawer:
             nose = panel.pixels(x + np.array([0.0, 2.2]) * np.cos(heading), y + np.array([0.0, 2.2]) * np.sin(heading))
             _line(part, nose, (255, 255, 255), 2.0 * scale)
 
-    def _traces(self, frame: Picture, panel: Panel, kind: str, time_s: float) -> None:
+    def _traces(self, frame: Picture, panel: Panel, key: str, time_s: float) -> None:
         now = 0.0 if self._layout.moving else time_s
-        for trace in (each for each in self._reel.traces if each.place == kind):
+        for trace in traces_of(self._reel, key):
             until = _until(trace.time_s, time_s)
             first = _until(trace.time_s, time_s - WINDOW_S) if self._layout.moving else 0
             times = trace.time_s[first:until] - (time_s if self._layout.moving else 0.0)
             values = trace.values[first:until]
-            if kind == "spikes":
+            if trace.place == "spikes":
                 times, values = times[values != 0], values[values != 0]
             if trace.dotted:  # dots on the strokes of another channel leave both to be seen
                 self._dots(frame, panel.pixels(times, values), trace.colour)
-            elif kind == "spikes":
+            elif trace.place == "spikes":
                 for at, value in zip(times, values, strict=True):
                     _line(frame, panel.pixels(np.array([at, at]), np.array([0.0, value])), trace.colour,
                           1.7 * self._layout.scale)  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from experiments.bench.video.pictures import Floats
-from experiments.bench.video.reading import Reel
+from experiments.bench.video.reading import Reel, Trace
 from scenes import ARENA_RADIUS_CM
 
 LONGEST_WHOLE_S, WINDOW_S = 30.0, 20.0
@@ -18,6 +19,12 @@ PLAIN_HEIGHT = 720
 """Height of a frame, in pixels, at which type and lines have their plain size."""
 LEFT, RIGHT, BELOW = 78.0, 30.0, 50.0
 """Room about the traces for the numbers of their axes, at plain size."""
+TOGETHER, ONE_ROW = 3, 4
+"""Models that share a panel of potentials at most; of more each has one of its own, so many in one row."""
+KEYS_A_ROW, KEY_ROW_PX = 7, 23.0
+"""Of the key above the panel of all potentials: entries in a row, and its height at plain size."""
+BETWEEN, TITLE_PX = 54.0, 26.0
+"""Room between the panels of two models, and above those in the second row."""
 ROOM_CM = 7.0
 """Room about the robots of a plan that does not show the whole arena."""
 
@@ -61,8 +68,8 @@ class Layout:
     plan
         The arena from above in cm, if robots were recorded.
     traces
-        ``potential`` and ``spikes`` -> their panels, if there are such traces. Their x is the time in s, or that before
-        now where they move on.
+        ``potential`` and ``spikes`` -> their panels, if there are such traces; of a panel for one model alone
+        ``potential/MODEL``. Their x is the time in s, or that before now where they move on.
     moving
         Whether the traces' axes move on.
     scale
@@ -149,28 +156,91 @@ def ground(reel: Reel) -> tuple[tuple[float, float], tuple[float, float]]:
     return (middle[0] - half, middle[0] + half), (middle[1] - half, middle[1] + half)
 
 
+def traces_of(reel: Reel, key: str) -> list[Trace]:
+    """Return the traces of a panel: a key of `Layout.traces`."""
+    kind, _, model = key.partition("/")
+    return [trace for trace in reel.traces if trace.place == kind and model in ("", trace.model)]
+
+
+def levels_of(reel: Reel, key: str) -> list[float]:
+    """Return the thresholds of a panel: of potentials, those of its model where the recording tells whose they are."""
+    kind, _, model = key.partition("/")
+    if kind != "potential":
+        return []
+    return [level for level in reel.levels if not model or model in reel.owners.get(level, (model,))]
+
+
+def apart(reel: Reel) -> bool:
+    """Whether each model has panels of its own."""
+    return len(reel.models) > TOGETHER
+
+
+def key_rows(reel: Reel) -> int:
+    """How many rows the key above the panel of all potentials takes."""
+    return 1 if apart(reel) else math.ceil((len(traces_of(reel, "potential")) + 1) / KEYS_A_ROW)
+
+
 def trace_panels(reel: Reel, box: tuple[float, float, float, float], scale: float) -> dict[str, Panel]:
-    """Place the traces' panels one above the other in a box (left, top, right, bottom), in pixels."""
-    kinds = trace_kinds(reel)
+    """Place the traces' panels in a box (left, top, right, bottom), in pixels.
+
+    Up to `TOGETHER` models share a panel of potentials, and each has a row for its spikes. Of more, each has both, in a
+    grid of one row or two.
+    """
     left, top, right, bottom = box
-    gap, shares = 12.0 * scale, {"potential": 0.68, "spikes": 0.32}
-    whole = sum(shares[kind] for kind in kinds)
-    room = bottom - top - gap * (len(kinds) - 1)
+    if not apart(reel):
+        top += (key_rows(reel) - 1) * KEY_ROW_PX * scale
+        rows = list(reel.models) if len(reel.models) > 1 else [""]
+        return _stacked(reel, "", rows, (left, top, right, bottom), scale)
+    found: dict[str, Panel] = {}
+    down = 1 if len(reel.models) <= ONE_ROW else 2
+    across = math.ceil(len(reel.models) / down)
+    wide = (right - left - BETWEEN * scale * (across - 1)) / across
+    high = (bottom - top - TITLE_PX * scale * (down - 1)) / down
+    for place, model in enumerate(reel.models):
+        row, column = divmod(place, across)
+        start, head = left + column * (wide + BETWEEN * scale), top + row * (high + TITLE_PX * scale)
+        found |= _stacked(reel, f"/{model}", [model], (start, head, start + wide, head + high), scale)
+    return found
+
+
+def _stacked(
+    reel: Reel, whose: str, spiking: Sequence[str], box: tuple[float, float, float, float], scale: float
+) -> dict[str, Panel]:
+    """A panel of potentials, ``whose`` being the end of its key, above a panel for the spikes of each model."""
+    left, top, right, bottom = box
+    kinds = trace_kinds(reel)
+    spikes = [f"spikes/{model}" if model else "spikes" for model in spiking]
+    keys = [key for key in (f"potential{whose}", *spikes) if key.partition("/")[0] in kinds and traces_of(reel, key)]
+    shares = {key: 0.68 if key.startswith("potential") else 0.32 / len(spikes) for key in keys}
+    gap = (12.0 if len(spikes) == 1 and not whose else 5.0) * scale
+    room = bottom - top - gap * (len(keys) - 1)
     x = (-WINDOW_S, 0.0) if moves_on(reel) else (float(reel.time_s[0]), float(reel.time_s[-1]) + 1e-6)
     found = {}
-    for kind in kinds:
-        high = room * shares[kind] / whole
-        found[kind] = Panel(left, top, right - left, high, x, _range(reel, kind))
+    for key in keys:
+        high = room * shares[key] / sum(shares.values())
+        found[key] = Panel(left, top, right - left, high, x, _range(reel, key))
         top += high + gap
     return found
 
 
-def _range(reel: Reel, kind: str) -> tuple[float, float]:
-    values = [trace.values for trace in reel.traces if trace.place == kind]
-    levels = reel.levels if kind == "potential" else ()
+def _range(reel: Reel, key: str) -> tuple[float, float]:
+    """The values that a panel shows: equal in all panels of a kind, but for potentials beyond -1 .. 1."""
+    kind, _, model = key.partition("/")
+    own, every = traces_of(reel, key), traces_of(reel, kind)
+    levels = levels_of(reel, key)
+    if kind == "spikes":
+        own = every
+    elif model and all(map(_bounded, own)):
+        own, levels = [trace for trace in every if _bounded(trace)], list(reel.levels)
+    values = [trace.values for trace in own]
     low = min([float(np.nanmin(each)) for each in values] + [*levels, 0.0])
     high = max([float(np.nanmax(each)) for each in values] + [*levels, 0.0])
     if kind == "spikes":
         low, high = min(low, -1.0 if low < 0 else 0.0), max(high, 1.0)
     room = 0.08 * max(high - low, 0.1)
     return low - room, high + room
+
+
+def _bounded(trace: Trace) -> bool:
+    """Whether a potential stays where those of networks are: that of optic flow counts pixels."""
+    return bool(np.nanmax(np.abs(trace.values)) <= 1.0)

@@ -125,11 +125,17 @@ def aspects(reel: Reel) -> list[float]:
 
 
 def caption_of(reel: Reel, given: str | None) -> str:
-    """The caption that was given, or what the recording says it is."""
+    """The caption that was given, or what the recording says it is, and how many models are not shown."""
     if given is not None:
         return given
     experiment = reel.properties.get("experiment")
-    return f"{experiment}, trial {reel.name}" if experiment else reel.name
+    name = f"{experiment}, trial {reel.name}" if experiment else reel.name
+    return f"{name}; {not_shown(reel)}" if reel.hidden else name
+
+
+def not_shown(reel: Reel) -> str:
+    """Say how many models of a recording are not shown."""
+    return f"{reel.hidden} of {reel.hidden + len(reel.models)} models are not shown"
 
 
 def _drawer(reel: Reel, film: Film) -> Drawer:

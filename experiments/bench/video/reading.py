@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ import rerun as rr
 
 from colias_sim.config import CameraConfig
 from experiments.bench.core.errors import UsageError, explained
+from experiments.bench.core.figures.series import OWNERS
 from experiments.bench.video.pictures import Floats, times_of
 
 Colour = tuple[int, int, int]
@@ -46,6 +48,8 @@ class Trace:
         (N,) each.
     dotted
         Whether the recording draws it as dots: so it does with the second channel of a model, such as VS.
+    model
+        The label of the model that answered.
     """
 
     place: str
@@ -54,6 +58,7 @@ class Trace:
     time_s: Floats
     values: Floats
     dotted: bool = False
+    model: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +105,10 @@ class Reel:
         Horizontal field of view of the observer's camera.
     properties
         What the recording says of itself.
+    owners
+        Level -> the models whose threshold it is; without an entry where the recording does not tell.
+    hidden
+        How many models of the recording have no traces here.
     """
 
     path: Path
@@ -111,6 +120,13 @@ class Reel:
     eyes: tuple[str, ...]
     view_deg: float
     properties: Mapping[str, Any]
+    owners: Mapping[float, tuple[str, ...]] = field(default_factory=dict)
+    hidden: int = 0
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """The models that have traces, in the order in which they were logged."""
+        return tuple(dict.fromkeys(trace.model for trace in self.traces))
 
     @property
     def rate(self) -> float:
@@ -156,6 +172,7 @@ class _Found:
         self._places: dict[str, list[tuple[Floats, Floats]]] = {}
         self._styles: dict[str, tuple[str, Colour]] = {}
         self._dotted: set[str] = set()
+        self._owners: dict[str, tuple[str, ...]] = {}
         self._colours: dict[str, Colour] = {}
         self._eyes: dict[str, list[Floats]] = {}
         self._properties: dict[str, Any] = {}
@@ -205,6 +222,8 @@ class _Found:
             title = str(batch.column(f"{series[0]}:names")[0].as_py()[0])
             self._styles[entity] = title, _colour(batch, f"{series[0]}:colors") or GREY
             self._dotted |= {entity} if series[0] == "SeriesPoints" else set()
+            if OWNERS in names:
+                self._owners[entity] = tuple(map(str, batch.column(OWNERS)[0].as_py()))
         else:
             for kind in ("Points2D", "Cylinders3D"):
                 if f"{kind}:colors" in names:
@@ -213,9 +232,11 @@ class _Found:
     def reel(self, path: Path) -> Reel:
         """Put together what was found."""
         series = {entity: _joined(parts) for entity, parts in self._scalars.items()}
-        levels = sorted({float(own[1][0]) for entity, own in series.items() if entity.startswith(THRESHOLD)})
+        levels = {entity: float(own[1][0]) for entity, own in series.items() if entity.startswith(THRESHOLD)}
+        owners = {level: self._owners[entity] for entity, level in levels.items() if entity in self._owners}
         traces = [
-            Trace(entity.partition("/")[0], *self._styles.get(entity, (entity, GREY)), *own, entity in self._dotted)
+            Trace(entity.partition("/")[0], *self._styles.get(entity, (entity, GREY)), *own, entity in self._dotted,
+                  _model(entity))
             for entity, own in series.items() if not entity.startswith(THRESHOLD)
         ]  # fmt: skip
         tracks = [
@@ -231,8 +252,15 @@ class _Found:
         first = [trace for trace in traces if trace.place != "spikes"]
         spiking = [dataclasses.replace(trace, name=trace.name.removesuffix(" spikes")) for trace in traces
                    if trace.place == "spikes"]  # fmt: skip
-        return Reel(path, self._name or path.stem, times, (*first, *spiking), tuple(tracks), tuple(levels),
-                    tuple(self._eyes), self._view_deg, self._properties)  # fmt: skip
+        return Reel(path, self._name or path.stem, times, (*first, *spiking), tuple(tracks),
+                    tuple(sorted({*levels.values()})), tuple(self._eyes), self._view_deg, self._properties,
+                    owners)  # fmt: skip
+
+
+def _model(entity: str) -> str:
+    """The label of the model whose answer is logged there: the second part of the path, which escapes some letters."""
+    label = re.findall(r"(?:\\.|[^/])+", entity)[1]
+    return re.sub(r"\\(.)", r"\1", label)
 
 
 def _joined(parts: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:

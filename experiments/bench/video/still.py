@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,12 +12,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from experiments.bench.core.figures.plotting import STYLE, plain
-from experiments.bench.video.layout import Layout, Panel, moves_on
+from experiments.bench.video.layout import KEYS_A_ROW, Layout, Panel, apart, levels_of, moves_on, traces_of
 from experiments.bench.video.pictures import Picture
 from experiments.bench.video.reading import Reel, Trace
 from scenes import ARENA_RADIUS_CM
 
 LEVEL_COLOUR, FRAME_COLOUR, FAINT = "#7a7a7a", "#555555", 0.2
+BINS = {"potential": 5, "spikes": 3}
+"""Most intervals between the numbers of a panel that all models share."""
 SCALE_CM = 10.0
 """Length of the plan's scale."""
 TYPE_PX = 15.0
@@ -50,8 +54,8 @@ def still_of(reel: Reel, layout: Layout, caption: str) -> Still:
         still.empty(panel, eye_title(eye))
     if layout.plan is not None:
         still.plan(layout.plan, "from above")
-    for kind, panel in layout.traces.items():
-        still.traces(reel, kind, panel, last=kind == list(layout.traces)[-1], faint=True)
+    for key in layout.traces:
+        still.traces(reel, key, layout.traces, faint=True)
     return still
 
 
@@ -102,27 +106,22 @@ class Still:
         axes.annotate(f"{SCALE_CM:g} cm", (start, level), xytext=(0, 4 * scale), textcoords="offset points",
                       fontsize=0.85 * TYPE_PX * scale)  # fmt: skip
 
-    def traces(self, reel: Reel, kind: str, panel: Panel, *, last: bool, faint: bool) -> None:
+    def traces(self, reel: Reel, key: str, panels: Mapping[str, Panel], *, faint: bool) -> None:
         """Draw the axes of potentials or spikes, and the thresholds; the traces themselves only where they are whole.
 
-        ``faint`` traces are a background for what moves. ``last`` says whether it has the axis of time.
+        ``key`` is that of one of the ``panels``. ``faint`` traces are a background for what moves.
         """
+        panel, (kind, _, model) = panels[key], key.partition("/")
         axes, scale = self._axes(panel), self._scale
         axes.axhline(0.0, color="#c9c9c9", lw=0.8 * scale)
-        own = [trace for trace in reel.traces if trace.place == kind]
-        keys = [Line2D([], [], color=_hex(trace), lw=2.5 * scale, ls=":" if trace.dotted else "-",
-                       label=plain(trace.name)) for trace in own]  # fmt: skip
+        own = traces_of(reel, key)
         if kind == "potential":
             for trace in own if not (faint and moves_on(reel)) else ():
                 axes.plot(trace.time_s, trace.values, color=_hex(trace), ls=":" if trace.dotted else "-",
                           lw=1.4 * scale, alpha=FAINT if faint else 1.0)  # fmt: skip
-            for level in reel.levels:
+            for level in levels_of(reel, key):
                 axes.axhline(level, color=LEVEL_COLOUR, lw=1.0 * scale, ls="--")
-            if reel.levels:
-                keys.append(Line2D([], [], color=LEVEL_COLOUR, ls="--", lw=1.0 * scale, label=_levels(reel)))
-            axes.legend(handles=keys, ncols=min(len(keys), 7), loc="lower right", bbox_to_anchor=(1.0, 1.0),
-                        frameon=False, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
-                        fontsize=TYPE_PX * scale)  # fmt: skip
+            self._key(axes, reel, own, model)
         elif not faint:
             for trace in own:
                 fired = trace.values != 0
@@ -130,11 +129,42 @@ class Still:
                     axes.plot(trace.time_s[fired], trace.values[fired], ".", color=_hex(trace), ms=5 * scale)
                 else:
                     axes.vlines(trace.time_s[fired], 0.0, trace.values[fired], color=_hex(trace), lw=1.4 * scale)
-        axes.set_ylabel(kind)
-        axes.tick_params(width=0.8 * scale, length=3 * scale, labelbottom=last)
-        axes.locator_params(axis="y", nbins=5 if kind == "potential" else 3, integer=kind == "spikes")
-        if last:
+        beside = [other for name, other in panels.items() if name.partition("/")[0] == kind]
+        lowest = all(other.left != panel.left or other.top <= panel.top for other in panels.values())
+        axes.tick_params(width=0.8 * scale, length=3 * scale, labelbottom=lowest)
+        if kind == "spikes" and model and not apart(reel):  # a row among others, one below the other
+            axes.set_yticks([int(panel.y[1])])
+            labelled = panel == beside[len(beside) // 2]
+        else:
+            axes.locator_params(axis="y", nbins=2 if model and kind == "spikes" else 3 if model else BINS[kind],
+                                integer=kind == "spikes")  # fmt: skip
+            labelled = not model or (kind == "potential" and panel.left == min(other.left for other in beside))
+        if labelled:
+            axes.set_ylabel(kind)
+        if lowest:
+            axes.locator_params(axis="x", nbins=4 if apart(reel) else 9)
             axes.set_xlabel("time before now (s)" if faint and moves_on(reel) else "time (s)")
+
+    def _key(self, axes: Axes, reel: Reel, own: Sequence[Trace], model: str) -> None:
+        """Draw the key above a panel of potentials: of all models, or of one, whose name is its title."""
+        scale = self._scale
+        size = TYPE_PX * scale * (0.85 if model else 1.0)
+        prefix = f"{model} " if model else ""
+        keys = [Line2D([], [], color=_hex(trace), lw=2.5 * scale, ls=":" if trace.dotted else "-",
+                       label=plain(trace.name.removeprefix(prefix))) for trace in own]  # fmt: skip
+        if reel.levels and not model:
+            keys.append(Line2D([], [], color=LEVEL_COLOUR, ls="--", lw=1.0 * scale, label=_levels(reel)))
+        key = axes.legend(handles=keys, ncols=min(len(keys), KEYS_A_ROW), loc="lower right", bbox_to_anchor=(1.0, 1.0),
+                    frameon=False, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2 if not model else 0.8,
+                    fontsize=size)  # fmt: skip
+        if model:
+            title = axes.set_title(plain(model), loc="left", fontsize=size, pad=4 * scale)
+            renderer = self._canvas.get_renderer()  # type: ignore[no-untyped-call]
+            room = key.get_window_extent(renderer).x0
+            for length in range(len(model) - 1, 0, -1):  # cut to where the key begins
+                if title.get_window_extent(renderer).x1 <= room:
+                    break
+                title.set_text(plain(f"{model[:length]}..."))
 
     def picture(self) -> Picture:
         """Return the figure, (H, W, 3) uint8, RGB."""

@@ -63,8 +63,8 @@ def make_strip(
             still.empty(panel, f"{time_s:.2f} s")
     for panel, time_s in zip(plans, times, strict=False):
         still.plan(panel, "" if eyes else f"{time_s:.2f} s")
-    for kind, panel in traces.items():
-        still.traces(reel, kind, panel, last=kind == list(traces)[-1], faint=False)
+    for key in traces:
+        still.traces(reel, key, traces, faint=False)
     picture = still.picture()
     drawer = Drawer(reel, Layout(width, height, (), None, {}, moves_on(reel), scale), picture)
     for eye, row in zip(reel.eyes, eyes, strict=True):

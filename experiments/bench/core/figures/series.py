@@ -24,6 +24,8 @@ SHADES = {"hs": 255, "vs": 255, "looming": 0}
 """Channel -> the grey that its dots' colour is mixed with: white, or black."""
 SHADE = 0.45
 """Share of that grey."""
+OWNERS = "models"
+"""The component of a threshold that lists its models: `Level.owners`."""
 MOST_NAMED = 3
 """Models that the name of a threshold lists."""
 
@@ -114,10 +116,13 @@ class Level:
         On the potential.
     title
         Says whose threshold it is.
+    models
+        The labels of all models whose it is.
     """
 
     value: float
     title: str
+    models: tuple[str, ...] = ()
 
     @property
     def entity(self) -> str:
@@ -128,6 +133,10 @@ class Level:
     def style(self) -> rr.SeriesLines:
         """Return how a viewer draws it."""
         return rr.SeriesLines(colors=LIMIT_COLOUR, names=self.title, widths=1.0)
+
+    def owners(self) -> rr.AnyValues:
+        """Return what tells a reader of the recording whose it is: the title names some models alone."""
+        return rr.AnyValues(models=list(self.models))
 
 
 def levels(thresholds: Mapping[str, Mapping[str, float | None]]) -> list[Level]:
@@ -145,7 +154,7 @@ def levels(thresholds: Mapping[str, Mapping[str, float | None]]) -> list[Level]:
             if channel in signs and level is not None:
                 for sign in signs[channel]:
                     owners.setdefault(sign * level, {}).setdefault(model, []).append(channel)
-    return [Level(value, _whose(value, owners[value], thresholds)) for value in sorted(owners)]
+    return [Level(value, _whose(value, owners[value], thresholds), tuple(owners[value])) for value in sorted(owners)]
 
 
 def _whose(

@@ -1,0 +1,50 @@
+"""Which models of a recording are shown: those that were asked for, or as many as can be told apart."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Sequence
+
+from experiments.bench.core.errors import UsageError
+from experiments.bench.video.reading import Reel
+
+MOST_MODELS = 8
+"""In one picture: each has a panel of its own then, and more would be too small to read."""
+
+
+def shown(reel: Reel, asked: Sequence[str] = ()) -> Reel:
+    """Return a recording with the traces of some of its models.
+
+    Parameters
+    ----------
+    reel
+        The recording.
+    asked
+        Labels of models. None: all, or the first `MOST_MODELS` where there are more.
+
+    Returns
+    -------
+    Reel
+        The recording, its models in the order asked for. ``hidden`` counts those that were left out unasked.
+
+    Raises
+    ------
+    UsageError
+        The recording has no such model, or more than `MOST_MODELS` are asked for.
+    """
+    every = reel.models
+    for name in asked:
+        if name not in every:
+            near = difflib.get_close_matches(name, every, n=1, cutoff=0.0)
+            nearest = f" (nearest: {near[0]})" if near else ""
+            raise UsageError(f"--model {name}: {reel.path} has no such model{nearest}; there are: {', '.join(every)}")
+    chosen = tuple(dict.fromkeys(asked)) or every[:MOST_MODELS]
+    if len(chosen) > MOST_MODELS:
+        raise UsageError(f"--model: {len(chosen)} models; legal are up to {MOST_MODELS} in one picture")
+    if chosen == every:
+        return reel
+    traces = [trace for name in chosen for trace in reel.traces if trace.model == name]
+    levels = tuple(level for level in reel.levels if {*reel.owners.get(level, chosen)} & {*chosen})
+    hidden = 0 if asked else len(every) - len(chosen)
+    return dataclasses.replace(reel, traces=tuple(traces), levels=levels, hidden=hidden)

@@ -1,0 +1,187 @@
+"""Videos and strips of recordings with several models: who is shown, where, and what is said of the others."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from types import SimpleNamespace
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import rerun.blueprint as rrb
+from PIL import Image
+
+from dsnn import Response, ResponseSeries
+from experiments.bench.cli import main
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.recording import potentials, recorded, timelines, video
+from experiments.bench.video import make
+from experiments.bench.video.choice import MOST_MODELS, shown
+from experiments.bench.video.layout import TOGETHER, lay_out, levels_of, traces_of
+from experiments.bench.video.reading import Reel, read
+from experiments.bench.video.still import still_of
+
+SIZES = [(1280, 720), (640, 360)]
+FRAMES = 40
+LONG = "dsnn-onboard:preset=bits16,n_con=8,d=2"
+LABELS = ("dsnn", "emd:tau=40", "lgmd1", LONG, "models/my.py", "dsnn@ov7670", *(f"m{i}" for i in range(14)))
+"""Twenty, some of which a path in a recording escapes, and one with no room for all of it."""
+LOOMING = ("lgmd1", "m3")
+PIXELS = "m1"
+"""A model whose potential is no share of anything, as that of optic flow."""
+
+
+def answered(label: str) -> SimpleNamespace:
+    """What a model answered: potentials with a size of its own, and a spike in every fourth frame."""
+    size = 3.0 if label == PIXELS else 0.2 + 0.03 * LABELS.index(label)
+    times = np.linspace(0, 2 * np.pi, FRAMES)
+    if label in LOOMING:
+        series = [Response(looming=0.5 + size * abs(np.sin(t)) / 2, looming_spikes=int(i % 4 == 0))
+                  for i, t in enumerate(times)]  # fmt: skip
+        return SimpleNamespace(model=label, channels=("looming",), thresholds={"looming": 0.7},
+                               series=ResponseSeries.from_responses(series))  # fmt: skip
+    series = [Response(hs=size * np.sin(t), vs=size * np.cos(t) / 2, hs_spikes=int(i % 4 == 0))
+              for i, t in enumerate(times)]  # fmt: skip
+    own = 0.2 if LABELS.index(label) % 2 else 0.16
+    return SimpleNamespace(model=label, channels=("hs", "vs"), thresholds={"hs": own, "vs": own},
+                           series=ResponseSeries.from_responses(series))  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory) -> dict[int, Path]:
+    """Number of models -> a recording of so many."""
+    folder, made = tmp_path_factory.mktemp("models"), {}
+    seconds = np.arange(FRAMES) / 30
+    for count in (1, 3, 4, 8, 20):
+        answers = [answered(label) for label in LABELS[:count]]
+
+        def write(stream, answers=answers):
+            video(stream, "camera", np.full((FRAMES, 12, 16), 200, np.uint8), timelines(seconds, np.arange(FRAMES)))
+            potentials(stream, answers, seconds)
+
+        made[count] = folder / f"{count}.rrd"
+        made[count].write_bytes(recorded(write, rrb.Blueprint(rrb.Spatial2DView()), "many"))
+    return made
+
+
+def film(reel: Reel, size: tuple[int, int]):
+    layout = lay_out(reel, make.aspects(reel), *size)
+    return layout, still_of(reel, layout, make.caption_of(reel, None))
+
+
+# Who is shown.
+
+
+def test_a_recording_tells_whose_traces_and_thresholds_are_whose(recordings):
+    reel = read(recordings[20])
+    assert reel.models == LABELS
+    for label in LABELS:
+        own = answered(label)
+        (line,) = [t for t in reel.traces if (t.place, t.model, t.dotted) == ("potential", label, False)]
+        np.testing.assert_allclose(line.values, getattr(own.series, own.channels[0]))
+        wanted = {sign * level for level in own.thresholds.values() for sign in ((1,) if label in LOOMING else (1, -1))}
+        assert set(levels_of(reel, f"potential/{label}")) == wanted
+
+
+def test_the_first_eight_of_twenty_are_shown_and_the_caption_says_so(recordings):
+    whole = read(recordings[20])
+    reel = shown(whole)
+    assert (reel.models, reel.hidden) == (LABELS[:MOST_MODELS], 12)
+    assert make.caption_of(reel, None) == "many; 12 of 20 models are not shown"
+    assert make.caption_of(reel, "mine") == "mine"
+    for count in (1, 3, 8):
+        few = read(recordings[count])
+        assert shown(few) is few and make.caption_of(few, None) == "many"
+
+
+def test_models_are_chosen_by_name(recordings):
+    whole = read(recordings[20])
+    reel = shown(whole, ["m13", "lgmd1"])
+    assert (reel.models, reel.hidden) == (("m13", "lgmd1"), 0), "in the order asked for; nobody is missed"
+    assert set(reel.levels) == {0.7, 0.2, -0.2}, "thresholds of others are gone"
+    with pytest.raises(
+        UsageError, match=r"^--model emd: .*20\.rrd has no such model \(nearest: .*there are: dsnn, emd"
+    ):
+        shown(whole, ["emd"])
+    with pytest.raises(UsageError, match=r"^--model: 9 models; legal are up to 8 in one picture$"):
+        shown(whole, LABELS[:9])
+
+
+# Where they are.
+
+
+@pytest.mark.parametrize("size", SIZES, ids=str)
+@pytest.mark.parametrize("count", [1, 3, 4, 8, 20])
+def test_nothing_covers_anything(recordings, count, size):
+    """Panels, the keys above them, titles, pictures: each has its own place inside the frame."""
+    reel = shown(read(recordings[count]))
+    layout, still = film(reel, size)
+    still.picture()
+    renderer = still.figure.canvas.get_renderer()
+    boxes = [axes.get_window_extent(renderer) for axes in still.figure.axes]
+    assert len(boxes) == len(layout.traces) + 1, "and the eye"
+    keys = [legend.get_window_extent(renderer) for axes in still.figure.axes if (legend := axes.get_legend())]
+    for box in (*boxes, *keys):
+        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= size[0] and box.y1 <= size[1]
+    for one, other in itertools.combinations(boxes, 2):
+        assert not one.shrunk(0.99, 0.99).overlaps(other)
+    for key, box in itertools.product(keys, boxes):
+        inner = mpl.transforms.Bbox.from_extents(key.x0, key.y0 + 4, key.x1, key.y1 - 4)  # its own padding
+        assert not inner.overlaps(box)
+    for axes in still.figure.axes:
+        title, key = axes._left_title, axes.get_legend()
+        if key is not None and title.get_text():
+            assert (
+                title.get_text() != LONG and title.get_window_extent(renderer).x1 <= key.get_window_extent(renderer).x0
+            )
+
+
+@pytest.mark.parametrize("count", [1, 3, 4, 8, 20])
+def test_each_trace_is_in_one_panel_and_each_panel_has_one_model_beyond_three(recordings, count):
+    reel = shown(read(recordings[count]))
+    layout, _ = film(reel, SIZES[0])
+    drawn = [id(trace) for key in layout.traces for trace in traces_of(reel, key)]
+    assert sorted(drawn) == sorted(id(trace) for trace in reel.traces if trace.place in ("potential", "spikes"))
+    for key in layout.traces:
+        alone = len({trace.model for trace in traces_of(reel, key)}) == 1
+        assert alone or (key == "potential" and count <= TOGETHER)
+
+
+def test_potentials_are_drawn_to_one_scale_but_those_that_are_no_shares(recordings):
+    reel = shown(read(recordings[20]), [*LABELS[:4], PIXELS])
+    layout, _ = film(reel, SIZES[0])
+    scales = {label: layout.traces[f"potential/{label}"].y for label in reel.models}
+    assert len({scales[label] for label in LABELS[:4]}) == 1
+    assert scales[PIXELS][1] > 3.0 > 1.5 > scales["dsnn"][1]
+    assert len({panel.y for key, panel in layout.traces.items() if key.startswith("spikes")}) == 1
+
+
+@pytest.mark.parametrize("count", [3, 8])
+def test_a_frame_has_each_model_s_spikes_in_its_own_panel(recordings, count):
+    reel = shown(read(recordings[count]))
+    layout, still = film(reel, SIZES[0])
+    drawer = make.Drawer(reel, layout, still.picture())
+    (frame,) = make.frames(reel, drawer, reel.time_s[[-1]])
+    for label in reel.models:
+        panel = layout.traces[f"spikes/{label}"]
+        rows = slice(round(panel.top) + 1, round(panel.top + panel.height) - 1)
+        inside = frame[rows, round(panel.left) + 4 : round(panel.left + panel.width) - 6].reshape(-1, 3).astype(int)
+        (trace,) = [trace for trace in traces_of(reel, f"spikes/{label}") if np.any(trace.values)]
+        assert (np.abs(inside - trace.colour).max(1) < 8).any(), f"{label}'s own spikes"
+
+
+# The command.
+
+
+def test_the_command_says_what_is_not_shown_and_takes_models(recordings, tmp_path, capsys):
+    out = tmp_path / "strip.png"
+    assert main.command(["video", str(recordings[20]), "--out", str(out), "--frames", "3"]) == 0
+    assert "note: 12 of 20 models are not shown: --model chooses" in " ".join(capsys.readouterr().err.split())
+    few = tmp_path / "few.png"
+    command = ["video", str(recordings[20]), "--out", str(few), "--frames", "3", "--model", "dsnn", "--model", "m2"]
+    assert main.command(command) == 0
+    assert "not shown" not in capsys.readouterr().err
+    for made in (out, few):
+        with Image.open(made) as picture:
+            assert picture.size[0] == 1800
