@@ -148,6 +148,21 @@ def test_a_reflex_cannot_read_what_its_model_does_not_answer(name, model, channe
     assert str(caught.value) == said
 
 
+class PD:
+    def __init__(self, rng):
+        self.last = 0.0
+
+    def __call__(self, seen):
+        rise, self.last = seen.hs - self.last, seen.hs
+        return rise, -rise
+
+
+def test_a_class_is_no_reflex():
+    with pytest.raises(UsageError, match=r"returned a PD, not two wheel speeds; .* use Behaviour\(\.\.\., make=PD\)"):
+        play_entry(Behaviour.reflex("pd", "", OPTOMOTOR, PD), OPTOMOTOR, {}, 0, steps=2)
+    assert play_entry(Behaviour("pd", "", OPTOMOTOR, make=PD), OPTOMOTOR, {}, 0, steps=2).steps == 2
+
+
 def test_what_a_model_declares_is_read_as_ever():
     numbers = np.array([0.1, -0.2, 1, -2, 0.7, 3, 0.5], np.float32)
     whole, part = response(numbers), response(numbers, ("hs", "vs"), "dsnn")

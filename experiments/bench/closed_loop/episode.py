@@ -21,6 +21,7 @@ from dsnn.model import CHANNELS
 from experiments.bench.closed_loop.behaviour import Behaviour, Policy
 from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.closed_loop.seen import response
+from experiments.bench.core.errors import UsageError
 from experiments.bench.streams import stream
 
 Floats = npt.NDArray[np.float64]
@@ -143,9 +144,18 @@ def agent(policy: Policy, senses: str, model: Any = None) -> Agent:
 
     def act(observation: Any) -> npt.NDArray[np.float32]:
         seen = response(observation, channels, name) if senses == "neural" else State.read(observation)
-        return np.clip(np.asarray(policy(seen), np.float32), -1.0, 1.0)
+        return np.clip(_wheels(policy(seen)), -1.0, 1.0)
 
     return act
+
+
+def _wheels(answer: Any) -> npt.NDArray[np.float32]:
+    """What a policy returned, as numbers; `UsageError` for what is callable: a class given as a reflex makes such."""
+    if callable(answer):
+        kind = getattr(answer if isinstance(answer, type) else type(answer), "__name__", "")
+        instead = f"for a reflex with memory use Behaviour(..., make={kind})"
+        raise UsageError(f"the reflex returned a {kind}, not two wheel speeds; {instead}")
+    return np.asarray(answer, np.float32)
 
 
 def _play(made: gym.Env[Any, Any], agent: Agent, seed: int, name: str, images: bool) -> Episode:
