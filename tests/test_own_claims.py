@@ -7,6 +7,7 @@ from experiments.bench import registry
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.store.description import to_json
+from experiments.bench.public.run import Asked, missing_models, planned
 from experiments.bench.robot.claims import judge
 from tests.test_claims import rows
 
@@ -138,3 +139,14 @@ def test_the_description_has_no_address():
     said = to_json(experiment("C14", claim(source="my notebook")))
     assert "function" not in said and " at 0x" not in said
     assert '"says": "as I say"' in said and '"source": "my notebook"' in said
+
+
+def test_models_that_are_not_shown_are_told_before_the_first_trial():
+    def told(made, *models):
+        return missing_models(planned(made, Asked(models, only=bool(models))))
+
+    two = {"models": {"dsnn", "centroid2"}}
+    note = "note: claim mine needs the models centroid2, which are not shown; shown are dsnn"
+    assert told(experiment(claim(**two))) == told(clips(clip_claim(**two))) == [note]
+    assert told(experiment(claim(), "C24")) == told(clips(clip_claim())) == []
+    assert told(clips(clip_claim()), "emd") == [note.replace("centroid2", "dsnn").replace("are dsnn", "are emd")]
