@@ -16,10 +16,11 @@ from experiments.behaviours import AHEAD, AVOIDANCE, BEHAVIOURS, FIXATION, OPTOM
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop import recording as closed_loop_recording
 from experiments.bench.closed_loop.behaviour import Behaviour, by_name
-from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, agent, play, play_behaviour, response
+from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, agent, play, play_behaviour, play_entry
 from experiments.bench.closed_loop.find import env_id, load_behaviour
 from experiments.bench.closed_loop.run import BehaviourPlan, plan, score
 from experiments.bench.closed_loop.scores import free_distance, mean, optomotor_gain, rate, rate_ratio, scores
+from experiments.bench.closed_loop.seen import response
 from experiments.bench.core.errors import UsageError
 from tests.chapters import titled
 from tests.conftest import Colias, one_core
@@ -130,6 +131,44 @@ def test_observations_are_responses():
     seen = response(np.array([0.1, -0.2, 1, -2, 0.7, 3, 0.5], np.float32))
     assert (seen.hs_spikes, seen.vs_spikes, seen.looming_spikes) == (1, -2, 3)
     assert (seen.hs, seen.vs, seen.looming, seen.azimuth) == pytest.approx((0.1, -0.2, 0.7, 0.5))
+
+
+@pytest.mark.parametrize(("name", "model", "channels"), [
+    ("azimuth", "dsnn", "hs, vs"),
+    ("looming_spikes", "dsnn", "hs, vs"),
+    ("looming", "dsnn", "hs, vs"),
+    ("hs", "lgmd1", "looming"),
+    ("hs_spikes", "lgmd1", "looming"),
+])  # fmt: skip
+def test_a_reflex_cannot_read_what_its_model_does_not_answer(name, model, channels):
+    entry = Behaviour("mine", "", OPTOMOTOR, lambda rng: lambda seen: (0.1, getattr(seen, name)), model=model)
+    with pytest.raises(UsageError) as caught:
+        play_entry(entry, OPTOMOTOR, {}, 0, steps=2)
+    said = f"the reflex reads {name}, which {model} does not answer; its channels are {channels}"
+    assert str(caught.value) == said
+
+
+class PD:
+    def __init__(self, rng):
+        self.last = 0.0
+
+    def __call__(self, seen):
+        rise, self.last = seen.hs - self.last, seen.hs
+        return rise, -rise
+
+
+def test_a_class_is_no_reflex():
+    with pytest.raises(UsageError, match=r"returned a PD, not two wheel speeds; .* use Behaviour\(\.\.\., make=PD\)"):
+        play_entry(Behaviour.reflex("pd", "", OPTOMOTOR, PD), OPTOMOTOR, {}, 0, steps=2)
+    assert play_entry(Behaviour("pd", "", OPTOMOTOR, make=PD), OPTOMOTOR, {}, 0, steps=2).steps == 2
+
+
+def test_what_a_model_declares_is_read_as_ever():
+    numbers = np.array([0.1, -0.2, 1, -2, 0.7, 3, 0.5], np.float32)
+    whole, part = response(numbers), response(numbers, ("hs", "vs"), "dsnn")
+    assert all(getattr(part, name) == getattr(whole, name) for name in ("hs", "vs", "hs_spikes", "vs_spikes"))
+    assert isinstance(part, Response) and "azimuth" not in repr(part)
+    assert getattr(part, "azimuth", 0.0) == 0.0
 
 
 def test_wheels_beyond_the_maximum_are_cut():

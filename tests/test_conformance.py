@@ -9,12 +9,14 @@ from dsnn import MODELS, ModelEntry, Response
 from dsnn.frames import luma
 from experiments.bench.cli.main import command
 from experiments.bench.conformance import laws
+from experiments.bench.conformance.notes import notes
 from experiments.bench.core.models import ConfiguredModel, choose
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_every_registered_model_keeps_the_laws(name):
     assert [each for each in laws.check(choose(name, "offline")) if each.trouble] == []
+    assert notes(choose(name, "offline")) == []
 
 
 @dataclasses.dataclass(frozen=True)
@@ -157,3 +159,24 @@ def test_the_command_ends_with_1_where_a_law_is_broken(tmp_path, capsys):
     assert command(["check", str(tmp_path / "bad.py")]) == 1
     printed = capsys.readouterr().out
     assert "reset        broken: in frame 0 hs is 0.0" in printed and "bad breaks" in printed
+
+
+def test_what_is_dropped_and_what_never_spikes_is_noted(tmp_path, capsys):
+    (tmp_path / "odd.py").write_text(
+        "from dataclasses import dataclass\nimport numpy as np\nfrom dsnn import ModelEntry, Response\n\n\n"
+        "@dataclass(frozen=True)\nclass P:\n    t_sp: float = 0.2\n    spikes: int = 0\n\n\n"
+        "class Odd:\n    def __init__(self, shape, p):\n        self.p, self.last = p, None\n\n"
+        "    def reset(self):\n        self.last = None\n\n"
+        "    def step(self, frame, **of):\n        now = frame.astype(float)\n"
+        "        change = 0.0 * now if self.last is None else now - self.last\n        self.last = now\n"
+        "        hs = float(np.tanh(-(change * np.gradient(now)[1]).mean()))\n"
+        "        return Response(hs=hs, hs_spikes=self.p.spikes * (abs(hs) > 0.2), azimuth=hs)\n\n\n"
+        'MODEL = ModelEntry("odd", "odd", Odd, P(), channels=("hs",))\n'
+    )
+    command(["check", str(tmp_path / "odd.py")])
+    printed = capsys.readouterr().out
+    assert "note: answers azimuth, which is not declared: it is dropped" in printed
+    assert "note: hs passes t_sp = 0.2 in " in printed
+    assert "and hs_spikes stays 0: step itself returns the spikes" in printed
+    command(["check", f"{tmp_path / 'odd.py'}:spikes=1"])
+    assert "step itself" not in capsys.readouterr().out

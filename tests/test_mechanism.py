@@ -228,5 +228,9 @@ def test_a_claim_of_one_s_own_compares_models(colias):
     assert (claim["verdict"], claim["model"]) == ("holds", "")
     models = pq.read_table(colias.folder / "out" / "trials.parquet")["model"].to_pylist()
     assert models == ["dsnn", "dsnn:n_con=1", "emd"], "those declared, then those beside them"
+    assert "note:" not in done.stderr
     done = colias("run", "mine.py", *quick, "--only", "--model", "dsnn", "--out", "alone")
+    note = "note: claim weaker needs the models dsnn:n_con=1, which are not shown; shown are dsnn"
+    assert note in done.stderr
+    assert note in colias("run", "mine.py", "--only", "--model", "dsnn", "--dry-run").stdout
     assert "weaker untested" in done.stdout and "needs the models dsnn:n_con=1" in done.stdout

@@ -9,6 +9,7 @@ from experiments.bench import registry
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.store.description import to_json
+from experiments.bench.public.run import Asked, missing_models, planned
 from experiments.bench.robot.claims import judge
 from tests.test_claims import rows
 
@@ -149,3 +150,14 @@ def test_a_judge_that_breaks_is_told_by_its_line_and_the_nearest_column(tmp_path
     exec(compile(file.read_text(), str(file), "exec"), names)
     found = judge(claim(judge=names["judge"]), rows({6: [9] * 5}, "speed_cm_s"), 0.2)
     assert found.measured == "its judge failed: mine.py, line 2: KeyError: 'spiks' (nearest column: spikes)"
+
+
+def test_models_that_are_not_shown_are_told_before_the_first_trial():
+    def told(made, *models):
+        return missing_models(planned(made, Asked(models, only=bool(models))))
+
+    two = {"models": {"dsnn", "centroid2"}}
+    note = "note: claim mine needs the models centroid2, which are not shown; shown are dsnn"
+    assert told(experiment(claim(**two))) == told(clips(clip_claim(**two))) == [note]
+    assert told(experiment(claim(), "C24")) == told(clips(clip_claim())) == []
+    assert told(clips(clip_claim()), "emd") == [note.replace("centroid2", "dsnn").replace("are dsnn", "are emd")]

@@ -27,11 +27,12 @@ def check(
     Exit status: 1 if a law is broken.
     """
     from experiments.bench.conformance import laws, table
+    from experiments.bench.conformance.notes import notes
     from experiments.bench.core.settings import watchers
     from experiments.bench.leaderboard.timing import time_models
 
     (chosen,), _ = watchers((model,), ())
     findings = laws.check(chosen)
     taken = time_models([chosen], laws.SHAPE).get(chosen.label)
-    table.show(chosen.label, findings, min(taken) if taken else None)
+    table.show(chosen.label, findings, min(taken) if taken else None, notes(chosen))
     return EXIT_FAILED if any(each.trouble for each in findings) else 0

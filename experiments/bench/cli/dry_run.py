@@ -12,6 +12,7 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.store.description import holds_results, reconciled
 from experiments.bench.core.store.files import read_parquet
 from experiments.bench.core.terminal import count
+from experiments.bench.public.run import missing_models
 from experiments.bench.robot.plan import Plan, describe
 
 
@@ -41,6 +42,8 @@ def say(plan: Plan | OfflinePlan, folder: Path, recordings: bool, resumed: bool,
         raise UsageError(f"{folder} already holds a run: choose another --out, or go on with it by --resume")
     for line in _lines(plan, done):
         typer.echo(line)
+    for note in missing_models(plan):
+        typer.echo(note)
     typer.echo(f"nothing was run; the results would be in {folder}")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,9 +16,12 @@ from colias_sim import Pose
 from colias_sim.envs import ENVS, State
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.options import EnvOptions
-from dsnn import Response, ResponseSeries
+from dsnn import ResponseSeries
+from dsnn.model import CHANNELS
 from experiments.bench.closed_loop.behaviour import Behaviour, Policy
 from experiments.bench.closed_loop.find import load_behaviour
+from experiments.bench.closed_loop.seen import response
+from experiments.bench.core.errors import UsageError
 from experiments.bench.streams import stream
 
 Floats = npt.NDArray[np.float64]
@@ -89,11 +93,13 @@ def play(env_id: str, options: Mapping[str, Any], agent: Agent, seed: int, *, na
 
     Raises ``ValueError`` on options that are not legal, and what the agent raises.
     """
-    made = gym.make(env_id, max_episode_steps=steps or ENVS[env_id].max_episode_steps, **options)
-    try:
+    with closing(_made(env_id, options, steps)) as made:
         return _play(made, agent, seed, name, images)
-    finally:
-        made.close()
+
+
+def _made(env_id: str, options: Mapping[str, Any], steps: int | None) -> gym.Env[Any, Any]:
+    """A new env, its episodes over after ``steps`` or its own number."""
+    return gym.make(env_id, max_episode_steps=steps or ENVS[env_id].max_episode_steps, **options)
 
 
 def play_behaviour(spec: EpisodeSpec, *, images: bool) -> Episode:
@@ -113,7 +119,9 @@ def play_entry(
         options.setdefault("model", entry.model)
     # The world's draws come from the seed alone, so that behaviours meet the same worlds; these are its own.
     policy = entry.make(stream("policy", seed))
-    return play(env, options, agent(policy, entry.senses), seed, name=entry.name, steps=steps, images=images)
+    with closing(_made(env, options, steps)) as made:
+        assert isinstance(made.unwrapped, ColiasEnv)
+        return _play(made, agent(policy, entry.senses, made.unwrapped.model), seed, entry.name, images)
 
 
 def start_places(env: str, options: Mapping[str, Any], seed: int) -> dict[str, tuple[float, float, float]]:
@@ -130,20 +138,24 @@ def start_places(env: str, options: Mapping[str, Any], seed: int) -> dict[str, t
         made.close()
 
 
-def agent(policy: Policy, senses: str) -> Agent:
-    """A policy over a `Response` or a `State`, as an agent over the env's observations."""
-    sense = response if senses == "neural" else State.read
+def agent(policy: Policy, senses: str, model: Any = None) -> Agent:
+    """A policy over a `Response`, by the env's vision ``model``, or a `State`: an agent over observations."""
+    channels, name = getattr(model, "channels", CHANNELS), getattr(model, "name", "the model")
 
     def act(observation: Any) -> npt.NDArray[np.float32]:
-        return np.clip(np.asarray(policy(sense(observation)), np.float32), -1.0, 1.0)
+        seen = response(observation, channels, name) if senses == "neural" else State.read(observation)
+        return np.clip(_wheels(policy(seen)), -1.0, 1.0)
 
     return act
 
 
-def response(observation: npt.NDArray[np.float32]) -> Response:
-    """The `Response` that a neural observation (7,) is of."""
-    hs, vs, hs_spikes, vs_spikes, looming, looming_spikes, azimuth = observation.tolist()
-    return Response(hs, vs, int(hs_spikes), int(vs_spikes), None, looming, int(looming_spikes), azimuth)
+def _wheels(answer: Any) -> npt.NDArray[np.float32]:
+    """What a policy returned, as numbers; `UsageError` for what is callable: a class given as a reflex makes such."""
+    if callable(answer):
+        kind = getattr(answer if isinstance(answer, type) else type(answer), "__name__", "")
+        instead = f"for a reflex with memory use Behaviour(..., make={kind})"
+        raise UsageError(f"the reflex returned a {kind}, not two wheel speeds; {instead}")
+    return np.asarray(answer, np.float32)
 
 
 def _play(made: gym.Env[Any, Any], agent: Agent, seed: int, name: str, images: bool) -> Episode:

@@ -128,7 +128,8 @@ class Policy:
 
         def drive(seen: Response) -> Wheels:
             nonlocal command
-            observation = np.array([getattr(seen, name) for name in NEURAL], np.float32)
+            # As in training, a channel that the model does not answer is 0.
+            observation = np.array([getattr(seen, name, 0.0) for name in NEURAL], np.float32)
             command = steering.command(command, self.answer(steering.sense(observation, command)))
             return float(command[0]), float(command[1])
 

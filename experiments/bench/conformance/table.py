@@ -11,14 +11,16 @@ MOST_US = 1000.0
 """What a model may cost a frame of 99x72, us, without a word about it: the robot's camera gives 30 frames a second."""
 
 
-def show(label: str, findings: Sequence[Finding], us: float | None) -> None:
-    """A line for each law, and what is broken; then what a frame costs, ``us``, if it is known.
+def show(label: str, findings: Sequence[Finding], us: float | None, notes: Sequence[str] = ()) -> None:
+    """A line for each law, and what is broken; the ``notes``; what a frame costs, ``us``, if it is known.
 
     Of several rounds ``us`` is that of the fastest: what else runs on the machine only adds.
     """
     for each in findings:
         said = f"broken: {each.trouble}" if each.trouble else f"kept: {each.asks}"
         out_console.print(f"{each.law:<13}{said}", soft_wrap=True, markup=False)
+    for note in notes:
+        out_console.print(f"note: {note}", soft_wrap=True, markup=False)
     if us is not None:
         more = "; more than 1 ms: say why in its docstring" if us > MOST_US else ""
         out_console.print(f"{'cost':<13}{us:.0f} us a frame at 99x72, in its fastest round{more}", markup=False)

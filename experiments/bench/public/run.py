@@ -18,6 +18,7 @@ from experiments.bench.core.models import shown_models
 from experiments.bench.core.store.files import new_folder
 from experiments.bench.core.store.places import check_folder
 from experiments.bench.core.terminal import error_console
+from experiments.bench.core.verdict import Claim
 from experiments.bench.public.arguments import assignments, model_texts, whole
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import Experiment
@@ -73,6 +74,8 @@ def perform(
         There is a run in ``folder``, and ``resume`` is False.
     """
     made = planned(experiment, asked)
+    for note in missing_models(made):
+        error_console.print(note, soft_wrap=True, markup=False)
     if isinstance(made, OfflinePlan):
         from experiments.bench.clips import run as clips_run  # not before: it draws, and a wrong use should be quick
 
@@ -102,6 +105,18 @@ def planned(experiment: Experiment | OfflineExperiment, asked: Asked) -> Plan | 
         return clips_plan(experiment, models, asked.assignments, asked.repeats, asked.seed, only=True)
     trials = robot_plan(experiment, models, asked.assignments, asked.repeats, asked.seed)
     return both(trials) if asked.eyes == BOTH_EYES else trials
+
+
+def missing_models(plan: Plan | OfflinePlan) -> list[str]:
+    """Return a line for each claim of a user's own that compares models of which some are not shown."""
+    models = plan.showings[0].models if isinstance(plan, OfflinePlan) else plan.settings.models
+    shown, found = [model.label for model in models], []
+    for claim in plan.experiment.claims:
+        missing = sorted(getattr(claim, "models", frozenset()) - set(shown))
+        if missing and isinstance(claim, Claim) and claim.own:
+            needs = f"needs the models {', '.join(missing)}, which are not shown"
+            found.append(f"note: claim {claim.id} {needs}; shown are {', '.join(shown)}")
+    return found
 
 
 def _note_rates(plan: Plan) -> None:

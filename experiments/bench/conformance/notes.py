@@ -1,0 +1,58 @@
+"""What breaks no law and is rarely meant: answers that are dropped, and potentials without their spikes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from dsnn.frames import frozen
+from dsnn.model import CHANNELS, SPIKING
+from experiments.bench.conformance.laws import approach, crossing
+from experiments.bench.core import interrupts
+from experiments.bench.core.models import ConfiguredModel, load_model
+from experiments.bench.core.terminal import count
+from experiments.bench.core.user_code import apart, is_file
+
+
+def notes(chosen: ConfiguredModel) -> list[str]:
+    """A line for each oddity of a model's answers to a crossing and to an approach; none where it fails to answer."""
+    try:
+        answers = _answers(chosen)
+        return [*_dropped(answers, chosen), *_silent(answers, chosen)]
+    except BaseException as error:  # the laws say what is wrong
+        interrupts.pass_on(error)
+        return []
+
+
+def _answers(chosen: ConfiguredModel) -> list[Any]:
+    """As the model gives them, to be looked at before undeclared channels are dropped."""
+    found = []
+    for frames in (crossing(), approach()):
+        shape = (frames.shape[1], frames.shape[2])
+        model: Any = apart(lambda shape=shape: chosen.build(shape))  # type: ignore[misc]
+        found += [apart(lambda model=model, frame=frame: model.step(frozen(frame))) for frame in frames]  # type: ignore[misc]
+    return found
+
+
+def _dropped(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
+    return [
+        f"answers {channel}, which is not declared: it is dropped"
+        for channel in CHANNELS
+        if channel not in chosen.channels and any(getattr(answer, channel, 0.0) != 0.0 for answer in answers)
+    ]
+
+
+def _silent(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
+    """Of a user's own file: of those that ship, the hybrid holds its spikes back on purpose while nothing looms."""
+    found: list[str] = []
+    if not is_file(chosen.source):
+        return found
+    names = load_model(chosen.source).thresholds
+    for channel, threshold in chosen.thresholds.items():
+        if channel not in SPIKING or threshold is None or any(getattr(each, f"{channel}_spikes") for each in answers):
+            continue
+        above = sum(abs(getattr(answer, channel)) > threshold for answer in answers)
+        if above:
+            passes = f"{channel} passes {names.get(channel, 't_sp')} = {threshold:g} in {count(above, 'frame')}"
+            found.append(f"{passes}, and {channel}_spikes stays 0: step itself returns the spikes")
+    return found
