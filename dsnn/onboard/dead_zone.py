@@ -71,6 +71,8 @@ def dead_zone(params: OnboardParams) -> DeadZone:
 
     Examples
     --------
+    >>> from dsnn import OnboardParams
+    >>> from dsnn.onboard.dead_zone import dead_zone
     >>> dead_zone(OnboardParams(tau_s=(10.0, 200.0))).matters
     False
     >>> dead_zone(OnboardParams(tau_s=(10.0, 3000.0))).matters

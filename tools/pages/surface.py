@@ -23,6 +23,7 @@ BEYOND: Mapping[str, tuple[str, ...]] = {
     "colias_sim.envs.options": ("STRICT", "EnvOptions", "keyword_arguments"),
     "colias_sim.gl": ("renderer", "require_backend"),
     "dsnn.frames": ("luma",),
+    "dsnn.onboard.dead_zone": ("DeadZone", "dead_zone"),
     "dsnn.onboard.error": ("ErrorReport", "compare"),
     "experiments.behaviours": ("BEHAVIOURS", "escape"),
     "scenes": ("ARENAS", "ROBOTS", "arena_path"),
