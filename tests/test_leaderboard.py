@@ -200,7 +200,7 @@ def test_contenders():
 
 
 def test_a_model_that_raises_is_not_timed(tmp_path):
-    text = example().replace('"gradient"', '"odd"').replace("now = np", "raise ValueError(1)\n        now = np")
+    text = example().replace('"gradient"', '"odd"').replace("now = luma", "raise ValueError(1)\n        now = luma")
     (tmp_path / "odd.py").write_text(text)
     taken = time_models([choose("emd"), choose(str(tmp_path / "odd.py"))], (24, 32))
     assert set(taken) == {"emd"}
