@@ -246,10 +246,13 @@ def _run(
 
 
 def _by_same_code(work: Callable[[AnySpec], TrialRecord], made_by: Mapping[str, Any], spec: AnySpec) -> TrialRecord:
-    """In a worker: do the job, if the worker has the code that the rows will be marked with."""
+    """In a worker: do the job, if the worker has the code that the rows will be marked with, before it and after."""
     if made_by:
         provenance.check(made_by)
-    return work(spec)
+    done = work(spec)
+    if made_by:  # what the job itself loaded may have been edited since
+        provenance.check(made_by)
+    return done
 
 
 def tell(folder: RunFolder) -> None:

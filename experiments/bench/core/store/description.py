@@ -177,5 +177,6 @@ def plain(value: Any) -> Any:
     if isinstance(value, Claim):
         return value.described()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+        # A field that makes no two values differ is no parameter.
+        return {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.compare}
     return str(value)
