@@ -305,7 +305,7 @@ def _importer(known: _Named) -> Callable[..., Any]:
     return load
 
 
-sys.meta_path.append(_Finder())
+sys.meta_path.insert(0, _Finder())  # before that which looks into packages' folders
 
 
 def plain_names(text: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import datetime
 import os
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,13 +17,20 @@ import pyarrow.parquet as pq
 from experiments.bench.core.store.description import to_json
 
 
+_NAMING = threading.Lock()
+_given: set[Path] = set()
+"""Folders that this process has been told of: another thread may not have made its own yet."""
+
+
 def new_folder(name: str) -> Path:
     """Return the path of a folder that is not there yet, under ``runs``: a run's name, and the time."""
     first = Path("runs") / f"{name}-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
     path, number = first, 1
-    while path.exists():  # of another run begun in the same second
-        number += 1
-        path = first.with_name(f"{first.name}-{number}")
+    with _NAMING:
+        while path.exists() or path.absolute() in _given:  # of another run begun in the same second
+            number += 1
+            path = first.with_name(f"{first.name}-{number}")
+        _given.add(path.absolute())
     return path
 
 

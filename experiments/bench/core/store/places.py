@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
+import errno
 import os
+import shutil
+import uuid
 from pathlib import Path
 
 from experiments.bench.core.errors import UsageError
 
 
 def check_folder(folder: Path, asked: str) -> None:
-    """Try whether files can be written into a folder, which is made for that if need be.
+    """Try whether files can be written into a folder, or into one that would be made there.
 
-    Nothing of the trial is left: neither its file nor the folders that were made for it.
+    Nothing of the trial is left, and no folder is made that another thread or process could be using.
 
     Parameters
     ----------
@@ -35,24 +37,33 @@ def check_file(file: Path, asked: str) -> None:
 
 
 def _try(folder: Path, name: str, asked: str) -> None:
-    made: list[Path] = []
+    # The folders that lack are tried under another name: another thread or process may be about to use these.
+    there = next((each for each in (folder, *folder.parents) if os.path.lexists(each)), Path())
+    lacking = folder.relative_to(there).parts
+    trial = there / f".colias-{uuid.uuid4().hex}.part"
     try:
-        for each in (*reversed(folder.parents), folder):
-            if not each.is_dir():
-                each.mkdir()
-                made.append(each)
-        (folder / name).touch(exist_ok=True)
-        (folder / name).unlink()
+        if not there.is_dir():
+            raise FileExistsError(errno.EEXIST, "", str(there))
+        place = trial
+        for part in ("", *lacking):
+            place = place / part
+            place.mkdir()
+        (place / name).touch()
+        if not lacking:  # as the file's own name, too
+            (there / name).touch()
+            (there / name).unlink()
     except OSError as error:
-        raise UsageError(f"{asked}: {_why(error)}") from None
+        meant = Path(error.filename)
+        if meant == trial:
+            meant = there / (*lacking, name)[0]
+        elif meant.is_relative_to(trial):
+            meant = there / meant.relative_to(trial)
+        raise UsageError(f"{asked}: {_why(error, meant)}") from None
     finally:
-        for each in reversed(made):
-            with contextlib.suppress(OSError):  # another process may use it already
-                each.rmdir()
+        shutil.rmtree(trial, ignore_errors=True)
 
 
-def _why(error: OSError) -> str:
-    place = error.filename
+def _why(error: OSError, place: Path) -> str:
     if isinstance(error, FileExistsError | NotADirectoryError):
         return f"{place} is a file, not a folder"
     return f"{place} cannot be made ({error.strerror})"
