@@ -73,7 +73,7 @@ def _module(path: Path, shown: Path) -> ModuleType:
     others = frozenset(other for unit in units.values() for other in unit.elsewhere)
     first = name not in sys.modules
     try:
-        module = importlib.import_module(name)
+        module = apart(lambda: importlib.import_module(name))
     except BaseException as error:  # SystemExit too: sys.exit in the file is no end of ours
         interrupts.pass_on(error)
         raise UsageError(f"{shown}{_where(error, path)}") from None

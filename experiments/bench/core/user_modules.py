@@ -278,13 +278,11 @@ class _Loader(Loader):
         """Leave it to Python."""
 
     def exec_module(self, module: ModuleType) -> None:
-        from experiments.bench.core.user_code import apart
-
         data = self._known.unit.files.get(self._file)
         code = compile(data if data is not None else self._file.read_bytes(), self._file, "exec", dont_inherit=True)
         # The statement `import` calls what the module's builtins name. So two folders' helpers have equal names.
         module.__dict__["__builtins__"] = {**vars(builtins), "__import__": _importer(self._known)}
-        apart(lambda: exec(code, module.__dict__))
+        exec(code, module.__dict__)
 
 
 def _importer(known: _Named) -> Callable[..., Any]:

@@ -16,7 +16,6 @@ import pyarrow.parquet as pq
 
 from experiments.bench.core.store.description import to_json
 
-
 _NAMING = threading.Lock()
 _given: set[Path] = set()
 """Folders that this process has been told of: another thread may not have made its own yet."""
