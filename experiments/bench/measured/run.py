@@ -14,14 +14,14 @@ from typing import Any
 import pyarrow as pa
 
 from experiments.bench.core.batch import tell
-from experiments.bench.core.errors import UsageError
+from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.model_runner import ModelRunner
 from experiments.bench.core.models import ConfiguredModel, ask, choose
 from experiments.bench.core.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
 from experiments.bench.core.store.rows import Failure, TrialRecord
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console, progress
-from experiments.bench.core.user_code import sha256
+from experiments.bench.core.user_code import is_file, sha256
 from experiments.bench.measured.frames import FrameFolder, Images
 from experiments.bench.measured.log import Log, LoggedTrial, read
 from experiments.bench.measured.rows import MEASURED_SCHEMA, Given, frame_table, given, rate_hz, trial_row
@@ -98,7 +98,7 @@ def prepare(experiment: Experiment, asked: Asked) -> Import:
     if asked.models and asked.frames is None:
         raise UsageError("--model: a model needs --frames DIR to be shown")
     labels = [label or (asked.ran[0] if asked.ran else "dsnn") for label in log.models] if log.answered else []
-    sources = {label: _source(label, asked.ran) for label in labels}
+    sources = {label: _source(log, label, asked.ran) for label in labels}
     try:
         texts = list(dict.fromkeys([*sources.values(), *asked.models]))
         declared, settings = configure(experiment, texts, asked.assignments)
@@ -125,15 +125,23 @@ def prepare(experiment: Experiment, asked: Asked) -> Import:
     return made
 
 
-def _source(label: str, ran: Sequence[str]) -> str:
-    """What ``--model`` would be given for a label of the log: of one eye's model, that model."""
+def _source(log: Log, label: str, ran: Sequence[str]) -> str:
+    """What ``--model`` would be given for a label of the log: of one eye's model, that model.
+
+    Raises `UsageError` for the path of a file: a file is run where ``--ran`` names it, and not because a cell does.
+    """
     named: dict[str, str] = {}
     for text in ran:
         asked = ask(text)
         own = choose(asked.source).label
         named[f"{own}:{asked.settings}" if asked.settings else own] = text
     plain = label.rpartition(EYE)[0] or label
-    return named.get(label) or named.get(plain) or (label if label in ran else plain)
+    source = named.get(label) or named.get(plain) or (label if label in ran else plain)
+    if source not in ran and is_file(ask(source).source):
+        line = next(trial.line for trial in log.trials if label in trial.answers)
+        said = f"model={short(label)}: a log's cell names no file to run: give the same path by --ran too"
+        raise UsageError(f"{log.path}, line {line}: {said}")
+    return source
 
 
 def _beside(model: ConfiguredModel, taken: set[str]) -> ConfiguredModel:

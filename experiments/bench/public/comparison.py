@@ -16,7 +16,7 @@ from experiments.bench.clips.rows import CLIP_SCHEMA, SHOWN
 from experiments.bench.core.models import family
 from experiments.bench.core.statistics import Test, contrast, holm, paired
 from experiments.bench.core.store import provenance
-from experiments.bench.core.store.description import LONGEST, RESUMED
+from experiments.bench.core.store.description import LONGEST, RESUMED, THRESHOLDS
 from experiments.bench.core.store.rows import group
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
@@ -154,7 +154,7 @@ def _parameters(one: Run, other: Run) -> Iterator[tuple[str, Any, Any]]:
 def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a run but its models', named as ``--set`` names them."""
     left = {key: value for key, value in description.items()
-            if key not in (*provenance.KEYS, RESUMED, "changed", "trials", "models")}  # fmt: skip
+            if key not in (*provenance.KEYS, RESUMED, THRESHOLDS, "changed", "trials", "models")}  # fmt: skip
     declared = left.pop("experiment", {})
     settings = left.pop("settings", {})
     if isinstance(settings, Mapping):

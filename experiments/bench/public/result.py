@@ -157,7 +157,7 @@ class Run:
         -------
         matplotlib.figure.Figure
             That of ``figure.svg``, to be changed or saved. It shows itself in a notebook, with or without
-            ``%matplotlib inline``. Models that files declare are loaded, for their thresholds.
+            ``%matplotlib inline``. Thresholds are those that the run has stored: no file of a model is run.
 
         Raises
         ------
