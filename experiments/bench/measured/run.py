@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import shutil
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -218,7 +219,7 @@ def _whole(out: Path) -> Iterator[Path]:
         raise FileExistsError(f"{out} is there already: choose another --out, or remove it")
     out.parent.mkdir(parents=True, exist_ok=True)
     place = out.with_name(f"{out.name}.part")
-    if place.exists():
+    if os.path.lexists(place):
         raise FileExistsError(f"{place} is there already, of an import that was cut short: remove it")
     try:
         yield place
