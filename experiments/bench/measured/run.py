@@ -33,6 +33,8 @@ from experiments.bench.robot.summary import Report, conclude
 
 EYE = "@"
 """Before the name of an eye, in the labels of `experiments.bench.robot.pictures.eyes`."""
+MOST_OFF = 10.0
+"""Times by which a log's frame rate may differ from the camera's setting."""
 SHOWN_FRAMES = "@frames"
 """Ends the label of a model that was shown the frames, where the robot's own has that name."""
 
@@ -123,6 +125,7 @@ def prepare(experiment: Experiment, asked: Asked) -> Import:
     most = max(Counter(trial.condition for trial in log.trials).values())
     made = Import(log, Plan(declared, settings, most, 0, experiment.design), frames, ran, shown)
     _check_channels(made)
+    _check_rates(made)
     return made
 
 
@@ -157,6 +160,22 @@ def _check_channels(made: Import) -> None:
             if own is not None and model.counted and model.counted not in own:
                 said = f"trial {trial.index} has no {model.counted} of {model.label}, whose spikes count"
                 raise UsageError(f"{made.log.path}, line {trial.line}: {said}")
+
+
+def _check_rates(made: Import) -> None:
+    """Refuse times by which frames come at quite another rate than the camera is set to: they are in another unit."""
+    fps = made.plan.settings.camera.fps
+    for trial in made.log.trials:
+        rate = rate_hz(trial.time_s, fps)
+        if 1.0 / MOST_OFF <= rate / fps <= MOST_OFF:
+            continue
+        units = {"in milliseconds": fps / 1e3, "in microseconds": fps / 1e6, "the number of the frame": 1.0}
+        guess = next((unit for unit, own in units.items() if 0.5 < rate / own < 2.0), "in another unit")
+        raise UsageError(
+            f"{made.log.path}, line {trial.line}: the frames of trial {trial.index} come at {rate:.3g} per second by"
+            f" time_s, camera.fps is {fps:g}: is time_s {guess}? legal are seconds; a camera of another rate takes"
+            " --set camera.fps=RATE"
+        )
 
 
 def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report:
