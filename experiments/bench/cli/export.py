@@ -91,6 +91,8 @@ def export(
 def _replacing(place: Path) -> Iterator[Path]:
     """A folder beside ``place`` that becomes it when the block is done, and is removed when that fails."""
     part = place.with_name(f"{place.name}.part")
+    if part.is_symlink():
+        part.unlink()
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
     try:

@@ -12,7 +12,7 @@ import cv2
 
 from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame, Truth
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.places import check_file
+from experiments.bench.core.store.places import check_file, fresh
 
 COLUMNS = (
     "frame", "time_s", "motion", "left_px", "top_px", "width_px", "height_px", "velocity_x_px_s", "velocity_y_px_s",
@@ -36,7 +36,7 @@ def write(clip: Stimulus[ClipParams], video: Path, advance: Callable[[], None]) 
     check_file(video, f"--out {video}")
     video.parent.mkdir(parents=True, exist_ok=True)
     # OpenCV chooses the container by the name's end.
-    parts = video.with_name(f"{video.stem}.part.avi"), video.with_name(f"{table.name}.part")
+    parts = fresh(video.with_name(f"{video.stem}.part.avi")), fresh(video.with_name(f"{table.name}.part"))
     try:
         # Closed before the parts are removed: an open video would be written to once more.
         with parts[1].open("w", newline="") as file, closing(_encoded(clip, parts[0])) as frames:

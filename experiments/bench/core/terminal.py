@@ -198,4 +198,4 @@ def program() -> list[str]:
     found = importlib.util.find_spec("rerun_cli")
     own = os.environ.get("RERUN_CLI_PATH")
     binary = Path(own) if own else Path(found.origin).parent / "rerun" if found and found.origin else None
-    return [str(binary)] if binary is not None and binary.is_file() else [sys.executable, "-m", "rerun_cli"]
+    return [str(binary)] if binary is not None and binary.is_file() else [sys.executable, "-P", "-m", "rerun_cli"]

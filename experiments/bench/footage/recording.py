@@ -28,6 +28,7 @@ from experiments.bench.core.figures.palette import colours
 from experiments.bench.core.figures.series import Line, levels, lines, rgb
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.recording import APPLICATION, page, plots, save, timelines
+from experiments.bench.core.store.places import fresh
 from experiments.bench.core.terminal import program
 from experiments.bench.footage.video import Picture
 
@@ -75,7 +76,7 @@ class LiveLog:
     def to_file(cls, path: Path, models: Sequence[ConfiguredModel], size: tuple[int, int]) -> LiveLog:
         """Record every frame with its image into the .rrd file ``path``, which is NAME.part until it is whole."""
         stream = rr.RecordingStream(APPLICATION)
-        save(stream, _partial(path), blueprint(size, models))
+        save(stream, fresh(_partial(path)), blueprint(size, models))
         return cls(stream, models, size, place=path)
 
     @classmethod

@@ -10,6 +10,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from dsnn import Response
+from experiments.bench.core.store.places import fresh
 from experiments.bench.footage.video import Picture
 
 SCHEMA = pa.schema(
@@ -48,7 +49,7 @@ class FrameTable:
 
     def __init__(self, path: Path, labels: Sequence[str]) -> None:
         self._path, self._labels = path, labels
-        self._partial = path.with_name(path.name + ".part")
+        self._partial = fresh(path.with_name(path.name + ".part"))
         kind = pa.csv.CSVWriter if path.suffix == ".csv" else pq.ParquetWriter
         self._writer = kind(str(self._partial), SCHEMA)
         self._rows: list[tuple[int | float | str, ...]] = []

@@ -18,6 +18,7 @@ from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.core.batch import Resources
 from experiments.bench.core.figures import plotting
 from experiments.bench.core.store.files import Files
+from experiments.bench.core.store.places import inside
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.leaderboard import atlas_figure
 from experiments.bench.leaderboard.looming_stimuli import BEHIND, FRAME, SHADES, SQUARE
@@ -87,7 +88,7 @@ def run(folder: Path, models: Sequence[str], seed: int, resources: Resources) ->
     batch = clips_run.batch(made)
     with resources.pool(rendering=False) as pool:
         folder.mkdir(parents=True, exist_ok=True)
-        with closing(batch.open(folder / NAME, resources)) as opened:
+        with closing(batch.open(inside(folder, NAME), resources)) as opened:
             failures = batch.fill(opened, pool, resources)
             drawn = atlas_figure.draw(made, opened.frames())
     figure = plotting.save(drawn, folder, NAME)

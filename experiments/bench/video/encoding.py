@@ -13,6 +13,7 @@ import numpy as np
 from PIL import Image
 
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.store.places import fresh
 from experiments.bench.video.pictures import Picture
 
 Colour = tuple[int, int, int]
@@ -61,7 +62,7 @@ def writer(
     """
     import imageio_ffmpeg
 
-    partial = out.with_name(f".{out.stem}.part{out.suffix}")
+    partial = fresh(out.with_name(f".{out.stem}.part{out.suffix}"))
     with tempfile.TemporaryDirectory(prefix="colias-") as folder:
         if out.suffix == ".gif":
             palette = Path(folder) / "palette.png"

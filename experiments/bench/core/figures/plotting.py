@@ -18,6 +18,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.core.scores import Score, Standing
+from experiments.bench.core.store.places import fresh
 
 STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -123,7 +124,7 @@ def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
     with mpl.rc_context(STYLE):
         _settle(drawn)
         for kind in ("svg", "png"):
-            partial = folder / f"{name}.{kind}.part"
+            partial = fresh(folder / f"{name}.{kind}.part")
             drawn.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
             partial.replace(folder / f"{name}.{kind}")
     return folder / f"{name}.png"

@@ -15,6 +15,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from experiments.bench.core.store.description import to_json
+from experiments.bench.core.store.places import fresh
 
 _NAMING = threading.Lock()
 _given: set[Path] = set()
@@ -94,7 +95,7 @@ class Files:
     @contextlib.contextmanager
     def _replacing(self, path: Path) -> Iterator[Path]:
         """A file to write beside ``path``, which it then replaces, whole and on the disk, or not at all."""
-        partial = path.with_name(path.name + ".part")
+        partial = fresh(path.with_name(path.name + ".part"))
         try:
             yield partial
             with partial.open("rb") as file:

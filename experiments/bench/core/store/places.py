@@ -1,4 +1,7 @@
-"""Whether results can be written where a person wants them, tried before anything is computed for them."""
+"""Whether results can be written where a person wants them, tried before anything is computed, and only there.
+
+A folder that was handed over may hold links. Nothing is written through them to a place outside of it.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,39 @@ import uuid
 from pathlib import Path
 
 from experiments.bench.core.errors import UsageError
+
+
+def fresh(path: Path) -> Path:
+    """Return a path at which nothing is any more: neither a file that was left there nor a link, to be written through.
+
+    Raises ``OSError`` where what is there cannot be removed.
+    """
+    path.unlink(missing_ok=True)
+    return path
+
+
+def inside(folder: Path, name: str) -> Path:
+    """Return the path of what is called ``name`` in a folder of results, and is no link to a place outside of it.
+
+    Parameters
+    ----------
+    folder
+        The folder. It may be a link itself, as a person named it.
+    name
+        Of a file or folder in it, which need not be there yet.
+
+    Raises
+    ------
+    UsageError
+        It is a link.
+    """
+    path = folder / name
+    if path.is_symlink():
+        raise UsageError(
+            f"{path}: is a link to {path.readlink()}, outside of what is written here: legal is no link; put what it"
+            " points to in its place, or remove it"
+        )
+    return path
 
 
 def check_folder(folder: Path, asked: str) -> None:
@@ -50,7 +86,7 @@ def _try(folder: Path, name: str, asked: str) -> None:
             place.mkdir()
         (place / name).touch()
         if not lacking:  # as the file's own name, too
-            (there / name).touch()
+            fresh(there / name).touch(exist_ok=False)
             (there / name).unlink()
     except OSError as error:
         meant = Path(error.filename)

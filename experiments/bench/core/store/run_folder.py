@@ -41,7 +41,10 @@ from experiments.bench.core.store.description import (
 )
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.store.parameters import Parameters, of_model, with_columns
+from experiments.bench.core.store.places import inside
 from experiments.bench.core.store.rows import Failure, TrialRecord, listed_trials, mixture, recording_name
+
+RECORDINGS, LOCK = "recordings", ".lock"
 
 WITHOUT_LOCKS = frozenset({errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EINVAL})
 """What a file system says that has no locks: runs do without there."""
@@ -74,7 +77,7 @@ class RunFolder(Files):
         super().__init__(folder)
         self._parameters = parameters or {}
         self._trial_schema, self._frame_schema = with_columns(trial_schema, self._parameters), frame_schema
-        self.recordings = folder / "recordings"
+        self.recordings = folder / RECORDINGS
         self._rows: dict[int, tuple[dict[str, Any], ...]] = {}
         self._frames: dict[int, pa.Table] = {}
         self._failures: list[Failure] = []
@@ -102,6 +105,7 @@ class RunFolder(Files):
         Raises ``FileExistsError`` if it holds a run already, which is never overwritten; of two runs that begin
         at once, one gets it.
         """
+        self._check_links()
         self.recordings.mkdir(parents=True, exist_ok=True)
         self._take()
         try:
@@ -125,6 +129,7 @@ class RunFolder(Files):
         allows), naming the first that differs, or one whose files do not fit ``contents``, naming what does not.
         """
         read_description(self.folder)  # before anything is written where there may be no run
+        self._check_links()
         self._take()
         try:
             there = reconciled(self.folder, description, other_code)
@@ -178,9 +183,14 @@ class RunFolder(Files):
         except (OSError, ValueError, RecursionError) as error:
             raise Misfit(f"failures.json cannot be read ({short(error)})") from None
 
+    def _check_links(self) -> None:
+        """Raise `UsageError` where what is written into, and not replaced as files are, is a link."""
+        for name in (RECORDINGS, LOCK):
+            inside(self.folder, name)
+
     def _take(self) -> None:
         """Keep other processes from writing here as long as this one does."""
-        lock = FileLock(self.path(".lock"), timeout=0)
+        lock = FileLock(self.path(LOCK), timeout=0)
         try:
             lock.acquire()
         except Timeout:
