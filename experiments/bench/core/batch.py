@@ -230,8 +230,11 @@ def _run(
 ) -> None:  # fmt: skip
     """Do the jobs. What was finished stays readable whenever this ends, by an exception or a kill too."""
 
+    planned = {spec.index: spec for spec in specs}
+
     def deliver(done: TrialRecord) -> None:
-        folder.add(done)
+        spec = planned[done.index]
+        folder.add(done, spec.condition.label(), spec.seed)
         on_job(done.index, done)
 
     def fail(spec: AnySpec, attempts: int, reason: str) -> None:

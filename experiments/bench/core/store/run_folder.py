@@ -41,7 +41,15 @@ from experiments.bench.core.store.description import (
 )
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.store.parameters import Parameters, of_model, with_columns
-from experiments.bench.core.store.rows import Failure, TrialRecord, listed_trials, mixture, recording_name
+from experiments.bench.core.store.places import told
+from experiments.bench.core.store.rows import (
+    RECORDING,
+    Failure,
+    TrialRecord,
+    listed_trials,
+    mixture,
+    recording_name,
+)
 
 WITHOUT_LOCKS = frozenset({errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EINVAL})
 """What a file system says that has no locks: runs do without there."""
@@ -205,10 +213,12 @@ class RunFolder(Files):
         """Path of a trial's recording."""
         return self.recordings / recording_name(trial)
 
-    def add(self, trial: TrialRecord) -> None:
-        """Append a finished trial: its recording, then the tables as soon as they may take the time."""
-        if trial.recording is not None:
-            self.write_bytes(self.recording(trial.index), trial.recording)
+    def add(self, trial: TrialRecord, condition: str, seed: int) -> None:
+        """Append a finished trial: its recording, then the tables as soon as they may take the time.
+
+        A recording that could not be made or written is a failure of its own, which names ``condition`` and ``seed``.
+        """
+        reason = self._record(trial)
         self._note(trial)
         rows = tuple({**row, "code": self._code, **of_model(self._parameters, row["model"])} for row in trial.rows)
         if trial.index in self._again:
@@ -216,9 +226,20 @@ class RunFolder(Files):
         self._rows[trial.index] = rows
         self._frames[trial.index] = trial.frames
         self._failures += trial.failures
+        if reason:
+            self._failures.append(Failure(trial.index, RECORDING, condition, seed, 1, reason))
         self._stale = True
         if time.monotonic() >= self._due:
             self.flush()
+
+    def _record(self, trial: TrialRecord) -> str:
+        """Write a trial's recording where there is one; return why there is none where there should be."""
+        if isinstance(trial.recording, bytes):
+            try:
+                self.write_bytes(self.recording(trial.index), trial.recording)
+            except OSError as error:
+                return told(error)
+        return trial.recording if isinstance(trial.recording, str) else ""
 
     def _note(self, trial: TrialRecord) -> None:
         """Write down what drew a trial's frames, where nothing of this run was drawn by it before."""
