@@ -19,6 +19,7 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.model_runner import ModelRunner
 from experiments.bench.core.models import ConfiguredModel, ask, choose
 from experiments.bench.core.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
+from experiments.bench.core.store.places import naming
 from experiments.bench.core.store.rows import Failure, TrialRecord, recording_of
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console, progress
@@ -215,10 +216,11 @@ def _whole(out: Path) -> Iterator[Path]:
     if place.exists():
         raise FileExistsError(f"{place} is there already, of an import that was cut short: remove it")
     try:
-        yield place
-        if out.exists():
-            out.rmdir()
-        place.rename(out)
+        with naming(out):
+            yield place
+            if out.exists():
+                out.rmdir()
+            place.rename(out)
     finally:
         shutil.rmtree(place, ignore_errors=True)
 
