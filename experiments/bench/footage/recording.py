@@ -256,8 +256,10 @@ class _File:
 
     def close(self, *, whole: bool) -> None:
         """End after the stream's end: give the file its name if it is ``whole``, and raise ``OSError`` if it is not."""
-        os.close(self._end)
+        os.write(self._end, b"!")
         self._thread.join()
+        for end in (self._data, self._over, self._end):
+            os.close(end)
         with self._disk, naming(self._path):
             self.check()
             if whole:
@@ -281,8 +283,6 @@ class _File:
                     self._write(block)
                 except OSError as error:
                     self._error = error
-        for end in (self._data, self._over):
-            os.close(end)
 
     def _write(self, block: bytes) -> None:
         left = memoryview(block)
