@@ -30,7 +30,7 @@ from experiments.bench.core.settings import check_counts
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.contents import Contents, Planned
 from experiments.bench.core.store.drawing import drawn_here
-from experiments.bench.core.store.rows import OBSERVER, Failure, TrialRecord, known
+from experiments.bench.core.store.rows import OBSERVER, Failure, TrialRecord, known, recording_of
 from experiments.bench.core.terminal import count, progress
 from experiments.bench.core.user_code import is_own
 
@@ -207,7 +207,7 @@ def work(spec: EpisodeSpec, *, recorded: int) -> TrialRecord:
         if record:
             from experiments.bench.closed_loop import recording as closed_loop_recording
 
-            recording = closed_loop_recording.record(episode)
+            recording = recording_of(partial(closed_loop_recording.record, episode))
         done = finished(episode, spec.index, spec.repeat, recording)
         if episode.series is None:  # one that senses the state sees no picture
             return done

@@ -214,7 +214,7 @@ class Batch(Generic[AnySpec]):
             try:
                 _run(left, self.work, folder, pool, on_job)
             except BaseException:
-                have = f"{len(folder.done())} of {len(self.specs)} {self.things}"
+                have = f"{len(folder.written())} of {len(self.specs)} {self.things}"
                 self._say(f"stopped after {have}; they are in {folder.folder}")
                 raise
         tell(folder)
@@ -229,9 +229,11 @@ def _run(
     on_job: Callable[[int, TrialRecord | None], None],
 ) -> None:  # fmt: skip
     """Do the jobs. What was finished stays readable whenever this ends, by an exception or a kill too."""
+    planned = {spec.index: spec for spec in specs}
 
     def deliver(done: TrialRecord) -> None:
-        folder.add(done)
+        spec = planned[done.index]
+        folder.add(done, spec.condition.label(), spec.seed)
         on_job(done.index, done)
 
     def fail(spec: AnySpec, attempts: int, reason: str) -> None:

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,8 @@ from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.model_runner import ModelRunner
 from experiments.bench.core.models import ConfiguredModel, ask, choose
 from experiments.bench.core.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
-from experiments.bench.core.store.rows import Failure, TrialRecord
+from experiments.bench.core.store.places import naming
+from experiments.bench.core.store.rows import Failure, TrialRecord, recording_of
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console, progress
 from experiments.bench.core.user_code import is_file, sha256
@@ -211,7 +213,8 @@ def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
             repeats: Counter[Condition] = Counter()
             with progress("import", len(made.log.trials), quiet) as advance:
                 for trial in made.log.trials:
-                    folder.add(_record(made, trial, repeats[trial.condition], recordings))
+                    done = _record(made, trial, repeats[trial.condition], recordings)
+                    folder.add(done, trial.condition.label(), trial.seed or 0)
                     repeats[trial.condition] += 1
                     advance()
             folder.flush()
@@ -241,10 +244,11 @@ def _whole(out: Path) -> Iterator[Path]:
     if os.path.lexists(place):
         raise FileExistsError(f"{place} is there already, of an import that was cut short: remove it")
     try:
-        yield place
-        if out.exists():
-            out.rmdir()
-        place.rename(out)
+        with naming(out):
+            yield place
+            if out.exists():
+                out.rmdir()
+            place.rename(out)
     finally:
         shutil.rmtree(place, ignore_errors=True)
 
@@ -270,7 +274,7 @@ def _record(made: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> 
     if recordings:
         from experiments.bench.measured.recording import record  # not before: Rerun takes its time to load
 
-        recorded = record(made.plan.experiment.name, trial, answers, frames)
+        recorded = recording_of(partial(record, made.plan.experiment.name, trial, answers, frames))
     camera, name = made.plan.settings.camera, made.plan.experiment.name
     rows = tuple(trial_row(name, repeat, trial, own, camera) for own in answers)
     table = pa.concat_tables([frame_table(trial, own) for own in answers])

@@ -88,7 +88,10 @@ class Run:
 
     @cached_property
     def failures(self) -> pa.Table:
-        """A row per trial that failed, or model that failed in one: trial, model, condition, seed, reason."""
+        """A row per trial that failed: trial, model, condition, seed, reason.
+
+        Where a model failed in a trial, or its recording could not be written, ``model`` says so.
+        """
         return self._listed("failures.json", FAILURE_SCHEMA)
 
     @property

@@ -14,7 +14,7 @@ from dsnn import CHANNELS
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import rebuilt
 from experiments.bench.core.store import provenance
-from experiments.bench.core.store.places import fresh
+from experiments.bench.core.store.places import fresh, naming
 from experiments.bench.core.user_code import is_file
 from experiments.bench.core.verdict import Claim
 
@@ -77,9 +77,10 @@ def write_new(folder: Path, description: Mapping[str, Any]) -> None:
     """Write the description, whole or not at all; ``FileExistsError`` if there is one, also of a run begun just now."""
     partial = fresh(folder / f"{NAME}.{os.getpid()}.part")
     try:
-        partial.write_text(to_json(description), encoding="utf-8")
-        with partial.open("rb") as file:
-            os.fsync(file.fileno())
+        with naming(folder / NAME):
+            partial.write_text(to_json(description), encoding="utf-8")
+            with partial.open("rb") as file:
+                os.fsync(file.fileno())
         try:
             os.link(partial, folder / NAME)  # never over another, as renaming would
         except FileExistsError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shutil
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -41,13 +42,23 @@ from experiments.bench.core.store.description import (
 )
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.store.parameters import Parameters, of_model, with_columns
-from experiments.bench.core.store.places import inside
-from experiments.bench.core.store.rows import Failure, TrialRecord, listed_trials, mixture, recording_name
+from experiments.bench.core.store.places import inside, told
+from experiments.bench.core.store.rows import (
+    RECORDING,
+    Failure,
+    TrialRecord,
+    listed_trials,
+    mixture,
+    recording_name,
+)
 
 RECORDINGS, LOCK = "recordings", ".lock"
 
 WITHOUT_LOCKS = frozenset({errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EINVAL})
 """What a file system says that has no locks: runs do without there."""
+
+FOR_TABLES_BYTES = 2 * 2**20
+"""What recordings leave free on a disk, beside room for the table of frames anew: rows outlive recordings."""
 
 WRITING_SHARE = 0.05
 """Of a run's time, what rewriting the tables may take: they are brought up to date as often as this allows."""
@@ -89,6 +100,7 @@ class RunFolder(Files):
         self.provenance: Mapping[str, Any] = {}
         """What computes, as the folder was entered with it."""
         self._lock: FileLock | None = None
+        self._written: frozenset[int] = frozenset()
         self._due = 0.0
         self._stale = False
 
@@ -142,6 +154,7 @@ class RunFolder(Files):
             self.close()
             raise
         self._made_by(description)
+        self._written = self.done()
         self._noted = {entry: noted(there, entry) for entry in self._noted}
         if there != read_description(self.folder):
             self.write_json("experiment.json", there)
@@ -211,14 +224,20 @@ class RunFolder(Files):
         """The trials that are finished."""
         return frozenset(self._rows.keys() - self._again)
 
+    def written(self) -> frozenset[int]:
+        """The finished trials that the tables on the disk hold: fewer than are done where these cannot be written."""
+        return self._written
+
     def recording(self, trial: int) -> Path:
         """Path of a trial's recording."""
         return self.recordings / recording_name(trial)
 
-    def add(self, trial: TrialRecord) -> None:
-        """Append a finished trial: its recording, then the tables as soon as they may take the time."""
-        if trial.recording is not None:
-            self.write_bytes(self.recording(trial.index), trial.recording)
+    def add(self, trial: TrialRecord, condition: str, seed: int) -> None:
+        """Append a finished trial: its recording, then the tables as soon as they may take the time.
+
+        A recording that could not be made or written is a failure of its own, which names ``condition`` and ``seed``.
+        """
+        reason = self._record(trial)
         self._note(trial)
         rows = tuple({**row, "code": self._code, **of_model(self._parameters, row["model"])} for row in trial.rows)
         if trial.index in self._again:
@@ -226,9 +245,27 @@ class RunFolder(Files):
         self._rows[trial.index] = rows
         self._frames[trial.index] = trial.frames
         self._failures += trial.failures
+        if reason:
+            self._failures.append(Failure(trial.index, RECORDING, condition, seed, 1, reason))
         self._stale = True
         if time.monotonic() >= self._due:
             self.flush()
+
+    def _record(self, trial: TrialRecord) -> str:
+        """Write a trial's recording where there is one; return why there is none where there should be."""
+        if not isinstance(trial.recording, bytes):
+            return trial.recording or ""
+        path, tables = self.recording(trial.index), self.path("frames.parquet")
+        kept = FOR_TABLES_BYTES + 2 * (tables.stat().st_size if tables.exists() else 0)
+        try:
+            free = shutil.disk_usage(self.recordings).free
+            if free < len(trial.recording) + kept:
+                room = f"{_mb(free)} are free in {self.recordings}, {_mb(kept)} of them for tables"
+                return f"{path}: the disk is full ({room}; it needs {_mb(len(trial.recording))})"
+            self.write_bytes(path, trial.recording)
+        except OSError as error:
+            return told(error)
+        return ""
 
     def _note(self, trial: TrialRecord) -> None:
         """Write down what drew a trial's frames, where nothing of this run was drawn by it before."""
@@ -270,7 +307,7 @@ class RunFolder(Files):
         if self._failures or self.path("failures.json").exists():
             self.write_json("failures.json", self.failures())
         self._write_rows()
-        self._stale = False
+        self._stale, self._written = False, self.done()
         ended = time.monotonic()
         self._due = ended + (ended - began) / WRITING_SHARE
 
@@ -301,3 +338,7 @@ class RunFolder(Files):
 
     def _write_rows(self) -> None:
         self.write_table("trials.parquet", pa.Table.from_pylist(self.rows(), self._trial_schema))
+
+
+def _mb(size: int) -> str:
+    return f"{size / 2**20:,.1f} MB"
