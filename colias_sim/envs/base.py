@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, cast
+from typing import Any, ClassVar, Generic, NoReturn, cast
 
 import gymnasium as gym
 import numpy as np
@@ -85,6 +85,12 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         self._apparatus = Apparatus(sim, OBSERVER, shells, plain, self._retexture)
         self._begun = self._running = self._closed = False
         self._forget()
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            "an env cannot be copied or pickled: make another with the same arguments; the same seed and actions bring "
+            "it to the same state"
+        )
 
     # Gymnasium's contract.
 
