@@ -107,7 +107,8 @@ def batch_of(space: spaces.Space[Any], actions: Any, count: int) -> npt.NDArray[
         raise error.InvalidAction(f"actions {one_line(actions)}: expected {count}, one for each env")
     pairs = isinstance(actions, np.ndarray) and actions.shape == (count, 2)
     if isinstance(space, spaces.Box) and pairs and _legal(actions):
-        return actions.astype(np.float32)
+        batch: Wheels = actions.astype(np.float32)
+        return batch
     for index, action in enumerate(actions):
         try:
             wheels_of(space, action)
