@@ -89,69 +89,58 @@ def test_si_lgmd1_is_its_equations(changes, seed):
 
 
 def plain_si_lgmd2(frames, q):
-    """The adapted potential of SI-LGMD2 cell by cell: in the firmware's whole numbers, or in float64."""
+    """The adapted potential of SI-LGMD2: in the firmware's whole numbers, or in float64."""
     shape, dt = frames.shape[1:], 1000 / q.fps
-    cells = list(np.ndindex(shape))
+    square = (*SIDES, *CORNERS, (0, 0))
 
-    def kept(value):
-        return math.floor(min(max(value, 0.0), 255.0) + 1e-9) if q.integer else max(value, 0.0)
+    def floor(values):
+        return np.floor(values + 1e-9) if q.integer else values
 
-    def term(value):
-        return math.floor(value + 1e-9) if q.integer else value
+    def kept(values):
+        return floor(np.clip(values, 0.0, 255.0 if q.integer else None))
 
     def mixed(tau, now, before):
         return dt / (dt + tau) * now + tau / (dt + tau) * before
 
-    def of_cells(function):
-        return np.array([function(r, c) for r, c in cells], float).reshape(shape)
+    def near(image, places):
+        """The sum over neighbours, 0 outside the field."""
+        return np.array([[sum(at(image, r + i, c + j) for i, j in places) for c in range(shape[1])]
+                         for r in range(shape[0])], float)  # fmt: skip
 
     def pathway(x, last, weigh, w, tau, tau_si, least, factor):
-        """What is left of X, and its self-inhibition."""
-        near = [mixed(times * tau, x, last) for times in (1, 2, 3)]
-        lateral = of_cells(
-            lambda r, c: kept(
-                w * near[0][r, c]
-                + sum(w / 4 * at(near[1], r + i, c + j) for i, j in SIDES)
-                + sum(w / 8 * at(near[2], r + i, c + j) for i, j in CORNERS)
-            )
-        )
-        delayed = mixed(tau_si, x, last)
-        z = of_cells(lambda r, c: kept(delayed[r, c]))
-
-        def itself(r, c):
+        """What lateral inhibition leaves of X, and the self-inhibition."""
+        itself, sides, corners = (mixed(times * tau, x, last) for times in (1, 2, 3))
+        lateral = kept(w * itself + near(w / 4 * sides, SIDES) + near(w / 8 * corners, CORNERS))
+        z, inhibition = kept(mixed(tau_si, x, last)), np.zeros(shape)
+        terms = {0: floor(2 * w * z), 1: floor(w / 2 * z), 2: floor(w / 4 * z)}
+        for r, c in np.ndindex(shape):
             block = [(3 * (r // 3) + i, 3 * (c // 3) + j) for i in range(3) for j in range(3)]
-            total = term(2 * w * z[r, c])
-            for places, share in ((SIDES, w / 2), (CORNERS, w / 4)):
-                total += sum(term(share * at(z, r + i, c + j)) for i, j in places if (r + i, c + j) in block)
-            return total * (term(factor) if sum(at(x, i, j) for i, j in block) > least else 1)
+            total = sum(at(terms[(r - i) ** 2 + (c - j) ** 2], i, j)
+                        for i, j in block if max(abs(r - i), abs(c - j)) < 2)  # fmt: skip
+            inhibition[r, c] = total * (floor(factor) if sum(at(x, i, j) for i, j in block) > least else 1)
+        return np.maximum(x - weigh * lateral, 0), inhibition
 
-        return np.maximum(x - weigh * lateral, 0), of_cells(itself)
-
-    last, mean_before, k_before, s_before, found = np.zeros((2, *shape)), 0.0, 0.5, 0.5, []
+    last, mean_before, k_before, adapted, found = np.zeros((2, *shape)), 0.0, 0.5, 0.5, []
     before = frames[0].astype(float)
     for frame in frames.astype(float):
         p, before = np.clip((frame - before) / 2, -127, 127), frame
-        x = np.array([[[kept(side * p[r, c]) for c in range(shape[1])] for r in range(shape[0])] for side in (1, -1)])
+        x = kept(np.stack([p, -p]))
         pm, mean_before = mixed(q.tau_pm, x.sum() / p.size, mean_before), x.sum() / p.size
-        y_on, si_on = pathway(x[0], last[0], max(q.least_on, pm / q.t_pm), q.w_on, q.tau_on, q.tau_si_on, q.r_1,
-                              q.beta_1)  # fmt: skip
-        y_off, si_off = pathway(x[1], last[1], max(q.least_off, pm / q.t_pm), q.w_off, q.tau_off, q.tau_si_off,
-                                q.r_2, q.beta_2)  # fmt: skip
+        on = pathway(x[0], last[0], max(q.least_on, pm / q.t_pm), q.w_on, q.tau_on, q.tau_si_on, q.r_1, q.beta_1)
+        off = pathway(x[1], last[1], max(q.least_off, pm / q.t_pm), q.w_off, q.tau_off, q.tau_si_off, q.r_2, q.beta_2)
         last = x
-        inhibition = q.o_on * q.beta_3 * si_on + q.o_off * q.beta_4 * si_off
-        s = of_cells(lambda r, c: kept(kept(q.o_on * y_on[r, c] + q.o_off * y_off[r, c]) - inhibition[r, c]))
-        square = (*SIDES, *CORNERS, (0, 0))
-        ce = of_cells(lambda r, c: kept(sum(at(s, r + i, c + j) for i, j in square) / 9))
-        grouped = of_cells(lambda r, c: kept(s[r, c] * ce[r, c] / (q.delta_c + ce.max() / q.c_w)))
+        s = kept(kept(q.o_on * on[0] + q.o_off * off[0]) - q.o_on * q.beta_3 * on[1] - q.o_off * q.beta_4 * off[1])
+        ce = kept(near(s, square) / 9)
+        grouped = kept(s * ce / (q.delta_c + ce.max() / q.c_w))
         grouped[grouped < q.t_g] = 0.0
         k = 1 / (1 + math.exp(-grouped.sum() / (q.k_spi * p.size)))
         rise, k_before = k - k_before, k
-        s_before = max(0.5, q.tau_sfa / (q.tau_sfa + dt) * (s_before + rise if rise <= q.t_sfa else k))
-        found.append(s_before)
+        adapted = max(0.5, q.tau_sfa / (q.tau_sfa + dt) * (adapted + rise if rise <= q.t_sfa else k))
+        found.append(adapted)
     return np.array(found)
 
 
-SENSITIVE = {"t_g": 1.0, "t_pm": 3.0, "beta_3": 0.2, "beta_4": 0.2, "k_spi": 0.1}
+SENSITIVE = {"t_g": 1.0, "t_pm": 4.0, "least_on": 0.3, "beta_3": 0.2, "beta_4": 0.2, "k_spi": 0.1}
 """Much is kept in so small a field, the mean change weighs inhibition up, and self-inhibition leaves something."""
 
 
