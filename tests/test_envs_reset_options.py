@@ -73,6 +73,15 @@ def test_a_wrong_first_reset_leaves_an_env_that_works():
     env.close()
 
 
+def test_a_latency_is_that_of_the_nearest_control_interval():
+    env = bare(FIXATION, observation="state")
+    interval_ms = 1000 / 60  # two commands in a frame of 1/30 s
+    episodes = {share: fingerprint(played(env, latency_ms=share * interval_ms)) for share in (0, 0.4, 0.6, 1, 1.4, 1.6)}
+    assert episodes[0] == episodes[0.4] != episodes[1]
+    assert episodes[0.6] == episodes[1] == episodes[1.4] != episodes[1.6]
+    env.close()
+
+
 # Start poses.
 
 
