@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from dsnn import DSNN, DSNNParams, ReferenceDSNN
@@ -39,7 +39,9 @@ params = st.builds(
 )
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+# Without the phases that make a failing example smaller and explain it: on a broken network they took 300 s, the most
+# that Hypothesis allows them, and a smaller picture says no more than the parameters do.
+@settings(max_examples=40, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
 @given(params, st.integers(24, 40), st.integers(24, 48), st.integers(0, 2**31))
 def test_fast_form_equals_the_reference(params, rows, columns, seed):
     """Any legal parameters, still pixels included.
