@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -53,6 +53,12 @@ class ConfiguredModel:
         """The spiking threshold of the `counted` channel; ``None`` where it has none."""
         return self.thresholds.get(self.counted)
 
+    @property
+    def fps(self) -> float | None:
+        """The frame rate that its parameters assume; ``None`` where none of them is called ``fps``."""
+        rate = getattr(self.network, "fps", None)
+        return float(rate) if isinstance(rate, int | float) else None
+
     def build(self, shape: tuple[int, int]) -> VisionModel:
         """The model itself, for frames of ``shape`` (R, C)."""
         return load_model(self.source).build(shape, self.network)
@@ -67,6 +73,44 @@ class ConfiguredModel:
 def rebuilt(label: str, source: str, fields: Mapping[str, Any]) -> ConfiguredModel:
     """Return a model with the values of its parameters: what crossed to a worker, or ``experiment.json`` tells."""
     return ConfiguredModel(label, source, dataclasses.replace(load_model(source).robot, **fields))
+
+
+RATE_TOLERANCE = 0.002
+"""Share by which a frame rate may differ from what a model assumes without a note: 29.97 frames/s are 30."""
+MOST_NAMED = 6
+"""Models that a note names."""
+
+
+def rate_notes(shown: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
+    """Say which models assume another frame rate than that of the frames that they are shown.
+
+    Parameters
+    ----------
+    shown
+        Models, each with a rate of frames that it is shown, 1/s.
+
+    Returns
+    -------
+    list of str
+        A line for each assumed rate and the rates shown instead.
+    """
+    other: dict[tuple[str, float], set[float]] = {}
+    for model, rate in shown:
+        assumed = model.fps
+        if assumed is not None and abs(rate - assumed) > RATE_TOLERANCE * assumed:
+            other.setdefault((model.label, assumed), set()).add(rate)
+    lines: dict[tuple[float, tuple[float, ...]], list[str]] = {}
+    for (label, assumed), rates in other.items():
+        lines.setdefault((assumed, tuple(sorted(rates))), []).append(label)
+    notes = []
+    for (assumed, different), labels in lines.items():
+        names = ", ".join(labels[:MOST_NAMED])
+        if len(labels) > MOST_NAMED:
+            names += f" and {len(labels) - MOST_NAMED} more"
+        assume, are = ("assume", "are") if len(labels) > 1 else ("assumes", "is")
+        given = ", ".join(f"{rate:g}" for rate in different)
+        notes.append(f"{names} {assume} {assumed:g} frames/s and {are} shown {given}")
+    return notes
 
 
 def load_model(source: str) -> ModelEntry:

@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_limits
 from dsnn import Response, forms
 from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import explained
-from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.models import ConfiguredModel, rate_notes
 from experiments.bench.core.store import provenance
 from experiments.bench.core.terminal import coloured, error_console, out_console
 from experiments.bench.footage.claims import FlowJudge, Readings
@@ -70,6 +70,7 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[ConfiguredModel],
         forms.note(),
         _other_aspect(film.size, size),
         *film.notes(),
+        *rate_notes((model, film.rate) for model in chosen if film.rate is not None),
         *(observer.note for observer in observers),
         early,
     )
