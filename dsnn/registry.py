@@ -77,6 +77,10 @@ class ModelEntry:
             value = getattr(self, name)
             if not _is_frozen(value) and (value is not None or name == "robot"):
                 raise ValueError(f"ModelEntry {self.name}: {name}={_short(value)}: legal is a frozen dataclass")
+        for channel, name in self.thresholds.items():
+            if channel not in SPIKING or channel not in own or not hasattr(self.robot, name):
+                said = f"thresholds={_short({channel: name})}: legal is a declared channel that spikes, and a parameter"
+                raise ValueError(f"ModelEntry {self.name}: {said}")
 
     def threshold(self, channel: str, params: Any) -> float | None:
         """Find the spiking threshold of a channel.

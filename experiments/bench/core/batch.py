@@ -24,7 +24,7 @@ from experiments.bench.core.jobs import Jobs, Workload
 from experiments.bench.core.models import ConfiguredModel, rate_notes
 from experiments.bench.core.pool import Pool, open_pool
 from experiments.bench.core.store import provenance
-from experiments.bench.core.store.contents import Contents
+from experiments.bench.core.store.contents import Contents, Misfit
 from experiments.bench.core.store.description import begun
 from experiments.bench.core.store.rows import Failure, TrialRecord
 from experiments.bench.core.store.run_folder import RunFolder
@@ -237,9 +237,15 @@ def _run(
 ) -> None:  # fmt: skip
     """Do the jobs. What was finished stays readable whenever this ends, by an exception or a kill too."""
 
+    by_index = {spec.index: spec for spec in specs}
+
     def deliver(done: TrialRecord) -> None:
-        folder.add(done)
-        on_job(done.index, done)
+        try:
+            folder.add(done)
+        except Misfit as error:  # kept, it would make the folder one that --resume refuses
+            fail(by_index[done.index], 1, str(error))
+        else:
+            on_job(done.index, done)
 
     def fail(spec: AnySpec, attempts: int, reason: str) -> None:
         folder.fail(Failure(spec.index, "", spec.condition.label(), spec.seed, attempts, reason))

@@ -49,6 +49,11 @@ class ConfiguredModel:
         return {channel: entry.threshold(channel, self.network) for channel in entry.channels}
 
     @property
+    def spiking(self) -> tuple[str, ...]:
+        """The declared channels that have a spiking threshold: only their spikes are counted."""
+        return tuple(channel for channel, threshold in self.thresholds.items() if threshold is not None)
+
+    @property
     def threshold(self) -> float | None:
         """The spiking threshold of the `counted` channel; ``None`` where it has none."""
         return self.thresholds.get(self.counted)
@@ -75,6 +80,8 @@ def rebuilt(label: str, source: str, fields: Mapping[str, Any]) -> ConfiguredMod
     return ConfiguredModel(label, source, dataclasses.replace(load_model(source).robot, **fields))
 
 
+NO_SPIKES = "this model does not spike: it has no threshold called t_sp, nor one that ModelEntry.thresholds names"
+"""Why a count, or a claim about counts, says nothing of a model. ``colias check`` tells where a model spikes anyway."""
 RATE_TOLERANCE = 0.002
 """Share by which a frame rate may differ from what a model assumes without a note: 29.97 frames/s are 30."""
 MOST_NAMED = 6

@@ -248,7 +248,7 @@ def _totals(watchers: Sequence[Watcher], seen: Seen) -> Table:
             "-" if rate is None else f"{rate:g}",
             "-" if watcher.chosen.threshold is None else f"{watcher.chosen.threshold:g}",
             *(f"{ways.count(way)}" for way in WAYS),
-            " + ".join(f"{count} {channel.upper()}" for channel, count in watcher.spikes.items()),
+            " + ".join(f"{count} {channel.upper()}" for channel, count in watcher.spikes.items()) or "-",
             f"{watcher.seconds / max(seen.frames, 1) * 1e3:.2f}",
         )
     return table

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,8 +18,6 @@ from experiments.bench.core.store.parameters import Parameters, of_model
 
 Row = dict[str, Any]
 SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")
-MAY_BE_NULL = frozenset({"background_mean", "hs_rightward", "hs_leftward", "hs_against", *SPIKES})
-"""Measures that some trials and clips do not have. What a trial sets may be null wherever the plan says so."""
 STEPS_MAY_LACK = frozenset({"hs", "vs", "looming", "azimuth", *SPIKES})
 """Of a robot's frames in an env, where it sees nothing."""
 RRD_BEGINS, RRD_ENDS = b"RRF2", b"RRF2FOOT"
@@ -49,17 +47,18 @@ class Contents:
     ----------
     trials
         What is planned, by number.
+    may_be_null
+        Measures that some trials do not have (`experiments.bench.core.store.rows.optional`). What a trial sets may be
+        null wherever the plan says so.
     frames
         Whether their frames are kept.
-    may_be_null
-        Measures that some trials do not have.
     parameters
         Those that have columns, by key and model.
     """
 
     trials: Mapping[int, Planned]
+    may_be_null: frozenset[str]
     frames: bool = True
-    may_be_null: frozenset[str] = MAY_BE_NULL
     parameters: Parameters = field(default_factory=dict)
 
     def trial(self, file: str, index: Any) -> Planned:
@@ -113,7 +112,7 @@ def checked_rows(
         for name, value in own.items():
             if row[name] != value:
                 raise Misfit(f"{where}: {name} of {model} is {row[name]!r}, the plan says {value!r}")
-        _check_measures(row, {**planned.columns, **own}, contents.may_be_null, where)
+        check_measures(row, {*planned.columns, *own}, contents.may_be_null, where)
         rows[row["trial"]][model] = row
     return {
         trial: tuple(own[model] for model in contents.trials[trial].models if model in own)
@@ -121,7 +120,20 @@ def checked_rows(
     }
 
 
-def _check_measures(row: Row, known: Mapping[str, Any], may_be_null: frozenset[str], where: str) -> None:
+def check_measures(row: Mapping[str, Any], known: Collection[str], may_be_null: Collection[str], where: str) -> None:
+    """Raise `Misfit` for a measure that no row may have: a run neither writes nor reads it.
+
+    Parameters
+    ----------
+    row
+        A row of ``trials.parquet``.
+    known
+        Its columns that are no measures: what the trial sets.
+    may_be_null
+        Its measures that may be null.
+    where
+        What the row is, for the message.
+    """
     for name, value in row.items():
         if name in known or (value is None and name in may_be_null):
             continue
