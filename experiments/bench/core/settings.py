@@ -60,12 +60,18 @@ def watchers(
     return applied(shown, collected), collected
 
 
+LARGEST_SEED = 10**18
+"""Repeats count on from a seed, and tables hold whole numbers of 64 bits."""
+
+
 def check_counts(seed: int, repeats: int = 1, option: str = "--repeats") -> None:
     """Raise `UsageError` for a seed or a number of repeats, typed as ``option``, that no run can have."""
     if repeats < 1:
         raise UsageError(f"{option} {repeats}: legal is a whole number from 1 up")
     if seed < 0:
         raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+    if seed > LARGEST_SEED:
+        raise UsageError(f"--seed {seed}: legal is a whole number from 0 to {LARGEST_SEED}")
 
 
 def collect(

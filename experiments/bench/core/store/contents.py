@@ -96,23 +96,10 @@ def checked_rows(
     """The rows by trial, in the order of its models; `Misfit` that names the first row that does not belong."""
     rows: dict[int, dict[str, Row]] = {}
     for row in table.to_pylist():
-        planned = contents.trial(file, row["trial"])
-        where = f"{file}: trial {row['trial']}"
-        for name, value in planned.columns.items():
-            if row[name] != value:
-                raise Misfit(f"{where}: {name} is {row[name]!r}, the plan says {value!r}")
+        check_row(row, contents, codes, file)
         model = row["model"]
-        if model not in planned.models:
-            raise Misfit(f"{where}: model {model!r} is not in the plan, which has {', '.join(planned.models)}")
         if model in rows.setdefault(row["trial"], {}):
-            raise Misfit(f"{where}: two rows of {model}")
-        if row["code"] not in codes:
-            raise Misfit(f"{where}: code {row['code']!r} is none that experiment.json lists")
-        own = of_model(contents.parameters, model)
-        for name, value in own.items():
-            if row[name] != value:
-                raise Misfit(f"{where}: {name} of {model} is {row[name]!r}, the plan says {value!r}")
-        check_measures(row, {*planned.columns, *own}, contents.may_be_null, where)
+            raise Misfit(f"{file}: trial {row['trial']}: two rows of {model}")
         rows[row["trial"]][model] = row
     return {
         trial: tuple(own[model] for model in contents.trials[trial].models if model in own)
@@ -120,22 +107,40 @@ def checked_rows(
     }
 
 
-def check_measures(row: Mapping[str, Any], known: Collection[str], may_be_null: Collection[str], where: str) -> None:
-    """Raise `Misfit` for a measure that no row may have: a run neither writes nor reads it.
+def check_row(row: Row, contents: Contents, codes: Collection[str], file: str = "trials.parquet") -> None:
+    """Hold a row against the plan, when it is written and when it is read.
 
     Parameters
     ----------
     row
-        A row of ``trials.parquet``.
-    known
-        Its columns that are no measures: what the trial sets.
-    may_be_null
-        Its measures that may be null.
-    where
-        What the row is, for the message.
+        The row.
+    contents
+        The plan.
+    codes
+        What may have computed the row.
+    file
+        The table, for the message.
+
+    Raises
+    ------
+    Misfit
+        The row is none of this run's: the message names the first thing about it that is not.
     """
+    planned = contents.trial(file, row["trial"])
+    where, model = f"{file}: trial {row['trial']}", row["model"]
+    if model not in planned.models:
+        raise Misfit(f"{where}: model {model!r} is not in the plan, which has {', '.join(planned.models)}")
+    if row["code"] not in codes:
+        raise Misfit(f"{where}: code {row['code']!r} is none that experiment.json lists")
+    own = of_model(contents.parameters, model)
+    for name, value in planned.columns.items():
+        if row[name] != value:
+            raise Misfit(f"{where}: {name} is {row[name]!r}, the plan says {value!r}")
+    for name, value in own.items():
+        if row[name] != value:
+            raise Misfit(f"{where}: {name} of {model} is {row[name]!r}, the plan says {value!r}")
     for name, value in row.items():
-        if name in known or (value is None and name in may_be_null):
+        if name in planned.columns or name in own or (value is None and name in contents.may_be_null):
             continue
         if value is None or (isinstance(value, float) and not math.isfinite(value)):
             raise Misfit(f"{where}: {name} is {value!r}")

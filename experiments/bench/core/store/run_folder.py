@@ -21,8 +21,8 @@ from experiments.bench.core.store.contents import (
     SPIKES,
     Contents,
     Misfit,
-    check_measures,
     check_recordings,
+    check_row,
     checked_failures,
     checked_frames,
     checked_rows,
@@ -76,7 +76,6 @@ class RunFolder(Files):
     ) -> None:
         super().__init__(folder)
         self._parameters = parameters or {}
-        self._columns = frozenset(trial_schema.names)
         self._contents: Contents | None = None
         self._trial_schema, self._frame_schema = with_columns(trial_schema, self._parameters), frame_schema
         self.recordings = folder / "recordings"
@@ -219,9 +218,10 @@ class RunFolder(Files):
         Misfit
             A row is none that `reopen` would take; nothing of the trial is kept.
         """
-        rows = tuple({**row, "code": self._code} for row in trial.rows)
+        rows = tuple(
+            {**row, "code": self._code, **of_model(self._parameters, row.get("model", ""))} for row in trial.rows
+        )
         self._check(trial.index, rows)
-        rows = tuple({**row, **of_model(self._parameters, row["model"])} for row in rows)
         if trial.recording is not None:
             self.write_bytes(self.recording(trial.index), trial.recording)
         self._note(trial)
@@ -234,15 +234,14 @@ class RunFolder(Files):
         if time.monotonic() >= self._due:
             self.flush()
 
-    def _check(self, trial: int, rows: Sequence[Mapping[str, Any]]) -> None:
-        """Raise `Misfit` for rows that have other columns than the table, or that a run gone on with would refuse."""
+    def _check(self, trial: int, rows: Sequence[dict[str, Any]]) -> None:
+        """Raise `Misfit` for rows that have other columns than the table, or that `reopen` would refuse."""
         for row in rows:
-            where = f"trials.parquet: trial {trial}"
-            if odd := sorted(self._columns ^ row.keys()):
-                raise Misfit(f"{where}: column {odd[0]!r} is {'missing' if odd[0] in self._columns else 'unknown'}")
+            if odd := sorted(set(self._trial_schema.names) ^ row.keys()):
+                kind = "missing" if odd[0] in self._trial_schema.names else "unknown"
+                raise Misfit(f"trials.parquet: trial {trial}: column {odd[0]!r} is {kind}")
             if self._contents is not None:
-                known = self._contents.trial("trials.parquet", trial).columns
-                check_measures(row, known, self._contents.may_be_null, where)
+                check_row(row, self._contents, {self._code})
 
     def _note(self, trial: TrialRecord) -> None:
         """Write down what drew a trial's frames, where nothing of this run was drawn by it before."""
