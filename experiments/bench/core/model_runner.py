@@ -17,7 +17,7 @@ from dsnn.model import SPIKING
 from experiments.bench.core import interrupts
 from experiments.bench.core.errors import explained
 from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.user_code import apart
+from experiments.bench.core.user_code import apart, place_of
 
 
 class ModelRunner:
@@ -95,7 +95,7 @@ class ModelRunner:
         return None
 
     def _broke(self, error: BaseException, said: str | None = None) -> None:
-        self.trouble = explained(error, said)
+        self.trouble = f"{place_of(error)}{explained(error, said)}"
 
 
 def _takes_maps(step: Any) -> bool:

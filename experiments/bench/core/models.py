@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from dsnn import MODELS, ModelEntry, VisionModel, model_entry
+from dsnn.hints import nearest
 from dsnn.model import SPIKING
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.user_code import declared, is_file
@@ -260,8 +260,7 @@ def _check_names(asked: Asked, chosen: ConfiguredModel) -> None:
         known.append(PRESET)
     for name in asked.own:
         if name not in known:
-            near = "".join(f"nearest: {each}; " for each in difflib.get_close_matches(name, known, n=1, cutoff=0.0))
-            listed = f"{near}all: colias parameters --only --model {asked.source}"
+            listed = f"{nearest(name, known, after='; ')}all: colias parameters --only --model {asked.source}"
             raise UsageError(f"--model {asked.text}: {chosen.label} has no parameter '{name}' ({listed})")
 
 
