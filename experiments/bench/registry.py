@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import importlib
 from pathlib import Path
 
+from dsnn.hints import nearest
 from experiments import NAMES, OFFLINE
 from experiments.bench.clips.claims import CLAIMS, ClipClaim
 from experiments.bench.clips.experiment import OfflineExperiment
@@ -37,8 +37,8 @@ def find(name: str) -> Experiment | OfflineExperiment:
     elif is_file(name):
         experiment = _of_file(Path(name))
     else:
-        near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.0)[0]
-        raise UsageError(f"unknown experiment '{name}': known are {', '.join(known)} (nearest: {near}), or a .py file")
+        near = nearest(name, known, " (", ")")
+        raise UsageError(f"unknown experiment '{name}': known are {', '.join(known)}{near}, or a .py file")
     if not isinstance(experiment, Experiment | OfflineExperiment):
         raise UsageError(f"{name}: EXPERIMENT is a {type(experiment).__name__}, expected an Experiment")
     check_claims(experiment, name)

@@ -93,7 +93,7 @@ def play(
     from experiments.bench.clips import export
     from experiments.bench.clips import play as player
     from experiments.bench.core import settings
-    from experiments.bench.core.models import shown_models
+    from experiments.bench.core.models import rate_notes, shown_models
 
     _check_outputs(record, view)
     if record is not None:
@@ -112,10 +112,9 @@ def play(
         levels = dict.fromkeys(level for level in answer.thresholds.values() if level is not None)
         said += [f"T {' and '.join(f'{level:g}' for level in levels)}"] if levels else []
         console.print(f"{answer.model:<18}{'   '.join(said)}", soft_wrap=True, markup=False)
-    for label, trouble in played.troubles.items():
-        Console(stderr=True, highlight=False, emoji=False).print(
-            f"{label} failed: {trouble}", soft_wrap=True, markup=False
-        )
+    notes = [f"note: {note}" for note in rate_notes((model, clip.fps) for model in models)]
+    for line in (*notes, *(f"{label} failed: {trouble}" for label, trouble in played.troubles.items())):
+        Console(stderr=True, highlight=False, emoji=False).print(line, soft_wrap=True, markup=False)
     return _show(played, record, view) or int(bool(played.troubles))
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, Literal
 
 from dsnn.stimuli import ClipParams, Jittered, Stimulus, stimulus, stimulus_entry
@@ -231,6 +232,16 @@ class Showing:
     seed: int
     condition: Clip
     models: tuple[ConfiguredModel, ...]
+
+    def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
+        """Its models, each with the clip's frame rate, 1/s."""
+        rate = _fps(self.condition)
+        return ((model, rate) for model in self.models)
+
+
+@cache
+def _fps(clip: Clip) -> float:
+    return clip.build(0).fps
 
 
 def showings(

@@ -19,9 +19,8 @@ def show(report: OfflineReport, recorded: bool) -> None:
         table.add_column(name, justify="left" if name in ("clip", "model") else "right", no_wrap=True)
     for row in (row for row in report.rows if row["repeat"] == 0):
         ranges = (f"{row[f'trough_{system}']:+z.3f} .. {row[f'peak_{system}']:+z.3f}" for system in ("hs", "vs"))
-        table.add_row(
-            escape(row["clip"]), escape(row["model"]), *ranges, f"{row['peak_looming']:.2f}", f"{row['spikes']}"
-        )
+        spikes = "-" if row["spikes"] is None else f"{row['spikes']}"
+        table.add_row(escape(row["clip"]), escape(row["model"]), *ranges, f"{row['peak_looming']:.2f}", spikes)
     out_console.print(table)
     for verdict in report.verdicts:
         show_verdict(verdict, model=False)

@@ -78,7 +78,7 @@ class BehaviourPlan:
             columns = {"experiment": "behave", "repeat": spec.repeat, "seed": spec.seed, "robot": OBSERVER,
                        "env": setting.env}  # fmt: skip
             trials[spec.index] = Planned(columns, (names[setting.behaviour],), spec.index < recorded)
-        return Contents(trials, may_be_null=frozenset(COLUMNS))
+        return Contents(trials, frozenset(COLUMNS))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What breaks no law and is rarely meant: answers that are dropped, and potentials without their spikes."""
+"""What breaks no law and is rarely meant: dropped answers, potentials without spikes, spikes without a threshold."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def notes(chosen: ConfiguredModel) -> list[str]:
     """A line for each oddity of a model's answers to a crossing and to an approach; none where it fails to answer."""
     try:
         answers = _answers(chosen)
-        return [*_dropped(answers, chosen), *_silent(answers, chosen)]
+        return [*_dropped(answers, chosen), *_silent(answers, chosen), *_uncounted(answers, chosen)]
     except BaseException as error:  # the laws say what is wrong
         interrupts.pass_on(error)
         return []
@@ -40,6 +40,17 @@ def _dropped(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
         for channel in CHANNELS
         if channel not in chosen.channels and any(getattr(answer, channel, 0.0) != 0.0 for answer in answers)
     ]
+
+
+def _uncounted(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
+    """Spikes of a channel that has no threshold: trials and clips take such a channel for one that does not spike."""
+    names = "a parameter counts as the threshold that is called t_sp, or that thresholds= of its ModelEntry names"
+    return [
+        f"{channel}_spikes come, and {channel} has no threshold, so they are not counted: {names}"
+        for channel in SPIKING
+        if channel in chosen.channels and channel not in chosen.spiking
+        and any(getattr(answer, f"{channel}_spikes", 0) for answer in answers)
+    ]  # fmt: skip
 
 
 def _silent(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:

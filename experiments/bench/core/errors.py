@@ -34,6 +34,8 @@ def explain(error: ValidationError) -> str:
     where = ".".join([error.title, *(str(part) for part in problem["loc"])])
     if problem["type"] == "missing" or problem["type"] == "missing_argument":
         return f"{where}: it has to be given"
+    if problem["type"] in ("tuple_type", "list_type"):
+        return f"{where}={problem['input']!r}: expected a list such as (2, 4)"
     return f"{where}={problem['input']!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}"
 
 

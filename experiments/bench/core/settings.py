@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from dsnn import MODELS
+from dsnn.hints import closest
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import PRESET as PRESET
 from experiments.bench.core.models import Asked, ConfiguredModel, Shown, family, look_up
@@ -60,12 +60,18 @@ def watchers(
     return applied(shown, collected), collected
 
 
+LARGEST_SEED = 10**18
+"""Repeats count on from a seed, and tables hold whole numbers of 64 bits."""
+
+
 def check_counts(seed: int, repeats: int = 1, option: str = "--repeats") -> None:
     """Raise `UsageError` for a seed or a number of repeats, typed as ``option``, that no run can have."""
     if repeats < 1:
         raise UsageError(f"{option} {repeats}: legal is a whole number from 1 up")
     if seed < 0:
         raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+    if seed > LARGEST_SEED:
+        raise UsageError(f"--seed {seed}: legal is a whole number from 0 to {LARGEST_SEED}")
 
 
 def collect(
@@ -86,10 +92,23 @@ def collect(
         if key not in known:
             if LISTED_BY in listed_by and section not in values and section in SECTIONS:
                 raise UsageError(f"{option} {assignment}: no model shown has '{key}': add --model {section}")
-            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
-            raise UsageError(f"{option} {assignment}: no parameter '{key}' (nearest: {near}; all: {listed_by})")
+            meant = _meant(key, known)
+            near = f"nearest: {meant}; " if meant else ""
+            raise UsageError(f"{option} {assignment}: no parameter '{key}' ({near}all: {listed_by})")
         collected.setdefault(section, {})[name] = text
     return collected
+
+
+def _meant(key: str, known: Sequence[str]) -> str:
+    """The known key that may have been meant by one, by its name rather than its section; empty where there is none."""
+    section, _, name = key.rpartition(".")
+    inside = [each for each in known if each.startswith(f"{section}.")]
+    if alike := closest(name, [each.partition(".")[2] for each in inside]):
+        return f"{section}.{alike}"
+    elsewhere = [each for each in known if each.partition(".")[2] == name]
+    if elsewhere:
+        return closest(key, elsewhere) or elsewhere[0]
+    return "" if inside else closest(key, known)
 
 
 def changed(

@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_limits
 from dsnn import Response, forms
 from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import explained
-from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.models import ConfiguredModel, rate_notes
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.places import part
 from experiments.bench.core.terminal import coloured, error_console, out_console
@@ -73,6 +73,7 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[ConfiguredModel],
         forms.note(),
         _other_aspect(film.size, size),
         *film.notes(),
+        *rate_notes((model, film.rate) for model in chosen if film.rate is not None),
         *(observer.note for observer in observers),
         early,
     )
@@ -259,7 +260,7 @@ def _totals(watchers: Sequence[Watcher], seen: Seen) -> Table:
             "-" if rate is None else f"{rate:g}",
             "-" if watcher.chosen.threshold is None else f"{watcher.chosen.threshold:g}",
             *(f"{ways.count(way)}" for way in WAYS),
-            " + ".join(f"{count} {channel.upper()}" for channel, count in watcher.spikes.items()),
+            " + ".join(f"{count} {channel.upper()}" for channel, count in watcher.spikes.items()) or "-",
             f"{watcher.seconds / max(seen.frames, 1) * 1e3:.2f}",
         )
     return table

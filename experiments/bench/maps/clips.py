@@ -90,7 +90,7 @@ def planned(experiments: Sequence[OfflineExperiment], asked: Asked) -> MapPlan:
     made = [_offline(each, asked, claims, before.base.applying(asked.assignments))
             for each, before in zip(answering, plain, strict=True)]  # fmt: skip
     bases = [each.base for each in made]
-    points, found = ordered(asked.over, bases)
+    points, found = ordered(asked.over, bases, asked.assignments)
     renderings = [rendering for each in made for rendering in _renderings(each, found, points)]
     for each in renderings:
         params = [clip.build(asked.seed).params for clip in each.clips]

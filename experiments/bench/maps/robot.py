@@ -58,7 +58,7 @@ def planned(experiments: Sequence[Experiment], asked: Asked) -> MapPlan:
     plans = tuple(every[each.name] for each in answering)
     _check_repeats(claims, plans)
     bases = [_of_plan(each) for each in plans]
-    points, found = ordered(asked.over, bases)
+    points, found = ordered(asked.over, bases, asked.assignments)
     renderings = [
         (base, part)
         for base, each in zip(bases, answering, strict=True)

@@ -6,7 +6,6 @@ Everything is checked before anything is written. Each refusal is one line with 
 from __future__ import annotations
 
 import csv
-import difflib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
+from dsnn.hints import nearest
 from experiments.bench.core.errors import UsageError, short
 from experiments.bench.measured.columns import CHANNELS, KNOWN, POSES, SIMULATION, TIME, parse
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition, Experiment
@@ -118,8 +118,8 @@ class _Reader:
             self.refuse(f"{said}: legal are commas between them, and points in numbers")
         for name in header:
             if name not in KNOWN:
-                near = difflib.get_close_matches(name.lower(), KNOWN, n=1, cutoff=0.0)[0]
-                self.refuse(f"unknown column {short(name)} (nearest: {near}; all: {', '.join(KNOWN)})")
+                near = nearest(name, KNOWN, after="; ")
+                self.refuse(f"unknown column {short(name)} ({near}all: {', '.join(KNOWN)})")
             if header.count(name) > 1:
                 self.refuse(f"column {name!r} is there twice")
         needed = ["trial", TIME, *telling(self.experiment.conditions())]

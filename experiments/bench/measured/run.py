@@ -18,7 +18,7 @@ import pyarrow as pa
 from experiments.bench.core.batch import tell
 from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.model_runner import ModelRunner
-from experiments.bench.core.models import ConfiguredModel, ask, choose
+from experiments.bench.core.models import ConfiguredModel, ask, choose, rate_notes
 from experiments.bench.core.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
 from experiments.bench.core.store.places import naming
 from experiments.bench.core.store.rows import Failure, TrialRecord, recording_of
@@ -206,6 +206,8 @@ def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
     """
     if not quiet:
         _note_rate(made)
+    for note in rate_notes(_shown_rates(made)):
+        error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     with _whole(out) as place:
         folder = RunFolder(place, MEASURED_SCHEMA, FRAME_SCHEMA, made.plan.changed())
         folder.create({**_described(made), "recordings": recordings})
@@ -295,6 +297,13 @@ def _shown(model: ConfiguredModel, frames: Images, provenance: str) -> Given | s
         runner.see(frame)
     series = runner.series()
     return runner.trouble if series is None else Given(model, series, (), provenance)
+
+
+def _shown_rates(made: Import) -> Iterator[tuple[ConfiguredModel, float]]:
+    """The models that are shown the frames of a log, each with the rates at which these come, 1/s."""
+    for trial in made.log.trials:
+        rate = rate_hz(trial.time_s, made.plan.settings.camera.fps)
+        yield from ((model, rate) for model in made.shown)
 
 
 def _note_rate(made: Import) -> None:

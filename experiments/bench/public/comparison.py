@@ -220,6 +220,11 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[st
     if not found and {one.provenance, other.provenance} != {"simulated"}:
         found = [row for pair in pairs for row in _independent(rows[0], rows[1], pair, columns)]
     if not found:
+        silent = [
+            run.folder for run, own in zip((one, other), rows, strict=True) if all(r["spikes"] is None for r in own)
+        ]
+        if silent:
+            return [], f"nothing to pair: no model of {silent[0]} spikes"
         known = one.seed is not None and other.seed is not None
         why = f": the seeds are {one.seed} and {other.seed}" if known and one.seed != other.seed else ""
         return [], f"nothing to pair: no trial of the one has the seed and condition of one of the other{why}"

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from dsnn import Response
 from experiments.bench.core.errors import UsageError, short
-from experiments.bench.core.models import shown_models
+from experiments.bench.core.models import rate_notes, shown_models
 from experiments.bench.core.settings import watchers
 from experiments.bench.core.terminal import progress
 from experiments.bench.footage.rows import SCHEMA, frame_row
@@ -145,7 +145,8 @@ def watch(
         with threadpool_limits(1):
             watch_pictures(_counted(film, own, seconds, quiet), watching, [kept], seen)
         ended = "" if seconds is not None else film.ended_early()
-        notes = tuple(filter(None, (*film.notes(), ended)))
+        rates = rate_notes((model, film.rate) for model in chosen if film.rate is not None)
+        notes = tuple(filter(None, (*film.notes(), *rates, ended)))
     finally:
         film.close()
     motions = [

@@ -82,7 +82,6 @@ def perform(
         with resources.pool(rendering=False) as pool:
             record = recordings and made.experiment.recorded
             return clips_run.run(made, folder, pool, resources, resume=resume, record=record)
-    _note_rates(made)
     from experiments.bench.robot import run as robot_run
 
     return robot_run.run(made, folder, resources, resume=resume, recordings=recordings)
@@ -117,16 +116,6 @@ def missing_models(plan: Plan | OfflinePlan) -> list[str]:
             needs = f"needs the models {', '.join(missing)}, which are not shown"
             found.append(f"note: claim {claim.id} {needs}; shown are {', '.join(shown)}")
     return found
-
-
-def _note_rates(plan: Plan) -> None:
-    """Say which models assume another frame rate than the camera has."""
-    rate = plan.settings.camera.fps
-    for chosen in plan.settings.models:
-        assumed = getattr(chosen.network, "fps", rate)
-        if assumed != rate:
-            said = f"note: {chosen.label} assumes {assumed:g} frames/s, the camera gives {rate:g}"
-            error_console.print(said, soft_wrap=True, markup=False)
 
 
 def run(

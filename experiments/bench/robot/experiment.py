@@ -290,6 +290,10 @@ class TrialSpec:
     condition: Condition
     settings: Settings
 
+    def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
+        """Its models, each with the camera's frame rate, 1/s."""
+        return ((model, self.settings.camera.fps) for model in self.settings.models)
+
 
 def trial_seed(seed: int, index: int) -> int:
     """The seed of trial ``index``: a function of the experiment's seed and the index alone, in 0..2^32-1."""

@@ -30,7 +30,10 @@ def _table(sweep: Sweep) -> Table:
     ):
         table.add_column(name, justify="right")
     for values, chosen in group(sweep.summary, *keys).items():
-        means = {level: [r["spikes_mean"] for r in chosen if r[varies] == level] for level in levels}
+        means = {
+            level: [r["spikes_mean"] for r in chosen if r[varies] == level and r["spikes_mean"] is not None]
+            for level in levels
+        }
         said = ("-" if v is None else escape(v) if isinstance(v, str) else f"{v:g}" for v in values)
         table.add_row(*said, *(f"{sum(m) / len(m):.1f}" if m else "-" for m in means.values()))
     return table
