@@ -379,7 +379,7 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
     [
         ({"curve": ["sped"]}, r"--curve sped: known are speed, size, contrast, frequency, direction, l-over-v"),
         ({"curve": ["l-over-v"], "only": True, "model": ["emd"]}, r"--curve l-over-v: no model shown answers by loom"),
-        ({"seed": -1}, r"--seed -1: legal is a whole number from 0 up"),
+        ({"seed": -1}, r"--seed -1: legal is a whole number from 0 to"),
         ({"workers": -1}, r"--workers -1: legal is"),
         ({"model": ["nosuch"]}, r"unknown model 'nosuch'"),
         ({"only": True}, r"--only: shows just the models of --model; name them by --model"),
