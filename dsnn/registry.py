@@ -292,6 +292,8 @@ def model_entry(name: str) -> ModelEntry:
     ValueError
         There is no such model; the message has the nearest known name.
     """
+    if not isinstance(name, str):
+        raise ValueError(f"a model's name is a {type(name).__name__}: known are {', '.join(MODELS)}")
     if name not in MODELS:
         near = difflib.get_close_matches(name.lower(), MODELS, n=1, cutoff=0.0)[0]
         raise ValueError(f"unknown model '{name}': known are {', '.join(MODELS)} (nearest: {near})")

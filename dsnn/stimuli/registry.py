@@ -81,6 +81,8 @@ def stimulus_entry(name: str) -> StimulusEntry:
     ValueError
         There is no such stimulus; the message has the nearest known name.
     """
+    if not isinstance(name, str):
+        raise ValueError(f"a stimulus's name is a {type(name).__name__}: known are {', '.join(STIMULI)}")
     if name not in STIMULI:
         near = difflib.get_close_matches(name.lower(), STIMULI, n=1, cutoff=0.0)[0]
         raise ValueError(f"unknown stimulus '{name}': known are {', '.join(STIMULI)} (nearest: {near})")

@@ -12,6 +12,7 @@ import pyarrow as pa
 
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.store.description import NAME, begun, holds_results, short
+from experiments.bench.public import arguments
 from experiments.bench.public.result import load
 
 DEEPEST = 3
@@ -62,7 +63,7 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
     >>> import experiments
     >>> experiments.runs("runs").select(["run", "changed", "verdicts"]).to_pylist()
     """
-    path = Path(folder)
+    path = arguments.folder("folder", folder)
     if not path.is_dir():
         raise UsageError(f"{path}: no such folder")
     rows = [_row(each) for each in _found(path, DEEPEST)]

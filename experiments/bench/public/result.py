@@ -20,6 +20,7 @@ from experiments.bench.core.store.description import read_description, short
 from experiments.bench.core.store.files import read_parquet
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.verdict import Verdict
+from experiments.bench.public import arguments
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -224,7 +225,7 @@ def load(folder: str | os.PathLike[str]) -> Run:
     >>> from experiments import load
     >>> load("runs/speed-20260801-120000").trials.select(["speed_cm_s", "spikes"]).to_pylist()
     """
-    path = Path(folder)
+    path = arguments.folder("folder", folder)
     there = read_description(path)
     for name, kind in (("experiment", str | dict), ("seed", int), ("trials", int)):
         if not isinstance(there.get(name), kind):
