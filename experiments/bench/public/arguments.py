@@ -6,7 +6,7 @@ import operator
 import os
 from collections.abc import Mapping, Set
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -75,7 +75,7 @@ def _listed(values: Any) -> list[Any] | None:
         return None
 
 
-def is_path(value: Any) -> bool:
+def is_path(value: object) -> TypeGuard[str | os.PathLike[str]]:
     """Say whether a value is a name or a path, as a text."""
     return isinstance(value, str) or (isinstance(value, os.PathLike) and isinstance(os.fspath(value), str))
 
