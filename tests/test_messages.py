@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from xml.etree import ElementTree
+
 import numpy as np
 import pytest
 
+import experiments
 from colias_sim import CameraConfig, Pose, Simulation
 from dsnn import DSNN, MODELS, model_entry
 from dsnn.stimuli import stimulus
-from experiments import UsageError
+from experiments import Clip, OfflineExperiment, UsageError
 from experiments.bench.cli import main as cli_main
 
 BIG, HUGE = str(10**12), str(10**30)
@@ -134,3 +137,16 @@ def test_a_refused_reset_changes_nothing(argument, value, blind):
     with pytest.raises(ValueError, match=message):
         blind.reset(**{"placements": PLACED, "rng": np.random.default_rng(0), **make(value)})
     assert np.array_equal(before[0], blind.data.qpos) and np.array_equal(before[1], blind.model.light_diffuse)
+
+
+# --- users' words in figures -----------------------------------------------------------------------------------------
+
+
+def test_names_of_clips_that_the_font_has_not_are_drawn_without_a_warning(tmp_path):
+    """Warnings are errors here. The vector figure has the words, and is XML whatever they hold."""
+    clip = Clip("\u65e5\u672c $a \x1b", "plain", {"columns": 40, "rows": 30, "width": 8.0, "height": 8.0})
+    declared = OfflineExperiment("odd", "odd words", [clip], ["emd"], recorded=False)
+    run = experiments.run(declared, out=tmp_path / "out", workers=0, quiet=True)
+    assert run.figure()._repr_png_()
+    picture = ElementTree.parse(run.folder / "figure.svg")
+    assert any("\u65e5\u672c $a" in (text or "") for text in picture.getroot().itertext())

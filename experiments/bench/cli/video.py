@@ -58,6 +58,8 @@ def video(
     if out.suffix != ".png":
         require_encoder(f"--out {out}: {out.suffix}")
     path = recording(source, trial)
+    from experiments.bench.core.errors import printable
+    from experiments.bench.core.figures.plotting import without_glyph
     from experiments.bench.core.terminal import error_console, progress, show_places
     from experiments.bench.video.choice import shown
     from experiments.bench.video.make import Film, make, not_shown
@@ -74,6 +76,10 @@ def video(
     if not quiet:
         if reel.hidden:
             error_console.print(f"note: {not_shown(reel)}: --model chooses", markup=False, soft_wrap=True)
+        if missing := without_glyph(caption or ""):
+            listed = " ".join(printable(character) or ascii(character)[1:-1] for character in missing)
+            note = f"note: --caption: the font has no {listed}: an empty box stands there"
+            error_console.print(note, markup=False, soft_wrap=True)
         show_places({"video" if out.suffix != ".png" else "strip": out})
     return 0
 

@@ -7,14 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import pyarrow as pa
 from matplotlib.figure import Figure
 
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.clips.experiment import Figure as Drawing
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.figures.plotting import STYLE
+from experiments.bench.core.figures.plotting import drawing
 from experiments.bench.core.models import rebuilt
 from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.mechanism import excitation, excitation_figure
@@ -85,6 +84,6 @@ def _threshold(model: Mapping[str, Any]) -> float | None:
 
 def _png(drawn: Figure) -> bytes:
     made = io.BytesIO()
-    with mpl.rc_context(STYLE):
+    with drawing():
         drawn.savefig(made, format="png", dpi=110)
     return made.getvalue()
