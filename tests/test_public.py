@@ -191,6 +191,21 @@ def test_going_on(speed, tmp_path):
         experiments.run("speed", settings=FAST, out=usual.folder, resume=True, seed=1, **QUICK)
 
 
+def test_going_on_without_the_first_options_names_them(speed):
+    _, changed = speed
+    with pytest.raises(experiments.UsageError) as refused:
+        experiments.run("speed", out=changed.folder, resume=True, **{**QUICK, "repeats": None})
+    message = str(refused.value)
+    assert message == (
+        f"{changed.folder}: --set experiment.speeds_cm_s is 20, 30 there and 2, 4, 6, 10 now; --repeats is 2 there and"
+        " 10 now; --model is dsnn, emd there and dsnn now; 1 more differ: repeat the first command's options"
+    )
+    with pytest.raises(experiments.UsageError, match=r"^[^;]* --set dsnn\.n_con is 6 there and 8 now: repeat the"):
+        experiments.run("speed", settings=FAST, models="emd", out=changed.folder, resume=True, **QUICK)
+    with pytest.raises(experiments.UsageError, match=r'the experiment is "speed" there and "distance" now$'):
+        experiments.run("distance", out=changed.folder, resume=True, **QUICK)
+
+
 WRONG = {
     "an experiment": (lambda: experiments.run("sped"), "unknown experiment 'sped'"),
     "a number": (lambda: experiments.run(3), "experiment 3: legal is a name, the path of a .py file, or an Experiment"),

@@ -370,7 +370,7 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
     assert again.returncode == 0 and "11 of them done already" in again.stderr
     assert pq.read_table(out / "trials.parquet").equals(before)
     made = tuning_run.plan([str(colias.folder / "my_model.py"), "dsnn"], ["size"], ["gradient.gain=0.1"], 0)
-    with open_pool(0) as pool, pytest.raises(UsageError, match=r"network\.gain is 0\.05 there and 0\.1 now"):
+    with open_pool(0) as pool, pytest.raises(UsageError, match=r"--set \w+\.gain is 0\.05 there and 0\.1 now"):
         tuning_run.run(made, out, pool, Resources(0, quiet=True))
 
 
