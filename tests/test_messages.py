@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import rich.text
+import typer
 
 import experiments
 from colias_sim import CameraConfig, Pose, Simulation
@@ -150,3 +155,45 @@ def test_names_of_clips_that_the_font_has_not_are_drawn_without_a_warning(tmp_pa
     assert run.figure()._repr_png_()
     picture = ElementTree.parse(run.folder / "figure.svg")
     assert any("\u65e5\u672c $a" in (text or "") for text in picture.getroot().itertext())
+
+
+# --- the terminal ----------------------------------------------------------------------------------------------------
+
+
+def commands(group: Any) -> Iterator[Any]:
+    """Every command of a group and of the groups in it."""
+    for each in group.commands.values():
+        yield from commands(each) if hasattr(each, "commands") else (each,)
+
+
+def test_help_loses_no_bracket():
+    """Help is markup, in which a word in brackets such as an extra's is a style, and not printed."""
+    for command in commands(typer.main.get_command(cli_main.app)):
+        for text in filter(None, [command.help, command.short_help, *(getattr(p, "help", "") for p in command.params)]):
+            source = re.sub(r"\[/?b\]", "", text).replace("\\[", "[")
+            assert rich.text.Text.from_markup(text).plain == source, command.name
+
+
+BRACKETS = "[red]odd [video] [/b]"
+
+
+@pytest.fixture
+def own_clip(tmp_path, monkeypatch):
+    """A file that declares a clip whose name looks like markup."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.py").write_text(
+        "from experiments import Clip, OfflineExperiment\n"
+        f"clip = Clip({BRACKETS!r}, 'plain', {{'rows': 30, 'columns': 40, 'width': 8.0, 'height': 8.0}})\n"
+        "EXPERIMENT = OfflineExperiment('own', 'own', [clip], ['emd'], recorded=False)\n"
+    )
+    return tmp_path
+
+
+def test_brackets_are_printed_as_they_are(own_clip, capsys):
+    assert cli_main.command(["run", "own.py", "--workers", "0", "--out", "[b]out"]) == 0
+    printed = capsys.readouterr()
+    assert BRACKETS in printed.out and "[b]out/figure.png" in printed.out and "into [b]out\n" in printed.err
+    assert cli_main.command(["runs", "."]) == 0
+    assert "[b]out" in capsys.readouterr().out
+    assert cli_main.command(["compare", "[b]out", "[b]out"]) == 0
+    assert "[b]out: own" in capsys.readouterr().out

@@ -40,11 +40,11 @@ def video(
     caption: Annotated[str | None, typer.Option(help="Text at the top; otherwise what the recording is of.")] = None,
     quiet: Quiet = False,
 ) -> int:
-    """Show a recording in one picture: camera, arena from above, potentials with thresholds, spikes.
+    r"""Show a recording in one picture: camera, arena from above, potentials with thresholds, spikes.
 
     It takes recordings of trials, clips and episodes, from a run's folder, and those of colias watch --record. MP4 is
     H.264, which browsers and slides play. A strip has some moments side by side above the traces, for papers. Videos
-    and GIFs need the extra colias-sim[video]. Of more than 3 models each has a panel of its own.
+    and GIFs need the extra colias-sim\[video]. Of more than 3 models each has a panel of its own.
     """
     _check_out(out)
     width_height = _size(size)

@@ -17,7 +17,7 @@ from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.models import family
 from experiments.bench.core.statistics import Test, contrast, holm, paired
 from experiments.bench.core.store import provenance
-from experiments.bench.core.store.description import LONGEST, RESUMED
+from experiments.bench.core.store.description import BEGUN, LONGEST, RESUMED
 from experiments.bench.core.store.rows import group
 from experiments.bench.public.arguments import is_path
 from experiments.bench.public.result import Run, load
@@ -164,7 +164,7 @@ def _parameters(one: Run, other: Run) -> Iterator[tuple[str, Any, Any]]:
 def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a run but its models', named as ``--set`` names them."""
     left = {key: value for key, value in description.items()
-            if key not in (*provenance.KEYS, RESUMED, "changed", "trials", "models")}  # fmt: skip
+            if key not in (*provenance.KEYS, BEGUN, RESUMED, "changed", "trials", "models")}  # fmt: skip
     declared = left.pop("experiment", {})
     settings = left.pop("settings", {})
     if isinstance(settings, Mapping):

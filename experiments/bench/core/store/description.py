@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import datetime
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,8 +31,10 @@ PIXELS = "reference_frames"
 It is a note like `RENDERERS`. A second hash means that the machines' pixels differ, and a command says so.
 """
 OWN_FILES = ("trials.parquet", "frames.parquet", "failures.json")
-NOTED = (RESUMED, RENDERERS, PIXELS)
-"""Entries that a run adds to what it began with."""
+BEGUN = "begun"
+"""The entry that says when the run was begun: ISO 8601, UTC. It is a note like `RENDERERS`."""
+NOTED = (BEGUN, RESUMED, RENDERERS, PIXELS)
+"""Entries that a run adds to its parameters and to what computes it. They are compared with nothing."""
 LONGEST = 300
 """Characters of a parameter's value in a comparison."""
 FEW, MOST_TOLD = 60, 3
@@ -82,10 +85,14 @@ def _recorded(recordings: Path) -> bool:
 
 
 def write_new(folder: Path, description: Mapping[str, Any]) -> None:
-    """Write the description, whole or not at all; ``FileExistsError`` if there is one, also of a run begun just now."""
+    """Write the description and the time, whole or not at all.
+
+    Raises ``FileExistsError`` if there is a description, also of a run begun just now.
+    """
+    now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     partial = folder / f"{NAME}.{os.getpid()}.part"
     try:
-        partial.write_text(to_json(description), encoding="utf-8")
+        partial.write_text(to_json({BEGUN: now, **description}), encoding="utf-8")
         with partial.open("rb") as file:
             os.fsync(file.fileno())
         try:
