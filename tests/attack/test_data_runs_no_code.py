@@ -26,6 +26,7 @@ from experiments.bench.reproduction.page.stored import stored
 from tests.attack.canaries import MARK, marks, plant, plant_modules, tampered
 from tests.attack.commands import CLIPS, EXPERIMENT, film
 from tests.attack.folders import KINDS
+from tests.attack.folders import copied as copied_folder
 from tests.attack.processes import python
 from tests.attack.scale import some
 
@@ -92,9 +93,9 @@ def copied(made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Calla
 
     def of(kind: str) -> Path:
         folder, _ = made(kind)
-        shutil.copytree(folder, tmp_path / "work")
-        monkeypatch.chdir(tmp_path / "work")
-        return tmp_path / "work" / "out"
+        place = copied_folder(folder, tmp_path / "work")
+        monkeypatch.chdir(place)
+        return place / "out"
 
     return of
 
@@ -235,7 +236,7 @@ def test_no_module_of_the_current_folder_is_run(words: tuple[str, ...], made: Ma
     plant_modules(folder)
     waits = words[0] == "view"
     script = folder.parent / "colias.py"
-    script.write_text("from experiments.bench.cli.entry import run\n\nrun()\n")
+    script.write_text("from experiments.bench.cli.entry import main\n\nmain()\n")
     ended = python(folder, (str(script), *words), timeout_s=10.0 if waits else 150.0)
     assert marks(folder) == [], ended
     assert ended.crashes() == []
