@@ -211,11 +211,24 @@ def _check_values(part: pa.Table, row: Row, where: str) -> None:
             own = float(getattr(part[of].to_numpy(), "max" if end == "peak" else "min")())
             if own != value:
                 raise Misfit(f"{where}: its frames have a {name} of {own!r}, its row in trials.parquet says {value!r}")
+    _check_counts(part, row, where)
     if "reward" in row and "reward" in part.column_names:
         own = float(part["reward"].to_numpy().sum())
         if not math.isclose(own, row["reward"], rel_tol=1e-9, abs_tol=1e-9):
             said = row["reward"]
             raise Misfit(f"{where}: its frames have a reward of {own!r}, its row in trials.parquet says {said!r}")
+
+
+def _check_counts(part: pa.Table, row: Row, where: str) -> None:
+    """That the row's spikes are those of its frames: of each channel, and of the one that counts."""
+    counts = {name: int(np.abs(part[name].to_numpy()).sum()) for name in SPIKES
+              if row.get(name) is not None and name in part.column_names and not part[name].null_count}  # fmt: skip
+    for name, count in counts.items():
+        if row[name] != count:
+            raise Misfit(f"{where}: its frames have {count} {name}, its row in trials.parquet says {row[name]}")
+    if counts and row.get("spikes") not in (None, *counts.values()):
+        shown = " or ".join(map(str, counts.values()))
+        raise Misfit(f"{where}: its frames have {shown} spikes, its row in trials.parquet says {row['spikes']}")
 
 
 def checked_failures(

@@ -55,7 +55,8 @@ def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
         Any, of bytes that are no table.
     """
     with pa.OSFile(os.fspath(path), "rb") as file:
-        return pq.ParquetFile(file, pre_buffer=False).read(columns, use_threads=False)
+        opened = pq.ParquetFile(file, pre_buffer=False, page_checksum_verification=True)
+        return opened.read(columns, use_threads=False)
 
 
 class Files:
@@ -84,7 +85,7 @@ class Files:
     def write_table(self, name: str, table: pa.Table) -> None:
         """Write a table as Parquet."""
         with replacing(self.path(name)) as partial:
-            pq.write_table(table, partial)
+            pq.write_table(table, partial, write_page_checksum=True)
 
     def write_bytes(self, path: Path, data: bytes) -> None:
         """Write a file at ``path``, in the folder or below it."""
