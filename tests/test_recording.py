@@ -1,5 +1,7 @@
 """The one writer of Rerun recordings, by the functions that Rerun keeps to itself: these tests tell when they move."""
 
+import re
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import rerun.blueprint as rrb
 
 from experiments.bench.core.recording import recorded, send_layout, timelines
 from experiments.bench.core.store.contents import RRD_BEGINS, RRD_ENDS, RRD_TAIL
+from experiments.bench.core.terminal import program
 
 LAYOUT = rrb.Blueprint(rrb.TimeSeriesView(origin="wave", name="a wave"), rrb.TimePanel(state="collapsed"))
 
@@ -50,6 +53,13 @@ def test_a_saved_layout_is_the_one_that_rerun_itself_saves(tmp_path):
         for name in ("ours", "theirs")
     )
     assert ours == theirs and len(ours) >= 4
+    # Without this message a viewer has the layout and does not open with it.
+    orders = []
+    for name in ("ours", "theirs"):
+        command = [*program(), "rrd", "print", str(tmp_path / name)]
+        printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        orders.append(re.findall(r"BlueprintActivationCommand.*(make_active.*)", printed))
+    assert orders[0] == orders[1] == ["make_active: false, make_default: true)"]
 
 
 def test_recordings_leave_no_thread_behind():

@@ -84,6 +84,8 @@ def _encoded(clip: Stimulus[ClipParams], path: Path) -> Generator[StimulusFrame,
     """Write each frame to the video at ``path``, and pass it on."""
     rows, columns = clip.shape
     fourcc = cv2.VideoWriter.fourcc(*"FFV1")
+    # A warning for each frame that a full disk does not take: `_check_whole` says it in a line.
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, fourcc, clip.fps, (columns, rows), isColor=False)
     try:
         if not writer.isOpened():
