@@ -33,6 +33,8 @@ PIPE_WIDTH = 100
 """Columns of tables and sentences where there is no terminal, and ``COLUMNS`` does not say how many there are."""
 WHOLE_WIDTH = 100_000
 """Columns in which everything fits."""
+RECORD_INDENT, BETWEEN = 4, "   "
+"""Of a row that is no table's: what its other lines are moved in by, and what is between two of its cells."""
 
 
 class _Console(Console):
@@ -90,7 +92,7 @@ def show_line(line: str | Text, indent: int = 0) -> None:
 def show_table(table: Table) -> None:
     """Print a table whose words are whole.
 
-    Where the width is known and too small for that, each row is a block: a line for each column, its name and the cell.
+    Where the width is known and too small for that, each cell stands behind its column's name instead.
     """
     everything = out_console.options.update(width=WHOLE_WIDTH)
     least, most = [], []
@@ -103,7 +105,7 @@ def show_table(table: Table) -> None:
     between = Measurement.get(out_console, everything, table).maximum - sum(most)
     room = out_console.width - between
     if sum(least) > room and out_console.width_known:
-        _show_blocks(table)
+        _show_records(table)
         return
     for column, width in zip(table.columns, _shared(least, most, room), strict=True):
         column.width = width
@@ -127,18 +129,23 @@ def _shared(least: Sequence[int], most: Sequence[int], room: int) -> list[int]:
     return widths
 
 
-def _show_blocks(table: Table) -> None:
+def _show_records(table: Table) -> None:
+    """Print each row of a table as ``NAME: CELL   NAME: CELL``, in as many lines as it takes."""
     if table.title:
-        show_line(table.title if isinstance(table.title, Text) else str(table.title))
+        show_line(str(table.title))
     names = [" ".join(str(column.header).split()) for column in table.columns]
-    indent = max(map(len, names)) + 2
     for row in zip(*(column.cells for column in table.columns), strict=True):
+        lines = [Text()]
         for name, cell in zip(names, row, strict=True):
-            lines = (cell if isinstance(cell, Text) else Text(str(cell))).split()
-            for place, line in enumerate(lines if len(cell) else ()):
-                head = Text(f"{'' if place else name:<{indent}}", table.header_style)
-                show_line(Text.assemble(head, line), indent)
-        out_console.print()
+            words = Text(" ").join((cell if isinstance(cell, Text) else Text(str(cell))).split())
+            item = Text.assemble((f"{name}: " if name else "", table.header_style), words)
+            room = out_console.width - (RECORD_INDENT if len(lines) > 1 else 0)
+            if words and lines[-1] and cell_len(lines[-1].plain) + len(BETWEEN) + cell_len(item.plain) > room:
+                lines.append(Text())
+            if words:
+                lines[-1].append_text(Text.assemble(BETWEEN if lines[-1] else "", item))
+        for place, line in enumerate(lines):
+            show_line(Text.assemble(" " * RECORD_INDENT if place else "", line), RECORD_INDENT)
 
 
 def show_verdict(verdict: Verdict, *, model: bool) -> None:

@@ -277,8 +277,8 @@ def _option(path: tuple[str, ...], here: Mapping[str, Any]) -> str:
             return "--model"
         case ("robot" | "camera" | "scene" as section, *rest):
             return f"--set {section}.{'.'.join(rest)}"
-        case ("axes", *_):
-            return "--over"
+        case ("axes", *axis):
+            return f"--over {'.'.join(axis)}"
         case ("repeats",) if here.get("experiment") == BEHAVE:
             return "--episodes"
         case (_, key) if here.get("experiment") == BEHAVE and key in OF_BEHAVIOUR:
