@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import colias_sim
+import experiments
 from colias_sim import CameraConfig, Pose, Simulation
 from dsnn import MODELS
 from dsnn.stimuli import stimulus
@@ -129,3 +130,31 @@ def test_a_frame_can_be_copied(simulation: Simulation) -> None:
         assert isinstance(other, colias_sim.Frame) and other.time == frame.time
         np.testing.assert_array_equal(other.luma, frame.luma)
     assert not frame.luma.flags.writeable
+
+
+class Reading:
+    """Reads something while it is copied, as another thread may."""
+
+    def __init__(self, read: Callable[[], Any]) -> None:
+        self.read = read
+
+    def __deepcopy__(self, memo: Any) -> str:
+        self.read()
+        return "read"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        self.read()
+        return str, ("read",)
+
+
+@pytest.mark.parametrize("way", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
+def test_what_is_read_for_the_first_time_meanwhile_does_not_disturb_a_copy(way: Any, tmp_path: Path) -> None:
+    """A run's tables and a clip's background are made when they are first asked for."""
+    described: dict[str, Any] = {"experiment": "x", "seed": 0}
+    run = experiments.Run(tmp_path, described)
+    described["meanwhile"] = Reading(lambda: (run.claims, run.failures))
+    assert way(run).folder == tmp_path
+    clip = stimulus("cluttered", rows=20, columns=30)
+    clip.meanwhile = Reading(lambda: clip[0])
+    assert len(way(clip)) == len(clip)
+    np.testing.assert_array_equal(way(clip)[3].luma, clip[3].luma)

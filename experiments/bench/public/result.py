@@ -60,6 +60,9 @@ class Run:
     folder: Path
     description: Mapping[str, Any]
 
+    def __getstate__(self) -> dict[str, Any]:
+        return dict(self.__dict__)  # a table that another thread reads meanwhile would stop a copy
+
     @cached_property
     def trials(self) -> pa.Table:
         """A row per trial (or clip, or episode) and model; changed parameters have columns such as ``dsnn.n_con``.
