@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -216,6 +217,23 @@ WRONG = {
     "a behaviour": (lambda: experiments.score("hybird"), "no behaviour 'hybird'"),
     "a behaviour of another kind": (lambda: experiments.score(3), "legal is a Behaviour, a name, or the path"),
     "episodes": (lambda: experiments.score("fixation", episodes=0), "--episodes 0: legal is a whole number"),
+    "an argument of no env": (lambda: experiments.score("fixation", nope=3), "score: no keyword argument 'nope'"),
+    "one of gymnasium's": (
+        lambda: experiments.score("fixation", max_episode_steps=3),
+        "score: no keyword argument 'max_ep",
+    ),
+    "an env's argument": (lambda: experiments.score("fixation", robots=99), "score: robots=99: input should be less"),
+    "an env's model": (lambda: experiments.score("fixation", model="nope"), "score: unknown model 'nope'"),
+    "a sense": (lambda: experiments.score("fixation", observation="state"), "the behaviour sets that itself"),
+    "no checks": (lambda: experiments.decide([]), "decide([]): legal is at least one experiments.Check"),
+    "no sequence": (lambda: experiments.decide(None), "decide(None): legal is at least one experiments.Check"),
+    "a single check": (lambda: experiments.decide(experiments.Check("x", 1.0)), "legal is at least one experiments.Ch"),
+    "a number for a check": (
+        lambda: experiments.decide([1.0]),
+        "decide([1.0]): legal is at least one experiments.Check",
+    ),
+    "a slack": (lambda: experiments.decide([experiments.Check("x", "1")]), "check 'x': slack='1': legal is a number"),
+    "no slack": (lambda: experiments.decide([experiments.Check("x", None)]), "slack=None: legal is a number"),
 }
 
 
@@ -228,6 +246,13 @@ def test_wrong_uses_are_one_line(what, tmp_path, monkeypatch):
     assert isinstance(refused.value, experiments.UsageError)
     assert said in str(refused.value) and "\n" not in str(refused.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_checks_may_come_one_by_one():
+    """An iterator can be read only once; the verdict is that of the list."""
+    checks = [experiments.Check("too few", -1.0), experiments.Check("enough", 1.0)]
+    assert experiments.decide(iter(checks)) == experiments.decide(checks) == (False, "too few")
+    assert experiments.decide([experiments.Check("enough", np.float32(1.0))])[0]
 
 
 def test_damaged_runs_are_one_line(tmp_path):

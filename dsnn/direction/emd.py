@@ -15,7 +15,7 @@ from pydantic.dataclasses import dataclass
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush
 from dsnn.frames import Channels, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -37,7 +37,7 @@ class EMDParams:
     fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
 
 
-class EMD:
+class EMD(NonCopyable):
     """Array of full Hassenstein-Reichardt correlators along x and y, its opponent output averaged over the field.
 
     The arrangement is that of Iida and Lambrinos (a bee's odometer): one pathway for both polarities, each detector's

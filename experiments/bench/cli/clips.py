@@ -134,13 +134,13 @@ def _show(played: Played, record: Path | None, view: bool) -> int:
     """Write the recording, to a file that goes with the viewer if none was asked for; the exit status."""
     from experiments.bench.cli import viewer
     from experiments.bench.clips.recording import record as recorded
+    from experiments.bench.core.store.places import replacing
 
     with interrupts.held(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
         place = record or Path(folder) / f"{played.name}.rrd"
-        part = place.with_name(f"{place.name}.part")
         place.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(recorded(played))
-        part.replace(place)
+        with replacing(place) as partial:
+            partial.write_bytes(recorded(played))
         if record is not None:
             Console(highlight=False, emoji=False).print(f"recording   {record}", soft_wrap=True, markup=False)
         return viewer.show([place], instead=INSTEAD) if view else 0

@@ -6,7 +6,7 @@ What an experiment of clips is, what one clip comes to, and the rows it leaves.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, Literal
 
@@ -155,6 +155,8 @@ class OfflineExperiment:
         How it is drawn.
     recorded
         Whether the first seed's clips are recorded for Rerun; a grid of long clips would fill a disk.
+    file
+        The .py file that declares it, which commands and `experiments.run` fill in.
 
     Raises
     ------
@@ -176,6 +178,7 @@ class OfflineExperiment:
     repeats: int = 1
     figure: Figure = Figure()
     recorded: bool = True
+    file: str = field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         check_declared("experiment", self.name, self.summary, self.repeats)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 from colias_sim.envs import ENVS
 from dsnn.hints import nearest
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.core.errors import UsageError, check_name
+from experiments.bench.core.models import beside
 from experiments.bench.core.user_code import declared, is_own
 
 
@@ -37,7 +39,7 @@ def load_behaviour(source: str) -> Behaviour:
     if not isinstance(entry, Behaviour):
         raise UsageError(f"{source}: BEHAVIOUR is a {type(entry).__name__}, expected a Behaviour")
     env_id(entry.env)
-    return entry
+    return dataclasses.replace(entry, model=beside(Path(source), entry.model, "BEHAVIOUR.model"))
 
 
 def members(name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -12,25 +12,25 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-import gymnasium as gym
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from colias_sim.envs import ENVS
 from colias_sim.envs.factors import PRESET
+from colias_sim.envs.vector.host import env_class
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry, start_places
 from experiments.bench.closed_loop.find import env_id, load_behaviour, members
 from experiments.bench.closed_loop.scores import COLUMNS, EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
 from experiments.bench.core.batch import Batch, Resources
-from experiments.bench.core.errors import UsageError
+from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.pool import Pool
 from experiments.bench.core.scores import Score, Standing
 from experiments.bench.core.settings import check_counts
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.contents import Contents, Planned
 from experiments.bench.core.store.drawing import drawn_here
-from experiments.bench.core.store.rows import OBSERVER, Failure, TrialRecord, known
+from experiments.bench.core.store.rows import OBSERVER, Failure, TrialRecord, known, recording_of
 from experiments.bench.core.terminal import count, progress
 from experiments.bench.core.user_code import is_own
 
@@ -143,7 +143,7 @@ def _comparable(against: str, name: str, env: str) -> str:
 
 
 def env_options(env: str, assignments: Sequence[str]) -> tuple[tuple[str, Any], ...]:
-    """``NAME=VALUE`` texts as the env's keyword arguments, tried on the env.
+    """``NAME=VALUE`` texts as the env's keyword arguments, checked by `check_options`.
 
     An argument that is a mapping may be typed entry by entry, ``NAME.ENTRY=VALUE``; ``NAME=TEXT`` is its preset then.
     Raises `UsageError` for what is not legal.
@@ -163,11 +163,16 @@ def env_options(env: str, assignments: Sequence[str]) -> tuple[tuple[str, Any], 
             raise UsageError(f"--set {text}: only {', '.join(MAPPINGS)} have entries")
         before = options.get(name, {})
         options[name] = {**(before if isinstance(before, dict) else {PRESET: before}), entry: _value(value)}
-    try:
-        gym.make(env, observation="state", **options).close()
-    except (ValueError, TypeError) as error:
-        raise UsageError(f"--set: {error}") from None
+    check_options(env, options, "--set")
     return tuple(sorted(options.items()))
+
+
+def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
+    """Make an env with keyword arguments; raise `UsageError` for what is not legal, beginning with their origin."""
+    try:
+        env_class(ENVS[env].entry_point)(**{**options, "observation": "state"}).close()
+    except (ValueError, TypeError) as error:
+        raise UsageError(f"{origin}: {error}") from None
 
 
 def _value(text: str) -> Any:
@@ -184,10 +189,14 @@ def score(
 ) -> dict[str, Score | None]:  # fmt: skip
     """Play a behaviour here and now, with progress unless ``quiet``: its measures by name, with 95 % intervals.
 
-    ``options`` are the env's arguments. Raises ``ValueError`` for what is not legal.
+    ``options`` are the env's arguments. Raises `UsageError` for what is not legal.
     """
     check_counts(seed, episodes, "--episodes")
     where = env_id(env or behaviour.env)
+    for name, value in options.items():
+        if name in SET_BY_BEHAVIOUR and name != "model":
+            raise UsageError(f"score: {name}={short(value)}: the behaviour sets that itself")
+    check_options(where, options, "score")
     rows: list[dict[str, Any]] = []
     with progress(behaviour.name, episodes, quiet, "episodes") as advance:
         for repeat in range(episodes):
@@ -207,7 +216,7 @@ def work(spec: EpisodeSpec, *, recorded: int) -> TrialRecord:
         if record:
             from experiments.bench.closed_loop import recording as closed_loop_recording
 
-            recording = closed_loop_recording.record(episode)
+            recording = recording_of(partial(closed_loop_recording.record, episode))
         done = finished(episode, spec.index, spec.repeat, recording)
         if episode.series is None:  # one that senses the state sees no picture
             return done

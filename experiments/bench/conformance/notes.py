@@ -9,7 +9,7 @@ from dsnn.frames import frozen
 from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.conformance.laws import approach, crossing
 from experiments.bench.core import interrupts
-from experiments.bench.core.models import ConfiguredModel, load_model
+from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.terminal import count
 from experiments.bench.core.user_code import apart, is_file
 
@@ -58,7 +58,7 @@ def _silent(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
     found: list[str] = []
     if not is_file(chosen.source):
         return found
-    names = load_model(chosen.source).thresholds
+    names = chosen.declared.thresholds
     for channel, threshold in chosen.thresholds.items():
         if channel not in SPIKING or threshold is None or any(getattr(each, f"{channel}_spikes") for each in answers):
             continue

@@ -221,7 +221,7 @@ class Batch(Generic[AnySpec]):
             try:
                 _run(left, self.work, folder, pool, on_job)
             except BaseException:
-                have = f"{len(folder.done())} of {len(self.specs)} {self.things}"
+                have = f"{len(folder.written())} of {len(self.specs)} {self.things}"
                 self._say(f"stopped after {have}; they are in {folder.folder}")
                 raise
         tell(folder)
@@ -236,14 +236,14 @@ def _run(
     on_job: Callable[[int, TrialRecord | None], None],
 ) -> None:  # fmt: skip
     """Do the jobs. What was finished stays readable whenever this ends, by an exception or a kill too."""
-
-    by_index = {spec.index: spec for spec in specs}
+    planned = {spec.index: spec for spec in specs}
 
     def deliver(done: TrialRecord) -> None:
+        spec = planned[done.index]
         try:
-            folder.add(done)
+            folder.add(done, spec.condition.label(), spec.seed)
         except Misfit as error:  # kept, it would make the folder one that --resume refuses
-            fail(by_index[done.index], 1, str(error))
+            fail(spec, 1, str(error))
         else:
             on_job(done.index, done)
 
@@ -259,10 +259,13 @@ def _run(
 
 
 def _by_same_code(work: Callable[[AnySpec], TrialRecord], made_by: Mapping[str, Any], spec: AnySpec) -> TrialRecord:
-    """In a worker: do the job, if the worker has the code that the rows will be marked with."""
+    """In a worker: do the job, if the worker has the code that the rows will be marked with, before it and after."""
     if made_by:
         provenance.check(made_by)
-    return work(spec)
+    done = work(spec)
+    if made_by:  # what the job itself loaded may have been edited since
+        provenance.check(made_by)
+    return done
 
 
 def tell(folder: RunFolder) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
@@ -30,11 +30,18 @@ class ConfiguredModel:
     """A registered name, or the absolute path of a .py file."""
     network: Any
     """Its parameters, a frozen dataclass."""
+    entry: ModelEntry | None = field(default=None, compare=False, repr=False)
+    """What its source declared when it was chosen, so that a run has one model even if its file is edited meanwhile."""
+
+    @property
+    def declared(self) -> ModelEntry:
+        """What its source declares."""
+        return self.entry or load_model(self.source)
 
     @property
     def channels(self) -> tuple[str, ...]:
         """The channels it declares: any of ``hs``, ``vs``, ``looming``, ``azimuth``."""
-        return load_model(self.source).channels
+        return self.declared.channels
 
     @property
     def counted(self) -> str:
@@ -45,7 +52,7 @@ class ConfiguredModel:
     @property
     def thresholds(self) -> dict[str, float | None]:
         """Each declared channel's spiking threshold on its potential; ``None`` where it has none."""
-        entry = load_model(self.source)
+        entry = self.declared
         return {channel: entry.threshold(channel, self.network) for channel in entry.channels}
 
     @property
@@ -66,7 +73,7 @@ class ConfiguredModel:
 
     def build(self, shape: tuple[int, int]) -> VisionModel:
         """The model itself, for frames of ``shape`` (R, C)."""
-        return load_model(self.source).build(shape, self.network)
+        return self.declared.build(shape, self.network)
 
     def __reduce__(self) -> tuple[Any, ...]:
         fields = {
@@ -77,7 +84,8 @@ class ConfiguredModel:
 
 def rebuilt(label: str, source: str, fields: Mapping[str, Any]) -> ConfiguredModel:
     """Return a model with the values of its parameters: what crossed to a worker, or ``experiment.json`` tells."""
-    return ConfiguredModel(label, source, dataclasses.replace(load_model(source).robot, **fields))
+    entry = load_model(source)
+    return ConfiguredModel(label, source, dataclasses.replace(entry.robot, **fields), entry)
 
 
 NO_SPIKES = "this model does not spike: it has no threshold called t_sp, nor one that ModelEntry.thresholds names"
@@ -146,7 +154,8 @@ def load_model(source: str) -> ModelEntry:
 def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> ConfiguredModel:
     """The model ``source`` with its parameters for the robot's tests, or for the off-line ones."""
     entry = load_model(source)
-    return ConfiguredModel(entry.name, str(Path(source).resolve()) if is_file(source) else source, entry.preset(tests))
+    absolute = str(Path(source).resolve()) if is_file(source) else source
+    return ConfiguredModel(entry.name, absolute, entry.preset(tests), entry)
 
 
 def family(name: str) -> str:
@@ -221,6 +230,32 @@ def ask(text: str) -> Asked:
     return Asked(text, source, settings, MappingProxyType(own))
 
 
+def beside(declaring: Path, text: str, where: str) -> str:
+    """A text of a model in a user's file, with a relative path made absolute: it is looked for beside that file.
+
+    Parameters
+    ----------
+    declaring
+        The user's file.
+    text
+        A model, as after ``--model``.
+    where
+        What in the file has the text, for the message.
+
+    Raises
+    ------
+    UsageError
+        There is no such file.
+    """
+    asked = ask(text)
+    if not is_file(asked.source):
+        return text
+    path = declaring.resolve().parent / asked.source
+    if not path.is_file():
+        raise UsageError(f"{declaring}: {where}: {path}: no such file (a path is relative to the file that has it)")
+    return f"{path}:{asked.settings}" if asked.settings else str(path)
+
+
 def _split(text: str) -> tuple[str, str, str]:
     """Source, colon and settings; a source alone has no colon."""
     if text.endswith(".py") and Path(text).is_file():
@@ -269,7 +304,7 @@ def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
     kinds: dict[str, type] = {}
     names = []
     for model in chosen:
-        own = load_model(model.source).name  # a sweep's labels do not begin with it
+        own = model.declared.name  # a sweep's labels do not begin with it
         kind, name = type(model.network), family(own)
         if kinds.setdefault(name, kind) is not kind:
             name = own

@@ -9,7 +9,7 @@ import importlib.util
 import os
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
@@ -57,6 +57,25 @@ def show_verdict(verdict: Verdict, *, model: bool) -> None:
     decided = f"decided by: {verdict.decided}" if verdict.decided else ""
     for line in filter(None, (decided, verdict.measured, verdict.effect)):
         out_console.print(f"    {line}", markup=False)
+
+
+def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:
+    """Print a line for each claim whose judge, a user's own, went wrong.
+
+    Parameters
+    ----------
+    judged
+        The claims' ids, and what went wrong; empty where nothing did.
+
+    Returns
+    -------
+    bool
+        Whether one did.
+    """
+    lines = dict.fromkeys(f"claim {claim}: {trouble}" for claim, trouble in judged if trouble)
+    for line in lines:
+        error_console.print(line, soft_wrap=True, markup=False)
+    return bool(lines)
 
 
 def show_places(places: Mapping[str, object]) -> None:
@@ -179,4 +198,4 @@ def program() -> list[str]:
     found = importlib.util.find_spec("rerun_cli")
     own = os.environ.get("RERUN_CLI_PATH")
     binary = Path(own) if own else Path(found.origin).parent / "rerun" if found and found.origin else None
-    return [str(binary)] if binary is not None and binary.is_file() else [sys.executable, "-m", "rerun_cli"]
+    return [str(binary)] if binary is not None and binary.is_file() else [sys.executable, "-P", "-m", "rerun_cli"]

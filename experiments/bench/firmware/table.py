@@ -10,6 +10,7 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+from experiments.bench.core.store.places import replacing
 from experiments.bench.core.terminal import out_console
 from experiments.bench.firmware.budget import Budget, Tools, answer, label, varied
 
@@ -99,9 +100,7 @@ def row(each: Budget, tools: Tools) -> dict[str, Any]:
 def write(budgets: Sequence[Budget], tools: Tools, path: Path) -> None:
     """Write ``budget.csv``: a line for each program."""
     rows = [row(each, tools) for each in budgets]
-    partial = path.with_name(f"{path.name}.part")
-    with partial.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
-    partial.replace(path)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -23,6 +23,7 @@ from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import explained
 from experiments.bench.core.models import ConfiguredModel, rate_notes
 from experiments.bench.core.store import provenance
+from experiments.bench.core.store.places import part
 from experiments.bench.core.terminal import coloured, error_console, out_console
 from experiments.bench.footage.claims import FlowJudge, Readings
 from experiments.bench.footage.rows import FrameTable
@@ -32,6 +33,8 @@ from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen,
 WAYS = ("rightward", "leftward", "downward", "upward", "looming")
 SAME_ASPECT = 1.05
 EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
+WRITING = (OSError, RuntimeError, pa.ArrowException)
+"""What libraries raise where an output cannot be written."""
 STRONGER = "HS passes T, VS stays below T"
 
 
@@ -89,13 +92,21 @@ class _Spoilt:
     def __init__(self) -> None:
         self.told: list[str] = []
 
-    @contextmanager
-    def noting(self, what: str) -> Iterator[None]:
-        """Take note of what goes wrong with an output within, and go on."""
+    def goes_well(self, what: str, write: Callable[[], None]) -> bool:
+        """Write to an output, and return whether that went well. What went wrong is noted, and all else goes on."""
         try:
-            yield
-        except (OSError, RuntimeError, pa.ArrowException) as error:
-            self.told.append(f"{what} could not be written: {explained(error)}")
+            write()
+        except WRITING as error:
+            reason = error.strerror if isinstance(error, OSError) and error.strerror else explained(error)
+            self.told.append(f"{what} could not be written: {reason}{_rest(what)}")
+            return False
+        return True
+
+
+def _rest(what: str) -> str:
+    """Where what was written of an output is, if it is a file and there is something."""
+    rest = part(Path(what))
+    return f"; what came before is in {rest}" if rest.is_file() and rest.stat().st_size else ""
 
 
 class _Output:
@@ -113,16 +124,15 @@ class _Output:
     def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
         """Take a frame and the models' answers to it."""
         if self._well:
-            told = len(self._spoilt.told)
-            with self._spoilt.noting(self._what):
-                self._inner.add(picture, answers)
-            self._well = len(self._spoilt.told) == told
+            self._well = self._spoilt.goes_well(self._what, lambda: self._inner.add(picture, answers))
 
     def close(self) -> None:
         """Write what is left."""
         if self._well:
-            with self._spoilt.noting(self._what):
-                self._inner.close()
+            self._spoilt.goes_well(self._what, self._inner.close)
+        else:
+            with suppress(*WRITING):  # why is told already
+                self._inner.close(whole=False)
 
 
 def _outputs(
@@ -130,22 +140,24 @@ def _outputs(
 ) -> Iterator[Observer]:
     """The viewer and files that are wanted, each closed by ``stack``."""
 
-    def output(what: str, inner: Any) -> _Output:
-        made = _Output(what, inner, spoilt)
-        stack.callback(made.close)
-        return made
+    def output(what: str, make: Callable[[], Any]) -> Iterator[_Output]:
+        made: list[_Output] = []
+        if spoilt.goes_well(what, lambda: made.append(_Output(what, make(), spoilt))):
+            stack.callback(made[0].close)
+            yield made[0]
 
-    if wanted.view or wanted.record is not None:
-        # Of a viewer that was closed, or a full disk, one line of ours is enough.
-        os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off,re_log_encoding=off")
+    record, table = wanted.record, wanted.table
+    if wanted.view or record is not None:
+        # Of a viewer that was closed one line of ours is enough.
+        os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off")
         from experiments.bench.footage.recording import LiveLog  # not before: rerun takes its time
 
         if wanted.view:
-            yield output("the viewer's stream", LiveLog.to_viewer(chosen, size))
-        if wanted.record is not None:
-            yield output(str(wanted.record), LiveLog.to_file(wanted.record, chosen, size))
-    if wanted.table is not None:
-        yield output(str(wanted.table), FrameTable(wanted.table, [model.label for model in chosen]))
+            yield from output("the viewer's stream", lambda: LiveLog.to_viewer(chosen, size))
+        if record is not None:
+            yield from output(str(record), lambda: LiveLog.to_file(record, chosen, size))
+    if table is not None:
+        yield from output(str(table), lambda: FrameTable(table, [model.label for model in chosen]))
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from experiments.bench.clips.rows import CLIP_SCHEMA, SHOWN
 from experiments.bench.core.models import family
 from experiments.bench.core.statistics import Test, contrast, holm, paired
 from experiments.bench.core.store import provenance
-from experiments.bench.core.store.description import LONGEST, RESUMED
+from experiments.bench.core.store.description import LONGEST, RESUMED, THRESHOLDS
 from experiments.bench.core.store.rows import group
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
@@ -154,7 +154,9 @@ def _parameters(one: Run, other: Run) -> Iterator[tuple[str, Any, Any]]:
 def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a run but its models', named as ``--set`` names them."""
     left = {key: value for key, value in description.items()
-            if key not in (*provenance.KEYS, RESUMED, "changed", "trials", "models")}  # fmt: skip
+            if key not in (*provenance.KEYS, RESUMED, THRESHOLDS, "changed", "trials", "models")}  # fmt: skip
+    if "measured" in left:
+        left.pop("seed", None)  # an imported log has none
     declared = left.pop("experiment", {})
     settings = left.pop("settings", {})
     if isinstance(settings, Mapping):
@@ -223,7 +225,8 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[st
         ]
         if silent:
             return [], f"nothing to pair: no model of {silent[0]} spikes"
-        why = f": the seeds are {one.seed} and {other.seed}" if one.seed != other.seed else ""
+        known = one.seed is not None and other.seed is not None
+        why = f": the seeds are {one.seed} and {other.seed}" if known and one.seed != other.seed else ""
         return [], f"nothing to pair: no trial of the one has the seed and condition of one of the other{why}"
     for row, p in zip(found, holm([row["p"] for row in found]), strict=True):
         row["p_holm"] = p

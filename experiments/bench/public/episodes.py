@@ -45,9 +45,7 @@ def score(
     Raises
     ------
     UsageError
-        There is no such behaviour or env, or a number is not legal. It is a ``ValueError``.
-    ValueError
-        An argument of the env is not legal.
+        There is no such behaviour or env, or a number or an argument of the env is not legal. It is a ``ValueError``.
 
     Examples
     --------

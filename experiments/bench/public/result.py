@@ -88,7 +88,10 @@ class Run:
 
     @cached_property
     def failures(self) -> pa.Table:
-        """A row per trial that failed, or model that failed in one: trial, model, condition, seed, reason."""
+        """A row per trial that failed: trial, model, condition, seed, reason.
+
+        Where a model failed in a trial, or its recording could not be written, ``model`` says so.
+        """
         return self._listed("failures.json", FAILURE_SCHEMA)
 
     @property
@@ -103,9 +106,9 @@ class Run:
         return str(declared["name"] if isinstance(declared, Mapping) else declared)
 
     @property
-    def seed(self) -> int:
-        """The seed of the whole run."""
-        return int(self.description["seed"])
+    def seed(self) -> int | None:
+        """The seed of the whole run; ``None`` of an imported log, whose trials have seeds of their own or none."""
+        return None if "measured" in self.description else int(self.description["seed"])
 
     @property
     def planned(self) -> int:
@@ -157,7 +160,7 @@ class Run:
         -------
         matplotlib.figure.Figure
             That of ``figure.svg``, to be changed or saved. It shows itself in a notebook, with or without
-            ``%matplotlib inline``. Models that files declare are loaded, for their thresholds.
+            ``%matplotlib inline``. Thresholds are those that the run has stored: no file of a model is run.
 
         Raises
         ------
@@ -189,7 +192,8 @@ class Run:
     def __str__(self) -> str:
         changed, verdicts = (f"{said}; " if said else "" for said in (self.changed, self.verdicts))
         done = f"{self.done} of {self.planned} trials"
-        return f"{self.folder}: {self.name}, seed {self.seed}; {changed}{verdicts}{done}"
+        seed = "" if self.seed is None else f", seed {self.seed}"
+        return f"{self.folder}: {self.name}{seed}; {changed}{verdicts}{done}"
 
     def __repr__(self) -> str:
         return f"<Run {self}>"

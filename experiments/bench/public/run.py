@@ -17,7 +17,7 @@ from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.models import shown_models
 from experiments.bench.core.store.files import new_folder
 from experiments.bench.core.store.places import check_folder
-from experiments.bench.core.terminal import error_console
+from experiments.bench.core.terminal import error_console, tell_troubles
 from experiments.bench.core.verdict import Claim
 from experiments.bench.public.arguments import assignments, model_texts, whole
 from experiments.bench.public.result import Run, load
@@ -203,7 +203,8 @@ def run(
     if not resume:
         check_folder(folder, f"out={folder}")
     resources = Resources(worker_count(workers), cluster, quiet, other_code)
-    perform(declared, asked, folder, resources, resume=resume, recordings=recordings)
+    report = perform(declared, asked, folder, resources, resume=resume, recordings=recordings)
+    tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
     return load(folder)
 
 

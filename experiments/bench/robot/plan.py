@@ -13,6 +13,7 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import look_up
 from experiments.bench.core.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.core.store import provenance
+from experiments.bench.core.store.description import THRESHOLDS
 from experiments.bench.core.store.parameters import Parameters, differing
 from experiments.bench.robot.experiment import Condition, Design, Experiment, Settings, TrialSpec, trial_specs
 from experiments.bench.robot.trajectory import clearance_cm, nominal, reach_cm
@@ -129,6 +130,7 @@ def describe(plan: Plan) -> dict[str, Any]:
         "trials": len(plan.specs()),
         "settings": plan.settings,
         **({"changed": changed_ones} if changed_ones else {}),
+        THRESHOLDS: {model.label: model.thresholds for model in plan.settings.models},
         **provenance.of((model.source for model in plan.settings.models), plan.experiment),
     }
 

@@ -131,7 +131,7 @@ TRIAL_SCHEMA = schema_of(RobotRow, ConditionRow, ModelRow, TrialRow)
 FRAME_SCHEMA = schema_of(SeenRow, ResponseRow, PoseRow)
 
 
-def finished(result: TrialResult, recording: bytes | None, *, frames: bool = True) -> TrialRecord:
+def finished(result: TrialResult, recording: bytes | str | None, *, frames: bool = True) -> TrialRecord:
     """A trial's result as table rows, one per model, and frame rows if wanted."""
     table = _frame_table(result) if frames else FRAME_SCHEMA.empty_table()
     spec = result.spec

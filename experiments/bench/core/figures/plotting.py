@@ -18,6 +18,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.core.scores import Score, Standing
+from experiments.bench.core.store.places import replacing
 
 STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -123,9 +124,8 @@ def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
     with mpl.rc_context(STYLE):
         _settle(drawn)
         for kind in ("svg", "png"):
-            partial = folder / f"{name}.{kind}.part"
-            drawn.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
-            partial.replace(folder / f"{name}.{kind}")
+            with replacing(folder / f"{name}.{kind}") as partial:
+                drawn.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
     return folder / f"{name}.png"
 
 

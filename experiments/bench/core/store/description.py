@@ -10,8 +10,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from dsnn import CHANNELS
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import rebuilt
 from experiments.bench.core.store import provenance
+from experiments.bench.core.store.places import fresh, naming
+from experiments.bench.core.user_code import is_file
 from experiments.bench.core.verdict import Claim
 
 NAME = "experiment.json"
@@ -27,6 +31,12 @@ PIXELS = "reference_frames"
 """The entry that lists the hashes of the reference frame (`colias_sim.reference`) where the frames were drawn.
 
 It is a note like `RENDERERS`. A second hash means that the machines' pixels differ, and a command says so.
+"""
+THRESHOLDS = "thresholds"
+"""The entry with the channels that each model declares, and their spiking thresholds: label -> channel -> number.
+
+It is there for those who read the folder, who do not run the file that declares a model. It is no parameter of the run:
+it follows from the model's own, and from its file, whose digest is noted.
 """
 OWN_FILES = ("trials.parquet", "frames.parquet", "failures.json")
 NOTED = (RESUMED, RENDERERS, PIXELS)
@@ -65,11 +75,12 @@ def _recorded(recordings: Path) -> bool:
 
 def write_new(folder: Path, description: Mapping[str, Any]) -> None:
     """Write the description, whole or not at all; ``FileExistsError`` if there is one, also of a run begun just now."""
-    partial = folder / f"{NAME}.{os.getpid()}.part"
+    partial = fresh(folder / f"{NAME}.{os.getpid()}.part")
     try:
-        partial.write_text(to_json(description), encoding="utf-8")
-        with partial.open("rb") as file:
-            os.fsync(file.fileno())
+        with naming(folder / NAME):
+            partial.write_text(to_json(description), encoding="utf-8")
+            with partial.open("rb") as file:
+                os.fsync(file.fileno())
         try:
             os.link(partial, folder / NAME)  # never over another, as renaming would
         except FileExistsError:
@@ -128,7 +139,39 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
 
 
 def _parameters(description: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in description.items() if name not in (*provenance.KEYS, *NOTED)}
+    return {name: value for name, value in description.items() if name not in (*provenance.KEYS, *NOTED, THRESHOLDS)}
+
+
+def stored_thresholds(description: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, float | None] | None:
+    """Find the channels that a model of a stored run declares, and their spiking thresholds. No file is run for it.
+
+    Parameters
+    ----------
+    description
+        The run's ``experiment.json``.
+    model
+        The model's entry there: ``label``, ``source`` and ``network``.
+
+    Returns
+    -------
+    dict of str to float or None, or None
+        As `ConfiguredModel.thresholds`. ``None`` where nothing tells: a run of an older version stored none, and its
+        model is no registered one.
+    """
+    stored = description.get(THRESHOLDS)
+    own = stored.get(model["label"]) if isinstance(stored, Mapping) else None
+    if isinstance(own, Mapping):
+        return {
+            channel: float(own[channel]) if isinstance(own[channel], int | float) else None
+            for channel in CHANNELS if channel in own
+        }  # fmt: skip
+    source = model["source"]
+    if not isinstance(source, str) or is_file(source):
+        return None
+    try:
+        return rebuilt(model["label"], source, model["network"]).thresholds
+    except (UsageError, ValueError, TypeError):
+        return None
 
 
 def noted(description: Mapping[str, Any], entry: str) -> list[str]:
@@ -177,5 +220,6 @@ def plain(value: Any) -> Any:
     if isinstance(value, Claim):
         return value.described()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+        # A field that makes no two values differ is no parameter.
+        return {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.compare}
     return str(value)
