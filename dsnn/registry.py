@@ -296,6 +296,8 @@ def model_entry(name: str) -> ModelEntry:
     ValueError
         There is no such model; the message has the nearest known name.
     """
+    if not isinstance(name, str):
+        raise ValueError(f"a model's name is a {type(name).__name__}: known are {', '.join(MODELS)}")
     if name not in MODELS:
         near = nearest(name, MODELS, " (", ")")
         raise ValueError(f"unknown model '{name}': known are {', '.join(MODELS)}{near}")

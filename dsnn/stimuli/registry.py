@@ -81,6 +81,8 @@ def stimulus_entry(name: str) -> StimulusEntry:
     ValueError
         There is no such stimulus; the message has the nearest known name.
     """
+    if not isinstance(name, str):
+        raise ValueError(f"a stimulus's name is a {type(name).__name__}: known are {', '.join(STIMULI)}")
     if name not in STIMULI:
         near = nearest(name, STIMULI, " (", ")")
         raise ValueError(f"unknown stimulus '{name}': known are {', '.join(STIMULI)}{near}")

@@ -108,7 +108,6 @@ def plan(
     A group of behaviours is played whole, with what it is held against in the place of the baselines. ``against`` is
     another behaviour, whose collisions are compared with the first one's. It takes the place of the baselines.
     """
-    check_counts(seed, episodes, "--episodes")
     asked, reference = members(behaviour)
     entry = load_behaviour(asked[0])
     where = env_id(env) if env is not None else env_id(entry.env)
@@ -120,6 +119,7 @@ def plan(
             raise UsageError(f"--power {against}: {behaviour} is a group of behaviours; legal is one of them")
         others = [_comparable(against, entry.name, where)]
     settings = tuple(Setting(_source(name), where, options) for name in (*asked, *others))
+    check_counts(seed, episodes, "--episodes", len(settings), "behaviours")
     return BehaviourPlan(settings, episodes, seed)
 
 

@@ -95,6 +95,7 @@ def planned(experiments: Sequence[OfflineExperiment], asked: Asked) -> MapPlan:
     for each in renderings:
         params = [clip.build(asked.seed).params for clip in each.clips]
         choice.check_given(measures, each.base.name, params, next(iter(each.watchers)))
+    check_counts(asked.seed, asked.replicates, "--replicates", sum(len(each.clips) for each in renderings), "clips")
     specs, by_label = _showings(renderings, asked)
     shares = {
         (point, base.name, replicate): by_label[base.name, label(point, found, base), replicate]

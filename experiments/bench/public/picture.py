@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import pyarrow as pa
 from matplotlib.figure import Figure
 
@@ -15,7 +14,7 @@ from dsnn.model import SPIKING
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.clips.experiment import Figure as Drawing
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.figures.plotting import STYLE
+from experiments.bench.core.figures.plotting import drawing
 from experiments.bench.core.store.description import stored_thresholds
 from experiments.bench.core.terminal import error_console
 from experiments.bench.robot import figure as robot_figure
@@ -92,6 +91,6 @@ def _thresholds(folder: Path, said: Mapping[str, Any], models: Sequence[Mapping[
 
 def _png(drawn: Figure) -> bytes:
     made = io.BytesIO()
-    with mpl.rc_context(STYLE):
+    with drawing():
         drawn.savefig(made, format="png", dpi=110)
     return made.getvalue()

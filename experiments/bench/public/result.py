@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import datetime
 import html
 import json
 import os
@@ -15,11 +16,12 @@ import pyarrow as pa
 import pyarrow.csv
 
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store import parameters
-from experiments.bench.core.store.description import read_description, short
+from experiments.bench.core.store import parameters, provenance
+from experiments.bench.core.store.description import BEGUN, read_description, short
 from experiments.bench.core.store.files import read_parquet
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.verdict import Verdict
+from experiments.bench.public import arguments
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -121,6 +123,21 @@ class Run:
         if not (self.folder / "trials.parquet").exists():
             return 0
         return len(self._table("trials.parquet", ["trial"])["trial"].unique())
+
+    @property
+    def begun(self) -> datetime.datetime | None:
+        """When it was begun, UTC; ``None`` of a folder that a version before 0.3 made."""
+        try:
+            begun = datetime.datetime.fromisoformat(self.description[BEGUN])
+        except (KeyError, TypeError, ValueError):
+            return None
+        return begun.astimezone(datetime.UTC) if begun.tzinfo else None
+
+    @property
+    def commit(self) -> str | None:
+        """The commit that it was begun with, and whether there were changes; ``None`` outside a git checkout."""
+        source = self.description.get("source")
+        return provenance.commit(source) if isinstance(source, Mapping) else None
 
     @property
     def models(self) -> list[str]:
@@ -228,7 +245,7 @@ def load(folder: str | os.PathLike[str]) -> Run:
     >>> from experiments import load
     >>> load("runs/speed-20260801-120000").trials.select(["speed_cm_s", "spikes"]).to_pylist()
     """
-    path = Path(folder)
+    path = arguments.folder("folder", folder)
     there = read_description(path)
     for name, kind in (("experiment", str | dict), ("seed", int), ("trials", int)):
         if not isinstance(there.get(name), kind):

@@ -177,8 +177,8 @@ def plan(
 ) -> Plan:
     """A checked plan from what a person typed; `UsageError` for what cannot be run."""
     count = experiment.repeats if repeats is None else repeats
-    check_counts(seed, count)
     made = Plan(*configure(experiment, models, assignments), count, seed, experiment.design)
+    check_counts(seed, count, jobs=len(made.experiment.conditions()))
     check(made)
     return made
 

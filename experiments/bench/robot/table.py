@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from experiments.bench.core.claims.numbers import is_number
 from experiments.bench.core.statistics import Summary, summarise
 from experiments.bench.core.store.rows import group
-from experiments.bench.core.terminal import out_console, show_places, show_verdict
+from experiments.bench.core.terminal import out_console, show_places, show_table, show_verdict
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
@@ -32,19 +32,19 @@ OF_LOOMING = " (of looming detectors their own spikes, and peak)"
 def show(report: Report, recordings: bool) -> None:
     """Print the table of conditions, the verdicts, and where everything is."""
     if report.provenance:
-        out_console.print(f"[b]{report.provenance}[/b]: imported from a log")
+        out_console.print(Text.assemble((report.provenance, "b"), ": imported from a log"))
     if report.rows:
-        out_console.print(_conditions_table(report))
+        show_table(_conditions_table(report))
     several = len({row["model"] for row in report.rows}) > 1
     if report.open_loop and report.rows:
-        out_console.print(_driven_table(report))
-        out_console.print(report.open_loop, highlight=False)
+        show_table(_driven_table(report))
+        out_console.print(report.open_loop)
     for verdict in report.verdicts:
         show_verdict(verdict, model=several)
     if report.comparisons:
-        out_console.print(_comparisons_table(report))
+        show_table(_comparisons_table(report))
     if report.flaws:
-        out_console.print(f"\n[red]beware[/red]: {report.flaws}")
+        out_console.print(Text.assemble("\n", ("beware", "red"), f": {report.flaws}"))
     places: dict[str, object] = {"figure": report.folder / "figure.png"} if report.rows else {}
     places["tables"] = report.folder / "trials.parquet"
     if report.failures:
@@ -67,7 +67,7 @@ def _comparisons_table(report: Report) -> Table:
     for row in report.comparisons:
         table.add_row(
             *("-" if row[n] is None else row[n] if isinstance(row[n], str) else f"{row[n]:g}" for n in names),
-            escape(f"{row['model']} - {row['against']}"),
+            f"{row['model']} - {row['against']}",
             f"{row['n']}",
             f"{row['mean_difference']:+z.1f}",
             f"{row['rank_biserial']:+z.2f}",
@@ -92,7 +92,7 @@ def _driven_table(report: Report) -> Table:
         values = (chosen[0][name] for name in names)
         speed, drift, path = (rows.get(name) for name in ("achieved_speed_cm_s", "drift_mm", "path_error_mm"))
         table.add_row(
-            *("-" if v is None else escape(v) if isinstance(v, str) else f"{v:g}" for v in values),
+            *("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in values),
             f"{wanted:g}",
             _with_spread(speed, "z.3f"),
             f"{speed['mean'] / wanted - 1:+z.1%}" if speed else "-",
@@ -134,7 +134,7 @@ def _conditions_table(report: Report) -> Table:
             for name in measured:
                 table.add_column(name, justify="right", no_wrap=True)
         table.add_row(
-            *("-" if v is None else escape(v) if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names)),
+            *("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names)),
             *measured.values(),
         )
     return table

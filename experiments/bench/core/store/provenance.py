@@ -196,10 +196,15 @@ def _of_versions(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     return ""
 
 
+def commit(source: Mapping[str, Any]) -> str | None:
+    """Return the commit of a state of the source, for people; ``None`` where it is of none."""
+    name = source.get("commit")
+    return f"{str(name)[:12]}{' with changes' if source.get('dirty') else ''}" if name else None
+
+
 def _named(source: Mapping[str, Any]) -> str:
     """A state of the source, for people."""
-    commit, dirty = source.get("commit"), " with changes" if source.get("dirty") else ""
-    of_commit = f", commit {str(commit)[:12]}{dirty}" if commit else ""
+    of_commit = f", commit {name}" if (name := commit(source)) else ""
     return f"digest {str(source.get('digest'))[:12]}{of_commit}"
 
 

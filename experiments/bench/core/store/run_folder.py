@@ -264,15 +264,6 @@ class RunFolder(Files):
         if time.monotonic() >= self._due:
             self.flush()
 
-    def _check(self, trial: int, rows: Sequence[dict[str, Any]]) -> None:
-        """Raise `Misfit` for rows that have other columns than the table, or that `reopen` would refuse."""
-        for row in rows:
-            if odd := sorted(set(self._trial_schema.names) ^ row.keys()):
-                kind = "missing" if odd[0] in self._trial_schema.names else "unknown"
-                raise Misfit(f"trials.parquet: trial {trial}: column {odd[0]!r} is {kind}")
-            if self._contents is not None:
-                check_row(row, self._contents, {self._code})
-
     def _record(self, trial: TrialRecord) -> str:
         """Write a trial's recording where there is one; return why there is none where there should be."""
         if not isinstance(trial.recording, bytes):
@@ -288,6 +279,15 @@ class RunFolder(Files):
         except OSError as error:
             return told(error)
         return ""
+
+    def _check(self, trial: int, rows: Sequence[dict[str, Any]]) -> None:
+        """Raise `Misfit` for rows that have other columns than the table, or that `reopen` would refuse."""
+        for row in rows:
+            if odd := sorted(set(self._trial_schema.names) ^ row.keys()):
+                kind = "missing" if odd[0] in self._trial_schema.names else "unknown"
+                raise Misfit(f"trials.parquet: trial {trial}: column {odd[0]!r} is {kind}")
+            if self._contents is not None:
+                check_row(row, self._contents, {self._code})
 
     def _note(self, trial: TrialRecord) -> None:
         """Write down what drew a trial's frames, where nothing of this run was drawn by it before."""
@@ -378,11 +378,11 @@ class RunFolder(Files):
         self.write_table("trials.parquet", pa.Table.from_pylist(self.rows(), self._trial_schema))
 
 
+def _mb(size: int) -> str:
+    return f"{size / 2**20:,.1f} MB"
+
+
 def _any(frames: pa.Table, model: str, name: str) -> bool:
     """Whether a model has a number other than 0 in a column of a trial's frames."""
     own = frames.filter(np.asarray(frames["model"]) == model)
     return bool(np.any(own[name].drop_null().to_numpy()))
-
-
-def _mb(size: int) -> str:
-    return f"{size / 2**20:,.1f} MB"
