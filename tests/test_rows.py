@@ -131,7 +131,7 @@ def test_whatever_a_folder_takes_it_reads_again(trial, folder):
         begun = RunFolder(place, *fields)
         begun.enter(description, False, contents)
         try:
-            begun.add(dataclasses.replace(record, rows=(changed, record.rows[1])))
+            begun.add(dataclasses.replace(record, rows=(changed, record.rows[1])), "a trial", 0)
         except Misfit:
             refused.append(changed)
             begun.close()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import contextvars
-import difflib
 import hashlib
 import importlib
 import os
@@ -17,6 +16,7 @@ from typing import TypeVar
 
 from pydantic import ValidationError
 
+from dsnn.hints import closest
 from experiments.bench.core import interrupts, user_modules
 from experiments.bench.core.errors import UsageError, explain, explained, printable
 from experiments.bench.core.user_modules import is_users
@@ -154,6 +154,6 @@ def blamed(error: BaseException, rows: Sequence[Mapping[str, object]]) -> str:
     """Where a user's own judge raised an exception, and what; of a column that there is not, the nearest."""
     said = f"{place_of(error)}{explained(error)}"
     if isinstance(error, KeyError) and error.args and isinstance(error.args[0], str) and rows:
-        (near,) = difflib.get_close_matches(error.args[0], [str(name) for name in rows[0]], n=1, cutoff=0.0)
-        said += f" (nearest column: {near})"
+        near = closest(error.args[0], map(str, rows[0]))
+        said += f" (nearest column: {near})" if near else ""
     return said

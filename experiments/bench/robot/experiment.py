@@ -15,6 +15,7 @@ from experiments.bench.core import interrupts
 from experiments.bench.core.claims.declared import check_claims
 from experiments.bench.core.errors import check_declared, short
 from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.user_code import place_of
 from experiments.bench.core.verdict import Claim
 from experiments.bench.robot.mechanism.parts import NEEDED
 
@@ -154,7 +155,8 @@ def conditions_of(design: Design) -> tuple[Condition, ...]:
     except BaseException as error:  # SystemExit too
         interrupts.pass_on(error)
         said = " ".join(str(error).split())
-        raise ValueError(f"its conditions() raises {type(error).__name__}{': ' if said else ''}{said}") from None
+        place = f" ({raised.removesuffix(': ')})" if (raised := place_of(error)) else ""
+        raise ValueError(f"its conditions() raises {type(error).__name__}{': ' if said else ''}{said}{place}") from None
     for index, condition in enumerate(found):
         if not isinstance(condition, Condition):
             raise ValueError(f"its conditions()[{index}] is {short(condition)}: {expected}")
