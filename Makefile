@@ -41,7 +41,7 @@ test-train: $(READY) ## The tests of training, those too that need the extra [tr
 	sh tools/setup.sh --train
 	$(BIN)/python -m pytest tests/test_train.py
 
-attack: $(READY) ## 60 bad models, 100 damaged folders, Ctrl-C at 30 moments, full disks; COLIAS_ATTACK_FULL=1: all there are, 30 moments for each command
+attack: $(READY) ## Bad models, trees of users' files, data that name code, links, damaged folders, full disks, copies, Ctrl-C; COLIAS_ATTACK_FULL=1: all there are
 	$(BIN)/python -m pytest -m attack -n 2 --dist worksteal tests/attack
 
 fuzz: $(READY) ## The network in C under the sanitizers: 2,000 cases

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import NoReturn, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
-from dsnn.frames import Channels
+from dsnn.frames import Channels, FrameError
 
 FloatMap = npt.NDArray[np.floating]
 
@@ -139,6 +139,21 @@ class ResponseSeries:
         )
 
 
+class NonCopyable:
+    """Base class of the models that ship: `copy` and `pickle` refuse them.
+
+    A model's buffers are views of one another, or lie in C. A copy would share them with the original, or lose what
+    ties them together, and answer wrong without a word.
+    """
+
+    def __reduce__(self) -> NoReturn:
+        name = type(self).__name__
+        raise TypeError(
+            f"a model cannot be copied or pickled: make another {name} of the same shape and params, "
+            f"{name}(model.shape, model.params), and show it the same frames"
+        )
+
+
 @runtime_checkable
 class VisionModel(Protocol):
     """A causal model of motion vision: one frame in, one `Response` out.
@@ -186,6 +201,11 @@ class VisionModel(Protocol):
 def run_model(
     model: VisionModel, frames: Iterable[npt.NDArray[np.generic]], *, channels: Channels = "grey"
 ) -> ResponseSeries:
-    """Reset ``model`` and step it through ``frames``, a (T, R, C) array or any iterable of frames."""
+    """Reset ``model`` and step it through ``frames``, a (T, R, C) array or any iterable of frames.
+
+    Raises `FrameError` where ``frames`` is no iterable, and what `VisionModel.step` raises.
+    """
+    if not isinstance(frames, Iterable) or (isinstance(frames, np.ndarray) and frames.ndim == 0):
+        raise FrameError(f"frames is a {type(frames).__name__}: expected an array (T, R, C), or an iterable of frames")
     model.reset()
     return ResponseSeries.from_responses(model.step(frame, channels=channels) for frame in frames)

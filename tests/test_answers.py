@@ -345,7 +345,7 @@ def test_what_went_wrong_is_told_in_one_line_that_steers_no_terminal(colias, tmp
         assert "ValueError: a \\x1b[31mred\\x07xxx" in lines[0] and "\x1b" not in done.stderr
         if folder:
             (failure,) = json.loads((tmp_path / folder / "failures.json").read_text())
-            assert failure["reason"].startswith("ValueError: a \\x1b[31mred")
+            assert failure["reason"].startswith("loud.py, line 18: ValueError: a \\x1b[31mred")
 
 
 def test_looming_has_no_direction():

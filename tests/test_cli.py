@@ -174,9 +174,9 @@ WRONG = {
     "key": (("run", "speed", "--set", "dsnn.n_kon=3"), "nearest: dsnn.n_con"),
     "range": (("run", "speed", "--set", "dsnn.n_con=0"), "from 1 to 64"),
     "speed": (("run", "speed", "--set", "experiment.speeds_cm_s=-2"), "from 0.5 to 35"),
-    "repeats": (("run", "speed", "--repeats", "0"), "from 1 up"),
+    "repeats": (("run", "speed", "--repeats", "0"), "from 1 to 25000"),
     "number": (("run", "speed", "--repeats", "two"), "--repeats"),
-    "seed": (("run", "speed", "--seed", "-1"), "from 0 up"),
+    "seed": (("run", "speed", "--seed", "-1"), "from 0 to 4"),
     "model": (("run", "speed", "--model", "dsn"), "nearest: dsnn"),
     "folder": (("run", "speed", "--out", "/dev/null/x"), "/dev/null/x"),
     "twice": (("run", "speed", "--set", "experiment.speeds_cm_s=6,6"), "is there twice"),
@@ -370,7 +370,10 @@ def test_a_dry_run_checks_and_writes_nothing(warm):
     before = sorted(path.name for path in (warm.folder / "out").rglob("*"))
     assert "2 of 2 are done already" in warm(*plan, "--resume", "out", "--dry-run").stdout
     other = warm(*plan[:-1], "2", "--resume", "out", "--dry-run")
-    assert (other.returncode, other.stderr) == (2, "colias: out: repeats is 1 there and 2 now\n")
+    assert (other.returncode, other.stderr) == (
+        2,
+        "colias: out: --repeats is 1 there and 2 now: repeat the first command's options\n",
+    )
     assert warm(*plan, "--out", "out", "--dry-run").returncode == 2
     assert sorted(path.name for path in (warm.folder / "out").rglob("*")) == before
 

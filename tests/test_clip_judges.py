@@ -174,6 +174,14 @@ def test_what_failed_is_what_decided():
     assert "over background speeds peak HS varies by 0.0080 (needs less than dsn2017's 0.0000)" in varied.measured
 
 
+def test_c7_means_the_variation_over_objects_and_speeds():
+    """One series that varies much among many that hardly do is less than a little of each."""
+    steady = {(80.0, -10.0): 0.09}
+    rows = grid("dsnn", lambda s, b: s / 400 + steady.get((s, b), 0.0)) + grid("dsn2017", lambda s, b: -b / 200)
+    found = judge("C7", rows, T)
+    assert found.verdict == "holds" and "varies by 0.0300, dsn2017's by 0.0400" in found.measured
+
+
 # The street.
 
 

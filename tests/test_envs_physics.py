@@ -102,6 +102,22 @@ def test_touching_a_parked_robot_terminates():
     env.close()
 
 
+def test_a_graze_that_begins_and_ends_within_a_frame_terminates():
+    """A parked robot half a millimetre too near to the path: before and after that frame nothing touches."""
+    env = bare("colias_sim/Avoidance-v0", observation="state", robots=1, moving=0)
+    within = 0
+    for start in (-8.0, -8.4, -8.8):
+        env.reset(seed=0, options={"poses": {"observer": (start, 0.0, 0.0), "parked1": (0.0, 2 * HULL - 0.05, 0.0)}})
+        apart, terminated = [], False
+        while not terminated and len(apart) < 25:
+            *_, terminated, _, info = env.step([1.0, 1.0])
+            apart.append(math.hypot(info["x_cm"], info["y_cm"] - 2 * HULL + 0.05))
+        assert terminated and info["touched"]
+        within += min(apart[-2:]) > 2 * HULL
+    assert within, "one of them at least touches neither at the frame's beginning nor at its end"
+    env.close()
+
+
 def test_being_run_into_terminates():
     """Pursuit's target does not heed who follows: stand in its way."""
     env = bare("colias_sim/Pursuit-v0", observation="state")

@@ -73,6 +73,15 @@ def test_a_wrong_first_reset_leaves_an_env_that_works():
     env.close()
 
 
+def test_a_latency_is_that_of_the_nearest_control_interval():
+    env = bare(FIXATION, observation="state")
+    interval_ms = 1000 / 60  # two commands in a frame of 1/30 s
+    episodes = {share: fingerprint(played(env, latency_ms=share * interval_ms)) for share in (0, 0.4, 0.6, 1, 1.4, 1.6)}
+    assert episodes[0] == episodes[0.4] != episodes[1]
+    assert episodes[0.6] == episodes[1] == episodes[1.4] != episodes[1.6]
+    env.close()
+
+
 # Start poses.
 
 
@@ -150,8 +159,14 @@ BAD: list[tuple[Any, str]] = [
     ({"poses": {"target": (0, 0, 0), "observer": (4, 0, 0)}}, "5 cm or more between centres"),
     ({"poses": [1]}, "poses=.1.: expected"),
     ({"poses": {"observer": (0, 0, 0)}, "start": (1, 1)}, "give one of the two"),
-    ([1], "expected a mapping"),
+    ({"light": [[1], [1, 2]]}, r"light=\[\[1\], \[1, 2\]\]: expected a number"),
+    ({"light": np.zeros((2, 2))}, "light=array.*: expected a number"),
+    ({"poses": {"target": [[1], [1, 2], 3]}}, "target=.*: expected three numbers"),
+    ({"poses": {"target": np.zeros((3, 2))}}, "target=array.*: expected three numbers"),
+    ([1], r"options=\[1\]\): expected a mapping"),
+    *((empty, "options=.*: expected a mapping") for empty in ([], (), "", 0, False, set(), np.array([]))),
 ]  # fmt: skip
+BAD_SEEDS = (True, np.True_, -1, 1.5, np.float64(2.0), "3", [1], (), {}, np.array([3]))
 
 
 def test_a_bad_option_is_named_with_what_is_legal_and_changes_nothing():
@@ -163,5 +178,16 @@ def test_a_bad_option_is_named_with_what_is_legal_and_changes_nothing():
         with pytest.raises(ValueError, match=said) as caught:
             env.reset(seed=5, options=options)
         assert "\n" not in str(caught.value)
+    for seed in BAD_SEEDS:
+        with pytest.raises(ValueError, match=r"seed=.*: expected a whole number from 0, or None") as caught:
+            env.reset(seed=seed)
+        assert "\n" not in str(caught.value)
     assert fingerprint([env.reset()]) == expected, "a refused reset draws nothing"
+    env.close()
+
+
+def test_a_whole_number_of_any_type_is_a_seed():
+    env = bare(FIXATION, observation="state")
+    starts = [fingerprint([env.reset(seed=seed)]) for seed in (3, np.int64(3), np.uint8(3))]
+    assert starts[0] == starts[1] == starts[2]
     env.close()

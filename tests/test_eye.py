@@ -182,6 +182,33 @@ def test_a_settled_loop_rests_from_the_first_frame_and_forgets_earlier_trials():
         np.testing.assert_array_equal(first.luma, again.luma)
 
 
+@pytest.mark.parametrize("start", ["cold", "settled"])
+def test_a_trial_begins_as_that_of_a_fresh_camera(start):
+    """Whatever the exposure was at the end of the trial before."""
+    small = dataclasses.replace(QUIET, width=33, height=24, auto_exposure=True, ae_start=start, exposure_ms=0.5)
+
+    def trial(sim: Simulation, light: float) -> list[tuple[float, bytes]]:
+        rng = np.random.default_rng(0)
+        sim.reset({"stimulus": AWAY}, rng, light=light)
+        frames = [sim.step(rng) for _ in range(4)]
+        return [(frame.exposure_ms, frame.luma.tobytes()) for frame in frames]
+
+    with Simulation(camera=small, scene=PLAIN) as fresh, Simulation(camera=small, scene=PLAIN) as used:
+        expected = trial(fresh, 1.0)
+        assert trial(used, 0.3)[-1] != expected[-1]
+        assert trial(used, 1.0) == expected
+
+
+def test_no_part_of_a_short_exposure_is_shorter_than_two_physics_steps():
+    """There are as many parts as that allows, and no more than ``exposure_samples``."""
+    camera, clock = CameraConfig(auto_exposure=True, exposure_samples=4), FrameClock(30.0)
+    for steps in (0.1, 1.0, 1.9, 2.0, 3.9, 4.1, 5.9, 6.1, 7.9, 8.1, 9.9, 17.9):
+        plan = plan_frame(camera, clock.steps, 1000.0 * steps * clock.timestep, 0)
+        assert plan.samples == 1 or steps / plan.samples >= 2.0
+        assert plan.samples == camera.exposure_samples or steps / (plan.samples + 1) < 2.0
+        assert sum(render.parts for render in plan.renders) == plan.samples
+
+
 # Light, saturation and noise.
 
 

@@ -88,6 +88,149 @@ def test_si_lgmd1_is_its_equations(changes, seed):
     assert found.max() > 0.55
 
 
+def plain_si_lgmd2(frames, q):
+    """The adapted potential of SI-LGMD2: in the firmware's whole numbers, or in float64."""
+    shape, dt = frames.shape[1:], 1000 / q.fps
+    square = (*SIDES, *CORNERS, (0, 0))
+
+    def floor(values):
+        return np.floor(values + 1e-9) if q.integer else values
+
+    def kept(values):
+        return floor(np.clip(values, 0.0, 255.0 if q.integer else None))
+
+    def mixed(tau, now, before):
+        return dt / (dt + tau) * now + tau / (dt + tau) * before
+
+    def near(image, places):
+        """The sum over neighbours, 0 outside the field."""
+        return np.array([[sum(at(image, r + i, c + j) for i, j in places) for c in range(shape[1])]
+                         for r in range(shape[0])], float)  # fmt: skip
+
+    def pathway(x, last, weigh, w, tau, tau_si, least, factor):
+        """What lateral inhibition leaves of X, and the self-inhibition."""
+        itself, sides, corners = (mixed(times * tau, x, last) for times in (1, 2, 3))
+        lateral = kept(w * itself + near(w / 4 * sides, SIDES) + near(w / 8 * corners, CORNERS))
+        z, inhibition = kept(mixed(tau_si, x, last)), np.zeros(shape)
+        terms = {0: floor(2 * w * z), 1: floor(w / 2 * z), 2: floor(w / 4 * z)}
+        for r, c in np.ndindex(shape):
+            block = [(3 * (r // 3) + i, 3 * (c // 3) + j) for i in range(3) for j in range(3)]
+            total = sum(at(terms[(r - i) ** 2 + (c - j) ** 2], i, j)
+                        for i, j in block if max(abs(r - i), abs(c - j)) < 2)  # fmt: skip
+            inhibition[r, c] = total * (floor(factor) if sum(at(x, i, j) for i, j in block) > least else 1)
+        return np.maximum(x - weigh * lateral, 0), inhibition
+
+    last, mean_before, k_before, adapted, found = np.zeros((2, *shape)), 0.0, 0.5, 0.5, []
+    before = frames[0].astype(float)
+    for frame in frames.astype(float):
+        p, before = np.clip((frame - before) / 2, -127, 127), frame
+        x = kept(np.stack([p, -p]))
+        pm, mean_before = mixed(q.tau_pm, x.sum() / p.size, mean_before), x.sum() / p.size
+        on = pathway(x[0], last[0], max(q.least_on, pm / q.t_pm), q.w_on, q.tau_on, q.tau_si_on, q.r_1, q.beta_1)
+        off = pathway(x[1], last[1], max(q.least_off, pm / q.t_pm), q.w_off, q.tau_off, q.tau_si_off, q.r_2, q.beta_2)
+        last = x
+        s = kept(kept(q.o_on * on[0] + q.o_off * off[0]) - q.o_on * q.beta_3 * on[1] - q.o_off * q.beta_4 * off[1])
+        ce = kept(near(s, square) / 9)
+        grouped = kept(s * ce / (q.delta_c + ce.max() / q.c_w))
+        grouped[grouped < q.t_g] = 0.0
+        k = 1 / (1 + math.exp(-grouped.sum() / (q.k_spi * p.size)))
+        rise, k_before = k - k_before, k
+        adapted = max(0.5, q.tau_sfa / (q.tau_sfa + dt) * (adapted + rise if rise <= q.t_sfa else k))
+        found.append(adapted)
+    return np.array(found)
+
+
+SENSITIVE = {"t_g": 1.0, "t_pm": 4.0, "least_on": 0.3, "beta_3": 0.2, "beta_4": 0.2, "k_spi": 0.1}
+"""Much is kept in so small a field, the mean change weighs inhibition up, and self-inhibition leaves something."""
+
+
+@pytest.mark.parametrize("changes", [{}, SENSITIVE, {"integer": False, **SENSITIVE}], ids=["bytes", "more", "real"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_si_lgmd2_is_its_equations(changes, seed):
+    q, frames = SILGMD2Params(**changes), clip(seed, frames=8)
+    found = SILGMD2(frames.shape[1:], q).run(frames)
+    expected = plain_si_lgmd2(frames, q)
+    np.testing.assert_allclose(found.looming, expected, rtol=0, atol=1e-6)
+    np.testing.assert_array_equal(found.looming_spikes, np.floor(np.exp(q.k_sp * (expected - q.t_sp))))
+    assert found.looming.max() > 0.55
+
+
+def plain_lplc2(frames, q):
+    """LPLC2's potential in float64, cell by cell where cells are paired and quadrants are summed."""
+    (rows, columns), dt = frames.shape[1:], 1000 / q.fps
+    cells = list(np.ndindex(rows, columns))
+    ways = {"right": (0, 1), "left": (0, -1), "down": (1, 0), "up": (-1, 0)}
+
+    def field(image, size, sigma):
+        bell = np.exp(-0.5 * ((np.arange(size) - size // 2) / sigma) ** 2)
+        bell /= bell.sum()
+        padded = np.pad(image, size // 2, mode="edge")
+        return sum(bell[i] * bell[j] * padded[i : i + rows, j : j + columns] for i in range(size) for j in range(size))
+
+    def gelu(z):
+        return z / 2 * (1 + math.tanh(math.sqrt(2 / math.pi) * (z + 0.044715 * z**3)))
+
+    def share(place, size, far):
+        """How much of a row or column is in the half at its far end; one in the middle counts half to both."""
+        off = place + 0.5 - size / 2
+        return 0.5 if off == 0 else float((off > 0) == far)
+
+    bias = np.array([
+        math.exp(-0.5 * ((c + 0.5 - columns / 2) / (q.spread * columns)) ** 2
+                 - 0.5 * ((r + 0.5 - rows / 2) / (q.spread * rows)) ** 2)
+        for r, c in cells
+    ]).reshape(rows, columns)  # fmt: skip
+    x, d, k_before = np.zeros((3, 2, rows, columns))
+    t = np.zeros((2, 4, rows, columns))
+    before, products, found = frames[0].astype(float), [], []
+    for frame in frames.astype(float):
+        p, before = frame - before, frame
+        p_e, p_i = field(p, 3, q.sigma_e), field(p, 5, q.sigma_i)
+        motion = dict.fromkeys(ways, 0.0)
+        for side, (sign, exponent) in enumerate(((1, q.exp_on), (-1, q.exp_off))):
+            x[side] = q.residue * x[side] + abs(p_e - p_i) * ((sign * p_e > 1e-3) & (sign * p_i > 1e-3))
+            c = np.tanh(x[side] / (q.c_base + field(x[side], 11, q.sigma_c)))
+            d[side] += dt / (dt + q.tau_lp) * (c - d[side])
+            padded = np.pad(c, 1, mode="edge")
+            neighbours = [padded[1 + i : 1 + i + rows, 1 + j : 1 + j + columns] for i, j in (*SIDES, *CORNERS)]
+            k = abs(c - sum(neighbours) / 8)
+            change, k_before[side] = q.coe_contrast * (k - k_before[side]), k
+            for way, (down, right) in enumerate(ways.values()):
+                for r, column in cells:
+                    there, drive = (r + down, column + right), 0.0
+                    if 0 <= there[0] < rows and 0 <= there[1] < columns:
+                        drive = bias[r, column] * c[r, column] * c[there] * (d[side][r, column] - d[side][there])
+                    t[side, way, r, column] += dt / (dt + q.tau_t) * (drive - t[side, way, r, column])
+            for way, name in enumerate(ways):
+                motion[name] = motion[name] + np.maximum(t[side, way] - change, 0) ** exponent
+        product = 1.0
+        for low, right in ((False, False), (False, True), (True, False), (True, True)):
+            along_x, along_y = (motion["right"] - motion["left"]) * (1 if right else -1), motion["down"] - motion["up"]
+            along_y = along_y if low else -along_y
+            quadrant = sum(
+                share(r, rows, low) * share(c, columns, right) * (gelu(along_x[r, c]) + gelu(along_y[r, c]))
+                for r, c in cells
+            )
+            product *= max(quadrant, 0.0)
+        products.append(product)
+        output = (sum(products[-q.length :]) / q.length) ** 0.25
+        found.append(1 / (1 + math.exp(-output / (q.k_sig * rows * columns / 4))))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("shape", [(16, 19), (15, 16)])
+def test_lplc2_is_its_equations(shape):
+    """A dark square that grows before a picture, for more frames than the output is averaged over."""
+    q = LPLC2Params(length=5, k_sig=0.01)
+    frames = np.repeat(np.random.default_rng(6).integers(150, 250, (1, *shape)), 9, axis=0).astype(np.uint8)
+    for i, frame in enumerate(frames):
+        half = 1 + i // 2, 1 + (i + 1) // 2
+        frame[shape[0] // 2 - half[0] : shape[0] // 2 + half[0], shape[1] // 2 - half[1] : shape[1] // 2 + half[1]] = 10
+    found = LPLC2(shape, q).run(frames).looming
+    np.testing.assert_allclose(found, plain_lplc2(frames, q), rtol=0, atol=1e-6)
+    assert found[: q.length - 1].max() > 0.55 and found[q.length :].max() > 0.55
+
+
 def mirrored(place, size):
     """The cell that stands for one outside a field of ``size``: the border mirrored about its outermost cells."""
     place = abs(place)

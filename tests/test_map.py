@@ -106,7 +106,7 @@ def test_a_map_goes_on_where_it_was_cut_short(whole, tmp_path, monkeypatch):
     (cut / "experiment.json").write_bytes((folder / "experiment.json").read_bytes())
     pq.write_table(rows.slice(0, 41), cut / "trials.parquet")  # 20 trials of two rows, and half a trial
     pq.write_table(pq.read_table(folder / "frames.parquet"), cut / "frames.parquet")
-    with pytest.raises(UsageError, match=r"axes\.dsnn\.t_sp"):
+    with pytest.raises(UsageError, match=r"--over dsnn\.t_sp is 0\.01, 0\.2 there and 0\.02, 0\.2 now"):
         main.command([*arguments[:3], "dsnn.t_sp=0.2,0.02", *arguments[4:], "--resume", "cut"])
     assert main.command([*arguments, "--resume", "cut"]) == 0
     assert (cut / "map.csv").read_bytes() == (folder / "map.csv").read_bytes()
@@ -342,6 +342,14 @@ OVER = ("--over", "dsnn.n_con=4,8")
         (("general", "--over", "dsnn.d=1,2", "--over", "dsnn.d+dsnn.n_p=1,2"), "moved twice"),
         (("general", "--over", "dsnn.tau_s=1", "--over", "dsnn.tau_s.first=1,2"), "moved twice"),
         (("general", "--over", "scene.arena=bright,brigth"), "nearest: bright"),
+        (("general", *OVER, "--over", "dsnn.n_con=6"), "twice"),
+        (("general", *OVER, "--set", "dsnn.n_con=6"), "--set dsnn.n_con=6: --over dsnn.n_con=4,8 sets that"),
+        (("general", "--over", "dsnn.d+dsnn.n_con=1,2", "--set", "dsnn.n_con=6"), "--set dsnn.n_con=6: --over"),
+        (
+            ("clutter-contrast", "--over", "cluttered.grey=9,99", "--set", "cluttered.grey=5"),
+            "--set cluttered.grey=5: ",
+        ),
+        (("general", *OVER, "--model", "dsnn:n_con=6"), "--model dsnn:n_con=6 has settled that"),
         (("general", *OVER, "--repeats", "4"), "--repeats 4: C13 needs at least 5 trials of each condition"),
         (("general", *OVER, "--replicates", "0"), "--replicates 0"),
         (("general", *OVER, "--set", "experiment.nothing=1"), "no parameter 'experiment.nothing'"),

@@ -34,7 +34,9 @@ def test_all_is_complete_and_sorted(package: types.ModuleType) -> None:
         if isinstance(node, ast.ImportFrom) and str(node.module).partition(".")[0] == package.__name__.partition(".")[0]
         for alias in node.names
     }
-    public = imported - {"choose_backend"} | ({"__version__"} if hasattr(package, "__version__") else set())
+    public = imported - {"choose_backend", "warn_of_strangers"} | (
+        {"__version__"} if hasattr(package, "__version__") else set()
+    )
     assert set(package.__all__) == public
     order = [(not name.isupper(), not name[0].isupper(), name) for name in package.__all__]
     assert order == sorted(order)
@@ -97,8 +99,9 @@ def test_help_describes_every_field(cls: Any) -> None:
         assert said[1].lower() == info.description.lower()
 
 
-def test_the_two_copies_of_field_docs_are_equal() -> None:
+def test_the_two_copies_of_field_docs_and_of_hints_are_equal() -> None:
     assert (ROOT / "colias_sim" / "field_docs.py").read_text() == (ROOT / "dsnn" / "field_docs.py").read_text()
+    assert (ROOT / "scenes" / "hints.py").read_text() == (ROOT / "dsnn" / "hints.py").read_text()
 
 
 def test_ranges_are_those_of_the_fields() -> None:

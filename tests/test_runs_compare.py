@@ -1,10 +1,18 @@
 """``colias runs`` and ``colias compare``: what there is, and how two runs differ."""
 
+import datetime
+import json
+import os
 import shutil
 
 import pytest
 
 import experiments
+from experiments.bench.cli import main as cli_main
+from experiments.bench.core import terminal
+from experiments.bench.doctor import run as doctor_run
+from experiments.bench.doctor.finding import Finding
+from tests.conftest import own_core, server
 
 QUICK = {"repeats": 3, "recordings": False, "quiet": True, "workers": 0}
 FAST = {"experiment.speeds_cm_s": [20, 30]}
@@ -36,6 +44,86 @@ def test_runs(made, colias):
     assert done.returncode == 0 and "part/c" in done.stdout and "dsnn.n_con=4" in done.stdout and not done.stderr
 
 
+def test_runs_tell_when_they_were_begun_and_by_what_commit(made, tmp_path, monkeypatch, capsys):
+    """The time is the run's own, whatever becomes of its files; of an older folder it is the file's, and marked."""
+    began = datetime.datetime.now(datetime.UTC) - datetime.timedelta(minutes=30)
+    for name in ("copied", "older"):
+        shutil.copytree(made / "a", tmp_path / name)
+        os.utime(tmp_path / name / "experiment.json", (0, 0))
+    text = json.loads((made / "a" / "experiment.json").read_text())
+    assert datetime.datetime.fromisoformat(text["begun"]).utcoffset() == datetime.timedelta()
+    (tmp_path / "older" / "experiment.json").write_text(json.dumps({k: v for k, v in text.items() if k != "begun"}))
+    os.utime(tmp_path / "older" / "experiment.json", (0, 0))
+    older, copied = experiments.runs(tmp_path).to_pylist()
+    assert (older["when_from"], copied["when_from"]) == ("mtime", "begun")
+    assert older["when"].year == 1970 and copied["when"] > began
+    assert copied["when"] == experiments.load(made / "a").begun and experiments.load(tmp_path / "older").begun is None
+    assert copied["commit"] == older["commit"] == experiments.load(made / "a").commit
+    assert str(copied["commit"])[:12] == str(text["source"]["commit"])[:12]
+    monkeypatch.setattr(terminal.out_console, "width", 200)
+    assert cli_main.command(["runs", str(tmp_path)]) == 0
+    header, first, second = capsys.readouterr().out.splitlines()[:3]
+    assert header.split() == ["run", "begun", "experiment", "seed", "trials", "models", "changed", "verdicts", "commit"]
+    assert " (mtime)  speed " in first and "(mtime)" not in second and " speed " in second
+    found = experiments.compare(tmp_path / "copied", tmp_path / "older")
+    assert found.parameters.num_rows == 0, "when a run was begun is no parameter"
+
+
+@pytest.mark.parametrize("begun", [3, "yesterday", "2026-01-01T00:00:00", None])
+def test_a_time_that_is_none_is_the_files(made, tmp_path, begun):
+    text = json.loads((made / "a" / "experiment.json").read_text())
+    (tmp_path / "experiment.json").write_text(json.dumps({**text, "begun": begun}))
+    (row,) = experiments.runs(tmp_path).to_pylist()
+    assert (row["when_from"], row["trouble"]) == ("mtime", None)
+
+
+def test_going_on_keeps_the_time(made, tmp_path):
+    shutil.copytree(made / "a", tmp_path / "out")
+    file = tmp_path / "out" / "experiment.json"
+    text = json.loads(file.read_text())
+    file.write_text(json.dumps({**text, "begun": "2001-01-01T00:00:00+00:00"}))
+    run = experiments.run("speed", settings=FAST, out=tmp_path / "out", resume=True, **QUICK)
+    assert run.begun == datetime.datetime(2001, 1, 1, tzinfo=datetime.UTC)
+    assert json.loads(file.read_text()) == {**text, "begun": "2001-01-01T00:00:00+00:00"}
+
+
+COMMANDS = {
+    "list": ["list"], "parameters": ["parameters"], "runs": ["runs", "."], "doctor": ["doctor"],
+}  # fmt: skip
+FINDINGS = [
+    Finding("renderer", "ok", "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 by egl: software, no graphics processor"),
+    Finding("extra [train]", "fails", "not installed (stable_baselines3, torch)", "run: pip install '.[train]' " * 4),
+]
+
+
+@pytest.mark.parametrize("width", [40, 80])
+@pytest.mark.parametrize("command", COMMANDS)
+def test_no_word_is_broken_at_any_width(command, width, made, monkeypatch, capsys):
+    monkeypatch.chdir(made)
+    monkeypatch.setattr(doctor_run, "examine", lambda out: FINDINGS)
+
+    def printed(columns):
+        monkeypatch.setattr(terminal.out_console, "width_known", True)
+        monkeypatch.setattr(terminal.out_console, "width", columns)
+        cli_main.command(COMMANDS[command])
+        return capsys.readouterr().out
+
+    whole, narrow = printed(10_000), printed(width)
+    assert set(whole.split()) <= set(narrow.replace(": ", " ").split()) | set(narrow.split())
+    for line in narrow.splitlines():
+        assert len(line.rstrip()) <= width or len(line.split()) == 1, line
+
+
+def test_a_pipe_is_as_wide_as_columns_says(colias):
+    """Without it, a line of a list is not broken."""
+    environment = {k: v for k, v in os.environ.items() if k != "COLUMNS"}
+    run = server().run
+    unknown = run(["list"], colias.folder, environment, own_core(), 60).stdout
+    narrow = run(["list"], colias.folder, environment | {"COLUMNS": "60"}, own_core(), 60).stdout
+    assert max(map(len, unknown.splitlines())) > 100
+    assert max(map(len, narrow.splitlines())) <= 60 and narrow.split() == unknown.split()
+
+
 def test_damaged_folders_are_named_and_not_fatal(made, colias):
     folder = colias.folder / "runs"
     shutil.copytree(made / "a", folder / "a")
@@ -46,7 +134,7 @@ def test_damaged_folders_are_named_and_not_fatal(made, colias):
         (folder / name / "experiment.json").write_text(text)
     (folder / "empty").mkdir()
     done = colias("runs")
-    assert done.returncode == 0 and done.stdout.splitlines()[1].startswith("a ")
+    assert done.returncode == 0 and done.stdout.startswith("run: a ")
     said = done.stderr.splitlines()
     assert len(said) == 4 and all(line.startswith("damaged: runs/") for line in said), said
     for name in ("cut", "list", "odd", "nothing said"):

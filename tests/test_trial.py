@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from colias_sim import CameraConfig, RobotConfig, SceneConfig
+from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
 from dsnn import DSNN, DSNNParams
 from experiments.bench.core.models import choose
 from experiments.bench.robot import recording as robot_recording
@@ -238,8 +238,6 @@ def test_conditions_set_the_scene():
 
 def test_without_a_stimulus_in_view_noise_alone_fires_nothing():
     """The margin between camera noise and threshold: 40 frames of background stay below a tenth of T."""
-    from colias_sim import Pose, Simulation
-
     model = DSNN((72, 99), DSNNParams.robot())
     with Simulation() as sim:
         sim.reset({"stimulus": Pose(-0.3, 0.0, 0.0)}, np.random.default_rng(0))
@@ -257,6 +255,17 @@ def test_light_and_wall_vary_with_the_seed_and_switch_off():
     varied, fixed = first_frames(), first_frames(light_sd=0, turn_wall=False)
     assert not np.array_equal(*varied)
     np.testing.assert_array_equal(*fixed)
+
+
+def test_what_a_reset_draws_next_does_not_depend_on_what_is_switched_off():
+    """A wall that stands and light that stays change no robot's draw, and no camera's noise."""
+    drawn = []
+    for scene in ({}, {"turn_wall": False}, {"light_sd": 0}, {"light_sd": 0, "turn_wall": False}):
+        rng = np.random.default_rng(3)
+        with Simulation(scene=SceneConfig(**scene), seeing=False) as sim:
+            sim.reset({"stimulus": Pose(0.1, 0.0, 0.0)}, rng)
+        drawn.append(rng.random())
+    assert len(set(drawn)) == 1
 
 
 def test_seeds_depend_on_the_experiment_s_seed_and_index_alone():

@@ -134,6 +134,13 @@ def test_disabled_autoreset_wants_a_reset_of_what_ended() -> None:
         ([[0, 0], "ab"], "env 1: action 'ab'"),
         (np.zeros((3, 2)), "expected 2, one for each env"),
         (None, "expected 2, one for each env"),
+        ([["0.1", "0.2"], [0, 0]], r"env 0: action \['0.1', '0.2'\]"),
+        ([[0, 0], [True, False]], r"env 1: action \[True, False\]"),
+        (np.zeros((2, 2), bool), "env 0: action array.*False"),
+        (np.zeros((2, 2), object), "env 0: action array.*object"),
+        (np.array([[0, 0], [-128, 0]], np.int8), "env 1: action array.*-128"),
+        ({(0.0, 0.0), (0.1, 0.1)}, "expected 2, one for each env"),
+        ({(0.0, 0.0): 0, (0.1, 0.1): 1}, "expected 2, one for each env"),
     ],
 )
 def test_a_bad_action_names_its_env_and_moves_nobody(wrong: Any, said: str) -> None:
@@ -150,8 +157,11 @@ def test_a_bad_action_names_its_env_and_moves_nobody(wrong: Any, said: str) -> N
 def test_a_bad_manoeuvre_names_its_env() -> None:
     env = make(2, workers=0, observation="state", actions="manoeuvres")
     env.reset(seed=0)
-    for wrong in ([1, 7], [1, 0.5], [3, None]):
+    for wrong in ([1, 7], [1, 0.5], [3, None], [0, True], [0, "1"], np.array([1, 9])):
         with pytest.raises(error.InvalidAction, match=r"env 1: action .* from 0 to 6"):
+            env.step(wrong)
+    for wrong in ({0: 1, 1: 2}, {0, 1}, b"\0\1", "01"):  # each has two entries
+        with pytest.raises(error.InvalidAction, match="expected 2, one for each env"):
             env.step(wrong)
     env.close()
 
@@ -201,6 +211,10 @@ def test_a_bad_argument_is_one_clear_error(options: dict[str, Any], said: str) -
         {"options": {"reset_mask": [1, 1]}},
         {"options": "light"},
         {"options": [1]},
+        {"options": []},
+        {"options": {"reset_mask": [[True], [True, False]]}},
+        {"seed": b"abc"},
+        {"seed": {1, 2, 3}},
     ],
 )
 def test_a_bad_reset_leaves_the_env_open(wrong: dict[str, Any]) -> None:

@@ -100,10 +100,10 @@ def test_models_are_chosen_by_name(recordings):
     reel = shown(whole, ["m13", "lgmd1"])
     assert (reel.models, reel.hidden) == (("m13", "lgmd1"), 0), "in the order asked for; nobody is missed"
     assert set(reel.levels) == {0.7, 0.2, -0.2}, "thresholds of others are gone"
-    with pytest.raises(
-        UsageError, match=r"^--model emd: .*20\.rrd has no such model \(nearest: .*there are: dsnn, emd"
-    ):
+    with pytest.raises(UsageError, match=r"^--model emd: .*20\.rrd has no such model; there are: dsnn, emd"):
         shown(whole, ["emd"])
+    with pytest.raises(UsageError, match=r"^--model lgmd: .*20\.rrd has no such model \(nearest: lgmd1\); there are: "):
+        shown(whole, ["lgmd"])
     with pytest.raises(UsageError, match=r"^--model: 9 models; legal are up to 8 in one picture$"):
         shown(whole, LABELS[:9])
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium import error, spaces
+
+from colias_sim.envs.flags import is_flag, one_line
 
 Wheels = npt.NDArray[np.float32]
 
@@ -54,21 +56,24 @@ def wheels_of(space: spaces.Space[Any], action: Any) -> Wheels:
     gymnasium.error.InvalidAction
         If the action is not in ``space``. The message names it.
     """
-    said = " ".join(repr(action).split())[:80]
     if isinstance(space, spaces.Discrete):
         try:
-            legal = space.contains(action)
+            legal = space.contains(action) and not is_flag(action)
         except OverflowError:
             legal = False
         if not legal:
-            raise error.InvalidAction(f"action {said}: expected a whole number from 0 to {len(MANOEUVRES) - 1}")
+            raise error.InvalidAction(
+                f"action {one_line(action)}: expected a whole number from 0 to {len(MANOEUVRES) - 1}"
+            )
         return np.array(list(MANOEUVRES.values())[int(action)], np.float32)
     try:
         given = np.asarray(action)
     except ValueError:  # rows of different lengths
         given = np.empty(0)
-    if given.shape != (2,) or given.dtype.kind not in "fiu" or not (np.abs(given) <= 1.0).all():  # true of NaN too
-        raise error.InvalidAction(f"action {said}: expected two numbers in [-1, 1], for the wheels left and right")
+    flags = isinstance(action, list | tuple) and any(map(is_flag, action))  # beside a number, NumPy counts them as 1
+    if given.shape != (2,) or flags or not _legal(given):
+        said = f"action {one_line(action)}"
+        raise error.InvalidAction(f"{said}: expected two numbers in [-1, 1], for the wheels left and right")
     return given.astype(np.float32)
 
 
@@ -95,22 +100,23 @@ def batch_of(space: spaces.Space[Any], actions: Any, count: int) -> npt.NDArray[
         If there are not ``count`` actions, or one is not in ``space``. The message names the env.
     """
     try:
-        rows = len(actions)
+        rows = -1 if isinstance(actions, Mapping | Set | str | bytes) else len(actions)
     except TypeError:
         rows = -1
     if rows != count:
-        said = " ".join(repr(actions).split())[:80]
-        raise error.InvalidAction(f"actions {said}: expected {count}, one for each env")
-    if isinstance(space, spaces.Box):
-        try:
-            batch = np.asarray(actions, np.float32)
-            if batch.shape == (count, 2) and (np.abs(batch) <= 1.0).all():
-                return batch
-        except (TypeError, ValueError):
-            pass  # the loop below finds the one that is wrong
+        raise error.InvalidAction(f"actions {one_line(actions)}: expected {count}, one for each env")
+    pairs = isinstance(actions, np.ndarray) and actions.shape == (count, 2)
+    if isinstance(space, spaces.Box) and pairs and _legal(actions):
+        batch: Wheels = actions.astype(np.float32)
+        return batch
     for index, action in enumerate(actions):
         try:
             wheels_of(space, action)
         except error.InvalidAction as problem:
             raise error.InvalidAction(f"env {index}: {problem}") from None
     return np.array([np.asarray(action) for action in actions]).astype(space.dtype)
+
+
+def _legal(wheels: npt.NDArray[Any]) -> bool:
+    """Whether all are numbers in [-1, 1]."""
+    return wheels.dtype.kind in "fiu" and bool(((wheels >= -1) & (wheels <= 1)).all())

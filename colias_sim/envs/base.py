@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, cast
+from typing import Any, ClassVar, Generic, NoReturn, cast
 
 import gymnasium as gym
 import numpy as np
@@ -17,7 +17,7 @@ from colias_sim.envs.geometry import moved
 from colias_sim.envs.models import Answer, Model
 from colias_sim.envs.options import EnvOptions, Options
 from colias_sim.envs.randomisation import Randomisation
-from colias_sim.envs.reset_options import ResetOptions, checked_reset_options, placed
+from colias_sim.envs.reset_options import ResetOptions, checked_reset_options, checked_seed, placed
 from colias_sim.envs.spaces import spaces_of
 from colias_sim.envs.task import TOUCH_COST, Task
 from colias_sim.envs.vision import Vision
@@ -86,6 +86,12 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         self._begun = self._running = self._closed = False
         self._forget()
 
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            "an env cannot be copied or pickled: make another with the same arguments; the same seed and actions bring "
+            "it to the same state"
+        )
+
     # Gymnasium's contract.
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -94,7 +100,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         Parameters
         ----------
         seed
-            Seed of this episode and of those that follow it; ``None`` goes on with the present generator.
+            Seed of this episode and of those that follow it, 0 or more; ``None`` goes on with the present generator.
         options
             For this episode alone: factors of ``randomise`` -> their values, and ``poses`` -> {robot: (x_cm, y_cm,
             heading_deg)}. What is not named is as the env's arguments and the seed say.
@@ -109,13 +115,13 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         Raises
         ------
         ValueError
-            For an option that is unknown or not legal, in one line. Nothing has changed then.
+            For a seed or an option that is unknown or not legal, in one line. Nothing has changed then.
         gymnasium.error.ClosedEnvironmentError
             After `close`.
         """
         self._check_open()
         asked = self.check_reset_options(options)
-        super().reset(seed=seed)
+        super().reset(seed=checked_seed(seed))
         self._forget()
         # The camera's noise has a generator of its own: the world is then the same whatever is observed, and
         # baselines with other observations can be compared in pairs.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -13,11 +12,12 @@ import numpy as np
 from colias_sim.config import CameraConfig
 from colias_sim.envs.episode_settings import EpisodeSettings
 from colias_sim.envs.factors import FACTORS, Factor, reason
-from colias_sim.envs.flags import is_flag
+from colias_sim.envs.flags import is_flag, one_line, whole
 from colias_sim.envs.geometry import ARENA_RADIUS, CLEARANCE, HULL_RADIUS, random_poses
 from colias_sim.envs.world import OBSERVER
 from colias_sim.pose import Pose
 from colias_sim.tuning import check_tunable
+from scenes.hints import nearest
 
 POSES = "poses"
 """The option that has start poses; every other option is the name of a factor."""
@@ -42,6 +42,30 @@ class ResetOptions:
 
     values: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     poses: Mapping[str, Pose] = field(default_factory=dict)
+
+
+def checked_seed(seed: Any) -> int | None:
+    """Check the argument ``seed`` of an env's ``reset``.
+
+    Parameters
+    ----------
+    seed
+        A whole number of any type, or ``None``.
+
+    Returns
+    -------
+    int or None
+        The same.
+
+    Raises
+    ------
+    ValueError
+        In one line that names the value and what is legal.
+    """
+    number = whole(seed)
+    if seed is not None and (number is None or number < 0):
+        raise ValueError(f"seed={one_line(seed)}: expected a whole number from 0, or None")
+    return number
 
 
 def checked_reset_options(
@@ -71,15 +95,15 @@ def checked_reset_options(
     ValueError
         In one line that names the option, its value and what is legal.
     """
-    if not given:
+    if given is None:
         return ResetOptions()
     if not isinstance(given, Mapping):
-        raise ValueError(f"reset(options={given!r}): expected a mapping from names to values")
+        raise ValueError(f"reset(options={one_line(given)}): expected a mapping from names to values")
     known = (*FACTORS, POSES)
     for name in given:
         if name not in known:
-            near = difflib.get_close_matches(str(name), known, n=1, cutoff=0.0)[0]
-            raise ValueError(f"reset(options): no such option '{name}' (nearest: {near}; all: {', '.join(known)})")
+            near = nearest(name, known, after="; ")
+            raise ValueError(f"reset(options): no such option '{name}' ({near}all: {', '.join(known)})")
     values = {name: _values(factor, given[name]) for name, factor in FACTORS.items() if name in given}
     _check_together(values, plain, made_with)
     poses = _poses(given.get(POSES, {}), robots)
@@ -126,15 +150,18 @@ def _values(factor: Factor, given: Any) -> tuple[float, ...]:
     wanted = "a number" if len(factor.parts) == 1 else f"two numbers ({', '.join(factor.parts)})"
     values = _numbers(given, len(factor.parts))
     if values is None:
-        raise ValueError(f"reset(options): {factor.name}={given!r}: expected {wanted} in {legal}")
+        raise ValueError(f"reset(options): {factor.name}={one_line(given)}: expected {wanted} in {legal}")
     if not all(factor.low <= value <= factor.high for value in values):
-        raise ValueError(f"reset(options): {factor.name}={given!r}: legal is {legal}")
+        raise ValueError(f"reset(options): {factor.name}={one_line(given)}: legal is {legal}")
     return values
 
 
 def _numbers(given: Any, count: int) -> tuple[float, ...] | None:
     """``count`` numbers as floats; ``None`` for anything else."""
-    each = (given,) if np.ndim(given) == 0 else tuple(given)
+    try:
+        each = (given,) if np.ndim(given) == 0 else tuple(given)
+    except ValueError:  # rows of different lengths
+        return None
     if len(each) != count or any(isinstance(one, str | bytes) or is_flag(one) for one in each):
         return None
     try:
@@ -161,26 +188,27 @@ def _check_together(
 def _poses(given: Any, robots: Collection[str]) -> dict[str, Pose]:
     """Start poses, checked against the arena and each other."""
     if not isinstance(given, Mapping):
-        raise ValueError(f"reset(options): poses={given!r}: expected {{robot: (x_cm, y_cm, heading_deg)}}")
+        raise ValueError(f"reset(options): poses={one_line(given)}: expected {{robot: (x_cm, y_cm, heading_deg)}}")
     poses: dict[str, Pose] = {}
     for name, place in given.items():
         if name not in robots:
-            near = difflib.get_close_matches(str(name), robots, n=1, cutoff=0.0)[0]
-            raise ValueError(f"reset(options): poses: no robot '{name}' (nearest: {near}; all: {', '.join(robots)})")
+            near = nearest(name, robots, after="; ")
+            raise ValueError(f"reset(options): poses: no robot '{name}' ({near}all: {', '.join(robots)})")
         numbers = _numbers(place, 3)
         if numbers is None or not all(map(math.isfinite, numbers)):
             raise ValueError(
-                f"reset(options): poses: {name}={place!r}: expected three numbers, x_cm, y_cm, heading_deg"
+                f"reset(options): poses: {name}={one_line(place)}: expected three numbers, x_cm, y_cm, heading_deg"
             )
         x_cm, y_cm, heading_deg = numbers
         if math.hypot(x_cm, y_cm) > FARTHEST_CM + 1e-9:
             raise ValueError(
-                f"reset(options): poses: {name}={place!r}: legal is up to {FARTHEST_CM:g} cm from the arena's middle"
+                f"reset(options): poses: {name}={one_line(place)}: "
+                f"legal is up to {FARTHEST_CM:g} cm from the arena's middle"
             )
         pose = Pose(x_cm / 100, y_cm / 100, math.radians(heading_deg))
         if _near(pose, poses.values()):
             raise ValueError(
-                f"reset(options): poses: {name}={place!r} is within {100 * _APART:g} cm of another robot's: "
+                f"reset(options): poses: {name}={one_line(place)} is within {100 * _APART:g} cm of another robot's: "
                 f"expected {100 * _APART:g} cm or more between centres"
             )
         poses[name] = pose

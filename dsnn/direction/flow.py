@@ -13,8 +13,8 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import total
-from dsnn.frames import Channels, FrameError, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, FrameError, checked_params, checked_shape, luma
+from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 
 PRESETS = {
     "ultrafast": cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST,
@@ -36,7 +36,7 @@ class FlowParams:
     )
 
 
-class Flow:
+class Flow(NonCopyable):
     """Mean of the dense flow between this frame and the last, by dense inverse search (DIS).
 
     In OpenCV's form and with its presets. Channels: ``hs`` and ``vs``, mean horizontal and vertical flow over all
@@ -67,7 +67,7 @@ class Flow:
         self.shape = checked_shape(shape)
         if min(self.shape) < MIN_SIZE:
             raise FrameError(f"shape is {self.shape}: optical flow needs at least {MIN_SIZE} rows and columns")
-        self.params = params or FlowParams()
+        self.params = checked_params(params, FlowParams)
         self._dis = cv2.DISOpticalFlow.create(PRESETS[self.params.preset])
         self._before, self._now = np.zeros((2, *self.shape), np.uint8)
         self._flow = np.zeros((*self.shape, 2), np.float32)

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy.typing as npt
 
 from dsnn import forms
 from dsnn.direction.numpy_form import NumpyNetwork
-from dsnn.frames import Channels, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_params, checked_shape, luma
+from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 from dsnn.native import NativeNetwork
 from dsnn.params import DSNNParams
 
 
-class DSNN:
+class DSNN(NonCopyable):
     """The directionally selective neural network, fast enough to close the loop.
 
-    Not safe to share between threads, and not to be copied or pickled (its buffers are views of one another): make
-    one per thread.
+    Not safe to share between threads: make one per thread.
 
     Parameters
     ----------
@@ -58,13 +57,10 @@ class DSNN:
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None, *, form: str | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = params or DSNNParams()
+        self.params = checked_params(params, DSNNParams)
         self.form = forms.chosen(form)
         layers = NativeNetwork if self.form == "native" else NumpyNetwork
         self._layers: NativeNetwork | NumpyNetwork = layers(self.shape, self.params)
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError("a DSNN cannot be copied or pickled: make another with DSNN(model.shape, model.params)")
 
     def reset(self) -> None:
         """Return to the state before the first frame."""

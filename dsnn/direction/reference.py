@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from dsnn.direction import layers
 from dsnn.filters import alpha, gaussian_kernel
-from dsnn.frames import Channels, checked_shape, luma
-from dsnn.model import LayerMaps, Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_params, checked_shape, luma
+from dsnn.model import LayerMaps, NonCopyable, Response, ResponseSeries, run_model
 from dsnn.params import DSNNParams
 
 
@@ -42,7 +42,7 @@ class Pathway:
         self.lp_vs += gain * (layers.correlate(self.f, self._delays, p.d, p.w_i, axis=0) - self.lp_vs)
 
 
-class ReferenceDSNN:
+class ReferenceDSNN(NonCopyable):
     """The DSNN as its equations read, 17 times slower than `dsnn.DSNN`, which is tested against it.
 
     Parameters
@@ -64,7 +64,7 @@ class ReferenceDSNN:
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = params or DSNNParams()
+        self.params = checked_params(params, DSNNParams)
         self._kernels = gaussian_kernel(self.params.d), gaussian_kernel(2 * self.params.d)
         self.reset()
 

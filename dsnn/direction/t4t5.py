@@ -13,8 +13,8 @@ from dsnn.direction.layers import sigmoid
 from dsnn.direction.local_motion import LocalMotion, LocalMotionParams
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import total
-from dsnn.frames import Channels, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_params, checked_shape, luma
+from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 
 
 @with_field_docs
@@ -25,7 +25,7 @@ class T4T5Params(LocalMotionParams):
     k_sig: float = Field(default=0.01, gt=0.0, le=1e3, description="sigmoid scale, a share of the cells (assumed)")
 
 
-class T4T5:
+class T4T5(NonCopyable):
     """Contrast-normalised motion detectors at five spacings, one array for each of four directions.
 
     These are the T4 and T5 cells of the attention LPLC2 (`dsnn.MLPLC2`). P, the change of luminance, goes through two
@@ -62,7 +62,7 @@ class T4T5:
 
     def __init__(self, shape: tuple[int, int], params: T4T5Params | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = params or T4T5Params()
+        self.params = checked_params(params, T4T5Params)
         self._local = LocalMotion(self.shape, self.params)
 
     def reset(self) -> None:

@@ -15,9 +15,9 @@ from pydantic.dataclasses import dataclass
 from dsnn.exponential import exp
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush, total
-from dsnn.frames import Channels, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.looming.grouping import REST, Grouping, convolve, ring
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
 
@@ -99,7 +99,7 @@ class Pathway:
         return np.maximum(self._s, self._zeros, out=self._s)
 
 
-class LGMD2:
+class LGMD2(NonCopyable):
     """Separate inhibition of ON and OFF, so strong in ON that light looming is lost; then grouping and adaptation.
 
     Each pathway takes one sign of the change of luminance P (plus ``sigma`` of its last signal) and loses ``w`` times
@@ -136,7 +136,7 @@ class LGMD2:
 
     def __init__(self, shape: tuple[int, int], params: LGMD2Params | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = q = params or LGMD2Params()
+        self.params = q = checked_params(params, LGMD2Params)
         dt = 1000.0 / q.fps
         self._retina = Retina(self.shape)
         self._on = Pathway(self.shape, q.w_on, q.tau_on, q.sigma, dt)

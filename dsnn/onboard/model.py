@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from dsnn import forms
-from dsnn.frames import Channels, checked_shape, luma
-from dsnn.model import Response, ResponseSeries, run_model
+from dsnn.frames import Channels, checked_params, checked_shape, luma
+from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 from dsnn.native.onboard import NativeOnboard
 from dsnn.onboard.fixed import constants
 from dsnn.onboard.numpy_form import NumpyOnboard
 from dsnn.onboard.params import OnboardParams
 
 
-class OnboardDSNN:
+class OnboardDSNN(NonCopyable):
     """The directionally selective neural network in whole numbers of 8 and 16 bits.
 
     Both forms give the same bits: ``dsnn/onboard/numpy_form.py`` is the specification, and ``dsnn/native/onboard.c``,
@@ -53,14 +53,11 @@ class OnboardDSNN:
 
     def __init__(self, shape: tuple[int, int], params: OnboardParams | None = None, *, form: str | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = params or OnboardParams()
+        self.params = checked_params(params, OnboardParams)
         self.fixed = constants(self.shape, self.params)
         self.form = forms.chosen(form)
         stages = NativeOnboard if self.form == "native" else NumpyOnboard
         self._stages: NativeOnboard | NumpyOnboard = stages(self.fixed)
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError("an OnboardDSNN cannot be copied or pickled: make another of the same shape and params")
 
     def reset(self) -> None:
         """Return to the state before the first frame."""

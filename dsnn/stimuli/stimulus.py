@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -225,10 +225,13 @@ class Stimulus(ABC, Generic[P]):
     """
 
     def __init__(self, params: P, seed: int = 0) -> None:
-        if seed < 0:
-            raise ValueError(f"seed={seed}: legal is a whole number from 0 up")
+        if not isinstance(seed, int | np.integer) or seed < 0:
+            raise ValueError(f"seed={seed!r}: legal is a whole number from 0 up")
         self.params = params
         self.seed = seed
+
+    def __getstate__(self) -> dict[str, Any]:
+        return dict(self.__dict__)  # what another thread computes and keeps meanwhile would stop a copy
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -46,6 +46,14 @@ def make(folder: Path, kind: str) -> None:
         assert (ended.status, ended.err) == (0, ""), ended
 
 
+def copied(made: Path, place: Path) -> Path:
+    """Copy a folder with its runs, whose descriptions name the files of one's own that are in it by their paths."""
+    shutil.copytree(made, place, symlinks=True)
+    for path in place.glob("*/experiment.json"):
+        path.write_text(path.read_text().replace(f"{made}/", f"{place}/"))
+    return place
+
+
 def go_on(folder: Path, kind: str) -> Ended:
     """The same command again on what it left."""
     return colias(folder, [*KINDS[kind].words, KINDS[kind].again, "out"], timeout_s=90.0)
@@ -83,8 +91,7 @@ def state(out: Path) -> dict[str, str]:
 
 def problems(damage: Damage, made: Path, place: Path, whole: dict[str, Any]) -> list[str]:
     """Damage a copy of the folder ``made``, go on with it, and say what is not as promised."""
-    shutil.copytree(made, place, symlinks=True)
-    out = place / "out"
+    out = copied(made, place) / "out"
     with ExitStack() as stack:
         damage.apply(Scene(out, place / "other", stack))
         before = state(out)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from tests.attack.damages import DAMAGES, Damage
-from tests.attack.folders import KINDS, go_on, problems, state, tables
+from tests.attack.folders import KINDS, copied, go_on, problems, state, tables
 from tests.attack.judging import expect_none
 from tests.attack.scale import FULL, some
 
@@ -46,14 +46,14 @@ def test_a_whole_folder_is_gone_on_with(kind, made: Made, tmp_path):
     folder, whole = made(kind)
     found = problems(Damage("none", kind, lambda scene: None), folder, tmp_path / "work", whole)
     expect_none(found)
+    ended = go_on(tmp_path / "work", kind)
+    assert (ended.status, ended.err) == (0, "")
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is read-only to root")
 def test_a_folder_that_is_read_only_is_one_line(made: Made, tmp_path):
-    import shutil
-
     folder, _ = made("robot")
-    shutil.copytree(folder, tmp_path / "work")
+    copied(folder, tmp_path / "work")
     out = tmp_path / "work" / "out"
     (out / "trials.parquet").unlink()
     for path in (out / "recordings", out):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,12 @@ class CallingVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
 
     _processes: Processes | InProcess
     _tasks: list[Task]
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            "a vector env cannot be copied or pickled: make another with the same arguments; the same seeds and "
+            "actions bring it to the same state"
+        )
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Call a method of each env, or read an attribute.

@@ -12,18 +12,18 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-import gymnasium as gym
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from colias_sim.envs import ENVS
 from colias_sim.envs.factors import PRESET
+from colias_sim.envs.vector.host import env_class
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry, start_places
 from experiments.bench.closed_loop.find import env_id, load_behaviour, members
 from experiments.bench.closed_loop.scores import COLUMNS, EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
 from experiments.bench.core.batch import Batch, Resources
-from experiments.bench.core.errors import UsageError
+from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.pool import Pool
 from experiments.bench.core.scores import Score, Standing
 from experiments.bench.core.settings import check_counts
@@ -78,7 +78,7 @@ class BehaviourPlan:
             columns = {"experiment": "behave", "repeat": spec.repeat, "seed": spec.seed, "robot": OBSERVER,
                        "env": setting.env}  # fmt: skip
             trials[spec.index] = Planned(columns, (names[setting.behaviour],), spec.index < recorded)
-        return Contents(trials, may_be_null=frozenset(COLUMNS))
+        return Contents(trials, frozenset(COLUMNS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,6 @@ def plan(
     A group of behaviours is played whole, with what it is held against in the place of the baselines. ``against`` is
     another behaviour, whose collisions are compared with the first one's. It takes the place of the baselines.
     """
-    check_counts(seed, episodes, "--episodes")
     asked, reference = members(behaviour)
     entry = load_behaviour(asked[0])
     where = env_id(env) if env is not None else env_id(entry.env)
@@ -120,6 +119,7 @@ def plan(
             raise UsageError(f"--power {against}: {behaviour} is a group of behaviours; legal is one of them")
         others = [_comparable(against, entry.name, where)]
     settings = tuple(Setting(_source(name), where, options) for name in (*asked, *others))
+    check_counts(seed, episodes, "--episodes", len(settings), "behaviours")
     return BehaviourPlan(settings, episodes, seed)
 
 
@@ -143,7 +143,7 @@ def _comparable(against: str, name: str, env: str) -> str:
 
 
 def env_options(env: str, assignments: Sequence[str]) -> tuple[tuple[str, Any], ...]:
-    """``NAME=VALUE`` texts as the env's keyword arguments, tried on the env.
+    """``NAME=VALUE`` texts as the env's keyword arguments, checked by `check_options`.
 
     An argument that is a mapping may be typed entry by entry, ``NAME.ENTRY=VALUE``; ``NAME=TEXT`` is its preset then.
     Raises `UsageError` for what is not legal.
@@ -163,11 +163,16 @@ def env_options(env: str, assignments: Sequence[str]) -> tuple[tuple[str, Any], 
             raise UsageError(f"--set {text}: only {', '.join(MAPPINGS)} have entries")
         before = options.get(name, {})
         options[name] = {**(before if isinstance(before, dict) else {PRESET: before}), entry: _value(value)}
-    try:
-        gym.make(env, observation="state", **options).close()
-    except (ValueError, TypeError) as error:
-        raise UsageError(f"--set: {error}") from None
+    check_options(env, options, "--set")
     return tuple(sorted(options.items()))
+
+
+def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
+    """Make an env with keyword arguments; raise `UsageError` for what is not legal, beginning with their origin."""
+    try:
+        env_class(ENVS[env].entry_point)(**{**options, "observation": "state"}).close()
+    except (ValueError, TypeError) as error:
+        raise UsageError(f"{origin}: {error}") from None
 
 
 def _value(text: str) -> Any:
@@ -184,10 +189,14 @@ def score(
 ) -> dict[str, Score | None]:  # fmt: skip
     """Play a behaviour here and now, with progress unless ``quiet``: its measures by name, with 95 % intervals.
 
-    ``options`` are the env's arguments. Raises ``ValueError`` for what is not legal.
+    ``options`` are the env's arguments. Raises `UsageError` for what is not legal.
     """
     check_counts(seed, episodes, "--episodes")
     where = env_id(env or behaviour.env)
+    for name, value in options.items():
+        if name in SET_BY_BEHAVIOUR and name != "model":
+            raise UsageError(f"score: {name}={short(value)}: the behaviour sets that itself")
+    check_options(where, options, "score")
     rows: list[dict[str, Any]] = []
     with progress(behaviour.name, episodes, quiet, "episodes") as advance:
         for repeat in range(episodes):

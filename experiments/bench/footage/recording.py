@@ -31,7 +31,7 @@ from experiments.bench.core.figures.palette import colours
 from experiments.bench.core.figures.series import Line, levels, lines, rgb
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.recording import APPLICATION, page, plots, send_layout, timelines
-from experiments.bench.core.store.places import naming, part
+from experiments.bench.core.store.places import fresh, naming, part
 from experiments.bench.core.terminal import program
 from experiments.bench.footage.video import Picture
 
@@ -238,7 +238,7 @@ class _File:
         self._path = path
         self._error: OSError | None = None
         with naming(path):
-            self._disk = part(path).open("wb", buffering=0)
+            self._disk = fresh(part(path)).open("wb", buffering=0)
         self._data, entrance = os.pipe()
         self._over, self._end = os.pipe()
         self._thread = threading.Thread(target=self._move, daemon=True)

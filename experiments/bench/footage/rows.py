@@ -11,7 +11,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from dsnn import Response
-from experiments.bench.core.store.places import naming, part
+from experiments.bench.core.store.places import fresh, naming, part
 from experiments.bench.footage.video import Picture
 
 SCHEMA = pa.schema(
@@ -50,7 +50,7 @@ class FrameTable:
 
     def __init__(self, path: Path, labels: Sequence[str]) -> None:
         self._path, self._labels = path, labels
-        self._partial = part(path)
+        self._partial = fresh(part(path))
         kind = pa.csv.CSVWriter if path.suffix == ".csv" else pq.ParquetWriter
         with naming(path):
             self._writer = kind(str(self._partial), SCHEMA)

@@ -16,15 +16,16 @@ import cv2
 import pyarrow as pa
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
+from rich.text import Text
 from threadpoolctl import threadpool_limits
 
 from dsnn import Response, forms
 from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import explained
-from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.models import ConfiguredModel, rate_notes
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.places import part
-from experiments.bench.core.terminal import coloured, error_console, out_console
+from experiments.bench.core.terminal import coloured, error_console, out_console, show_table
 from experiments.bench.footage.claims import FlowJudge, Readings
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
@@ -73,6 +74,7 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[ConfiguredModel],
         forms.note(),
         _other_aspect(film.size, size),
         *film.notes(),
+        *rate_notes((model, film.rate) for model in chosen if film.rate is not None),
         *(observer.note for observer in observers),
         early,
     )
@@ -195,13 +197,14 @@ def _show(film: Footage, size: tuple[int, int], watchers: Sequence[Watcher], see
     source = f"camera {film.source}" if film.live else film.source
     said = f"{source}: {_size(film.size)}, {own}; {seen.frames} frames, {seen.until_s:.1f} s, seen at {_size(size)}"
     out_console.print(said, soft_wrap=True, markup=False)
-    out_console.print(f"\n[b]motion[/b] over T in {LEAST_FRAMES} frames or more, gaps under {GAP_S:g} s merged")
+    words = f" over T in {LEAST_FRAMES} frames or more, gaps under {GAP_S:g} s merged"
+    out_console.print(Text.assemble("\n", ("motion", "b"), words))
     if any(watcher.motions() for watcher in watchers):
-        out_console.print(_intervals(watchers))
+        show_table(_intervals(watchers))
     else:
         out_console.print("none")
-    out_console.print("\n[b]intervals[/b] each way, and spikes")
-    out_console.print(_totals(watchers, seen))
+    out_console.print(Text.assemble("\n", ("intervals", "b"), " each way, and spikes"))
+    show_table(_totals(watchers, seen))
     _show_times(watchers, seen)
 
 
@@ -222,11 +225,13 @@ def _show_claim(watchers: Sequence[Watcher], readings: Sequence[Readings]) -> No
     for watcher, reading in zip(watchers, readings, strict=True):
         outcome, words = reading.claim, reading.stronger
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
-        out_console.print(f"\n[b]C12[/b]{who} {coloured(outcome.verdict)}: {claim_texts()['C12'][0]}")
+        verdict = coloured(outcome.verdict)
+        out_console.print(Text.assemble("\n", ("C12", "b"), f"{who} ", verdict, f": {claim_texts()['C12'][0]}"))
         decided = f"decided by: {outcome.decided}" if outcome.decided else ""
         for line in filter(None, (decided, outcome.measured, outcome.effect)):
             out_console.print(f"    {line}", markup=False)
-        out_console.print(f"  in the paper's stronger words {coloured(words.verdict)}: {STRONGER}")
+        verdict = coloured(words.verdict)
+        out_console.print(Text.assemble("  in the paper's stronger words ", verdict, f": {STRONGER}"))
         decided = f"decided by: {words.decided}" if words.decided else ""
         for line in filter(None, (decided, words.measured)):
             out_console.print(f"    {line}", markup=False)
@@ -259,7 +264,7 @@ def _totals(watchers: Sequence[Watcher], seen: Seen) -> Table:
             "-" if rate is None else f"{rate:g}",
             "-" if watcher.chosen.threshold is None else f"{watcher.chosen.threshold:g}",
             *(f"{ways.count(way)}" for way in WAYS),
-            " + ".join(f"{count} {channel.upper()}" for channel, count in watcher.spikes.items()),
+            " + ".join(f"{count} {channel.upper()}" for channel, count in watcher.spikes.items()) or "-",
             f"{watcher.seconds / max(seen.frames, 1) * 1e3:.2f}",
         )
     return table

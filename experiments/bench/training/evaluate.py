@@ -49,7 +49,7 @@ def judge(files: Sequence[Path], folder: Path, resources: Resources) -> Played:
 
 def replay(file: Path, folder: Path, episodes: int, seed: int, resources: Resources) -> Played:
     """Play the policy in worlds from ``seed`` up, and leave a recording of each."""
-    check_counts(seed, episodes)
+    check_counts(seed, episodes, "--episodes")
     about = policy_file.load(file).about
     return _play([file], about, (), folder, episodes, seed, resources, recordings=episodes)
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
+from numbers import Real
+
+from experiments.bench.core.errors import UsageError, short
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +40,7 @@ class Check:
         return self.slack > 0.0 or (self.slack == 0.0 and not self.strict)
 
 
-def decide(checks: Sequence[Check]) -> tuple[bool, str]:
+def decide(checks: Iterable[Check]) -> tuple[bool, str]:
     """Decide a claim by its checks: it holds if all of them pass.
 
     Parameters
@@ -54,8 +57,8 @@ def decide(checks: Sequence[Check]) -> tuple[bool, str]:
 
     Raises
     ------
-    ValueError
-        There are no checks.
+    UsageError
+        There are no checks, something else is among them, or a slack is no number. It is a ``ValueError``.
 
     Examples
     --------
@@ -63,5 +66,11 @@ def decide(checks: Sequence[Check]) -> tuple[bool, str]:
     >>> decide([Check("3 spikes (needs more than 2)", 1.0), Check("8 spikes (needs more than 2)", 6.0)])
     (True, '3 spikes (needs more than 2)')
     """
-    weakest = min(checks, key=lambda check: (check.passes, -math.inf if math.isnan(check.slack) else check.slack))
-    return all(check.passes for check in checks), weakest.said
+    listed = list(checks) if isinstance(checks, Iterable) else []
+    if not listed or not all(isinstance(check, Check) for check in listed):
+        raise UsageError(f"decide({short(checks)}): legal is at least one experiments.Check")
+    for check in listed:
+        if not isinstance(check.slack, Real):
+            raise UsageError(f"decide: check {check.said!r}: slack={short(check.slack)}: legal is a number")
+    weakest = min(listed, key=lambda check: (check.passes, -math.inf if math.isnan(check.slack) else check.slack))
+    return all(check.passes for check in listed), weakest.said

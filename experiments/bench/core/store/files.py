@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import os
+import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,14 +16,20 @@ import pyarrow.parquet as pq
 from experiments.bench.core.store.description import to_json
 from experiments.bench.core.store.places import replacing
 
+_NAMING = threading.Lock()
+_given: set[Path] = set()
+"""Folders that this process has been told of: another thread may not have made its own yet."""
+
 
 def new_folder(name: str) -> Path:
     """Return the path of a folder that is not there yet, under ``runs``: a run's name, and the time."""
     first = Path("runs") / f"{name}-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
     path, number = first, 1
-    while path.exists():  # of another run begun in the same second
-        number += 1
-        path = first.with_name(f"{first.name}-{number}")
+    with _NAMING:
+        while path.exists() or path.absolute() in _given:  # of another run begun in the same second
+            number += 1
+            path = first.with_name(f"{first.name}-{number}")
+        _given.add(path.absolute())
     return path
 
 
@@ -48,7 +55,8 @@ def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
         Any, of bytes that are no table.
     """
     with pa.OSFile(os.fspath(path), "rb") as file:
-        return pq.ParquetFile(file, pre_buffer=False).read(columns, use_threads=False)
+        opened = pq.ParquetFile(file, pre_buffer=False, page_checksum_verification=True)
+        return opened.read(columns, use_threads=False)
 
 
 class Files:
@@ -77,7 +85,7 @@ class Files:
     def write_table(self, name: str, table: pa.Table) -> None:
         """Write a table as Parquet."""
         with replacing(self.path(name)) as partial:
-            pq.write_table(table, partial)
+            pq.write_table(table, partial, write_page_checksum=True)
 
     def write_bytes(self, path: Path, data: bytes) -> None:
         """Write a file at ``path``, in the folder or below it."""

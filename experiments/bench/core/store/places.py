@@ -1,4 +1,7 @@
-"""Files at their places: whether a place can be written is tried first, and what stands there is whole."""
+"""Files at their places: whether a place can be written is tried first, and what stands there is whole.
+
+A folder that was handed over may hold links. Nothing is written through them to a place outside of it.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import contextlib
 import errno
 import os
 import shutil
+import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,10 +19,43 @@ FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 """What a system says where there is no room for a file: on the disk, in a quota, in the limit of a file's size."""
 
 
-def check_folder(folder: Path, asked: str) -> None:
-    """Try whether files can be written into a folder, which is made for that if need be.
+def fresh(path: Path) -> Path:
+    """Return a path at which nothing is any more: neither a file that was left there nor a link, to be written through.
 
-    Nothing of the trial is left: neither its file nor the folders that were made for it.
+    Raises ``OSError`` where what is there cannot be removed.
+    """
+    path.unlink(missing_ok=True)
+    return path
+
+
+def inside(folder: Path, name: str) -> Path:
+    """Return the path of what is called ``name`` in a folder of results, and is no link to a place outside of it.
+
+    Parameters
+    ----------
+    folder
+        The folder. It may be a link itself, as a person named it.
+    name
+        Of a file or folder in it, which need not be there yet.
+
+    Raises
+    ------
+    UsageError
+        It is a link.
+    """
+    path = folder / name
+    if path.is_symlink():
+        raise UsageError(
+            f"{path}: is a link to {path.readlink()}, outside of what is written here: legal is no link; put what it"
+            " points to in its place, or remove it"
+        )
+    return path
+
+
+def check_folder(folder: Path, asked: str) -> None:
+    """Try whether files can be written into a folder, or into one that would be made there.
+
+    Nothing of the trial is left, and no folder is made that another thread or process could be using.
 
     Parameters
     ----------
@@ -66,8 +103,8 @@ def replacing(path: Path, ending: str = "") -> Iterator[Path]:
     OSError
         It cannot be written: as `naming` says it.
     """
-    partial = part(path, ending)
     with naming(path):
+        partial = fresh(part(path, ending))
         try:
             yield partial
             with partial.open("rb") as file:
@@ -87,6 +124,8 @@ def replacing_folder(folder: Path) -> Iterator[Path]:
     """
     partial = part(folder)
     with naming(folder):
+        if partial.is_symlink():
+            partial.unlink()
         shutil.rmtree(partial, ignore_errors=True)
         partial.mkdir(parents=True)
         try:
@@ -132,24 +171,33 @@ def _room(error: OSError, folder: Path) -> str:
 
 
 def _try(folder: Path, name: str, asked: str) -> None:
-    made: list[Path] = []
+    # The folders that lack are tried under another name: another thread or process may be about to use these.
+    there = next((each for each in (folder, *folder.parents) if os.path.lexists(each)), Path())
+    lacking = folder.relative_to(there).parts
+    trial = there / f".colias-{uuid.uuid4().hex}.part"
     try:
-        for each in (*reversed(folder.parents), folder):
-            if not each.is_dir():
-                each.mkdir()
-                made.append(each)
-        (folder / name).touch(exist_ok=True)
-        (folder / name).unlink()
+        if not there.is_dir():
+            raise FileExistsError(errno.EEXIST, "", str(there))
+        place = trial
+        for lack in ("", *lacking):
+            place = place / lack
+            place.mkdir()
+        (place / name).touch()
+        if not lacking:  # as the file's own name, too
+            fresh(there / name).touch(exist_ok=False)
+            (there / name).unlink()
     except OSError as error:
-        raise UsageError(f"{asked}: {_why(error)}") from None
+        meant = Path(error.filename)
+        if meant == trial:
+            meant = there / (*lacking, name)[0]
+        elif meant.is_relative_to(trial):
+            meant = there / meant.relative_to(trial)
+        raise UsageError(f"{asked}: {_why(error, meant)}") from None
     finally:
-        for each in reversed(made):
-            with contextlib.suppress(OSError):  # another process may use it already
-                each.rmdir()
+        shutil.rmtree(trial, ignore_errors=True)
 
 
-def _why(error: OSError) -> str:
-    place = error.filename
+def _why(error: OSError, place: Path) -> str:
     if isinstance(error, FileExistsError | NotADirectoryError):
         return f"{place} is a file, not a folder"
     return f"{place} cannot be made ({error.strerror})"

@@ -37,9 +37,9 @@ class JobRow(TypedDict):
 
 
 class ModelRow(TypedDict):
-    """What one vision model made of a trial or a clip. A count is null where the model does not declare the channel."""
+    """What one vision model made of a trial or a clip. A count is null where the channel does not spike."""
 
-    spikes: int
+    spikes: int | None
     """Accumulated count of HS, or of looming where no direction is declared."""
     hs_spikes: int | None
     vs_spikes: int | None
@@ -84,6 +84,12 @@ def schema_of(*rows: type) -> pa.Schema:
             own = [part for part in get_args(kind) or (kind,) if part is not type(None)]
             columns[name] = getattr(pa, _ARROW[own[0]])()
     return pa.schema(columns)
+
+
+def optional(*rows: type) -> frozenset[str]:
+    """Return the columns of typed rows that may be null: those declared ``| None``."""
+    kinds = {name: kind for row in rows for name, kind in get_type_hints(row).items()}
+    return frozenset(name for name, kind in kinds.items() if type(None) in get_args(kind))
 
 
 @dataclass(frozen=True, slots=True)
