@@ -64,6 +64,8 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
     ------
     UsageError
         The parameters have no fixed-point form. Nothing was written.
+    OSError
+        The disk is full, say. Nothing is left there.
     """
     try:
         text = header(wanted.shape, wanted.network)
@@ -87,12 +89,19 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
         "Makefile": _template("Makefile.j2", words),
         "README.md": _template("README.md.j2", words),
     }
-    (folder / "include").mkdir(parents=True, exist_ok=True)
     contents = {name: path.read_bytes() for name, path in sources.items()}
     contents |= {name: text.encode() for name, text in written.items()}
-    for name, content in contents.items():
-        with places.replacing(folder / name) as partial:
-            partial.write_bytes(content)
+    include = folder / "include"
+    try:
+        include.mkdir(parents=True, exist_ok=True)
+        for name, content in contents.items():
+            with places.replacing(folder / name) as partial:
+                partial.write_bytes(content)
+    except OSError:
+        for name in contents:
+            (folder / name).unlink(missing_ok=True)
+        include.rmdir()
+        raise
 
 
 def check_folder(folder: Path) -> None:
