@@ -41,7 +41,7 @@ test-train: $(READY) ## The tests of training, those too that need the extra [tr
 	sh tools/setup.sh --train
 	$(BIN)/python -m pytest tests/test_train.py
 
-attack: $(READY) ## 60 bad models, 100 damaged folders, copies of everything public, Ctrl-C at 30 moments; COLIAS_ATTACK_FULL=1: all there are, 30 moments for each command
+attack: $(READY) ## 60 bad models, 100 damaged folders, Ctrl-C at 30 moments, full disks, copies of everything public; COLIAS_ATTACK_FULL=1: all there are, 30 moments for each command
 	$(BIN)/python -m pytest -m attack -n 2 --dist worksteal tests/attack
 
 fuzz: $(READY) ## The network in C under the sanitizers: 2,000 cases

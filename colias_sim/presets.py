@@ -40,6 +40,6 @@ OV7670: Mapping[str, Any] = {
 
 def find(presets: Mapping[str, Settings], section: str, name: str) -> Settings:
     """The preset called ``name``; ``ValueError`` with the known names otherwise."""
-    if name not in presets:
-        raise ValueError(f"no {section} preset '{name}': there are {', '.join(presets)}")
+    if not isinstance(name, str) or name not in presets:
+        raise ValueError(f"no {section} preset {name!r}: there are {', '.join(presets)}")
     return presets[name]

@@ -95,8 +95,11 @@ def reference_hash() -> str:
     with contextlib.suppress(OSError):
         kept.parent.mkdir(parents=True, exist_ok=True)
         partial = kept.with_name(f"{kept.name}.{os.getpid()}.part")
-        partial.write_text(drawn, encoding="ascii")
-        partial.replace(kept)
+        try:
+            partial.write_text(drawn, encoding="ascii")
+            partial.replace(kept)
+        finally:
+            partial.unlink(missing_ok=True)
     return drawn
 
 

@@ -92,7 +92,7 @@ def compose(
     """
     spec = mujoco.MjSpec.from_file(str(arena_path(scene.arena)))
     spec.option.timestep = FrameClock(camera.fps).timestep
-    if eye_of not in robots or not set(robots.values()) <= set(ROBOTS):
+    if eye_of not in list(robots) or any(variant not in list(ROBOTS) for variant in robots.values()):
         raise ValueError(f"robots are {dict(robots)}, camera of '{eye_of}': variants are {', '.join(ROBOTS)}")
     for name, variant in robots.items():
         child = _robot_spec(ROBOTS[variant], robot, camera)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import numbers
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from itertools import combinations, groupby, pairwise
 from types import TracebackType
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 
 import mujoco
 import numpy as np
@@ -25,6 +26,7 @@ SETTLE_STEPS = 150
 ROBOT_DIAMETER = 0.04
 """Diameter of a hull, in metres."""
 
+Settings = TypeVar("Settings")
 Control = Callable[[float], None]
 """A controller: called before each control interval with its length in seconds; commands wheels by `Robot.drive`."""
 
@@ -58,7 +60,7 @@ class Simulation:
     Raises
     ------
     ValueError
-        For an unknown arena, variant or camera.
+        For an unknown arena, variant or camera, and for settings of another kind.
     colias_sim.GLUnavailable
         Where nothing can render, unless ``seeing`` is false.
 
@@ -85,8 +87,11 @@ class Simulation:
         fence: bool = False,
         seeing: bool = True,
     ) -> None:
-        robot, camera, self.scene = robot or RobotConfig(), camera or CameraConfig(), scene or SceneConfig()
+        robot, camera = _given("robot", robot, RobotConfig), _given("camera", camera, CameraConfig)
+        self.scene = _given("scene", scene, SceneConfig)
         self.camera_config = camera
+        if robots is not None and not isinstance(robots, Mapping):
+            raise ValueError(f"robots is a {type(robots).__name__}: expected a mapping, name -> variant")
         variants = dict(TRIAL_ROBOTS if robots is None else robots)
         self.model = compile_model(self.scene, robot, camera, variants, eye_of, fence=fence)
         self.data = mujoco.MjData(self.model)
@@ -153,9 +158,13 @@ class Simulation:
         Raises
         ------
         ValueError
-            For an unknown robot, a pose that is not finite, and robots that overlap. Nothing has changed then.
+            For an unknown robot, a pose that is not finite, robots that overlap, and a value of another kind. Nothing
+            has changed then.
         """
         self._check(placements)
+        _check_generator(rng)
+        if not isinstance(light, numbers.Real) or not 0.0 <= light < math.inf:
+            raise ValueError(f"light is {light!r}: expected a number from 0 up")
         mujoco.mj_resetData(self.model, self.data)  # in full: state that a solver keeps would change the next trial
         # Both are always drawn, so that switching one off does not change the other.
         light *= self.scene.light * max(1.0 + self.scene.light_sd * rng.standard_normal(), 0.0)
@@ -184,10 +193,15 @@ class Simulation:
     def _check(self, placements: Mapping[str, Pose]) -> None:
         """Raise ``ValueError`` for an unknown robot, a pose that is not finite, and robots that overlap."""
         everyone = self.everyone
+        if not isinstance(placements, Mapping):
+            raise ValueError(f"placements is a {type(placements).__name__}: expected a mapping, name -> Pose")
         for name, pose in placements.items():
             if name not in everyone:
                 raise ValueError(f"no robot '{name}' in this scene: there are {', '.join(everyone)}")
-            if not all(map(math.isfinite, (pose.x, pose.y, pose.heading))):
+            if not isinstance(pose, Pose):
+                raise ValueError(f"{name} is placed at {pose!r}: expected a Pose")
+            place = (pose.x, pose.y, pose.heading)
+            if not all(isinstance(value, numbers.Real) and math.isfinite(value) for value in place):
                 raise ValueError(f"{name} is placed at {pose}: expected finite numbers")
         places = [(name, placements.get(name, Pose(0.0, 0.0, 0.0))) for name in everyone]
         for (one, here), (other, there) in combinations(places, 2):
@@ -218,8 +232,9 @@ class Simulation:
         Raises
         ------
         ValueError
-            The simulation was made with ``seeing=False``.
+            The simulation was made with ``seeing=False``, or ``rng`` is no generator.
         """
+        _check_generator(rng)
         self.advance(control)
         return self.camera.develop(rng, self.data.time)
 
@@ -251,6 +266,18 @@ class Simulation:
             camera.collect()
             if not look:
                 camera.skip()
+
+
+def _given(name: str, value: Settings | None, kind: type[Settings]) -> Settings:
+    """Return settings, for ``None`` the defaults of their ``kind``; ``ValueError`` for another kind."""
+    if value is not None and not isinstance(value, kind):
+        raise ValueError(f"{name} is a {type(value).__name__}: expected a {kind.__name__}, or None for its defaults")
+    return kind() if value is None else value
+
+
+def _check_generator(rng: object) -> None:
+    if not isinstance(rng, np.random.Generator):
+        raise ValueError(f"rng is a {type(rng).__name__}: expected a numpy.random.Generator: np.random.default_rng(0)")
 
 
 @lru_cache(maxsize=512)

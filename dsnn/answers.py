@@ -52,6 +52,8 @@ def checked_answer(answer: Any, channels: Sequence[str] = CHANNELS, shape: tuple
     0.5
     """
     values: dict[str, Any] = {}
+    if not isinstance(channels, tuple | list) or not all(isinstance(channel, str) for channel in channels):
+        raise AnswerError(f"channels is {_said(channels)}: expected a sequence of some of {', '.join(CHANNELS)}")
     for channel in channels:
         values[channel] = _potential(channel, _entry(answer, channel))
         if channel in SPIKING:

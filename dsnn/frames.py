@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
 Channels = Literal["grey", "bgr", "rgb"]
+Params = TypeVar("Params")
 
 _TO_GREY = {"bgr": cv2.COLOR_BGR2GRAY, "rgb": cv2.COLOR_RGB2GRAY}
 
@@ -37,6 +38,17 @@ def checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
     if rows < 2 or columns < 2:
         raise FrameError(f"shape is {shape!r}: expected at least 2 rows and 2 columns")
     return rows, columns
+
+
+def checked_params(params: Params | None, kind: type[Params]) -> Params:
+    """Return a model's ``params``; for ``None`` the defaults of ``kind``. Raises ``ValueError`` for another kind."""
+    if params is None:
+        return kind()
+    if not isinstance(params, kind):
+        text = " ".join(repr(params).split())
+        text = text if len(text) <= 40 else f"a {type(params).__name__}"
+        raise ValueError(f"params is {text}: expected {kind.__name__}(...), or None for its defaults")
+    return params
 
 
 def luma(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels = "grey") -> npt.NDArray[Any]:
@@ -81,7 +93,7 @@ def luma(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels = "
 
 
 def _from_colour(frame: npt.NDArray[Any], shape: tuple[int, int], channels: Channels) -> npt.NDArray[Any]:
-    if channels not in _TO_GREY:
+    if not isinstance(channels, str) or channels not in _TO_GREY:
         raise FrameError(f"channels is {channels!r}: expected 'grey', 'bgr' or 'rgb'")
     if frame.shape != (*shape, 3) or frame.dtype != np.uint8:
         raise FrameError(f"frame has shape {frame.shape} and type {frame.dtype}: expected uint8 {(*shape, 3)}")

@@ -12,7 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.direction.network import DSNN
 from dsnn.field_docs import with_field_docs
-from dsnn.frames import Channels, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
 from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 from dsnn.params import DSNNParams, Milliseconds
@@ -77,7 +77,7 @@ class Hybrid(NonCopyable):
 
     def __init__(self, shape: tuple[int, int], params: HybridParams | None = None, *, form: str | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = q = params or HybridParams()
+        self.params = q = checked_params(params, HybridParams)
         own = {field.name: getattr(q, field.name) for field in dataclasses.fields(DSNNParams)}
         self._dsnn = DSNN(self.shape, DSNNParams(**own), form=form)
         self._lgmd = LGMD1(self.shape, q.lgmd, form=form)

@@ -9,7 +9,7 @@ from typing import NoReturn, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from dsnn.frames import Channels
+from dsnn.frames import Channels, FrameError
 
 FloatMap = npt.NDArray[np.floating]
 
@@ -201,6 +201,11 @@ class VisionModel(Protocol):
 def run_model(
     model: VisionModel, frames: Iterable[npt.NDArray[np.generic]], *, channels: Channels = "grey"
 ) -> ResponseSeries:
-    """Reset ``model`` and step it through ``frames``, a (T, R, C) array or any iterable of frames."""
+    """Reset ``model`` and step it through ``frames``, a (T, R, C) array or any iterable of frames.
+
+    Raises `FrameError` where ``frames`` is no iterable, and what `VisionModel.step` raises.
+    """
+    if not isinstance(frames, Iterable) or (isinstance(frames, np.ndarray) and frames.ndim == 0):
+        raise FrameError(f"frames is a {type(frames).__name__}: expected an array (T, R, C), or an iterable of frames")
     model.reset()
     return ResponseSeries.from_responses(model.step(frame, channels=channels) for frame in frames)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -15,6 +14,7 @@ from dsnn.direction.flow import Flow, FlowParams
 from dsnn.direction.network import DSNN
 from dsnn.direction.reference import ReferenceDSNN
 from dsnn.direction.t4t5 import T4T5, T4T5Params
+from dsnn.hints import nearest
 from dsnn.hybrid import Hybrid, HybridParams
 from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
 from dsnn.looming.lgmd2 import LGMD2, LGMD2Params
@@ -77,6 +77,10 @@ class ModelEntry:
             value = getattr(self, name)
             if not _is_frozen(value) and (value is not None or name == "robot"):
                 raise ValueError(f"ModelEntry {self.name}: {name}={_short(value)}: legal is a frozen dataclass")
+        for channel, name in self.thresholds.items():
+            if channel not in SPIKING or channel not in own or not hasattr(self.robot, name):
+                said = f"thresholds={_short({channel: name})}: legal is a declared channel that spikes, and a parameter"
+                raise ValueError(f"ModelEntry {self.name}: {said}")
 
     def threshold(self, channel: str, params: Any) -> float | None:
         """Find the spiking threshold of a channel.
@@ -292,7 +296,9 @@ def model_entry(name: str) -> ModelEntry:
     ValueError
         There is no such model; the message has the nearest known name.
     """
+    if not isinstance(name, str):
+        raise ValueError(f"a model's name is a {type(name).__name__}: known are {', '.join(MODELS)}")
     if name not in MODELS:
-        near = difflib.get_close_matches(name.lower(), MODELS, n=1, cutoff=0.0)[0]
-        raise ValueError(f"unknown model '{name}': known are {', '.join(MODELS)} (nearest: {near})")
+        near = nearest(name, MODELS, " (", ")")
+        raise ValueError(f"unknown model '{name}': known are {', '.join(MODELS)}{near}")
     return MODELS[name]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
 from pathlib import Path
+
+from scenes.hints import nearest
 
 FOLDER = Path(__file__).parent
 """Where the files are."""
@@ -47,6 +48,6 @@ def arena_path(name: str) -> Path:
         There is no such arena; the message has the nearest known name.
     """
     if name not in ARENAS:
-        near = difflib.get_close_matches(name, ARENAS, n=1, cutoff=0.0)[0]
-        raise ValueError(f"unknown arena '{name}': known are {', '.join(ARENAS)} (nearest: {near})")
+        near = nearest(name, ARENAS, " (", ")")
+        raise ValueError(f"unknown arena '{name}': known are {', '.join(ARENAS)}{near}")
     return FOLDER / f"{name}.xml"

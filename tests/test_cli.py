@@ -370,7 +370,10 @@ def test_a_dry_run_checks_and_writes_nothing(warm):
     before = sorted(path.name for path in (warm.folder / "out").rglob("*"))
     assert "2 of 2 are done already" in warm(*plan, "--resume", "out", "--dry-run").stdout
     other = warm(*plan[:-1], "2", "--resume", "out", "--dry-run")
-    assert (other.returncode, other.stderr) == (2, "colias: out: repeats is 1 there and 2 now\n")
+    assert (other.returncode, other.stderr) == (
+        2,
+        "colias: out: --repeats is 1 there and 2 now: repeat the first command's options\n",
+    )
     assert warm(*plan, "--out", "out", "--dry-run").returncode == 2
     assert sorted(path.name for path in (warm.folder / "out").rglob("*")) == before
 

@@ -66,6 +66,15 @@ def test_the_true_eye_twice_is_refused():
         both(planned("camera.preset=ov7670"))
 
 
+@pytest.mark.parametrize("change", ["camera.fps=60", "camera.height=1080"])
+def test_a_size_or_clock_that_the_true_eye_cannot_have_is_refused_in_a_line(change):
+    with pytest.raises(UsageError) as refused:
+        both(planned(change))
+    message = str(refused.value)
+    assert message.startswith("--eyes both: ") and change in message and "\n" not in message
+    assert "rows have to be read within a frame" in message
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [(["distance", "--eyes", "three"], "--eyes three: legal is one, both"),

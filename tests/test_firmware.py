@@ -250,6 +250,7 @@ def test_missing_tools_are_named_with_their_packages_and_no_number_is_shown(tmp_
         (["budget", "--set", "chip.shape=900x72"], "shape=900x72: legal is COLUMNSxROWS"),
         (["budget", "--set", "chip.shape=0x0"], "shape=0x0: legal is COLUMNSxROWS"),
         (["budget", "--set", "chip.cpi_least=2"], "cpi_least=2 is above"),
+        (["budget", "--over", "dsnn.n_con=4,8", "--set", "dsnn-onboard.n_con=6"], "--set dsnn-onboard.n_con=6: --over"),
         (["budget", "--over", "dsnn.n_con"], "--over dsnn-onboard.n_con: expected"),
         (["check", "--compiler", "clang"], "--compiler clang: legal is gcc, zig"),
         (["loop", "clean"], "clean: shows clips"),

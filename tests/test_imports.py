@@ -43,10 +43,6 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
 }
 """Package -> the packages of ours that it may import."""
 
-MOST_LINES: Mapping[str, int] = {".py": 300, ".c": 400, ".h": 400}
-"""Ending of a file -> the lines that it may have. C takes some more for the same: a brace has a line of its own."""
-MOST_FILES = 16
-
 
 def files() -> list[Path]:
     return sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
@@ -140,21 +136,3 @@ def test_tables_and_figures_run_nothing():
         if last == "run" and wing(module) != "experiments.bench.cli":
             tables = [other for other in imported(module) if other.endswith(".table")]
             assert not tables, f"{module} imports {tables}"
-
-
-@pytest.mark.parametrize("package", PACKAGES)
-def test_files_are_read_in_one_sitting(package):
-    """What has grown longer is split by subject."""
-    for path in sorted(each for each in (ROOT / package).rglob("*") if each.suffix in MOST_LINES):
-        count = len(path.read_text(encoding="utf-8").splitlines())
-        assert count <= MOST_LINES[path.suffix], f"{path.relative_to(ROOT)} has {count} lines"
-
-
-@pytest.mark.parametrize("name", sorted(LEVELS))
-def test_wings_stay_small(name):
-    """A wing is taken in at a glance; `cli` has one file a command."""
-    own = [path for module, path in modules().items() if module == name or module.startswith(f"{name}.")]
-    folders = {path.parent for path in own}
-    for folder in folders if name != "experiments.bench.cli" else ():
-        count = len(list(folder.glob("*.py")))
-        assert count <= MOST_FILES, f"{folder.relative_to(ROOT)} has {count} files"

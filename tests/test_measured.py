@@ -186,7 +186,7 @@ WRONG = {
     "a part of a tracker's": ({1: [*HEAD[:3], "azimuth", "observer_x_cm"]}, "line 1: column .* is missing: a tracker"),
     "a time that runs back": ({4: [0, 20, 0.01, 0.1, 0]}, "line 4: time_s=0.01 runs back: line 3 of trial 0 has 0.066"),
     "a time that stands": ({3: [0, 20, 1 / 30, 0.1, 0]}, "line 3: time_s=.* runs back"),
-    "not a number": ({4: [0, 20, 0.1, "nan", 0]}, "line 4: hs='nan': legal is a number, not nan"),
+    "not a number": ({4: [0, 20, 0.1, "nan", 0]}, "line 4: hs='nan': legal is a number in digits"),
     "a word": ({4: [0, 20, 0.1, "high", 0]}, "line 4: hs='high': legal is a number"),
     "half a spike": ({4: [0, 20, 0.1, 0.1, 0.5]}, "line 4: hs_spikes='0.5': legal is a whole number"),
     "a potential out of range": ({4: [0, 20, 0.1, 1.5, 0]}, "line 4: hs=1.5: legal is a number from -1 to 1"),
@@ -209,6 +209,76 @@ def test_each_fault_is_one_line_and_nothing_is_written(what, tmp_path):
         taken(log, tmp_path / "run")
     assert "\n" not in str(refused.value) and str(refused.value).startswith(f"{log}, line ")
     assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
+
+
+NUMBERS = (
+    "0_1", "1e-0_1", "0x1", "inf", "-inf", "nan", "1e400", "\u0660.\u0665", "\uff10.\uff15", "1,5", "0.1.", "e1", "--1",
+    "0.1f", "1d0", "True", "\u00bd", "1" * 400,
+)  # fmt: skip
+WHOLE = ("1_0", "1.0", "\uff11", "\u0663", "1e0", "0b1", "0x1", "\u00b2", "True", "--1", "9" * 5000)
+
+
+@pytest.mark.parametrize("cell", [*NUMBERS, *WHOLE], ids=lambda cell: ascii(cell)[:20])
+def test_a_number_is_spelt_as_tables_spell_it(cell, tmp_path):
+    """Python reads 1_0 as 10, and the digits of every script; what else a cell may mean is asked of its writer."""
+    name, row = ("hs", [0, 20, 0.1, cell, 0]) if cell in NUMBERS else ("hs_spikes", [0, 20, 0.1, 0.1, cell])
+    log = written(tmp_path, lines={4: row})
+    kind = "a number" if name == "hs" else "a whole number"
+    with pytest.raises(UsageError, match=rf"line 4: {name}='.*: legal is {kind}") as refused:
+        taken(log, tmp_path / "run")
+    assert len(str(refused.value)) < 300
+
+
+@pytest.mark.parametrize("cell", ["0.1", " .1 ", "+1E-1", "1.e-1", "-0.0", "1e-400"])
+def test_what_numbers_look_like_otherwise(cell, tmp_path):
+    run = taken(written(tmp_path, lines={4: [0, 20, 0.1, cell, "+1"]}), tmp_path / "run", "--no-recordings")
+    assert run.frames["hs"][2].as_py() == float(cell) and run.frames["hs_spikes"][2].as_py() == 1
+
+
+@pytest.mark.parametrize(("separator", "said"), [(";", "';'"), ("\t", "a tab"), ("|", "'|'")])
+def test_another_separator_is_told_in_a_line(separator, said, tmp_path):
+    """As spreadsheets write it where the decimal point is a comma."""
+    log = written(tmp_path)
+    log.write_text(log.read_text().replace(",", separator))
+    with pytest.raises(UsageError, match="line 1: the columns are separated by ") as refused:
+        taken(log, tmp_path / "run")
+    assert said in str(refused.value) and "legal are commas" in str(refused.value) and len(str(refused.value)) < 300
+
+
+def test_an_unknown_column_is_told_in_a_line(tmp_path):
+    log = written(tmp_path, lines={1: [*HEAD[:4], "x" * 3000]})
+    with pytest.raises(UsageError, match="line 1: unknown column 'xxx") as refused:
+        taken(log, tmp_path / "run")
+    assert len(str(refused.value)) < 800
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [(1e3, "is time_s in milliseconds"), (1e6, "is time_s in microseconds"), (30, "the number of the frame"),
+     (1 / 60, "legal are seconds"), (10.5, "legal are seconds")],
+)  # fmt: skip
+def test_times_in_another_unit_are_asked_about(factor, said, tmp_path):
+    log = timed(written(tmp_path), factor)
+    with pytest.raises(
+        UsageError, match=rf"^{log}, line 2: .* come at .* per second.*camera.fps is 30.*{said}"
+    ) as refused:
+        taken(log, tmp_path / "run")
+    assert "\n" not in str(refused.value) and "--set camera.fps" in str(refused.value)
+    assert not (tmp_path / "run").exists()
+
+
+def timed(log, factor):
+    """The log with times that many times as long."""
+    head, *lines = log.read_text().splitlines()
+    cells = [line.split(",") for line in lines]
+    log.write_text("\n".join([head, *(",".join([*c[:2], repr(float(c[2]) * factor), *c[3:]]) for c in cells)]))
+    return log
+
+
+def test_one_trial_in_another_unit_is_asked_about(tmp_path):
+    lines = {2 + FRAMES + i: [1, 30, 1000 * (i + 1) / 30, 0.1, 0] for i in range(FRAMES)}
+    with pytest.raises(UsageError, match=f"line {2 + FRAMES}: the frames of trial 1 .*milliseconds"):
+        taken(written(tmp_path, lines=lines), tmp_path / "run")
 
 
 def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
@@ -270,7 +340,7 @@ def test_claims_are_judged_by_the_same_bounds_where_the_conditions_are_there(tmp
             assert row["verdict"] == "untested" and "spikes_in_window" in row["measured"]
 
 
-def test_two_robots_compare_as_independent_samples(tmp_path):
+def test_two_robots_compare_as_independent_samples(tmp_path, capsys):
     one = taken(written(tmp_path, repeats=6), tmp_path / "one", "--no-recordings")
     slow = written(tmp_path, repeats=6, name="other.csv")
     text = slow.read_text().splitlines()
@@ -280,6 +350,8 @@ def test_two_robots_compare_as_independent_samples(tmp_path):
     found = experiments.compare(one, other)
     rows = found.results.to_pylist()
     assert len(rows) == 2 and all(row["test"].startswith("Mann-Whitney") for row in rows)
+    assert colias("compare", one.folder, other.folder) == 0
+    assert "seed" not in capsys.readouterr().out
     assert all(row["rank_biserial"] > 0.5 and row["mean_difference"] > 0 and row["n"] == 6 for row in rows)
     assert not experiments.compare(one, one).results["mean_difference"].to_pylist()[0]
 
@@ -311,10 +383,6 @@ def test_a_log_without_the_channel_that_counts(tmp_path):
 
 def test_a_robot_s_own_frame_rate(tmp_path):
     """25 frames a second: the firing rate goes by the log's times, not by the camera's setting."""
-    log = written(tmp_path)
-    head, *lines = log.read_text().splitlines()
-    cells = [line.split(",") for line in lines]
-    log.write_text("\n".join([head, *(",".join([*c[:2], str(float(c[2]) * 30 / 25), *c[3:]]) for c in cells)]))
-    rows = taken(log, tmp_path / "run", "--no-recordings").trials.to_pylist()
+    rows = taken(timed(written(tmp_path), 30 / 25), tmp_path / "run", "--no-recordings").trials.to_pylist()
     assert all(row["firing_rate_hz"] == pytest.approx(row["spikes"] / (FRAMES / 25)) for row in rows)
     assert pq.read_table(tmp_path / "run" / "frames.parquet")["sim_time_s"][FRAMES - 1].as_py() == pytest.approx(1.2)

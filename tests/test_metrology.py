@@ -21,6 +21,7 @@ from colias_sim.metrology import (
     noise_levels,
     photon_transfer,
     row_time_us,
+    unsteadiness,
 )
 from colias_sim.scene import FrameClock
 from experiments.bench.cli import main
@@ -173,8 +174,125 @@ def test_the_command_prints_settings_to_paste(tmp_path, capsys):
     assert CameraConfig(**{k: v for k, v in told.items() if k.startswith("ae") or k == "auto_exposure"}).ae_steps == 10
 
 
+def grey(count: int = 20, read: float = 2.0, seed: int = 0, drift: float = 0.0, flicker: float = 0.0) -> np.ndarray:
+    """Frames of a scene of many greys, made by hand, (T, 40, 60); light drifts by a share, or flickers with an sd."""
+    rng = np.random.default_rng(seed)
+    scene = np.linspace(40, 215, 40 * 60).reshape(40, 60)
+    light = 1.0 + drift * np.arange(count) / max(count - 1, 1) + flicker * rng.normal(size=count)
+    frames = light[:, None, None] * scene
+    noise = rng.normal(size=frames.shape) * np.sqrt(read**2 + 16.0 * scene / 255)
+    return np.clip(np.rint(frames + noise), 0, 255).astype(np.uint8)
+
+
+def shown(folder, capsys, *options: str) -> tuple[dict[str, str], str, list[str]]:
+    """The settings that ``colias camera`` prints, its table, and its notes."""
+    assert main.command(["camera", str(folder), *options]) == 0
+    out, err = capsys.readouterr()
+    settings = dict(line.removeprefix("--set camera.").split("=") for line in out.splitlines() if "--set" in line)
+    return settings, out, err.splitlines()
+
+
+@pytest.mark.parametrize("names", [("still", "still2"), ("still-dim", "still-light"), ("still1", "stills")], ids=str)
+def test_a_folder_is_known_by_the_beginning_of_its_name(names, tmp_path, capsys):
+    """As help and page say: ``still*``. Two kinds of noise are fitted together, whatever follows the kind."""
+    for name, read in zip(names, (4.0, 1.0), strict=True):
+        write_pictures(tmp_path / name, grey(read=read), ".png")
+    settings, _, notes = shown(tmp_path, capsys)
+    both = photon_transfer([noise_levels(grey(read=read)) for read in (4.0, 1.0)])
+    assert float(settings["read_noise"]) == pytest.approx(both.read_noise(1.0), abs=0.001) and notes == []
+
+
+def test_folders_of_every_kind_are_found_together(tmp_path, capsys):
+    for name in ("still", "flat1"):
+        write_pictures(tmp_path / name, grey(), ".png")
+    write_pictures(tmp_path / "edge0", crossing(ROLLING, 0.08), ".pgm")
+    write_pictures(tmp_path / "dark", grey(), ".png")
+    (tmp_path / ".thumbnails").mkdir()
+    settings, table, notes = shown(tmp_path, capsys, "--fps", "5")
+    assert list(settings) == ["shot_noise", "read_noise", "row_time_us"] and "fixed pattern" in table
+    assert len(notes) == 1 and notes[0].startswith("note: ") and notes[0].endswith("still*, flat*, edge*, loop*: dark")
+
+
+def test_pictures_come_in_the_order_of_their_numbers(tmp_path, capsys):
+    """Of a program that writes 1.png to 12.png."""
+    frames = grey(12)
+    edge = crossing(ROLLING, 0.08)
+    for name in ("edge-padded", "edge-plain"):
+        (tmp_path / name / "edge").mkdir(parents=True)
+    for number, frame in enumerate([*edge[:1]] * 9 + [*edge], start=1):
+        cv2.imwrite(str(tmp_path / "edge-padded" / "edge" / f"{number:03d}.png"), frame)
+        cv2.imwrite(str(tmp_path / "edge-plain" / "edge" / f"{number}.PNG"), frame)
+    found = [shown(tmp_path / name, capsys, "--fps", "5")[0] for name in ("edge-padded", "edge-plain")]
+    assert found[0] == found[1] and "row_time_us" in found[0]
+    cv2.imwrite(str(tmp_path / "edge-plain" / "edge" / "99.jpg"), frames[0])
+    with pytest.raises(UsageError, match=r"99\.jpg: legal are pictures that keep every grey level: \.pgm, \.png"):
+        shown(tmp_path / "edge-plain", capsys)
+
+
+@pytest.mark.parametrize("kind", ["still", "flat"])
+@pytest.mark.parametrize(("change", "told"), [({}, False), ({"drift": 0.1}, True), ({"flicker": 0.02}, True)], ids=str)
+def test_greys_that_change_are_told_from_noise(kind, change, told, tmp_path, capsys):
+    write_pictures(tmp_path / f"{kind}-1", grey(60, **change), ".png")
+    _, table, notes = shown(tmp_path, capsys)
+    assert ("change of" in table) is told
+    assert len(notes) == told
+    assert all(note.startswith(f"note: {tmp_path / kind}-1: its greys drift or flicker") for note in notes)
+
+
+def test_unsteadiness_is_the_share_of_the_variance():
+    """Light that rises by a share s of grey g over T frames adds (s g)^2 T (T + 1) / (12 (T - 1)^2) to the variance."""
+    frames = grey(60, drift=0.1)
+    scene = np.linspace(40, 215, 40 * 60)
+    added = float(((0.1 * scene) ** 2).mean()) * 60 * 61 / (12 * 59**2)
+    noise = 4.0 + 16.0 * float(scene.mean()) / 255 + 1 / 12
+    assert unsteadiness(frames) == pytest.approx(added / (added + noise), rel=0.05)
+    assert unsteadiness(grey(60)) == 0.0 and unsteadiness(np.full((9, 4, 4), 7, np.uint8)) == 0.0
+    moved = grey(60)
+    moved[30:, 10:20, 10:20] = 40  # an object that was put there
+    assert unsteadiness(moved) > 0.1
+    assert unsteadiness(still(NOISY, SceneConfig(light_sd=0), 20)) == 0.0
+
+
+def pairs() -> list[tuple[int, ...]]:
+    """One settling from below and one from above, and the two from far below with another."""
+    two = [(low, high) for low in range(0, 14, 3) for high in range(14, 26, 3)]
+    return two + [(0, 1, high) for high in range(14, 26)]
+
+
+def test_few_settlings_exclude_no_truth_unflagged():
+    """What is said to be certain holds the zone that the frames were taken with; two folders never are."""
+    frames = settlings(LOOP)
+    low, high = LOOP.ae_target - LOOP.ae_zone, LOOP.ae_target + LOOP.ae_zone
+    certain = 0
+    for chosen in (*pairs(), tuple(range(0, 26, 3)), tuple(range(26))):
+        loop = exposure_loop([frames[i] for i in chosen])
+        assert not loop.certain or len(chosen) > 2
+        if loop.certain:
+            certain += 1
+            assert loop.step == pytest.approx(LOOP.ae_step, rel=0.02) and loop.steps == LOOP.ae_steps, chosen
+            for interval, end in ((loop.low, low), (loop.high, high)):
+                assert interval is not None and interval[0] <= end <= interval[1], chosen
+    assert certain >= 2 and loop.certain
+
+
+def test_the_command_says_what_is_not_certain_of_a_loop(tmp_path, capsys):
+    frames = settlings(LOOP)
+    for number in (0, 14):
+        write_pictures(tmp_path / f"loop{number}", frames[number], ".pgm")
+    settings, table, notes = shown(tmp_path, capsys)
+    assert settings == {} and table.count("not certain") == 2
+    assert len(notes) == 1 and "2 folders loop*" in notes[0] and "take more" in notes[0]
+
+
+def test_one_frame_of_a_flat_sheet_is_refused(tmp_path):
+    write_pictures(tmp_path / "flat", grey(1), ".png")
+    with pytest.raises(UsageError, match="flat: 1 frame of the lit patch"):
+        main.command(["camera", str(tmp_path)])
+
+
 def test_folders_that_cannot_be_measured(tmp_path):
-    with pytest.raises(UsageError, match=r"no folder of frames in it \(still\*"):
+    (tmp_path / "sill").mkdir()
+    with pytest.raises(UsageError, match=r"no folder of frames in it \(still\*.*; there are sill$"):
         main.command(["camera", str(tmp_path)])
     (tmp_path / "still").mkdir()
     with pytest.raises(UsageError, match="no pictures in it"):

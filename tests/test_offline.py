@@ -260,8 +260,8 @@ def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--repeats", "0"), "--repeats 0: legal is a whole number from 1 up"),
-        (("--seed", "-1"), "--seed -1: legal is a whole number from 0 up"),
+        (("--repeats", "0"), "--repeats 0: legal is a whole number from 1 to"),
+        (("--seed", "-1"), "--seed -1: legal is a whole number from 0 to"),
         (("--set", "camera.fps=30"), "no parameter 'camera.fps'"),
         (("--model", "nosuch"), "unknown model 'nosuch'"),
     ],

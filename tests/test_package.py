@@ -97,8 +97,9 @@ def test_help_describes_every_field(cls: Any) -> None:
         assert said[1].lower() == info.description.lower()
 
 
-def test_the_two_copies_of_field_docs_are_equal() -> None:
+def test_the_two_copies_of_field_docs_and_of_hints_are_equal() -> None:
     assert (ROOT / "colias_sim" / "field_docs.py").read_text() == (ROOT / "dsnn" / "field_docs.py").read_text()
+    assert (ROOT / "scenes" / "hints.py").read_text() == (ROOT / "dsnn" / "hints.py").read_text()
 
 
 def test_ranges_are_those_of_the_fields() -> None:

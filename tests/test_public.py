@@ -6,6 +6,7 @@ import ast
 import os
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -190,6 +191,21 @@ def test_going_on(speed, tmp_path):
         experiments.run("speed", settings=FAST, out=usual.folder, resume=True, seed=1, **QUICK)
 
 
+def test_going_on_without_the_first_options_names_them(speed):
+    _, changed = speed
+    with pytest.raises(experiments.UsageError) as refused:
+        experiments.run("speed", out=changed.folder, resume=True, **{**QUICK, "repeats": None})
+    message = str(refused.value)
+    assert message == (
+        f"{changed.folder}: --set experiment.speeds_cm_s is 20, 30 there and 2, 4, 6, 10 now; --repeats is 2 there and"
+        " 10 now; --model is dsnn, emd there and dsnn now; 1 more differ: repeat the first command's options"
+    )
+    with pytest.raises(experiments.UsageError, match=r"^[^;]* --set dsnn\.n_con is 6 there and 8 now: repeat the"):
+        experiments.run("speed", settings=FAST, models="emd", out=changed.folder, resume=True, **QUICK)
+    with pytest.raises(experiments.UsageError, match=r'the experiment is "speed" there and "distance" now$'):
+        experiments.run("distance", out=changed.folder, resume=True, **QUICK)
+
+
 WRONG = {
     "an experiment": (lambda: experiments.run("sped"), "unknown experiment 'sped'"),
     "a number": (lambda: experiments.run(3), "experiment 3: legal is a name, the path of a .py file, or an Experiment"),
@@ -201,10 +217,32 @@ WRONG = {
     "a value": (lambda: experiments.run("speed", settings={"dsnn.n_con": -1}), "--set dsnn.n_con=-1: legal is"),
     "no value": (lambda: experiments.run("speed", settings={"dsnn.n_con": None}), "dsnn.n_con=None: legal is a number"),
     "settings": (lambda: experiments.run("speed", settings=["dsnn.n_con=6"]), "legal is a mapping, for example"),
-    "a seed": (lambda: experiments.run("speed", seed=-1), "--seed -1: legal is a whole number from 0 up"),
+    "an empty name": (lambda: experiments.run(""), "unknown experiment ''"),
+    "a name in two lines": (lambda: experiments.run("a\nb\x1b[0m"), r"unknown experiment 'a b\x1b[0m'"),
+    "models of no kind": (lambda: experiments.run("speed", models=np.array(2.0)), "models=array(2.): legal are names"),
+    "bytes": (lambda: experiments.run("speed", settings={"dsnn.n_con": b"6"}), "dsnn.n_con=b'6': legal is a number"),
+    "a mapping": (lambda: experiments.run("speed", settings={"dsnn.n_con": {6: 6}}), "dsnn.n_con={6: 6}: legal is"),
+    "only of no kind": (lambda: experiments.run("speed", only="no"), "only='no': legal is True or False"),
+    "eyes": (lambda: experiments.run("speed", eyes=np.array([1, 2])), "--eyes [1 2]: legal is one, both"),
+    "a folder": (lambda: experiments.run("speed", out=3), "out=3: legal is the path of a folder"),
+    "a resumed folder": (lambda: experiments.run("speed", resume="runs/speed"), "resume='runs/speed': legal is True"),
+    "recordings": (lambda: experiments.run("speed", recordings=None), "recordings=None: legal is True or False"),
+    "a cluster": (lambda: experiments.run("speed", cluster=3), "cluster=3: legal is the address"),
+    "quiet": (lambda: experiments.run("speed", quiet=2), "quiet=2: legal is True or False"),
+    "other code": (lambda: experiments.run("speed", other_code="x"), "other_code='x': legal is True or False"),
+    "a truth as a number": (lambda: experiments.run("speed", repeats=True), "repeats=True: legal is a whole number"),
+    "to load a number": (lambda: experiments.load(3), "folder=3: legal is the path of a folder"),
+    "to load bytes": (lambda: experiments.load(b"runs"), "folder=b'runs': legal is the path of a folder"),
+    "to list None": (lambda: experiments.runs(None), "folder=None: legal is the path of a folder"),
+    "to compare None": (lambda: experiments.compare(None, "no"), "first=None: legal is a Run, or the path of its"),
+    "footage of bytes": (lambda: experiments.watch(b"x"), "source=b'x': legal is the path of a video file"),
+    "only of footage": (lambda: experiments.watch("no.mp4", only="x"), "only='x': legal is True or False"),
+    "true seconds": (lambda: experiments.watch("no.mp4", seconds=True), "seconds=True: legal is a number above 0"),
+    "an env": (lambda: experiments.score("fixation", env=3), "env=3: legal is the name of an env"),
+    "a seed": (lambda: experiments.run("speed", seed=-1), "--seed -1: legal is a whole number from 0 to"),
     "half a seed": (lambda: experiments.run("speed", seed=0.5), "seed=0.5: legal is a whole number"),
-    "repeats": (lambda: experiments.run("speed", repeats=0), "--repeats 0: legal is a whole number from 1 up"),
-    "workers": (lambda: experiments.run("speed", workers=1.5), "--workers 1.5: legal is a whole number from 0"),
+    "repeats": (lambda: experiments.run("speed", repeats=0), "--repeats 0: legal is a whole number from 1 to 25000"),
+    "workers": (lambda: experiments.run("speed", workers=1.5), "workers=1.5: legal is a whole number"),
     "to go on with nothing": (lambda: experiments.run("speed", resume=True), "say by out= which run to go on with"),
     "to load nothing": (lambda: experiments.load("no"), "no: no readable experiment.json there"),
     "to list nothing": (lambda: experiments.runs("no"), "no: no such folder"),
@@ -235,6 +273,18 @@ WRONG = {
     "a slack": (lambda: experiments.decide([experiments.Check("x", "1")]), "check 'x': slack='1': legal is a number"),
     "no slack": (lambda: experiments.decide([experiments.Check("x", None)]), "slack=None: legal is a number"),
 }
+
+
+def test_settings_of_numpy_are_the_plain_numbers(tmp_path):
+    numbers = {
+        "experiment.speeds_cm_s": np.array(20.0), "experiment.distances_cm": np.array([8], np.int16),
+        "dsnn.n_con": np.array(6), "dsnn.on": np.bool_(False), "dsnn.w_i": Fraction(1, 2), "dsnn.d": np.float32(2),
+        "experiment.direction": np.str_("leftward"),
+    }  # fmt: skip
+    run = experiments.run("speed", settings=numbers, out=tmp_path / "out", **{**QUICK, "repeats": np.int64(1)})
+    assert run.changed == (
+        "dsnn.d=2, dsnn.n_con=6, dsnn.w_i=0.5, dsnn.on=False, experiment.speeds_cm_s=20, experiment.direction=leftward"
+    )
 
 
 @pytest.mark.parametrize("what", WRONG)

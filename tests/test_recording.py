@@ -7,7 +7,7 @@ import pytest
 import rerun as rr
 import rerun.blueprint as rrb
 
-from experiments.bench.core.recording import recorded, save, timelines
+from experiments.bench.core.recording import recorded, send_layout, timelines
 from experiments.bench.core.store.contents import RRD_BEGINS, RRD_ENDS, RRD_TAIL
 
 LAYOUT = rrb.Blueprint(rrb.TimeSeriesView(origin="wave", name="a wave"), rrb.TimePanel(state="collapsed"))
@@ -40,10 +40,9 @@ def test_a_saved_layout_is_the_one_that_rerun_itself_saves(tmp_path):
     """But for the names, drawn anew each time, of its views."""
     for name in ("ours", "theirs"):
         stream = rr.RecordingStream("colias-sim", recording_id="wave-2")
+        stream.save(tmp_path / name, default_blueprint=None if name == "ours" else LAYOUT)
         if name == "ours":
-            save(stream, tmp_path / name, LAYOUT)
-        else:
-            stream.save(tmp_path / name, default_blueprint=LAYOUT)
+            send_layout(stream, LAYOUT)
         wave(stream)
         stream.disconnect()
     ours, theirs = (

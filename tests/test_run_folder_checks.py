@@ -48,6 +48,7 @@ MODEL = ModelEntry("tiny", "the change of the mean", Tiny, Parameters())
 """
 GAINS = "GAIN = 0.01\n"
 ARGUMENTS = ("run", "mine.py", "--model", "emd", "--workers", "0")
+ADVICE = "repeat the first command's options"
 ROBOT = ("run", "speed", "--set", "experiment.speeds_cm_s=20,30", "--repeats", "1", "--workers", "0")
 
 
@@ -146,7 +147,7 @@ def test_a_condition_that_is_not_the_plan_s_is_refused(robot, column, value, mon
 def test_recordings_are_asked_for_once_and_for_all(base, robot, kind, arguments, monkeypatch, capsys):
     folder = robot if kind == "robot" else base
     code, said = goes_on(monkeypatch, capsys, folder, *arguments, "--resume", f"{kind}-whole", "--no-recordings")
-    assert (code, said) == (2, f"colias: {kind}-whole: recordings is true there and false now\n")
+    assert (code, said) == (2, f"colias: {kind}-whole: --recordings is true there and false now: {ADVICE}\n")
 
 
 def test_a_row_made_again_with_other_numbers_is_told(base, monkeypatch, capsys, tmp_path):

@@ -34,6 +34,11 @@ def test_sweeps_share_stimuli_and_tabulate_the_grid(tmp_path):
     [
         (("--over", "dsnn.n_con"), "SECTION.NAME=VALUE"),
         (("--over", "dsnn.n_con=4,4"), "twice"),
+        (("--over", "dsnn.n_con=4,8", "--over", "dsnn.n_con=6"), "twice"),
+        (("--over", "dsnn.n_con=4,8", "--set", "dsnn.n_con=6"), "--set dsnn.n_con=6: --over dsnn.n_con=4,8 sets that"),
+        (("--over", "camera.fps=20,40", "--set", "camera.fps=60"), "--set camera.fps=60: --over camera.fps=20,40 sets"),
+        (("--over", "dsnn.n_con=4,8", "--model", "dsnn:n_con=6", "--only"), "--model dsnn:n_con=6 has settled that"),
+        (("--over", "si-lgmd1.preset=paper", "--model", "si-lgmd1"), "a preset of a model is not varied"),
         (("--over", "dsnn.n_kon=4,8"), "no parameter 'dsnn.n_kon'"),
         (("--over", "dsnn.n_con=4,99"), "from 1 to 64"),
         (("--over", "scene.arena=bright,brigth"), "nearest: bright"),

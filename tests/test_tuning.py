@@ -370,7 +370,7 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
     assert again.returncode == 0 and "11 of them done already" in again.stderr
     assert pq.read_table(out / "trials.parquet").equals(before)
     made = tuning_run.plan([str(colias.folder / "my_model.py"), "dsnn"], ["size"], ["gradient.gain=0.1"], 0)
-    with open_pool(0) as pool, pytest.raises(UsageError, match=r"network\.gain is 0\.05 there and 0\.1 now"):
+    with open_pool(0) as pool, pytest.raises(UsageError, match=r"--set \w+\.gain is 0\.05 there and 0\.1 now"):
         tuning_run.run(made, out, pool, Resources(0, quiet=True))
 
 
@@ -379,7 +379,7 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
     [
         ({"curve": ["sped"]}, r"--curve sped: known are speed, size, contrast, frequency, direction, l-over-v"),
         ({"curve": ["l-over-v"], "only": True, "model": ["emd"]}, r"--curve l-over-v: no model shown answers by loom"),
-        ({"seed": -1}, r"--seed -1: legal is a whole number from 0 up"),
+        ({"seed": -1}, r"--seed -1: legal is a whole number from 0 to"),
         ({"workers": -1}, r"--workers -1: legal is"),
         ({"model": ["nosuch"]}, r"unknown model 'nosuch'"),
         ({"only": True}, r"--only: shows just the models of --model; name them by --model"),

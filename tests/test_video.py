@@ -245,6 +245,15 @@ def test_a_strip_shows_its_moments(trial, folder):
         assert abs(int(np.argmin(apart)) - index) <= 1
 
 
+def test_a_caption_that_the_font_has_not_is_drawn_with_a_note_and_no_warning(trial, folder, capsys):
+    """Warnings are errors here."""
+    out = folder / "boxes.png"
+    assert main.command(["video", str(trial[1]), "--out", str(out), "--caption", "\u3042 [b]x[/b] $a \x1b ±"]) == 0
+    note = capsys.readouterr().err
+    assert note == "note: --caption: the font has no \u3042 \\x1b: an empty box stands there\n"
+    assert out.stat().st_size
+
+
 def test_an_error_in_the_middle_leaves_no_file(trial, folder):
     pytest.importorskip("imageio_ffmpeg")
     out = folder / "broken.mp4"

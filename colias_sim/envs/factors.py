@@ -6,7 +6,6 @@ To add a factor, add an entry to `FACTORS`. Nothing is compiled anew for any of 
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from colias_sim import streams
 from colias_sim.config import SceneConfig
 from colias_sim.envs.episode_settings import EpisodeSettings
 from colias_sim.envs.flags import is_flag
+from scenes.hints import nearest
 
 Range = tuple[float, float]
 """The lower and the upper end of what a factor is drawn from, uniformly."""
@@ -237,8 +237,7 @@ def _mapping(given: Mapping[Any, Any]) -> dict[str, Range]:
         if name == PRESET:
             continue
         if name not in FACTORS:
-            near = difflib.get_close_matches(str(name), FACTORS, n=1, cutoff=0.0)[0]
-            raise ValueError(f"no factor '{name}' (nearest: {near}; all: {', '.join(FACTORS)})")
+            raise ValueError(f"no factor '{name}' ({nearest(name, FACTORS, after='; ')}all: {', '.join(FACTORS)})")
         ranges[name] = _range(FACTORS[name], ends)
     return {name: ranges[name] for name in FACTORS if name in ranges}
 
@@ -247,8 +246,7 @@ def _preset(name: Any) -> Mapping[str, Range]:
     if not isinstance(name, str):
         raise ValueError(f"preset={name!r}: expected a name ({', '.join(PRESETS)})")
     if name not in PRESETS:
-        near = difflib.get_close_matches(str(name), PRESETS, n=1, cutoff=0.0)[0]
-        raise ValueError(f"no preset '{name}' (nearest: {near}; all: {', '.join(PRESETS)})")
+        raise ValueError(f"no preset '{name}' ({nearest(name, PRESETS, after='; ')}all: {', '.join(PRESETS)})")
     return PRESETS[name]
 
 

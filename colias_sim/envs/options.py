@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import functools
 import inspect
 from collections.abc import Callable, Mapping
@@ -18,6 +17,7 @@ from colias_sim.envs.episode_settings import EpisodeSettings
 from colias_sim.envs.factors import PRESET, Range, checked_randomise, ends_of, ranges_of, reason
 from colias_sim.envs.flags import is_flag
 from colias_sim.field_docs import with_field_docs
+from scenes.hints import nearest
 
 MOST_ROBOTS = 20
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
@@ -57,8 +57,7 @@ def _preset(kind: Any, name: Any) -> Any:
     if not isinstance(name, str):
         raise ValueError(f"expected a preset ({', '.join(known)}), {{setting: value}}, or a {kind.__name__}")
     if name not in known:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
-        raise ValueError(f"no preset '{name}' (nearest: {near}; all: {', '.join(known)})")
+        raise ValueError(f"no preset '{name}' ({nearest(name, known, after='; ')}all: {', '.join(known)})")
     return known[name]
 
 
@@ -251,7 +250,6 @@ def _problem(kind: Any, problem: Mapping[str, Any]) -> str:
         return text
     name, known = str(problem["loc"][0]), options_of(kind)
     if name not in known:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
-        return f"no keyword argument '{name}': known are {', '.join(known)} (nearest: {near})"
+        return f"no keyword argument '{name}': known are {', '.join(known)}{nearest(name, known, ' (', ')')}"
     legal = bounds(known[name])
     return f"{name}={problem['input']!r}: {text[0].lower()}{text[1:]}" + (f" ({legal})" if legal else "")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ from colias_sim.envs.geometry import ARENA_RADIUS, CLEARANCE, HULL_RADIUS, rando
 from colias_sim.envs.world import OBSERVER
 from colias_sim.pose import Pose
 from colias_sim.tuning import check_tunable
+from scenes.hints import nearest
 
 POSES = "poses"
 """The option that has start poses; every other option is the name of a factor."""
@@ -102,8 +102,8 @@ def checked_reset_options(
     known = (*FACTORS, POSES)
     for name in given:
         if name not in known:
-            near = difflib.get_close_matches(str(name), known, n=1, cutoff=0.0)[0]
-            raise ValueError(f"reset(options): no such option '{name}' (nearest: {near}; all: {', '.join(known)})")
+            near = nearest(name, known, after="; ")
+            raise ValueError(f"reset(options): no such option '{name}' ({near}all: {', '.join(known)})")
     values = {name: _values(factor, given[name]) for name, factor in FACTORS.items() if name in given}
     _check_together(values, plain, made_with)
     poses = _poses(given.get(POSES, {}), robots)
@@ -192,8 +192,8 @@ def _poses(given: Any, robots: Collection[str]) -> dict[str, Pose]:
     poses: dict[str, Pose] = {}
     for name, place in given.items():
         if name not in robots:
-            near = difflib.get_close_matches(str(name), robots, n=1, cutoff=0.0)[0]
-            raise ValueError(f"reset(options): poses: no robot '{name}' (nearest: {near}; all: {', '.join(robots)})")
+            near = nearest(name, robots, after="; ")
+            raise ValueError(f"reset(options): poses: no robot '{name}' ({near}all: {', '.join(robots)})")
         numbers = _numbers(place, 3)
         if numbers is None or not all(map(math.isfinite, numbers)):
             raise ValueError(

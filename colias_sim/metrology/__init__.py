@@ -14,7 +14,14 @@ from __future__ import annotations
 from colias_sim.metrology.edges import edge_columns, edge_rows, lean, row_time_us, transfer
 from colias_sim.metrology.errors import MetrologyError
 from colias_sim.metrology.loop import ExposureLoop, exposure_loop
-from colias_sim.metrology.noise import NoiseLevels, PhotonTransfer, fixed_pattern, noise_levels, photon_transfer
+from colias_sim.metrology.noise import (
+    NoiseLevels,
+    PhotonTransfer,
+    fixed_pattern,
+    noise_levels,
+    photon_transfer,
+    unsteadiness,
+)
 
 __all__ = [
     "ExposureLoop",
@@ -30,4 +37,5 @@ __all__ = [
     "photon_transfer",
     "row_time_us",
     "transfer",
+    "unsteadiness",
 ]

@@ -12,15 +12,23 @@ import numpy.typing as npt
 
 from colias_sim.metrology.errors import MetrologyError
 
+Floats = npt.NDArray[np.float64]
 Images = npt.NDArray[np.uint8]
 
 SATURATED = 0.005
 """Share of clipped pixels from which a picture's mean does not go with its exposure."""
 REST = 0.002
 """Share by which the mean of a picture may change while the exposure rests."""
+ROUNDING = 0.001
+"""Share by which rounding to whole grey levels bends a mean that is reckoned from another."""
 MOST_STEPS = 100
 OFF_WHOLE, OFF_SHARE = 0.05, 0.01
 """Steps by which a change of the mean may miss a whole number n of steps: 0.05 + 0.01 n, as rounding bends it."""
+
+MOST_CHANCE = 0.01
+"""How many steps may fit by chance where the one that was found is certain."""
+MOST_OTHER = 20
+"""The most steps in a frame of another fit: a finer one fits anything."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +44,16 @@ class ExposureLoop:
     low, high
         The ends of the control zone, the dead band, as intervals of mean grey; ``None`` where no sequence came from
         below, or from above.
+    certain
+        Whether the changes tell this step from others: no other fits them, and they are enough that it does not fit by
+        chance. Otherwise the step, and with it the zone, may be quite another: more sequences tell.
     """
 
     step: float
     steps: int
     low: tuple[float, float] | None
     high: tuple[float, float] | None
+    certain: bool = True
 
     @property
     def target(self) -> float | None:
@@ -85,20 +97,32 @@ def exposure_loop(sequences: Sequence[Images]) -> ExposureLoop:
         side = [own for own in settled if own.jumps[-1] * way > 0]
         # The loop reckons from a picture before its last change: where that is its only one, it is this picture.
         side = [own for own in side if len(own.jumps) == 1] or side
-        counts = [round(own.jumps[-1] / math.log(factor)) for own in side]
-        ends.append(_common([
-            (own.before * factor ** (count - 1), own.before * factor**count)
-            for own, count in zip(side, counts, strict=True)
-        ]))  # fmt: skip
-    return ExposureLoop(step, steps, ends[0], ends[1])
+        ends.append(_common([_end(own, factor) for own in side]))
+    return ExposureLoop(step, steps, ends[0], ends[1], _certain(settled, steps))
+
+
+def _end(own: _Settling, factor: float) -> tuple[float, float]:
+    """The interval of an end of the zone: by the picture before the last change, and by the one before that.
+
+    The loop may have reckoned from either, as its answer to a picture comes a frame or two later. Rounding makes them
+    differ by some tenths of a grey level.
+    """
+    counts = [round(jump / math.log(factor)) for jump in own.jumps[-2:]]
+    reckoned = [(own.before[-1], counts[-1])]
+    if len(counts) > 1 and counts[0] > 0:
+        reckoned.append((own.before[-2], sum(counts)))
+    outside = [mean * factor ** (count - 1) for mean, count in reckoned]
+    within = [mean * factor**count for mean, count in reckoned]
+    ends = (min(outside), max(within)) if factor > 1.0 else (min(within), max(outside))
+    return ends[0] * (1.0 - ROUNDING), ends[1] * (1.0 + ROUNDING)
 
 
 @dataclass(frozen=True, slots=True)
 class _Settling:
-    """A sequence: the logarithms of its changes of the mean, the mean before the last of them, and the mean at rest."""
+    """A sequence: the logarithms of its changes of the mean, the means before them, and the mean at rest."""
 
     jumps: tuple[float, ...]
-    before: float
+    before: tuple[float, ...]
     rest: float | None
 
 
@@ -111,34 +135,70 @@ def _settling(frames: Images) -> _Settling:
         if abs(after / max(before, 1e-9) - 1.0) > REST and max(bad) <= SATURATED
     ]
     rests = len(means) > 2 and np.ptp(means[-3:]) <= REST * means[-1] and clipped[-1] <= SATURATED
-    last = jumps[-1][1] if jumps else 0.0
-    return _Settling(tuple(jump for jump, _ in jumps), last, float(means[-2:].mean()) if rests else None)
+    rest = float(means[-2:].mean()) if rests else None
+    return _Settling(tuple(jump for jump, _ in jumps), tuple(before for _, before in jumps), rest)
 
 
 def _steps(jumps: Sequence[float]) -> tuple[float, int]:
     """One step as a share, and the most steps in a frame: the fewest of which all jumps are whole multiples."""
-    sizes, up = np.abs(jumps), np.asarray(jumps) > 0
     for steps in range(1, MOST_STEPS + 1):
-        largest = int(np.argmax(sizes))
-        share = math.expm1(sizes[largest] / steps) if up[largest] else -math.expm1(-sizes[largest] / steps)
-        # Of a step s up the logarithm is log(1 + s), of one down -log(1 - s).
-        if 0.0 < share < 1.0:
-            counts = np.rint(sizes / np.where(up, math.log1p(share), -math.log1p(-share)))
-            if counts.min() < 1.0:
-                continue
-            means = [float((counts * sizes)[way].sum() / (counts[way] ** 2).sum()) if way.any() else 0.0
-                     for way in (up, ~up)]  # fmt: skip
-            shares = [math.expm1(means[0]), -math.expm1(-means[1])]
-            share = float(np.average(shares, weights=[counts[up].sum(), counts[~up].sum()]))
-            off = np.abs(sizes / np.where(up, math.log1p(share), -math.log1p(-share)) - counts)
-            if np.all(off <= OFF_WHOLE + OFF_SHARE * counts):
-                return share, int(counts.max())
+        fit = _fit(jumps, steps)
+        if fit is not None:
+            return fit
     raise MetrologyError("the exposure changes by no whole multiples of a step: does the light stay the same?")
 
 
+def _fit(jumps: Sequence[float], steps: int) -> tuple[float, int] | None:
+    """One step as a share where the largest jump is of ``steps``, and the most steps; ``None`` where others do not fit.
+
+    Of a step s up the logarithm is log(1 + s), of one down -log(1 - s).
+    """
+    sizes, up = np.abs(jumps), np.asarray(jumps) > 0
+    largest = int(np.argmax(sizes))
+    share = math.expm1(sizes[largest] / steps) if up[largest] else -math.expm1(-sizes[largest] / steps)
+    if not 0.0 < share < 1.0:
+        return None
+    counts = np.rint(sizes / np.where(up, math.log1p(share), -math.log1p(-share)))
+    if counts.min() < 1.0:
+        return None
+    means = [float((counts * sizes)[way].sum() / (counts[way] ** 2).sum()) if way.any() else 0.0 for way in (up, ~up)]
+    shares = [math.expm1(means[0]), -math.expm1(-means[1])]
+    share = float(np.average(shares, weights=[counts[up].sum(), counts[~up].sum()]))
+    off = np.abs(sizes / np.where(up, math.log1p(share), -math.log1p(-share)) - counts)
+    return (share, int(counts.max())) if np.all(off <= _tolerance(counts)) else None
+
+
+def _tolerance(counts: Floats) -> Floats:
+    """Steps by which a change of ``counts`` steps may miss a whole number."""
+    return OFF_WHOLE + OFF_SHARE * counts
+
+
+def _certain(settled: Sequence[_Settling], steps: int) -> bool:
+    """Whether no other step fits the changes, and the one that does would hardly fit changes of any size.
+
+    A change of any size fits by chance with twice the tolerance. Changes of one size tell no more than one of them:
+    they come of equal light, or of a loop at its most steps. But the last of several in a sequence could have been of
+    any size.
+    """
+    jumps = [jump for own in settled for jump in own.jumps]
+    if any(_fit(jumps, other) for other in range(steps + 1, MOST_OTHER + 1) if other % steps):
+        return False
+    largest = max(map(abs, jumps))
+    last = [_counted(own.jumps[-1], largest, steps) for own in settled if len(own.jumps) > 1]
+    telling = [*last, *({_counted(jump, largest, steps) for jump in jumps} - {*last})]
+    telling.remove(_counted(max(jumps, key=abs), largest, steps))  # fits whatever the step is
+    shares = 2.0 * _tolerance(np.array([count for _, count in telling], np.float64))
+    return float(steps * np.prod(shares)) <= MOST_CHANCE
+
+
+def _counted(jump: float, largest: float, steps: int) -> tuple[bool, int]:
+    """Whether a change is one up, and of about how many steps."""
+    return jump > 0, max(round(abs(jump) / largest * steps), 1)
+
+
 def _common(intervals: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
-    """What intervals have in common; where noise leaves nothing, its middle twice."""
+    """What intervals have in common; where noise leaves nothing, what is between them."""
     if not intervals:
         return None
     low, high = max(min(own) for own in intervals), min(max(own) for own in intervals)
-    return (low, high) if low <= high else ((low + high) / 2,) * 2
+    return (min(low, high), max(low, high))

@@ -18,6 +18,8 @@ QUANTISATION = 1.0 / 12.0
 """Variance of rounding to whole grey levels."""
 CLIP_SDS = 4.0
 """A pixel counts where its mean is this many sd away from 0 and from 255: clipping makes noise look smaller."""
+SCATTER_SDS = 4.0
+"""Of the scatter of `unsteadiness` where all is noise, about one over the root of the number of values."""
 LEAST_PIXELS = 30
 """Of a bin of grey levels."""
 
@@ -125,6 +127,29 @@ def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
     )
 
 
+def unsteadiness(frames: Images) -> float:
+    """Measure which share of the temporal variance of a still scene is no noise of its pixels: it was not still.
+
+    Parameters
+    ----------
+    frames
+        Of a scene that should be still under constant light, (T, R, C), T of 3 or more.
+
+    Returns
+    -------
+    float
+        A share of the variance, 0 to 1: of slow change, by which frames far apart differ more than neighbours do (von
+        Neumann), or of the mean of the whole picture, whichever is more. 0 where it is no more than noise leaves.
+    """
+    stack = frames.astype(np.float64)
+    variance = float(stack.var(0, ddof=1).mean())
+    if len(stack) < 3 or variance <= 0.0:
+        return 0.0
+    slow = 1.0 - float((np.diff(stack, axis=0) ** 2).mean()) / 2.0 / variance
+    whole = float(stack.mean((1, 2)).var(ddof=1)) / variance - 1.0 / stack[0].size
+    return max(slow, whole, 0.0) if max(slow, whole) > SCATTER_SDS / math.sqrt(stack.size) else 0.0
+
+
 def photon_transfer(levels: Sequence[NoiseLevels]) -> PhotonTransfer:
     """Fit the photon transfer's line to the noise of one still scene, or of several under different light.
 
@@ -172,10 +197,17 @@ def fixed_pattern(frames: Images) -> float:
         Its sd in grey levels: the spatial variance of the mean frame less what temporal noise leaves in it. 0 where
         noise accounts for all of it. The simulated eye has none.
 
+    Raises
+    ------
+    MetrologyError
+        There is one frame alone, which does not tell the pattern from noise.
+
     References
     ----------
     EMVA 1288, Release 4.0: the correction of spatial variance for temporal noise.
     """
+    if len(frames) < 2:
+        raise MetrologyError(f"{len(frames)} frame of the lit patch: its pattern is told from noise by 2 or more")
     stack = frames.astype(np.float64)
     mean, temporal = stack.mean(0), float(stack.var(0, ddof=1).mean())
     y, x = (axis.ravel() / max(axis.max(), 1) for axis in np.indices(mean.shape))

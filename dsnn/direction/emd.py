@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush
-from dsnn.frames import Channels, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
@@ -71,7 +71,7 @@ class EMD(NonCopyable):
 
     def __init__(self, shape: tuple[int, int], params: EMDParams | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = q = params or EMDParams()
+        self.params = q = checked_params(params, EMDParams)
         rows, columns = self.shape
         self._pass = 1.0 - alpha(q.tau_hp, 1000.0 / q.fps)
         self._delay = alpha(q.tau_lp, 1000.0 / q.fps)

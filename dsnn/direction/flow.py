@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import total
-from dsnn.frames import Channels, FrameError, checked_shape, luma
+from dsnn.frames import Channels, FrameError, checked_params, checked_shape, luma
 from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 
 PRESETS = {
@@ -67,7 +67,7 @@ class Flow(NonCopyable):
         self.shape = checked_shape(shape)
         if min(self.shape) < MIN_SIZE:
             raise FrameError(f"shape is {self.shape}: optical flow needs at least {MIN_SIZE} rows and columns")
-        self.params = params or FlowParams()
+        self.params = checked_params(params, FlowParams)
         self._dis = cv2.DISOpticalFlow.create(PRESETS[self.params.preset])
         self._before, self._now = np.zeros((2, *self.shape), np.uint8)
         self._flow = np.zeros((*self.shape, 2), np.float32)

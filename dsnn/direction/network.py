@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dsnn import forms
 from dsnn.direction.numpy_form import NumpyNetwork
-from dsnn.frames import Channels, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 from dsnn.native import NativeNetwork
 from dsnn.params import DSNNParams
@@ -57,7 +57,7 @@ class DSNN(NonCopyable):
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None, *, form: str | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = params or DSNNParams()
+        self.params = checked_params(params, DSNNParams)
         self.form = forms.chosen(form)
         layers = NativeNetwork if self.form == "native" else NumpyNetwork
         self._layers: NativeNetwork | NumpyNetwork = layers(self.shape, self.params)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from dsnn.direction import layers
 from dsnn.filters import alpha, gaussian_kernel
-from dsnn.frames import Channels, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.model import LayerMaps, NonCopyable, Response, ResponseSeries, run_model
 from dsnn.params import DSNNParams
 
@@ -64,7 +64,7 @@ class ReferenceDSNN(NonCopyable):
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = params or DSNNParams()
+        self.params = checked_params(params, DSNNParams)
         self._kernels = gaussian_kernel(self.params.d), gaussian_kernel(2 * self.params.d)
         self.reset()
 

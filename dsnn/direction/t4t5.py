@@ -13,7 +13,7 @@ from dsnn.direction.layers import sigmoid
 from dsnn.direction.local_motion import LocalMotion, LocalMotionParams
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import total
-from dsnn.frames import Channels, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 
 
@@ -62,7 +62,7 @@ class T4T5(NonCopyable):
 
     def __init__(self, shape: tuple[int, int], params: T4T5Params | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = params or T4T5Params()
+        self.params = checked_params(params, T4T5Params)
         self._local = LocalMotion(self.shape, self.params)
 
     def reset(self) -> None:

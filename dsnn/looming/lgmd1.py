@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 from dsnn import forms
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import total
-from dsnn.frames import Channels, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.looming.grouping import Grouping, convolve, ring
 from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 from dsnn.native import NativeLGMD1
@@ -97,7 +97,7 @@ class LGMD1(NonCopyable):
 
     def __init__(self, shape: tuple[int, int], params: LGMD1Params | None = None, *, form: str | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = q = params or LGMD1Params()
+        self.params = q = checked_params(params, LGMD1Params)
         self.form = forms.chosen(form)
         self._layers: _NumpyLayers | NativeLGMD1
         if self.form == "native":

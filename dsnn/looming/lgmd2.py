@@ -15,7 +15,7 @@ from pydantic.dataclasses import dataclass
 from dsnn.exponential import exp
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush, total
-from dsnn.frames import Channels, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.looming.grouping import REST, Grouping, convolve, ring
 from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 from dsnn.params import Milliseconds
@@ -136,7 +136,7 @@ class LGMD2(NonCopyable):
 
     def __init__(self, shape: tuple[int, int], params: LGMD2Params | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = q = params or LGMD2Params()
+        self.params = q = checked_params(params, LGMD2Params)
         dt = 1000.0 / q.fps
         self._retina = Retina(self.shape)
         self._on = Pathway(self.shape, q.w_on, q.tau_on, q.sigma, dt)

@@ -14,6 +14,7 @@ from pydantic.dataclasses import dataclass
 from dsnn.direction.local_motion import power, split
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import FACTOR, FADED, FLUSH_OFTEN, alpha, blur, flush
+from dsnn.frames import checked_params
 from dsnn.looming.detector import Detector
 from dsnn.looming.grouping import ring, sigmoid
 from dsnn.looming.quadrants import by_quadrant
@@ -90,7 +91,7 @@ class LPLC2(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: LPLC2Params | None = None) -> None:
-        self.params = q = params or LPLC2Params()
+        self.params = q = checked_params(params, LPLC2Params)
         super().__init__(shape, q.n_sp)
         rows, columns = self.shape
         dt = 1000.0 / q.fps

@@ -14,6 +14,7 @@ from pydantic.dataclasses import dataclass
 from dsnn.exponential import exp
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import FACTOR, FLUSH_OFTEN, alpha, flush
+from dsnn.frames import checked_params
 from dsnn.looming.detector import Detector
 from dsnn.looming.grouping import REST
 from dsnn.params import Milliseconds
@@ -158,7 +159,7 @@ class LPLC2GF(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: LPLC2GFParams | None = None) -> None:
-        self.params = q = params or LPLC2GFParams()
+        self.params = q = checked_params(params, LPLC2GFParams)
         super().__init__(shape, q.n_sp)
         self._dt = 1000.0 / q.fps
         self._passed, self._delay = np.float32(1.0 - alpha(q.tau_hp, self._dt)), alpha(q.tau_lp, self._dt)

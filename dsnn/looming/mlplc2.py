@@ -13,6 +13,7 @@ from pydantic.dataclasses import dataclass
 from dsnn.direction.local_motion import DOWN, LEFT, RIGHT, UP, LocalMotion, LocalMotionParams
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import total
+from dsnn.frames import checked_params
 from dsnn.looming.detector import Detector
 from dsnn.looming.grouping import sigmoid
 from dsnn.looming.quadrants import by_quadrant
@@ -73,7 +74,7 @@ class MLPLC2(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: MLPLC2Params | None = None) -> None:
-        self.params = q = params or MLPLC2Params()
+        self.params = q = checked_params(params, MLPLC2Params)
         super().__init__(shape, q.n_sp)
         self._local = LocalMotion(self.shape, q)
         self._rows, self._columns = (np.arange(n, dtype=np.float64) for n in self.shape)

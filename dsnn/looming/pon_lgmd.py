@@ -12,6 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import total
+from dsnn.frames import checked_params
 from dsnn.looming.detector import Detector
 from dsnn.looming.grouping import REST, ring, sigmoid
 from dsnn.retina import Floats, Retina
@@ -74,7 +75,7 @@ class PONLGMD(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: PONLGMDParams | None = None) -> None:
-        self.params = q = params or PONLGMDParams()
+        self.params = q = checked_params(params, PONLGMDParams)
         super().__init__(shape, q.n_sp)
         self._retina = Retina(self.shape)
         self._surround = cv2.getGaussianKernel(q.gauss_size | 1, q.gauss_div, cv2.CV_32F)

@@ -13,6 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import alpha
+from dsnn.frames import checked_params
 from dsnn.looming.detector import Detector
 from dsnn.looming.grouping import convolve, ring, sigmoid
 from dsnn.looming.self_inhibition import Blocks, exact, halved, truncated
@@ -141,7 +142,7 @@ class SILGMD1(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: SILGMD1Params | None = None) -> None:
-        self.params = q = params or SILGMD1Params()
+        self.params = q = checked_params(params, SILGMD1Params)
         super().__init__(shape, q.n_sp)
         dt = 1000.0 / q.fps
         self._gains = [np.float32(alpha(tau, dt)) for tau in (q.tau_e, q.tau_p)]

@@ -16,6 +16,7 @@ from pydantic.dataclasses import dataclass
 from dsnn.exponential import exp
 from dsnn.field_docs import with_field_docs
 from dsnn.filters import alpha
+from dsnn.frames import checked_params
 from dsnn.looming.detector import Detector
 from dsnn.looming.grouping import REST, convolve, ring, sigmoid
 from dsnn.looming.self_inhibition import Blocks, exact, halved, truncated
@@ -194,7 +195,7 @@ class SILGMD2(Detector):
     """
 
     def __init__(self, shape: tuple[int, int], params: SILGMD2Params | None = None) -> None:
-        self.params = q = params or SILGMD2Params()
+        self.params = q = checked_params(params, SILGMD2Params)
         super().__init__(shape, q.n_sp)
         dt = 1000.0 / q.fps
         self._kept = truncated if q.integer else exact

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn import forms
-from dsnn.frames import Channels, checked_shape, luma
+from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 from dsnn.native.onboard import NativeOnboard
 from dsnn.onboard.fixed import constants
@@ -53,7 +53,7 @@ class OnboardDSNN(NonCopyable):
 
     def __init__(self, shape: tuple[int, int], params: OnboardParams | None = None, *, form: str | None = None) -> None:
         self.shape = checked_shape(shape)
-        self.params = params or OnboardParams()
+        self.params = checked_params(params, OnboardParams)
         self.fixed = constants(self.shape, self.params)
         self.form = forms.chosen(form)
         stages = NativeOnboard if self.form == "native" else NumpyOnboard

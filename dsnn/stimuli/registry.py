@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -10,6 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from dsnn.hints import nearest
 from dsnn.stimuli.apparent import Apparent, ApparentParams
 from dsnn.stimuli.cluttered import Cluttered, ClutteredParams
 from dsnn.stimuli.dots import Dots, DotsParams
@@ -81,9 +81,11 @@ def stimulus_entry(name: str) -> StimulusEntry:
     ValueError
         There is no such stimulus; the message has the nearest known name.
     """
+    if not isinstance(name, str):
+        raise ValueError(f"a stimulus's name is a {type(name).__name__}: known are {', '.join(STIMULI)}")
     if name not in STIMULI:
-        near = difflib.get_close_matches(name.lower(), STIMULI, n=1, cutoff=0.0)[0]
-        raise ValueError(f"unknown stimulus '{name}': known are {', '.join(STIMULI)} (nearest: {near})")
+        near = nearest(name, STIMULI, " (", ")")
+        raise ValueError(f"unknown stimulus '{name}': known are {', '.join(STIMULI)}{near}")
     return STIMULI[name]
 
 
@@ -120,8 +122,8 @@ def stimulus(name: str, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
     known = [field for field in entry.params.__dataclass_fields__]
     for key in changes:
         if key not in known:
-            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
-            raise ValueError(f"{name} has no parameter '{key}': known are {', '.join(known)} (nearest: {near})")
+            near = nearest(key, known, " (", ")")
+            raise ValueError(f"{name} has no parameter '{key}': known are {', '.join(known)}{near}")
     try:
         return entry.build(replace(entry.params, **changes), seed)
     except ValidationError as error:

@@ -225,8 +225,8 @@ class Stimulus(ABC, Generic[P]):
     """
 
     def __init__(self, params: P, seed: int = 0) -> None:
-        if seed < 0:
-            raise ValueError(f"seed={seed}: legal is a whole number from 0 up")
+        if not isinstance(seed, int | np.integer) or seed < 0:
+            raise ValueError(f"seed={seed!r}: legal is a whole number from 0 up")
         self.params = params
         self.seed = seed
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import difflib
+import dataclasses
 import importlib
 from pathlib import Path
 
+from dsnn.hints import nearest
 from experiments import NAMES, OFFLINE
 from experiments.bench.clips.claims import CLAIMS, ClipClaim
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import beside
 from experiments.bench.core.user_code import declared, is_file
 from experiments.bench.core.verdict import Claim
 from experiments.bench.robot.experiment import Experiment
@@ -33,14 +35,23 @@ def find(name: str) -> Experiment | OfflineExperiment:
     if name in known:
         experiment = importlib.import_module(f"experiments.{name.replace('-', '_')}").EXPERIMENT
     elif is_file(name):
-        experiment = declared(Path(name), "EXPERIMENT")
+        experiment = _of_file(Path(name))
     else:
-        near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.0)[0]
-        raise UsageError(f"unknown experiment '{name}': known are {', '.join(known)} (nearest: {near}), or a .py file")
+        near = nearest(name, known, " (", ")")
+        raise UsageError(f"unknown experiment '{name}': known are {', '.join(known)}{near}, or a .py file")
     if not isinstance(experiment, Experiment | OfflineExperiment):
         raise UsageError(f"{name}: EXPERIMENT is a {type(experiment).__name__}, expected an Experiment")
     check_claims(experiment, name)
     return experiment
+
+
+def _of_file(path: Path) -> object:
+    """What a user's file declares, with the file's path; a relative path of a model is looked for beside it."""
+    experiment = declared(path, "EXPERIMENT")
+    if not isinstance(experiment, Experiment | OfflineExperiment):
+        return experiment
+    models = tuple(beside(path, model, f"EXPERIMENT.models[{index}]") for index, model in enumerate(experiment.models))
+    return dataclasses.replace(experiment, file=str(path.resolve()), models=models)
 
 
 def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:

@@ -81,7 +81,7 @@ def helped(text: str, pages: Mapping[str, Command]) -> str:
     ``pages`` are those that commands in bold link to. Without any, bold text is terms, not names of the code.
     """
     parts = []
-    for paragraph in re.split(r"\n\s*\n", text.strip("\n")):
+    for paragraph in re.split(r"\n\s*\n", text.replace("\\[", "[").strip("\n")):  # brackets that are no markup
         lines = paragraph.split("\n")
         if all(line.startswith("  ") for line in lines):
             parts.append("\n".join(["```text", *(line[2:] for line in lines), "```\n"]))

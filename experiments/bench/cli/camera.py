@@ -28,16 +28,18 @@ def camera(
     """
     from rich.table import Table
 
-    from experiments.bench.core.terminal import out_console
+    from experiments.bench.core.terminal import error_console, out_console, show_table
     from experiments.bench.measured.camera import measure
 
     found = measure(folder, fps, gain)
     table = Table(title=f"camera of {folder}", title_justify="left", box=None, header_style="bold", pad_edge=False)
     table.add_column("measured", no_wrap=True)
-    table.add_column("value", overflow="fold")
+    table.add_column("value")
     for each in found:
         table.add_row(each.what, each.value)
-    out_console.print(table)
+    show_table(table)
+    for note in (each.note for each in found if each.note):
+        error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     settings = [text for each in found for text in each.settings]
     if gain != 1.0 and settings:
         settings.insert(0, f"camera.gain={gain:g}")

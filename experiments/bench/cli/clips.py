@@ -10,8 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 
 from experiments.bench.cli.options import Models, Only
 from experiments.bench.core import interrupts
@@ -56,6 +54,7 @@ def stimulus(
     """
     from experiments.bench.clips import export
     from experiments.bench.core import settings
+    from experiments.bench.core.terminal import out_console
 
     if parameters:
         return _list(name)
@@ -64,10 +63,9 @@ def stimulus(
     with _progress(f"{name}: frames", len(clip)) as advance:
         table = export.write(clip, video, advance)
     rows, columns = clip.shape
-    console = Console(highlight=False, emoji=False)
     about = f"{len(clip)} frames of {columns}x{rows} px at {clip.fps:g} per second"
-    console.print(f"clip        {video}  ({about})", soft_wrap=True, markup=False)
-    console.print(f"truth       {table}", soft_wrap=True, markup=False)
+    out_console.print(f"clip        {video}  ({about})", soft_wrap=True, markup=False)
+    out_console.print(f"truth       {table}", soft_wrap=True, markup=False)
 
 
 def play(
@@ -93,7 +91,8 @@ def play(
     from experiments.bench.clips import export
     from experiments.bench.clips import play as player
     from experiments.bench.core import settings
-    from experiments.bench.core.models import shown_models
+    from experiments.bench.core.models import rate_notes, shown_models
+    from experiments.bench.core.terminal import error_console, out_console
 
     _check_outputs(record, view)
     if record is not None:
@@ -105,17 +104,15 @@ def play(
     clip = _clip(name, collected, seed, jitter)
     with _progress(f"{name}: frames", len(clip)) as advance:
         played = player.play(name, clip, models, advance)
-    console = Console(highlight=False, emoji=False)
     for answer in played.answers:
         ranges = {channel: getattr(answer.series, channel) for channel in answer.channels}
         said = [f"{channel.upper()} {v.min():+z.2f} .. {v.max():+z.2f}" for channel, v in ranges.items()]
         levels = dict.fromkeys(level for level in answer.thresholds.values() if level is not None)
         said += [f"T {' and '.join(f'{level:g}' for level in levels)}"] if levels else []
-        console.print(f"{answer.model:<18}{'   '.join(said)}", soft_wrap=True, markup=False)
-    for label, trouble in played.troubles.items():
-        Console(stderr=True, highlight=False, emoji=False).print(
-            f"{label} failed: {trouble}", soft_wrap=True, markup=False
-        )
+        out_console.print(f"{answer.model:<18}{'   '.join(said)}", soft_wrap=True, markup=False)
+    notes = [f"note: {note}" for note in rate_notes((model, clip.fps) for model in models)]
+    for line in (*notes, *(f"{label} failed: {trouble}" for label, trouble in played.troubles.items())):
+        error_console.print(line, soft_wrap=True, markup=False)
     return _show(played, record, view) or int(bool(played.troubles))
 
 
@@ -135,15 +132,16 @@ def _show(played: Played, record: Path | None, view: bool) -> int:
     """Write the recording, to a file that goes with the viewer if none was asked for; the exit status."""
     from experiments.bench.cli import viewer
     from experiments.bench.clips.recording import record as recorded
+    from experiments.bench.core.store.places import replacing
+    from experiments.bench.core.terminal import out_console
 
     with interrupts.held(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
         place = record or Path(folder) / f"{played.name}.rrd"
-        part = place.with_name(f"{place.name}.part")
         place.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(recorded(played))
-        part.replace(place)
+        with replacing(place) as partial:
+            partial.write_bytes(recorded(played))
         if record is not None:
-            Console(highlight=False, emoji=False).print(f"recording   {record}", soft_wrap=True, markup=False)
+            out_console.print(f"recording   {record}", soft_wrap=True, markup=False)
         return viewer.show([place], instead=INSTEAD) if view else 0
 
 
@@ -163,12 +161,10 @@ def _listed_by(name: str) -> str:
 
 
 def _list(name: str) -> None:
+    from experiments.bench.cli.listing import show_parameters
     from experiments.bench.core import settings
 
-    console = Console(highlight=False, emoji=False)
-    for row in settings.described(_section(name)):
-        legal = f"  [dim]({escape(row.legal)})[/dim]" if row.legal else ""
-        console.print(f"{row.key}=[b]{escape(row.value)}[/b]{legal}\n    {escape(row.description)}", soft_wrap=True)
+    show_parameters(settings.described(_section(name)))
 
 
 def _clip(name: str, collected: Mapping[str, Mapping[str, str]], seed: int, jitter: float) -> Stimulus[ClipParams]:
@@ -191,10 +187,11 @@ def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
     """A bar with the time left, or a line now and then where there is no terminal; yields what to call per frame."""
     from rich.progress import Progress
 
-    console = Console(stderr=True, highlight=False, emoji=False)
+    from experiments.bench.core.terminal import error_console
+
     began = told = time.monotonic()
     done = 0
-    bar = Progress(console=console, transient=True)
+    bar = Progress(console=error_console, transient=True)
     task = bar.add_task(name, total=total)
 
     def advance() -> None:
@@ -204,12 +201,12 @@ def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
         now = time.monotonic()
         if now - began < PATIENCE_S:
             return
-        if console.is_terminal:
+        if error_console.is_terminal:
             bar.start()
             bar.update(task, completed=done)
         elif now - told > (LINE_EVERY_S if told > began else PATIENCE_S):
             told = now
-            console.print(f"{name}: {done} of {total}")
+            error_console.print(f"{name}: {done} of {total}", markup=False)
 
     try:
         # Ctrl-C waits for the end of a frame, so that half-written files are removed.

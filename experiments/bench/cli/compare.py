@@ -31,7 +31,7 @@ def compare(
     have them all. Their spikes are compared pair by pair, per condition. Models are paired by label.
     The trials of an imported log have no seeds: those of equal conditions are compared as independent samples.
     """
-    from experiments.bench.core.terminal import error_console, out_console
+    from experiments.bench.core.terminal import error_console, out_console, show_table
     from experiments.bench.public.comparison import compare as compared
 
     found = compared(first, second)
@@ -39,33 +39,29 @@ def compare(
     if found.code:
         out_console.print(f"other code  {found.code}", soft_wrap=True, markup=False)
     if found.parameters.num_rows:
-        out_console.print(_parameters(found))
+        show_table(_parameters(found))
     else:
         out_console.print("\nno parameter differs")
     if found.note:
         error_console.print(found.note, soft_wrap=True, markup=False)
     else:
-        out_console.print(_results(found))
+        show_table(_results(found))
     return 0
 
 
 def _parameters(found: Comparison) -> Table:
-    from rich.markup import escape
     from rich.table import Table
 
     table = Table(title="\nparameters", title_justify="left", box=None, header_style="bold", pad_edge=False)
     for name in ("parameter", "first", "second"):
-        table.add_column(name, overflow="fold")
+        table.add_column(name)
     for row in found.parameters.to_pylist():
         values = ("-" if row[name] is None else row[name] for name in ("first", "second"))
-        table.add_row(
-            escape(row["parameter"]), *(escape(v if len(v) <= LONGEST else f"{v[: LONGEST - 3]}...") for v in values)
-        )
+        table.add_row(row["parameter"], *(v if len(v) <= LONGEST else f"{v[: LONGEST - 3]}..." for v in values))
     return table
 
 
 def _results(found: Comparison) -> Table:
-    from rich.markup import escape
     from rich.table import Table
 
     rows = found.results.to_pylist()
@@ -91,7 +87,7 @@ def _results(found: Comparison) -> Table:
     for row in rows:
         model = row["model"] if row["model"] == row["against"] else f"{row['model']} - {row['against']}"
         table.add_row(
-            *(escape(_cell(row[name])) for name in names), *([escape(model)] if several else []), f"{row['n']}",
+            *(_cell(row[name]) for name in names), *([model] if several else []), f"{row['n']}",
             f"{row['mean_first']:.1f}", f"{row['mean_second']:.1f}", f"{row['mean_difference']:+z.1f}",
             f"{row['rank_biserial']:+z.2f}", f"{row['p_holm']:.4f}",
         )  # fmt: skip

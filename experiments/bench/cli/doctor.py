@@ -12,7 +12,7 @@ from experiments.bench.cli.options import EXIT_FAILED
 if TYPE_CHECKING:
     from experiments.bench.doctor.finding import Finding
 
-SIGNS = {"ok": "[green]ok    [/green]", "notice": "[yellow]notice[/yellow]", "fails": "[red]fails [/red]"}
+COLOURS = {"ok": "green", "notice": "yellow", "fails": "red"}
 
 
 def register(app: typer.Typer) -> None:
@@ -48,10 +48,11 @@ def doctor(
 
 
 def _show(finding: Finding) -> None:
-    from rich.markup import escape
+    from rich.text import Text
 
-    from experiments.bench.core.terminal import out_console
+    from experiments.bench.core.terminal import show_line
 
-    out_console.print(f"{SIGNS[finding.status]}  {escape(f'{finding.name:<24}')}{escape(finding.said)}", soft_wrap=True)
+    sign = Text(f"{finding.status:<6}", COLOURS[finding.status])
+    show_line(Text.assemble(sign, f"  {finding.name:<24}{finding.said}"), 32)
     if finding.remedy:
-        out_console.print(f"{'':<32}-> {escape(finding.remedy)}", soft_wrap=True)
+        show_line(f"{'':<32}-> {finding.remedy}", 35)

@@ -9,6 +9,7 @@ import typer
 
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import rate_notes
 from experiments.bench.core.store.description import holds_results, reconciled
 from experiments.bench.core.store.files import read_parquet
 from experiments.bench.core.terminal import count
@@ -42,8 +43,11 @@ def say(plan: Plan | OfflinePlan, folder: Path, recordings: bool, resumed: bool,
         raise UsageError(f"{folder} already holds a run: choose another --out, or go on with it by --resume")
     for line in _lines(plan, done):
         typer.echo(line)
+    specs = plan.showings if isinstance(plan, OfflinePlan) else plan.specs()
     for note in missing_models(plan):
         typer.echo(note)
+    for note in rate_notes(pair for spec in specs for pair in spec.frame_rates()):
+        typer.echo(f"note: {note}")
     typer.echo(f"nothing was run; the results would be in {folder}")
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -87,29 +84,13 @@ def export(
     return 0
 
 
-@contextmanager
-def _replacing(place: Path) -> Iterator[Path]:
-    """A folder beside ``place`` that becomes it when the block is done, and is removed when that fails."""
-    part = place.with_name(f"{place.name}.part")
-    shutil.rmtree(part, ignore_errors=True)
-    part.mkdir(parents=True)
-    try:
-        yield part
-        if place.is_dir() and not place.is_symlink():
-            shutil.rmtree(place)
-        else:
-            place.unlink(missing_ok=True)
-        part.rename(place)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
-
-
 def _tables(run: Path, place: Path, kind: str, quiet: bool) -> None:
     from experiments.bench.core.store import convert
+    from experiments.bench.core.store.places import replacing_folder
     from experiments.bench.core.terminal import show_places
 
     tables = convert.tables_of(run)
-    with _replacing(place) as part:
+    with replacing_folder(place) as part:
         made = convert.write(tables, part, kind)
     if not quiet:
         show_places({path.stem: f"{place / path.relative_to(part)}" for path in made})
@@ -119,6 +100,7 @@ def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
     import dataclasses
 
     from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.store.places import replacing_folder
     from experiments.bench.core.terminal import progress, show_places
     from experiments.bench.measured import export as measured_export
     from experiments.bench.public.result import load
@@ -126,7 +108,7 @@ def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
     found = load(run)
     if "settings" not in found.description or found.offline:
         raise UsageError(f"{run}: --to log: legal is a run of trials with the robot")
-    with _replacing(place) as part, progress("export", found.done, quiet) as advance:
+    with replacing_folder(place) as part, progress("export", found.done, quiet) as advance:
         made = measured_export.write_log(
             found.description, found.trials, found.frames, found.recordings, part, tracked=tracked, advance=advance
         )
@@ -137,6 +119,7 @@ def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
 
 
 def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
+    from experiments.bench.core.store.places import replacing_folder
     from experiments.bench.core.terminal import count, progress, show_places
     from experiments.bench.video.choice import shown
     from experiments.bench.video.encoding import require_encoder
@@ -149,7 +132,7 @@ def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
         for inside, path in recordings.items():
             reels[inside] = shown(read(path))
             advance()
-    with _replacing(place) as part:
+    with replacing_folder(place) as part:
         films = {inside: Film(part / inside.with_name(f"{inside.name}.mp4")) for inside in reels}
         whole = sum(len(films[inside].times(reel)) for inside, reel in reels.items())
         with progress("videos", whole, quiet, "frames") as advance:
@@ -163,11 +146,12 @@ def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
 def _pictures(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
     from experiments.bench.core.errors import UsageError
     from experiments.bench.core.store.pictures import pictures, write_pictures
+    from experiments.bench.core.store.places import replacing_folder
     from experiments.bench.core.terminal import progress, show_places
 
     recordings = _recordings(run, trial, "--frames")
     count = 0
-    with _replacing(place) as part, progress("frames", len(recordings), quiet) as advance:
+    with replacing_folder(place) as part, progress("frames", len(recordings), quiet) as advance:
         for inside, recording in recordings.items():
             seen = pictures(recording)
             if not seen:

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
 from experiments.bench.cli.options import Models, Only
 
@@ -28,7 +27,7 @@ def list_all() -> None:
     from experiments import NAMES, OFFLINE
     from experiments.behaviours import BEHAVIOURS, GROUPS
     from experiments.bench import registry
-    from experiments.bench.core.terminal import out_console
+    from experiments.bench.core.terminal import out_console, show_line
     from scenes import ARENAS
 
     experiments = {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
@@ -42,9 +41,9 @@ def list_all() -> None:
         "behaviours": behaviours,
     }  # fmt: skip
     for title, items in kinds.items():
-        out_console.print(f"[b]{title}[/b]")
+        out_console.print(title, style="b")
         for name, summary in items.items():
-            out_console.print(f"  {name:<20}{summary}", soft_wrap=True)
+            show_line(f"  {name:<20}{summary}", 22)
 
 
 def parameters(
@@ -65,8 +64,11 @@ def parameters(
 
 def show_parameters(rows: Iterable[Parameter]) -> None:
     """Print parameters: key, value, legal range, meaning."""
-    from experiments.bench.core.terminal import out_console
+    from rich.text import Text
+
+    from experiments.bench.core.terminal import show_line
 
     for row in rows:
-        legal = f"  [dim]({escape(row.legal)})[/dim]" if row.legal else ""
-        out_console.print(f"{row.key}=[b]{escape(row.value)}[/b]{legal}\n    {escape(row.description)}", soft_wrap=True)
+        legal = f"  ({row.legal})" if row.legal else ""
+        show_line(Text.assemble(f"{row.key}=", (row.value, "b"), (legal, "dim")), 8)
+        show_line(f"    {row.description}", 4)

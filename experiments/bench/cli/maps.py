@@ -82,6 +82,7 @@ def map_claims(
     """
     from experiments.bench import registry
     from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.terminal import tell_troubles
     from experiments.bench.maps import plan, planning, table
     from experiments.bench.maps.run import run
 
@@ -102,4 +103,5 @@ def map_claims(
     result = run(made, folder, resources(workers, cluster, quiet, other_code), resume=resume is not None)
     if not quiet:
         table.show(result)
-    return EXIT_FAILED if result.failures else 0
+    broken = tell_troubles((cell.claim, cell.trouble) for cell in result.cells)
+    return EXIT_FAILED if result.failures or broken else 0

@@ -71,6 +71,7 @@ def run_experiment(
     from experiments.bench import registry
     from experiments.bench.clips.experiment import OfflineExperiment
     from experiments.bench.core.errors import UsageError
+    from experiments.bench.core.terminal import tell_troubles
     from experiments.bench.public.run import Asked, perform, planned
 
     declared = registry.find(experiment)
@@ -87,7 +88,8 @@ def run_experiment(
     report = perform(declared, asked, folder, means, resume=resume is not None, recordings=recordings)
     if not quiet:
         _show(report, recordings and (not isinstance(declared, OfflineExperiment) or declared.recorded))
-    return EXIT_FAILED if report.failures else 0
+    broken = tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
+    return EXIT_FAILED if report.failures or broken else 0
 
 
 def _show(report: Report | OfflineReport, recordings: bool) -> None:

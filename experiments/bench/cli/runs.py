@@ -17,43 +17,36 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
     """List the runs in a folder, oldest first, down to the parts of sweeps and reproductions.
 
     For each: when it was begun, its experiment, seed and models, the parameters that are not at their defaults, how
-    many of its trials are finished, and how its claims came out. Imported logs are marked.
+    many of its trials are finished, how its claims came out, and the commit it was begun with. Imported logs are
+    marked, and so is a time that is the file's (mtime), of runs of older versions.
     A folder that cannot be read is named in a line.
     """
-    from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
-    from experiments.bench.core.terminal import error_console, out_console
+    from experiments.bench.core.terminal import error_console, show_table
     from experiments.bench.public.listing import runs as listed
 
     rows = listed(folder).to_pylist()
     table = Table(box=None, header_style="bold", pad_edge=False)
     imported = any(row["provenance"] not in (None, "simulated") for row in rows)
-    for name in (
-        "run",
-        "when",
-        "seed",
-        "trials",
-        "models",
-        "changed",
-        "verdicts",
-        *(["provenance"] if imported else []),
-    ):
-        table.add_column(name, overflow="fold", no_wrap=name == "when")
+    columns = ("run", "begun", "experiment", "seed", "trials", "models", "changed", "verdicts", "commit")
+    for name in (*columns, *(["provenance"] if imported else [])):
+        table.add_column(name, no_wrap=name == "begun")
     for row in (row for row in rows if row["trouble"] is None):
         place = Path(row["run"])
         name = str(place.relative_to(folder)) if place != folder and place.is_relative_to(folder) else row["run"]
         failed = f", {row['failures']} failed" if row["failures"] else ""
         whole = row["done"] == row["planned"]
-        trials = f"{row['done']}" if whole else f"[yellow]{row['done']} of {row['planned']}[/yellow]"
+        trials = f"{row['done']}" if whole else Text(f"{row['done']} of {row['planned']}", "yellow")
+        begun = f"{row['when'].astimezone():%Y-%m-%d %H:%M}{'' if row['when_from'] == 'begun' else ' (mtime)'}"
         table.add_row(
-            escape(name), f"{row['when'].astimezone():%Y-%m-%d %H:%M}",
-            f"{row['seed']}" if row["provenance"] == "simulated" else "-", f"{trials}{failed}",
-            escape(row["models"]), escape(row["changed"]), row["verdicts"],
-            *([escape(row["provenance"])] if imported else []),
+            name, begun, row["experiment"], f"{row['seed']}" if row["provenance"] == "simulated" else "-",
+            Text.assemble(trials, failed), row["models"], row["changed"], row["verdicts"], row["commit"] or "-",
+            *([row["provenance"]] if imported else []),
         )  # fmt: skip
     if table.row_count:
-        out_console.print(table)
+        show_table(table)
     elif not rows:
         error_console.print(f"no runs in {folder}", soft_wrap=True, markup=False)
     for row in (row for row in rows if row["trouble"] is not None):

@@ -56,7 +56,7 @@ def sweep(
     from experiments.bench.robot.sweep.run import run
 
     declared = registry.load(experiment)
-    points = grid.grid(over)
+    points = grid.grid(over, assignments or ())
     models = shown_models(declared.models, model, only)
     parts = grid.parts(declared, models, points, assignments or (), repeats, seed)
     folder = new_folder(out, f"sweep-{declared.name}")

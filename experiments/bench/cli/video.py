@@ -40,11 +40,11 @@ def video(
     caption: Annotated[str | None, typer.Option(help="Text at the top; otherwise what the recording is of.")] = None,
     quiet: Quiet = False,
 ) -> int:
-    """Show a recording in one picture: camera, arena from above, potentials with thresholds, spikes.
+    r"""Show a recording in one picture: camera, arena from above, potentials with thresholds, spikes.
 
     It takes recordings of trials, clips and episodes, from a run's folder, and those of colias watch --record. MP4 is
     H.264, which browsers and slides play. A strip has some moments side by side above the traces, for papers. Videos
-    and GIFs need the extra colias-sim[video]. Of more than 3 models each has a panel of its own.
+    and GIFs need the extra colias-sim\[video]. Of more than 3 models each has a panel of its own.
     """
     _check_out(out)
     width_height = _size(size)
@@ -58,6 +58,8 @@ def video(
     if out.suffix != ".png":
         require_encoder(f"--out {out}: {out.suffix}")
     path = recording(source, trial)
+    from experiments.bench.core.errors import printable
+    from experiments.bench.core.figures.plotting import without_glyph
     from experiments.bench.core.terminal import error_console, progress, show_places
     from experiments.bench.video.choice import shown
     from experiments.bench.video.make import Film, make, not_shown
@@ -74,6 +76,10 @@ def video(
     if not quiet:
         if reel.hidden:
             error_console.print(f"note: {not_shown(reel)}: --model chooses", markup=False, soft_wrap=True)
+        if missing := without_glyph(caption or ""):
+            listed = " ".join(printable(character) or ascii(character)[1:-1] for character in missing)
+            note = f"note: --caption: the font has no {listed}: an empty box stands there"
+            error_console.print(note, markup=False, soft_wrap=True)
         show_places({"video" if out.suffix != ".png" else "strip": out})
     return 0
 

@@ -21,6 +21,7 @@ from experiments.bench.clips.judging.paper import BLOCKED, DSNN, EARLIER, EMD, R
 from experiments.bench.clips.judging.paper import SIGNED as SIGNED
 from experiments.bench.core.claims.numbers import is_number, unreadable
 from experiments.bench.core.errors import short
+from experiments.bench.core.models import NO_SPIKES
 from experiments.bench.core.verdict import Claim, Outcome
 
 POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")
@@ -208,7 +209,7 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
         return Outcome("untested", f"needs {' and '.join(missing)}")
     threshold = thresholds[asked.spiking]
     if threshold is None and not asked.of_potentials:
-        return Outcome("untested", "this model does not spike")
+        return Outcome("untested", NO_SPIKES)
     unknown = [name for name in asked.conditions if name not in ("shade", *rows[0])]
     if unknown:
         return Outcome("untested", f"clips have no column {unknown[0]}", n=len(rows))

@@ -6,7 +6,8 @@ What an experiment of clips is, what one clip comes to, and the rows it leaves.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, Literal
 
 from dsnn.stimuli import ClipParams, Jittered, Stimulus, stimulus, stimulus_entry
@@ -154,6 +155,8 @@ class OfflineExperiment:
         How it is drawn.
     recorded
         Whether the first seed's clips are recorded for Rerun; a grid of long clips would fill a disk.
+    file
+        The .py file that declares it, which commands and `experiments.run` fill in.
 
     Raises
     ------
@@ -175,6 +178,7 @@ class OfflineExperiment:
     repeats: int = 1
     figure: Figure = Figure()
     recorded: bool = True
+    file: str = field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         check_declared("experiment", self.name, self.summary, self.repeats)
@@ -228,6 +232,16 @@ class Showing:
     seed: int
     condition: Clip
     models: tuple[ConfiguredModel, ...]
+
+    def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
+        """Its models, each with the clip's frame rate, 1/s."""
+        rate = _fps(self.condition)
+        return ((model, rate) for model in self.models)
+
+
+@cache
+def _fps(clip: Clip) -> float:
+    return clip.build(0).fps
 
 
 def showings(

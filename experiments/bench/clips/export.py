@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import errno
+import os
 from collections.abc import Callable, Generator
 from contextlib import closing
 from pathlib import Path
@@ -12,12 +14,13 @@ import cv2
 
 from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame, Truth
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.places import check_file
+from experiments.bench.core.store.places import check_file, naming, replacing
 
 COLUMNS = (
     "frame", "time_s", "motion", "left_px", "top_px", "width_px", "height_px", "velocity_x_px_s", "velocity_y_px_s",
     "background_x_px_s", "background_y_px_s", "time_to_contact_s",
 )  # fmt: skip
+PROBE_BYTES = 2**16
 
 
 def write(clip: Stimulus[ClipParams], video: Path, advance: Callable[[], None]) -> Path:
@@ -36,21 +39,38 @@ def write(clip: Stimulus[ClipParams], video: Path, advance: Callable[[], None]) 
     check_file(video, f"--out {video}")
     video.parent.mkdir(parents=True, exist_ok=True)
     # OpenCV chooses the container by the name's end.
-    parts = video.with_name(f"{video.stem}.part.avi"), video.with_name(f"{table.name}.part")
-    try:
+    with replacing(video, ".avi") as part, replacing(table) as lines:
         # Closed before the parts are removed: an open video would be written to once more.
-        with parts[1].open("w", newline="") as file, closing(_encoded(clip, parts[0])) as frames:
-            lines = csv.writer(file)
-            lines.writerow(COLUMNS)
+        with lines.open("w", newline="") as file, closing(_encoded(clip, part)) as frames:
+            writer = csv.writer(file)
+            writer.writerow(COLUMNS)
             for index, frame in enumerate(frames):
-                lines.writerow(_row(index, index / clip.fps, frame.truth))
+                writer.writerow(_row(index, index / clip.fps, frame.truth))
                 advance()
-        for part, place in zip(parts, (video, table), strict=True):
-            part.replace(place)
-    finally:
-        for part in parts:
-            part.unlink(missing_ok=True)
+        with naming(video):
+            _check_whole(part)
     return table
+
+
+def _check_whole(video: Path) -> None:
+    """Raise ``OSError`` if a part of an .avi file is missing. OpenCV tells nobody that a disk is full.
+
+    Such a file is a row of RIFF chunks, each with its length, which is known when its end has been written.
+    """
+    end, size = 0, video.stat().st_size
+    with video.open("rb") as file:
+        while end < size:
+            file.seek(end)
+            head = file.read(8)
+            if head[:4] != b"RIFF" or len(head) < 8:
+                break
+            end += 8 + int.from_bytes(head[4:], "little")
+    if end != size or not size:
+        with video.open("ab") as file:  # a full disk refuses more, and says so
+            file.write(bytes(PROBE_BYTES))
+            file.flush()
+            os.fsync(file.fileno())
+        raise OSError(errno.EIO, "")
 
 
 def refuse(*places: Path) -> None:

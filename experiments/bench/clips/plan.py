@@ -11,6 +11,7 @@ from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing,
 from experiments.bench.core.models import shown_models
 from experiments.bench.core.settings import check_counts, watchers
 from experiments.bench.core.store import provenance
+from experiments.bench.core.store.description import THRESHOLDS
 from experiments.bench.core.store.parameters import Parameters, differing
 
 
@@ -45,6 +46,7 @@ class OfflinePlan:
             "trials": len(self.showings),
             "models": models,
             **({"changed": changed} if changed else {}),
+            THRESHOLDS: {model.label: model.thresholds for model in models},
             "clips": {clip.name: clip.build(self.seed).params for clip in self.experiment.clips},
             **provenance.of((model.source for model in models), self.experiment),
         }
@@ -65,7 +67,7 @@ def plan(
     for what cannot be run.
     """
     count = experiment.repeats if repeats is None else repeats
-    check_counts(seed, count)
+    check_counts(seed, count, jobs=len(experiment.clips), things="clips")
     chosen, _ = watchers(shown_models(experiment.models, models, only), assignments)
     return OfflinePlan(experiment, tuple(showings(experiment, chosen, count, seed)), count, seed)
 

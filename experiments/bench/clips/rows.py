@@ -16,7 +16,7 @@ from experiments.bench.clips.experiment import Showing
 from experiments.bench.core.model_runner import spike_counts
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.store.contents import Contents, planned_trial
-from experiments.bench.core.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, schema_of
+from experiments.bench.core.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, optional, schema_of
 
 SHOWN = (
     "motion", "grey", "speed", "speed_unit", "background_speed", "object", "movers", "foliage", "polarity", "fps",
@@ -84,7 +84,7 @@ def clip_contents(shown: Sequence[Showing], recorded: Iterable[int] = (), *, fra
             }  # fmt: skip
         labels = (model.label for model in showing.models)
         trials[showing.index] = planned_trial(showing, labels, showing.index in with_recording, **known[id(clip)])
-    return Contents(trials, frames)
+    return Contents(trials, optional(ClipRow, ModelRow, ShownRow), frames)
 
 
 def _row(
@@ -103,8 +103,7 @@ def _row(
         "clip": showing.condition.name,
         **shown,
         "background_mean": _background_mean(clip),
-        "spikes": series.accumulated_spikes(model.counted),
-        **spike_counts(series, model.channels),
+        **spike_counts(model, series),
         **{
             f"{end}_{system}": float(getattr(getattr(series, system), "max" if end == "peak" else "min")())
             for system in ("hs", "vs")

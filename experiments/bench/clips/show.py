@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Sequence
+from functools import partial
 
 import cv2
 import numpy as np
@@ -19,7 +20,7 @@ from experiments.bench.clips.play import Answer, Played
 from experiments.bench.clips.rows import SERIES_SCHEMA, _row, _series
 from experiments.bench.core.model_runner import ModelRunner
 from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.store.rows import Failure, TrialRecord
+from experiments.bench.core.store.rows import Failure, TrialRecord, recording_of
 
 JPEG_QUALITY = 85
 """Of recorded frames: exact ones of a photograph are ten times as large; `colias play` keeps them."""
@@ -55,7 +56,7 @@ def show(showing: Showing, *, record: bool = False) -> TrialRecord:
         Failure(showing.index, label, showing.condition.label(), showing.seed, 1, trouble)
         for label, trouble in troubles.items()
     )
-    recording = _recording(showing, clip, frames, answers) if record else None
+    recording = recording_of(partial(_recording, showing, clip, frames, answers)) if record else None
     return TrialRecord(showing.index, rows, tables, recording, failures)
 
 

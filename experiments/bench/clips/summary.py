@@ -74,4 +74,5 @@ def _verdict(
     first, mixed = by_seed[0], mixture(rows)
     admitted = replace(first, measured="; ".join([first.measured, *([mixed] if mixed else [])]))
     count = counted([outcome.verdict for outcome in by_seed], random=random)
-    return claim.verdict(admitted, experiment=made.experiment.name, **count.fields())
+    trouble = next((outcome.trouble for outcome in by_seed if outcome.trouble), "")
+    return claim.verdict(admitted, experiment=made.experiment.name, trouble=trouble, **count.fields())

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import shlex
 
-from rich.markup import escape
 from rich.table import Table
 
 from experiments.bench.clips.summary import OfflineReport
-from experiments.bench.core.terminal import out_console, show_places, show_verdict
+from experiments.bench.core.terminal import out_console, show_places, show_table, show_verdict
 
 
 def show(report: OfflineReport, recorded: bool) -> None:
@@ -19,10 +18,9 @@ def show(report: OfflineReport, recorded: bool) -> None:
         table.add_column(name, justify="left" if name in ("clip", "model") else "right", no_wrap=True)
     for row in (row for row in report.rows if row["repeat"] == 0):
         ranges = (f"{row[f'trough_{system}']:+z.3f} .. {row[f'peak_{system}']:+z.3f}" for system in ("hs", "vs"))
-        table.add_row(
-            escape(row["clip"]), escape(row["model"]), *ranges, f"{row['peak_looming']:.2f}", f"{row['spikes']}"
-        )
-    out_console.print(table)
+        spikes = "-" if row["spikes"] is None else f"{row['spikes']}"
+        table.add_row(row["clip"], row["model"], *ranges, f"{row['peak_looming']:.2f}", spikes)
+    show_table(table)
     for verdict in report.verdicts:
         show_verdict(verdict, model=False)
     out_console.print()

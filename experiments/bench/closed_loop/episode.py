@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
@@ -15,13 +15,14 @@ import colias_sim  # noqa: F401  (registers the envs)
 from colias_sim import Pose
 from colias_sim.envs import ENVS, State
 from colias_sim.envs.base import ColiasEnv
-from colias_sim.envs.options import EnvOptions
+from colias_sim.envs.options import FPS, EnvOptions
 from dsnn import ResponseSeries
 from dsnn.model import CHANNELS
 from experiments.bench.closed_loop.behaviour import Behaviour, Policy
 from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.closed_loop.seen import response
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.models import ConfiguredModel, choose
 from experiments.bench.streams import stream
 
 Floats = npt.NDArray[np.float64]
@@ -54,6 +55,11 @@ class EpisodeSpec:
     repeat: int
     seed: int
     condition: Setting
+
+    def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
+        """The vision model of its behaviour with the env's frame rate, 1/s; nothing where it senses the state."""
+        behaviour = load_behaviour(self.condition.behaviour)
+        return ((choose(behaviour.model), FPS),) if behaviour.senses == "neural" else ()
 
 
 @dataclass(frozen=True, slots=True)

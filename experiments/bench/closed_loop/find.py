@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import difflib
+import dataclasses
 from pathlib import Path
 
 from colias_sim.envs import ENVS
+from dsnn.hints import nearest
 from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.core.errors import UsageError, check_name
+from experiments.bench.core.models import beside
 from experiments.bench.core.user_code import declared, is_own
 
 
@@ -29,16 +31,15 @@ def load_behaviour(source: str) -> Behaviour:
         from experiments.behaviours import BEHAVIOURS, GROUPS
 
         if source not in BEHAVIOURS:
-            near = difflib.get_close_matches(source.lower(), BEHAVIOURS, n=1, cutoff=0.0)[0]
-            known = ", ".join((*GROUPS, *BEHAVIOURS))
-            raise UsageError(f"no behaviour '{source}': known are {known}, a .py file, or a policy's"
-                             f" .npz (nearest: {near})")  # fmt: skip
+            known = (*GROUPS, *BEHAVIOURS)
+            raise UsageError(f"no behaviour '{source}': known are {', '.join(known)}, a .py file, or a policy's"
+                             f" .npz{nearest(source, known, ' (', ')')}")  # fmt: skip
         return BEHAVIOURS[source]
     entry = declared(Path(source), "BEHAVIOUR")
     if not isinstance(entry, Behaviour):
         raise UsageError(f"{source}: BEHAVIOUR is a {type(entry).__name__}, expected a Behaviour")
     env_id(entry.env)
-    return entry
+    return dataclasses.replace(entry, model=beside(Path(source), entry.model, "BEHAVIOUR.model"))
 
 
 def members(name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -54,5 +55,4 @@ def env_id(name: str) -> str:
         if name in (known, known.partition("/")[2], known.partition("/")[2].partition("-")[0]):
             return known
     shorts = [known.partition("/")[2] for known in ENVS]
-    near = difflib.get_close_matches(name, shorts, n=1, cutoff=0.0)[0]
-    raise UsageError(f"--env {name}: known are {', '.join(shorts)} (nearest: {near})")
+    raise UsageError(f"--env {name}: known are {', '.join(shorts)}{nearest(name, shorts, ' (', ')')}")

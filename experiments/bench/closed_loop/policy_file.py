@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
+import os
 import warnings
 import zipfile
 from pathlib import Path
@@ -15,6 +17,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from experiments.bench.closed_loop.policy import About, Policy
 from experiments.bench.core.errors import UsageError, explain
+from experiments.bench.core.store.places import replacing
 
 ENDING = ".npz"
 MOST_BYTES = 4 * 2**20
@@ -26,7 +29,9 @@ def save(policy: Policy, path: Path) -> None:
     arrays = {"about": np.array(TypeAdapter(About).dump_json(policy.about).decode())}
     for index, (weights, biases) in enumerate(policy.layers):
         arrays |= {f"weights{index}": weights, f"biases{index}": biases}
-    with path.open("xb") as file:  # cut short it has no directory at its end, and is refused
+    if path.exists():
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
+    with replacing(path) as partial, partial.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
 
 

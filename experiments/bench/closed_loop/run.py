@@ -30,7 +30,7 @@ from experiments.bench.core.settings import check_counts
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.contents import Contents, Planned
 from experiments.bench.core.store.drawing import drawn_here
-from experiments.bench.core.store.rows import OBSERVER, Failure, TrialRecord, known
+from experiments.bench.core.store.rows import OBSERVER, Failure, TrialRecord, known, recording_of
 from experiments.bench.core.terminal import count, progress
 from experiments.bench.core.user_code import is_own
 
@@ -78,7 +78,7 @@ class BehaviourPlan:
             columns = {"experiment": "behave", "repeat": spec.repeat, "seed": spec.seed, "robot": OBSERVER,
                        "env": setting.env}  # fmt: skip
             trials[spec.index] = Planned(columns, (names[setting.behaviour],), spec.index < recorded)
-        return Contents(trials, may_be_null=frozenset(COLUMNS))
+        return Contents(trials, frozenset(COLUMNS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,6 @@ def plan(
     A group of behaviours is played whole, with what it is held against in the place of the baselines. ``against`` is
     another behaviour, whose collisions are compared with the first one's. It takes the place of the baselines.
     """
-    check_counts(seed, episodes, "--episodes")
     asked, reference = members(behaviour)
     entry = load_behaviour(asked[0])
     where = env_id(env) if env is not None else env_id(entry.env)
@@ -120,6 +119,7 @@ def plan(
             raise UsageError(f"--power {against}: {behaviour} is a group of behaviours; legal is one of them")
         others = [_comparable(against, entry.name, where)]
     settings = tuple(Setting(_source(name), where, options) for name in (*asked, *others))
+    check_counts(seed, episodes, "--episodes", len(settings), "behaviours")
     return BehaviourPlan(settings, episodes, seed)
 
 
@@ -216,7 +216,7 @@ def work(spec: EpisodeSpec, *, recorded: int) -> TrialRecord:
         if record:
             from experiments.bench.closed_loop import recording as closed_loop_recording
 
-            recording = closed_loop_recording.record(episode)
+            recording = recording_of(partial(closed_loop_recording.record, episode))
         done = finished(episode, spec.index, spec.repeat, recording)
         if episode.series is None:  # one that senses the state sees no picture
             return done

@@ -64,7 +64,7 @@ EPISODE_SCHEMA = pa.schema([*schema_of(EpisodeRow), *(pa.field(name, pa.float64(
 STEP_SCHEMA = schema_of(StepRow)
 
 
-def finished(episode: Episode, index: int, repeat: int, recording: bytes | None) -> TrialRecord:
+def finished(episode: Episode, index: int, repeat: int, recording: bytes | str | None) -> TrialRecord:
     """Return an episode as a row of `EPISODE_SCHEMA` and rows of `STEP_SCHEMA`.
 
     Parameters

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rich.table import Table
+from rich.text import Text
 
 from colias_sim.envs import ENVS
 from experiments.behaviours import GROUPS, REFERENCE
@@ -14,14 +15,14 @@ from experiments.bench.closed_loop.power import MOST_EPISODES, TARGET, check_pil
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.closed_loop.survival import Survival, best_against, published
 from experiments.bench.core.scores import Score, written
-from experiments.bench.core.terminal import coloured, count, out_console
+from experiments.bench.core.terminal import coloured, count, out_console, show_table, stacked
 from experiments.bench.core.verdict import Verdict
 
 
 def show(played: Played, recorded: bool) -> None:
     """The table of scores, and where everything is."""
     if played.standings:
-        out_console.print(_table(played))
+        show_table(_table(played))
         out_console.print()
         note = ENVS[played.env].note
         out_console.print(f"{note} Below each value its 95 % interval over the episodes.".strip(), markup=False)
@@ -73,7 +74,7 @@ def show_survival(found: Sequence[Survival], group: str, path: Path) -> None:
         cells = (str(each.survived.n), str(each.survived), str(each.per_metre), str(each.ratio or "-"))
         table.add_row(each.name, *cells)
     out_console.print()
-    out_console.print(table)
+    show_table(table)
     said = (best_against(found, members, reference), published(max((each.survived.n for each in found), default=0)))
     for text in filter(None, said):
         out_console.print(text, markup=False)
@@ -91,7 +92,7 @@ def show_claims(claims: Sequence[Verdict]) -> None:
         decided = f" (decided by: {claim.decided})" if claim.decided else ""
         table.add_row(claim.id, coloured(claim.verdict), f"{claim.says}: {claim.measured}{decided}")
     out_console.print()
-    out_console.print(table)
+    show_table(table)
 
 
 def _table(played: Played) -> Table:
@@ -108,7 +109,7 @@ def _table(played: Played) -> Table:
     return table
 
 
-def _said(score: Score | None) -> str:
+def _said(score: Score | None) -> str | Text:
     if score is None:
         return "-"
-    return f"{written(score.value)}\n[dim]{score.interval()}[/dim]"
+    return stacked(written(score.value), score.interval())

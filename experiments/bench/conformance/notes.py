@@ -1,4 +1,4 @@
-"""What breaks no law and is rarely meant: answers that are dropped, and potentials without their spikes."""
+"""What breaks no law and is rarely meant: dropped answers, potentials without spikes, spikes without a threshold."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dsnn.frames import frozen
 from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.conformance.laws import approach, crossing
 from experiments.bench.core import interrupts
-from experiments.bench.core.models import ConfiguredModel, load_model
+from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.terminal import count
 from experiments.bench.core.user_code import apart, is_file
 
@@ -18,7 +18,7 @@ def notes(chosen: ConfiguredModel) -> list[str]:
     """A line for each oddity of a model's answers to a crossing and to an approach; none where it fails to answer."""
     try:
         answers = _answers(chosen)
-        return [*_dropped(answers, chosen), *_silent(answers, chosen)]
+        return [*_dropped(answers, chosen), *_silent(answers, chosen), *_uncounted(answers, chosen)]
     except BaseException as error:  # the laws say what is wrong
         interrupts.pass_on(error)
         return []
@@ -42,12 +42,23 @@ def _dropped(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
     ]
 
 
+def _uncounted(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
+    """Spikes of a channel that has no threshold: trials and clips take such a channel for one that does not spike."""
+    names = "a parameter counts as the threshold that is called t_sp, or that thresholds= of its ModelEntry names"
+    return [
+        f"{channel}_spikes come, and {channel} has no threshold, so they are not counted: {names}"
+        for channel in SPIKING
+        if channel in chosen.channels and channel not in chosen.spiking
+        and any(getattr(answer, f"{channel}_spikes", 0) for answer in answers)
+    ]  # fmt: skip
+
+
 def _silent(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
     """Of a user's own file: of those that ship, the hybrid holds its spikes back on purpose while nothing looms."""
     found: list[str] = []
     if not is_file(chosen.source):
         return found
-    names = load_model(chosen.source).thresholds
+    names = chosen.declared.thresholds
     for channel, threshold in chosen.thresholds.items():
         if channel not in SPIKING or threshold is None or any(getattr(each, f"{channel}_spikes") for each in answers):
             continue

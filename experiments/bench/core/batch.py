@@ -7,7 +7,7 @@ are all a `Batch`. Footage is not: it is a stream without a plan.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -21,9 +21,10 @@ from colias_sim.gl import require_backend
 from dsnn import forms
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.jobs import Jobs, Workload
+from experiments.bench.core.models import ConfiguredModel, rate_notes
 from experiments.bench.core.pool import Pool, open_pool
 from experiments.bench.core.store import provenance
-from experiments.bench.core.store.contents import Contents
+from experiments.bench.core.store.contents import Contents, Misfit
 from experiments.bench.core.store.description import begun
 from experiments.bench.core.store.rows import Failure, TrialRecord
 from experiments.bench.core.store.run_folder import RunFolder
@@ -103,6 +104,10 @@ class Spec(Protocol):
     @property
     def condition(self) -> Labelled:
         """What it sets."""
+        ...
+
+    def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
+        """Its models, each with the rate of the frames that it is shown, 1/s."""
         ...
 
 
@@ -199,6 +204,8 @@ class Batch(Generic[AnySpec]):
             self._say(f"{self.name}: {amount}, {resources.where()}{resumed}, into {folder.folder}")
             if note := forms.note():
                 self._say(f"note: {note}")
+        for note in rate_notes(pair for spec in self.specs for pair in spec.frame_rates()):  # quiet or not: see `tell`
+            self._say(f"note: {note}")
         left = [spec for spec in self.specs if spec.index not in done]
         sizes = {spec.index: self.size(spec) for spec in left}
         load = Workload(sizes, {spec.index: self.kind(spec) for spec in left})
@@ -214,7 +221,7 @@ class Batch(Generic[AnySpec]):
             try:
                 _run(left, self.work, folder, pool, on_job)
             except BaseException:
-                have = f"{len(folder.done())} of {len(self.specs)} {self.things}"
+                have = f"{len(folder.written())} of {len(self.specs)} {self.things}"
                 self._say(f"stopped after {have}; they are in {folder.folder}")
                 raise
         tell(folder)
@@ -229,10 +236,16 @@ def _run(
     on_job: Callable[[int, TrialRecord | None], None],
 ) -> None:  # fmt: skip
     """Do the jobs. What was finished stays readable whenever this ends, by an exception or a kill too."""
+    planned = {spec.index: spec for spec in specs}
 
     def deliver(done: TrialRecord) -> None:
-        folder.add(done)
-        on_job(done.index, done)
+        spec = planned[done.index]
+        try:
+            folder.add(done, spec.condition.label(), spec.seed)
+        except Misfit as error:  # kept, it would make the folder one that --resume refuses
+            fail(spec, 1, str(error))
+        else:
+            on_job(done.index, done)
 
     def fail(spec: AnySpec, attempts: int, reason: str) -> None:
         folder.fail(Failure(spec.index, "", spec.condition.label(), spec.seed, attempts, reason))
@@ -246,10 +259,13 @@ def _run(
 
 
 def _by_same_code(work: Callable[[AnySpec], TrialRecord], made_by: Mapping[str, Any], spec: AnySpec) -> TrialRecord:
-    """In a worker: do the job, if the worker has the code that the rows will be marked with."""
+    """In a worker: do the job, if the worker has the code that the rows will be marked with, before it and after."""
     if made_by:
         provenance.check(made_by)
-    return work(spec)
+    done = work(spec)
+    if made_by:  # what the job itself loaded may have been edited since
+        provenance.check(made_by)
+    return done
 
 
 def tell(folder: RunFolder) -> None:

@@ -12,7 +12,17 @@ class UsageError(ValueError):
     """A wrong use, told in one line: what was given, what is legal, where it came from.
 
     Options are named as the command line names them: ``--set`` is the argument ``settings=`` of `experiments.run`.
+
+    Parameters
+    ----------
+    text
+        The line. What was given may stand in it as it is: line breaks become spaces, and characters that would steer
+        a terminal are written out.
     """
+
+    def __init__(self, text: str) -> None:
+        line = re.sub(r"\s*[\r\n\v\f]\s*", " ", text)
+        super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
 
 
 LONGEST_NAME = 60
@@ -34,6 +44,8 @@ def explain(error: ValidationError) -> str:
     where = ".".join([error.title, *(str(part) for part in problem["loc"])])
     if problem["type"] == "missing" or problem["type"] == "missing_argument":
         return f"{where}: it has to be given"
+    if problem["type"] in ("tuple_type", "list_type"):
+        return f"{where}={problem['input']!r}: expected a list such as (2, 4)"
     return f"{where}={problem['input']!r}: {problem['msg'][0].lower()}{problem['msg'][1:]}"
 
 

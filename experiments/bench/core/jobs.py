@@ -13,6 +13,7 @@ from typing import Any, Generic, TypeVar
 from experiments.bench.core import interrupts
 from experiments.bench.core.errors import message, printable
 from experiments.bench.core.pool import Pool
+from experiments.bench.core.user_code import place_of
 from experiments.bench.core.workers.local import WorkerDied
 
 Job = TypeVar("Job")
@@ -35,6 +36,7 @@ class Raised:
     """What a job raised, in words: not every exception survives the way back from a worker."""
 
     kind: str
+    """Its class, after the file and line of a user's own code; empty of the bench's own errors of a trial."""
     text: str
 
     def __str__(self) -> str:
@@ -124,8 +126,9 @@ def _attempt(parcel: bytes) -> Any:
         raise
     except BaseException as error:
         interrupts.pass_on(error)
-        kind = "" if isinstance(error, RuntimeError) else type(error).__name__
-        return Raised(kind, printable(message(error), LONGEST_REASON) or type(error).__name__)
+        place = place_of(error)
+        kind = "" if isinstance(error, RuntimeError) and not place else type(error).__name__
+        return Raised(f"{place}{kind}", printable(message(error), LONGEST_REASON) or type(error).__name__)
     finally:
         if os.getpid() != own:  # a copy of the worker, which a job made by fork: the answer is the worker's own to give
             os._exit(0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from dsnn.model import SPIKING
 from experiments.bench.core import interrupts
 from experiments.bench.core.errors import explained
 from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.user_code import apart
+from experiments.bench.core.user_code import apart, place_of
 
 
 class ModelRunner:
@@ -95,7 +95,7 @@ class ModelRunner:
         return None
 
     def _broke(self, error: BaseException, said: str | None = None) -> None:
-        self.trouble = explained(error, said)
+        self.trouble = f"{place_of(error)}{explained(error, said)}"
 
 
 def _takes_maps(step: Any) -> bool:
@@ -106,6 +106,21 @@ def _takes_maps(step: Any) -> bool:
     return any(p.name == "maps" or p.kind is inspect.Parameter.VAR_KEYWORD for p in parameters)
 
 
-def spike_counts(series: ResponseSeries, channels: Sequence[str]) -> dict[str, int | None]:
-    """Accumulated spikes of each spiking channel, as ``hs_spikes`` and so on; ``None`` where it is not declared."""
-    return {f"{c}_spikes": series.accumulated_spikes(c) if c in channels else None for c in SPIKING}
+def spike_counts(model: ConfiguredModel, series: ResponseSeries) -> dict[str, int | None]:
+    """Count the spikes of a model's answers.
+
+    Parameters
+    ----------
+    model
+        The model.
+    series
+        Its answers.
+
+    Returns
+    -------
+    dict of str to int or None
+        ``spikes``, those of the model's `ConfiguredModel.counted` channel, then ``hs_spikes`` and so on. ``None``
+        where the channel has no threshold or is not declared: it does not spike.
+    """
+    counts = {c: series.accumulated_spikes(c) if c in model.spiking else None for c in SPIKING}
+    return {"spikes": counts.get(model.counted), **{f"{c}_spikes": count for c, count in counts.items()}}

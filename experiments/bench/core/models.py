@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
 
 from dsnn import MODELS, ModelEntry, VisionModel, model_entry
+from dsnn.hints import nearest
 from dsnn.model import SPIKING
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.user_code import declared, is_file
@@ -30,11 +30,18 @@ class ConfiguredModel:
     """A registered name, or the absolute path of a .py file."""
     network: Any
     """Its parameters, a frozen dataclass."""
+    entry: ModelEntry | None = field(default=None, compare=False, repr=False)
+    """What its source declared when it was chosen, so that a run has one model even if its file is edited meanwhile."""
+
+    @property
+    def declared(self) -> ModelEntry:
+        """What its source declares."""
+        return self.entry or load_model(self.source)
 
     @property
     def channels(self) -> tuple[str, ...]:
         """The channels it declares: any of ``hs``, ``vs``, ``looming``, ``azimuth``."""
-        return load_model(self.source).channels
+        return self.declared.channels
 
     @property
     def counted(self) -> str:
@@ -45,17 +52,28 @@ class ConfiguredModel:
     @property
     def thresholds(self) -> dict[str, float | None]:
         """Each declared channel's spiking threshold on its potential; ``None`` where it has none."""
-        entry = load_model(self.source)
+        entry = self.declared
         return {channel: entry.threshold(channel, self.network) for channel in entry.channels}
+
+    @property
+    def spiking(self) -> tuple[str, ...]:
+        """The declared channels that have a spiking threshold: only their spikes are counted."""
+        return tuple(channel for channel, threshold in self.thresholds.items() if threshold is not None)
 
     @property
     def threshold(self) -> float | None:
         """The spiking threshold of the `counted` channel; ``None`` where it has none."""
         return self.thresholds.get(self.counted)
 
+    @property
+    def fps(self) -> float | None:
+        """The frame rate that its parameters assume; ``None`` where none of them is called ``fps``."""
+        rate = getattr(self.network, "fps", None)
+        return float(rate) if isinstance(rate, int | float) else None
+
     def build(self, shape: tuple[int, int]) -> VisionModel:
         """The model itself, for frames of ``shape`` (R, C)."""
-        return load_model(self.source).build(shape, self.network)
+        return self.declared.build(shape, self.network)
 
     def __reduce__(self) -> tuple[Any, ...]:
         fields = {
@@ -66,7 +84,48 @@ class ConfiguredModel:
 
 def rebuilt(label: str, source: str, fields: Mapping[str, Any]) -> ConfiguredModel:
     """Return a model with the values of its parameters: what crossed to a worker, or ``experiment.json`` tells."""
-    return ConfiguredModel(label, source, dataclasses.replace(load_model(source).robot, **fields))
+    entry = load_model(source)
+    return ConfiguredModel(label, source, dataclasses.replace(entry.robot, **fields), entry)
+
+
+NO_SPIKES = "this model does not spike: it has no threshold called t_sp, nor one that ModelEntry.thresholds names"
+"""Why a count, or a claim about counts, says nothing of a model. ``colias check`` tells where a model spikes anyway."""
+RATE_TOLERANCE = 0.002
+"""Share by which a frame rate may differ from what a model assumes without a note: 29.97 frames/s are 30."""
+MOST_NAMED = 6
+"""Models that a note names."""
+
+
+def rate_notes(shown: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
+    """Say which models assume another frame rate than that of the frames that they are shown.
+
+    Parameters
+    ----------
+    shown
+        Models, each with a rate of frames that it is shown, 1/s.
+
+    Returns
+    -------
+    list of str
+        A line for each assumed rate and the rates shown instead.
+    """
+    other: dict[tuple[str, float], set[float]] = {}
+    for model, rate in shown:
+        assumed = model.fps
+        if assumed is not None and abs(rate - assumed) > RATE_TOLERANCE * assumed:
+            other.setdefault((model.label, assumed), set()).add(rate)
+    lines: dict[tuple[float, tuple[float, ...]], list[str]] = {}
+    for (label, assumed), rates in other.items():
+        lines.setdefault((assumed, tuple(sorted(rates))), []).append(label)
+    notes = []
+    for (assumed, different), labels in lines.items():
+        names = ", ".join(labels[:MOST_NAMED])
+        if len(labels) > MOST_NAMED:
+            names += f" and {len(labels) - MOST_NAMED} more"
+        assume, are = ("assume", "are") if len(labels) > 1 else ("assumes", "is")
+        given = ", ".join(f"{rate:g}" for rate in different)
+        notes.append(f"{names} {assume} {assumed:g} frames/s and {are} shown {given}")
+    return notes
 
 
 def load_model(source: str) -> ModelEntry:
@@ -95,7 +154,8 @@ def load_model(source: str) -> ModelEntry:
 def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> ConfiguredModel:
     """The model ``source`` with its parameters for the robot's tests, or for the off-line ones."""
     entry = load_model(source)
-    return ConfiguredModel(entry.name, str(Path(source).resolve()) if is_file(source) else source, entry.preset(tests))
+    absolute = str(Path(source).resolve()) if is_file(source) else source
+    return ConfiguredModel(entry.name, absolute, entry.preset(tests), entry)
 
 
 def family(name: str) -> str:
@@ -170,6 +230,32 @@ def ask(text: str) -> Asked:
     return Asked(text, source, settings, MappingProxyType(own))
 
 
+def beside(declaring: Path, text: str, where: str) -> str:
+    """A text of a model in a user's file, with a relative path made absolute: it is looked for beside that file.
+
+    Parameters
+    ----------
+    declaring
+        The user's file.
+    text
+        A model, as after ``--model``.
+    where
+        What in the file has the text, for the message.
+
+    Raises
+    ------
+    UsageError
+        There is no such file.
+    """
+    asked = ask(text)
+    if not is_file(asked.source):
+        return text
+    path = declaring.resolve().parent / asked.source
+    if not path.is_file():
+        raise UsageError(f"{declaring}: {where}: {path}: no such file (a path is relative to the file that has it)")
+    return f"{path}:{asked.settings}" if asked.settings else str(path)
+
+
 def _split(text: str) -> tuple[str, str, str]:
     """Source, colon and settings; a source alone has no colon."""
     if text.endswith(".py") and Path(text).is_file():
@@ -209,8 +295,7 @@ def _check_names(asked: Asked, chosen: ConfiguredModel) -> None:
         known.append(PRESET)
     for name in asked.own:
         if name not in known:
-            near = "".join(f"nearest: {each}; " for each in difflib.get_close_matches(name, known, n=1, cutoff=0.0))
-            listed = f"{near}all: colias parameters --only --model {asked.source}"
+            listed = f"{nearest(name, known, after='; ')}all: colias parameters --only --model {asked.source}"
             raise UsageError(f"--model {asked.text}: {chosen.label} has no parameter '{name}' ({listed})")
 
 
@@ -219,7 +304,7 @@ def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
     kinds: dict[str, type] = {}
     names = []
     for model in chosen:
-        own = load_model(model.source).name  # a sweep's labels do not begin with it
+        own = model.declared.name  # a sweep's labels do not begin with it
         kind, name = type(model.network), family(own)
         if kinds.setdefault(name, kind) is not kind:
             name = own

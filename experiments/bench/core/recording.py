@@ -1,13 +1,11 @@
 """What every Rerun recording is made of: a file, a layout, timelines, pictures, and what models answered.
 
-The only module that uses what Rerun keeps to itself: see `save`.
+The only module that uses what Rerun keeps to itself: see `send_layout`.
 """
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Protocol
 
 import cv2
@@ -52,28 +50,31 @@ def recorded(
     bytes
         Of an .rrd file.
     """
-    with tempfile.TemporaryDirectory(prefix="colias-") as folder:
-        path = Path(folder) / "recording.rrd"
-        _write(path, write, layout, name, identity)
+    try:
+        return _written(write, layout, name, identity)
+    finally:
         # Of streams that nobody holds any more Rerun keeps all that they were sent (rerun#2116), until it is
         # initialised again; like this that does nothing else.
         rr.init(APPLICATION, init_logging=False)
-        return path.read_bytes()
 
 
-def _write(
-    path: Path, write: Callable[[rr.RecordingStream], None], layout: rrb.Blueprint, name: str, identity: str | None
-) -> None:
+def _written(
+    write: Callable[[rr.RecordingStream], None], layout: rrb.Blueprint, name: str, identity: str | None
+) -> bytes:
     stream = rr.RecordingStream(APPLICATION, recording_id=identity)
-    save(stream, path, layout)
-    stream.send_recording_name(name)
-    write(stream)
-    stream.flush()
-    stream.disconnect()
+    # In memory, not in a file: on a full disk a flush of Rerun's own writer of files may never return.
+    memory = stream.memory_recording()
+    try:
+        send_layout(stream, layout)
+        stream.send_recording_name(name)
+        write(stream)
+        return memory.drain_as_bytes()
+    finally:
+        stream.disconnect()
 
 
-def save(stream: rr.RecordingStream, path: Path, layout: rrb.Blueprint) -> None:
-    """Do what ``stream.save(path, layout)`` does, and then end the layout's own stream.
+def send_layout(stream: rr.RecordingStream, layout: rrb.Blueprint) -> None:
+    """Do what ``stream.send_blueprint`` does, and then end the layout's own stream.
 
     That call leaves it alive, with two threads, in every recording made: a worker would collect thousands. It cannot
     be reached from outside. So this does the same by the functions that Rerun 0.41 itself does it by, which are not
@@ -87,7 +88,7 @@ def save(stream: rr.RecordingStream, path: Path, layout: rrb.Blueprint) -> None:
     own.set_time("blueprint", sequence=0)
     layout._log_to_stream(own)
     memory: Any = own.memory_recording()
-    rerun_bindings.save(path=str(path), default_blueprint=memory.storage, recording=stream.to_native())
+    rerun_bindings.send_blueprint(memory.storage, False, True, recording=stream.to_native())
     own.disconnect()
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from dsnn import MODELS
+from dsnn.hints import closest
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import PRESET as PRESET
 from experiments.bench.core.models import Asked, ConfiguredModel, Shown, family, look_up
@@ -60,12 +60,30 @@ def watchers(
     return applied(shown, collected), collected
 
 
-def check_counts(seed: int, repeats: int = 1, option: str = "--repeats") -> None:
-    """Raise `UsageError` for a seed or a number of repeats, typed as ``option``, that no run can have."""
-    if repeats < 1:
-        raise UsageError(f"{option} {repeats}: legal is a whole number from 1 up")
-    if seed < 0:
-        raise UsageError(f"--seed {seed}: legal is a whole number from 0 up")
+MOST_JOBS = 100_000
+"""Trials, clips or episodes of one run. More would take days, and their tables more memory than most machines have."""
+MOST_SEED = 4 * 10**18
+"""Seeds stand in tables as 64-bit integers, and so do the seeds that a run counts up from its own."""
+
+
+def check_counts(seed: int, repeats: int = 1, option: str = "--repeats", jobs: int = 1, things: str = "trials") -> None:
+    """Raise `UsageError` for a seed or a number of repeats that no run can have.
+
+    Parameters
+    ----------
+    seed
+        Of the whole run.
+    repeats
+        The number that was typed as ``option``.
+    jobs, things
+        How many trials, clips or episodes each repeat has, and which of these they are.
+    """
+    most = max(MOST_JOBS // max(jobs, 1), 1)
+    if not 1 <= repeats <= most:
+        each = f" ({jobs:,} {things} each; a run has up to {MOST_JOBS:,})" if repeats > most and jobs > 1 else ""
+        raise UsageError(f"{option} {repeats}: legal is a whole number from 1 to {most}{each}")
+    if not 0 <= seed <= MOST_SEED:
+        raise UsageError(f"--seed {seed}: legal is a whole number from 0 to {MOST_SEED}")
 
 
 def collect(
@@ -86,10 +104,23 @@ def collect(
         if key not in known:
             if LISTED_BY in listed_by and section not in values and section in SECTIONS:
                 raise UsageError(f"{option} {assignment}: no model shown has '{key}': add --model {section}")
-            near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
-            raise UsageError(f"{option} {assignment}: no parameter '{key}' (nearest: {near}; all: {listed_by})")
+            meant = _meant(key, known)
+            near = f"nearest: {meant}; " if meant else ""
+            raise UsageError(f"{option} {assignment}: no parameter '{key}' ({near}all: {listed_by})")
         collected.setdefault(section, {})[name] = text
     return collected
+
+
+def _meant(key: str, known: Sequence[str]) -> str:
+    """The known key that may have been meant by one, by its name rather than its section; empty where there is none."""
+    section, _, name = key.rpartition(".")
+    inside = [each for each in known if each.startswith(f"{section}.")]
+    if alike := closest(name, [each.partition(".")[2] for each in inside]):
+        return f"{section}.{alike}"
+    elsewhere = [each for each in known if each.partition(".")[2] == name]
+    if elsewhere:
+        return closest(key, elsewhere) or elsewhere[0]
+    return "" if inside else closest(key, known)
 
 
 def changed(

@@ -7,16 +7,20 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import re
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Protocol
 
+from rich.cells import cell_len
 from rich.console import Console
-from rich.markup import escape
+from rich.measure import Measurement
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
+from rich.table import Table
 from rich.text import Text
 
 from experiments.bench.core.verdict import Verdict
@@ -25,8 +29,27 @@ LINE_EVERY_S = 60.0
 """How often to tell where there is no terminal to draw a bar on."""
 MINUTES_FROM_S = 150.0
 
-out_console = Console(highlight=False, emoji=False, width=None if sys.stdout.isatty() else 100)
-error_console = Console(stderr=True, highlight=False, emoji=False)
+PIPE_WIDTH = 100
+"""Columns of tables and sentences where there is no terminal, and ``COLUMNS`` does not say how many there are."""
+WHOLE_WIDTH = 100_000
+"""Columns in which everything fits."""
+
+
+class _Console(Console):
+    """Prints texts as they are: brackets in them are no markup. What has a style is a `rich.text.Text`."""
+
+    def __init__(self, *, stderr: bool = False) -> None:
+        columns = os.environ.get("COLUMNS", "")
+        self.width_known = columns.isdigit() and int(columns) > 0
+        """Whether lines are to be broken at all: in a pipe without ``COLUMNS`` only tables and sentences are."""
+        stream = sys.stderr if stderr else sys.stdout
+        self.width_known |= stream is not None and stream.isatty()
+        width = None if self.width_known else PIPE_WIDTH
+        super().__init__(stderr=stderr, highlight=False, emoji=False, markup=False, width=width)
+
+
+out_console = _Console()
+error_console = _Console(stderr=True)
 
 VERDICT_COLOURS: Mapping[str, str] = {
     "holds": "green", "fails": "red", "vacuous": "yellow", "untestable": "yellow", "untested": "yellow",
@@ -39,9 +62,83 @@ def count(number: int, thing: str) -> str:
     return f"{number} {thing}{'s' * (number != 1)}"
 
 
-def coloured(verdict: str) -> str:
-    """Return a verdict's word in its colour, as markup."""
-    return f"[{VERDICT_COLOURS[verdict]}]{verdict}[/{VERDICT_COLOURS[verdict]}]"
+def coloured(verdict: str) -> Text:
+    """Return a verdict's word in its colour."""
+    return Text(verdict, VERDICT_COLOURS[verdict])
+
+
+def stacked(upper: str, lower: str) -> Text:
+    """Return a text, and another below it, dimmed."""
+    return Text.assemble(f"{upper}\n", (lower, "dim"))
+
+
+def show_line(line: str | Text, indent: int = 0) -> None:
+    """Print a line, broken between words where the width is known; its other lines begin ``indent`` to the right."""
+    line = Text(line) if isinstance(line, str) else line
+    starts, room = [0], out_console.width if out_console.width_known else WHOLE_WIDTH
+    for word in re.finditer(r"\S+", line.plain):
+        before = line.plain[starts[-1] : word.start()]
+        if before.strip() and cell_len(before) + cell_len(word[0]) > room:
+            starts.append(word.start())
+            room = out_console.width - indent
+    for place, (start, end) in enumerate(pairwise([*starts, len(line)])):
+        part = line[start:end]
+        part.rstrip()
+        out_console.print(Text.assemble(" " * indent if place else "", part), soft_wrap=True)
+
+
+def show_table(table: Table) -> None:
+    """Print a table whose words are whole.
+
+    Where the width is known and too small for that, each row is a block: a line for each column, its name and the cell.
+    """
+    everything = out_console.options.update(width=WHOLE_WIDTH)
+    least, most = [], []
+    for column in table.columns:
+        ranges = [Measurement.get(out_console, everything, cell) for cell in (column.header, *column.cells)]
+        widest = min(max(each.maximum for each in ranges), column.max_width or WHOLE_WIDTH)
+        widest = max(widest, column.min_width or 0)
+        least.append(widest if column.no_wrap else min(max(each.minimum for each in ranges), widest))
+        most.append(widest)
+    between = Measurement.get(out_console, everything, table).maximum - sum(most)
+    room = out_console.width - between
+    if sum(least) > room and out_console.width_known:
+        _show_blocks(table)
+        return
+    for column, width in zip(table.columns, _shared(least, most, room), strict=True):
+        column.width = width
+    width = out_console.width
+    try:
+        out_console.width = max(width, sum(least) + between)  # wider than a pipe's usual width, where words need it
+        out_console.print(table)
+    finally:
+        out_console.width = width
+
+
+def _shared(least: Sequence[int], most: Sequence[int], room: int) -> list[int]:
+    """Widths of columns, from ``least`` up to ``most``: what ``room`` has beside the least is shared out alike."""
+    widths = list(least)
+    while (spare := room - sum(widths)) > 0:
+        short = [place for place, width in enumerate(widths) if width < most[place]][:spare]
+        if not short:
+            break
+        for place in short:
+            widths[place] += 1
+    return widths
+
+
+def _show_blocks(table: Table) -> None:
+    if table.title:
+        show_line(table.title if isinstance(table.title, Text) else str(table.title))
+    names = [" ".join(str(column.header).split()) for column in table.columns]
+    indent = max(map(len, names)) + 2
+    for row in zip(*(column.cells for column in table.columns), strict=True):
+        for name, cell in zip(names, row, strict=True):
+            lines = (cell if isinstance(cell, Text) else Text(str(cell))).split()
+            for place, line in enumerate(lines if len(cell) else ()):
+                head = Text(f"{'' if place else name:<{indent}}", table.header_style)
+                show_line(Text.assemble(head, line), indent)
+        out_console.print()
 
 
 def show_verdict(verdict: Verdict, *, model: bool) -> None:
@@ -49,14 +146,33 @@ def show_verdict(verdict: Verdict, *, model: bool) -> None:
 
     ``model`` says whether to name the model that it is about.
     """
-    who = f" ({escape(verdict.model)})" if model and verdict.model else ""
-    found = coloured(verdict.verdict) + (f" [{verdict.provenance}]".replace("[", r"\[") if verdict.provenance else "")
+    who = f" ({verdict.model})" if model and verdict.model else ""
+    found = Text.assemble(coloured(verdict.verdict), f" [{verdict.provenance}]" if verdict.provenance else "")
     if (verdict.replicates or 0) > 1:
-        found = f"{verdict.held} (replicate 0: {found})"
-    out_console.print(f"\n[b]{verdict.id}[/b]{who} {found}: {verdict.says}")
+        found = Text.assemble(f"{verdict.held} (replicate 0: ", found, ")")
+    out_console.print(Text.assemble("\n", (verdict.id, "b"), f"{who} ", found, f": {verdict.says}"))
     decided = f"decided by: {verdict.decided}" if verdict.decided else ""
     for line in filter(None, (decided, verdict.measured, verdict.effect)):
         out_console.print(f"    {line}", markup=False)
+
+
+def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:
+    """Print a line for each claim whose judge, a user's own, went wrong.
+
+    Parameters
+    ----------
+    judged
+        The claims' ids, and what went wrong; empty where nothing did.
+
+    Returns
+    -------
+    bool
+        Whether one did.
+    """
+    lines = dict.fromkeys(f"claim {claim}: {trouble}" for claim, trouble in judged if trouble)
+    for line in lines:
+        error_console.print(line, soft_wrap=True, markup=False)
+    return bool(lines)
 
 
 def show_places(places: Mapping[str, object]) -> None:
@@ -179,4 +295,4 @@ def program() -> list[str]:
     found = importlib.util.find_spec("rerun_cli")
     own = os.environ.get("RERUN_CLI_PATH")
     binary = Path(own) if own else Path(found.origin).parent / "rerun" if found and found.origin else None
-    return [str(binary)] if binary is not None and binary.is_file() else [sys.executable, "-m", "rerun_cli"]
+    return [str(binary)] if binary is not None and binary.is_file() else [sys.executable, "-P", "-m", "rerun_cli"]

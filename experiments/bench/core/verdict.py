@@ -6,11 +6,12 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
+from experiments.bench.core import interrupts
 from experiments.bench.core.claims.checks import Check as Check
 from experiments.bench.core.claims.checks import decide as decide
 from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import check_name, short
-from experiments.bench.core.user_code import blamed
+from experiments.bench.core.user_code import apart, blamed
 
 Judged = Literal["holds", "fails", "vacuous", "untestable", "untested"]
 """What a claim comes to.
@@ -48,6 +49,8 @@ class Outcome:
         Number of trials of the condition that has the fewest; 0: it is counted in what the judge was given.
     broken
         Of a claim about every single trial: how many of the ``n`` trials break it. ``None`` of any other claim.
+    trouble
+        What went wrong in a user's own judge; empty if nothing did.
 
     Raises
     ------
@@ -62,6 +65,7 @@ class Outcome:
     decided: str = ""
     each: int = 0
     broken: int | None = None
+    trouble: str = ""
 
     def __post_init__(self) -> None:
         if self.verdict not in get_args(Judged):
@@ -153,6 +157,8 @@ class Verdict:
         Of a claim that compares models: what is assumed of the other one, and with which of its constants it holds.
     provenance
         Where the trials come from: ``measured``, say, of a real robot's; empty where they are simulated.
+    trouble
+        What went wrong in a user's own judge, in any replicate; empty if nothing did.
 
     Raises
     ------
@@ -188,6 +194,7 @@ class Verdict:
     other_reading: str = ""
     assumed: str = ""
     provenance: str = ""
+    trouble: str = ""
 
     @property
     def word(self) -> str:
@@ -271,14 +278,18 @@ class Claim:
         """
         if not self.own:
             return self.judge(rows, *more)
+        copies = [dict(row) for row in rows]  # what a judge changes is its own
         try:
-            found = self.judge(rows, *more)
-        except Exception as error:
-            return Outcome("untested", f"its judge failed: {blamed(error, rows)}", n=len(rows))
-        if not isinstance(found, Outcome):
-            return Outcome("untested", f"its judge answered {short(found)}, expected an Outcome", n=len(rows))
-        said, effect, decided = str(found.measured), str(found.effect), str(found.decided)
-        return Outcome(found.verdict, said, effect, int(found.n) or len(rows), decided, int(found.each), found.broken)
+            answer = apart(lambda: self.judge(copies, *more))
+            if not isinstance(answer, Outcome):
+                return _broken(f"its judge answered {short(answer)}, expected an Outcome", len(rows))
+            texts = str(answer.measured), str(answer.effect)
+            return Outcome(
+                answer.verdict, *texts, int(answer.n) or len(rows), str(answer.decided), int(answer.each), answer.broken
+            )  # fmt: skip
+        except BaseException as error:  # SystemExit too: sys.exit in a judge ends the judge
+            interrupts.pass_on(error)
+            return _broken(f"its judge failed: {blamed(error, rows)}", len(rows))
 
     def verdict(self, found: Outcome, **more: Any) -> Verdict:
         """Make a verdict of an outcome.
@@ -296,5 +307,10 @@ class Claim:
             The verdict.
         """
         return Verdict(
-            self.id, self.says, self.source, found.verdict, found.measured, found.effect, found.n, found.decided, **more
+            self.id, self.says, self.source, found.verdict, found.measured, found.effect, found.n, found.decided,
+            **{"trouble": found.trouble, **more},
         )  # fmt: skip
+
+
+def _broken(trouble: str, rows: int) -> Outcome:
+    return Outcome("untested", trouble, n=rows, trouble=trouble)

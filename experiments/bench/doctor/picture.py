@@ -19,7 +19,7 @@ PATIENCE_S = 120.0
 
 def drawing() -> list[Finding]:
     """Draw the reference frame, compare it with the known ones, and time the robot's camera."""
-    command = [sys.executable, "-m", "experiments.bench.doctor.picture"]
+    command = [sys.executable, "-P", "-m", "experiments.bench.doctor.picture"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     except (OSError, subprocess.SubprocessError) as error:

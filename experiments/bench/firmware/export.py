@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -77,15 +76,10 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
     chip = wanted.chip
     sizes = {FLASH: chip.flash, MAIN: chip.ram_main, CORE: chip.ram_core}
     regions = {name: (ADDRESSES[name], size) for name, size in sizes.items()}
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in COPIED:
-        shutil.copyfile(CHIP_SIDE / name, folder / name)
-    shutil.copyfile(CHIP_SIDE / "robot_main.c", folder / "main.c")
-    (folder / "include").mkdir(exist_ok=True)
-    shutil.copyfile(CHIP_SIDE / "include" / "string.h", folder / "include" / "string.h")
-    for name in ONBOARD:
-        shutil.copyfile(NATIVE / name, folder / name)
     words = {**_words(wanted, assignments, measured), "split": placement.split, "over": over}
+    sources = {name: CHIP_SIDE / name for name in COPIED}
+    sources |= {"main.c": CHIP_SIDE / "robot_main.c", "include/string.h": CHIP_SIDE / "include" / "string.h"}
+    sources |= {name: NATIVE / name for name in ONBOARD}
     written = {
         CONFIG: text,
         "memory.ld": script(regions, chip, placement),
@@ -93,8 +87,12 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
         "Makefile": _template("Makefile.j2", words),
         "README.md": _template("README.md.j2", words),
     }
-    for name, content in written.items():
-        (folder / name).write_text(content, encoding="utf-8")
+    (folder / "include").mkdir(parents=True, exist_ok=True)
+    contents = {name: path.read_bytes() for name, path in sources.items()}
+    contents |= {name: text.encode() for name, text in written.items()}
+    for name, content in contents.items():
+        with places.replacing(folder / name) as partial:
+            partial.write_bytes(content)
 
 
 def check_folder(folder: Path) -> None:

@@ -182,7 +182,7 @@ def points(over: Sequence[str], assignments: Sequence[str]) -> list[tuple[Mappin
         return [({}, firmware(assignments))]
     base = firmware(assignments)
     found: list[tuple[Mapping[str, str], Firmware]] = []
-    for point in grid([plain_key(text) for text in over]):
+    for point in grid([plain_key(text) for text in over], [plain_key(text) for text in assignments]):
         texts = [f"{key}={value}" for key, value in point.values]
         found.append((dict(point.values), firmware(texts, base, "--over")))
     if len(found) > MOST_POINTS:

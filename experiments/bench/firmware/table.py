@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
-from experiments.bench.core.terminal import out_console
+from experiments.bench.core.store.places import replacing
+from experiments.bench.core.terminal import out_console, show_table
 from experiments.bench.firmware.budget import Budget, Tools, answer, label, varied
 
 NOTES = (
@@ -23,12 +24,12 @@ NOTES = (
 
 def show(budgets: Sequence[Budget], tools: Tools) -> None:
     """Print a line for each program; of one alone its RAM by purpose and its instructions by stage too."""
-    out_console.print(_table(budgets))
+    show_table(_table(budgets))
     if len(budgets) == 1:
         out_console.print()
-        out_console.print(_purposes(budgets[0]))
+        show_table(_purposes(budgets[0]))
         out_console.print()
-        out_console.print(_stages(budgets[0]))
+        show_table(_stages(budgets[0]))
     out_console.print()
     for line in answer(budgets):
         out_console.print(line, markup=False, soft_wrap=True)
@@ -42,15 +43,15 @@ def _table(budgets: Sequence[Budget]) -> Table:
     keys = varied(budgets)
     table = Table(box=None, header_style="bold", pad_edge=False)
     for name in keys or ["program"]:
-        table.add_column(escape(name.partition(".")[2] or name), justify="right")
+        table.add_column(name.partition(".")[2] or name, justify="right")
     for name in ("RAM, B", "over, B", "robot, B", "flash, kB", "worst, M", "ms", "fits"):
         table.add_column(name, justify="right")
     for each in budgets:
         low, high = each.milliseconds
         values = [each.point.get(key, "") for key in keys] or [label(each)]
-        verdict = "[green]yes[/green]" if each.fits else f"[red]no: {_why(each)}[/red]"
+        verdict = Text("yes", "green") if each.fits else Text(f"no: {_why(each)}", "red")
         table.add_row(
-            *map(escape, values), f"{sum(each.purposes.values()):,}", f"{each.over:,}" if each.over else "",
+            *values, f"{sum(each.purposes.values()):,}", f"{each.over:,}" if each.over else "",
             f"{each.room:,}", f"{each.flash / 1024:.1f}",
             f"{each.whole.worst / 1e6:.2f}", f"{low:.2f}-{high:.2f}", verdict,
         )  # fmt: skip
@@ -99,9 +100,7 @@ def row(each: Budget, tools: Tools) -> dict[str, Any]:
 def write(budgets: Sequence[Budget], tools: Tools, path: Path) -> None:
     """Write ``budget.csv``: a line for each program."""
     rows = [row(each, tools) for each in budgets]
-    partial = path.with_name(f"{path.name}.part")
-    with partial.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
-    partial.replace(path)

@@ -57,10 +57,10 @@ def _gcc(path: str) -> Compiler:
 
 
 def _zig() -> Compiler:
-    command = (sys.executable, "-m", "ziglang", "cc")
+    command = (sys.executable, "-P", "-m", "ziglang", "cc")
     flags = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-munaligned-access", *_COMMON, "-g0")
     linking = ("-nostdlib", "-Wl,--gc-sections", "-Wl,--entry=chip_reset")
-    version = f"zig cc {_first_line((sys.executable, '-m', 'ziglang', 'version'))}"
+    version = f"zig cc {_first_line((*command[:-1], 'version'))}"
     return Compiler("zig", command, flags, linking, (), version)
 
 

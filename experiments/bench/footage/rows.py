@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from dsnn import Response
+from experiments.bench.core.store.places import fresh, naming, part
 from experiments.bench.footage.video import Picture
 
 SCHEMA = pa.schema(
@@ -48,9 +50,10 @@ class FrameTable:
 
     def __init__(self, path: Path, labels: Sequence[str]) -> None:
         self._path, self._labels = path, labels
-        self._partial = path.with_name(path.name + ".part")
+        self._partial = fresh(part(path))
         kind = pa.csv.CSVWriter if path.suffix == ".csv" else pq.ParquetWriter
-        self._writer = kind(str(self._partial), SCHEMA)
+        with naming(path):
+            self._writer = kind(str(self._partial), SCHEMA)
         self._rows: list[tuple[int | float | str, ...]] = []
 
     def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
@@ -62,14 +65,21 @@ class FrameTable:
         if len(self._rows) >= ROWS_AT_ONCE:
             self._flush()
 
-    def close(self) -> None:
-        """Write what is left, and put the table in its place."""
+    def close(self, *, whole: bool = True) -> None:
+        """Write what is left, and put the table in its place if it is ``whole``."""
+        if not whole:
+            self._writer.close()
+            return
         if self._rows:
             self._flush()
-        self._writer.close()
-        self._partial.replace(self._path)
+        with naming(self._path):
+            self._writer.close()
+            with self._partial.open("rb") as file:
+                os.fsync(file.fileno())
+            self._partial.replace(self._path)
 
     def _flush(self) -> None:
         columns = dict(zip(SCHEMA.names, zip(*self._rows, strict=True), strict=True))
-        self._writer.write_table(pa.Table.from_pydict(columns, SCHEMA))
         self._rows.clear()
+        with naming(self._path):
+            self._writer.write_table(pa.Table.from_pydict(columns, SCHEMA))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -16,14 +16,16 @@ import cv2
 import pyarrow as pa
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
+from rich.text import Text
 from threadpoolctl import threadpool_limits
 
 from dsnn import Response, forms
 from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import explained
-from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.core.models import ConfiguredModel, rate_notes
 from experiments.bench.core.store import provenance
-from experiments.bench.core.terminal import coloured, error_console, out_console
+from experiments.bench.core.store.places import part
+from experiments.bench.core.terminal import coloured, error_console, out_console, show_table
 from experiments.bench.footage.claims import FlowJudge, Readings
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
@@ -32,6 +34,8 @@ from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen,
 WAYS = ("rightward", "leftward", "downward", "upward", "looming")
 SAME_ASPECT = 1.05
 EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
+WRITING = (OSError, RuntimeError, pa.ArrowException)
+"""What libraries raise where an output cannot be written."""
 STRONGER = "HS passes T, VS stays below T"
 
 
@@ -70,6 +74,7 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[ConfiguredModel],
         forms.note(),
         _other_aspect(film.size, size),
         *film.notes(),
+        *rate_notes((model, film.rate) for model in chosen if film.rate is not None),
         *(observer.note for observer in observers),
         early,
     )
@@ -88,13 +93,21 @@ class _Spoilt:
     def __init__(self) -> None:
         self.told: list[str] = []
 
-    @contextmanager
-    def noting(self, what: str) -> Iterator[None]:
-        """Take note of what goes wrong with an output within, and go on."""
+    def goes_well(self, what: str, write: Callable[[], None]) -> bool:
+        """Write to an output, and return whether that went well. What went wrong is noted, and all else goes on."""
         try:
-            yield
-        except (OSError, RuntimeError, pa.ArrowException) as error:
-            self.told.append(f"{what} could not be written: {explained(error)}")
+            write()
+        except WRITING as error:
+            reason = error.strerror if isinstance(error, OSError) and error.strerror else explained(error)
+            self.told.append(f"{what} could not be written: {reason}{_rest(what)}")
+            return False
+        return True
+
+
+def _rest(what: str) -> str:
+    """Where what was written of an output is, if it is a file and there is something."""
+    rest = part(Path(what))
+    return f"; what came before is in {rest}" if rest.is_file() and rest.stat().st_size else ""
 
 
 class _Output:
@@ -112,16 +125,15 @@ class _Output:
     def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
         """Take a frame and the models' answers to it."""
         if self._well:
-            told = len(self._spoilt.told)
-            with self._spoilt.noting(self._what):
-                self._inner.add(picture, answers)
-            self._well = len(self._spoilt.told) == told
+            self._well = self._spoilt.goes_well(self._what, lambda: self._inner.add(picture, answers))
 
     def close(self) -> None:
         """Write what is left."""
         if self._well:
-            with self._spoilt.noting(self._what):
-                self._inner.close()
+            self._spoilt.goes_well(self._what, self._inner.close)
+        else:
+            with suppress(*WRITING):  # why is told already
+                self._inner.close(whole=False)
 
 
 def _outputs(
@@ -129,22 +141,24 @@ def _outputs(
 ) -> Iterator[Observer]:
     """The viewer and files that are wanted, each closed by ``stack``."""
 
-    def output(what: str, inner: Any) -> _Output:
-        made = _Output(what, inner, spoilt)
-        stack.callback(made.close)
-        return made
+    def output(what: str, make: Callable[[], Any]) -> Iterator[_Output]:
+        made: list[_Output] = []
+        if spoilt.goes_well(what, lambda: made.append(_Output(what, make(), spoilt))):
+            stack.callback(made[0].close)
+            yield made[0]
 
-    if wanted.view or wanted.record is not None:
-        # Of a viewer that was closed, or a full disk, one line of ours is enough.
-        os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off,re_log_encoding=off")
+    record, table = wanted.record, wanted.table
+    if wanted.view or record is not None:
+        # Of a viewer that was closed one line of ours is enough.
+        os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off")
         from experiments.bench.footage.recording import LiveLog  # not before: rerun takes its time
 
         if wanted.view:
-            yield output("the viewer's stream", LiveLog.to_viewer(chosen, size))
-        if wanted.record is not None:
-            yield output(str(wanted.record), LiveLog.to_file(wanted.record, chosen, size))
-    if wanted.table is not None:
-        yield output(str(wanted.table), FrameTable(wanted.table, [model.label for model in chosen]))
+            yield from output("the viewer's stream", lambda: LiveLog.to_viewer(chosen, size))
+        if record is not None:
+            yield from output(str(record), lambda: LiveLog.to_file(record, chosen, size))
+    if table is not None:
+        yield from output(str(table), lambda: FrameTable(table, [model.label for model in chosen]))
 
 
 @contextmanager
@@ -183,13 +197,14 @@ def _show(film: Footage, size: tuple[int, int], watchers: Sequence[Watcher], see
     source = f"camera {film.source}" if film.live else film.source
     said = f"{source}: {_size(film.size)}, {own}; {seen.frames} frames, {seen.until_s:.1f} s, seen at {_size(size)}"
     out_console.print(said, soft_wrap=True, markup=False)
-    out_console.print(f"\n[b]motion[/b] over T in {LEAST_FRAMES} frames or more, gaps under {GAP_S:g} s merged")
+    words = f" over T in {LEAST_FRAMES} frames or more, gaps under {GAP_S:g} s merged"
+    out_console.print(Text.assemble("\n", ("motion", "b"), words))
     if any(watcher.motions() for watcher in watchers):
-        out_console.print(_intervals(watchers))
+        show_table(_intervals(watchers))
     else:
         out_console.print("none")
-    out_console.print("\n[b]intervals[/b] each way, and spikes")
-    out_console.print(_totals(watchers, seen))
+    out_console.print(Text.assemble("\n", ("intervals", "b"), " each way, and spikes"))
+    show_table(_totals(watchers, seen))
     _show_times(watchers, seen)
 
 
@@ -210,11 +225,13 @@ def _show_claim(watchers: Sequence[Watcher], readings: Sequence[Readings]) -> No
     for watcher, reading in zip(watchers, readings, strict=True):
         outcome, words = reading.claim, reading.stronger
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
-        out_console.print(f"\n[b]C12[/b]{who} {coloured(outcome.verdict)}: {claim_texts()['C12'][0]}")
+        verdict = coloured(outcome.verdict)
+        out_console.print(Text.assemble("\n", ("C12", "b"), f"{who} ", verdict, f": {claim_texts()['C12'][0]}"))
         decided = f"decided by: {outcome.decided}" if outcome.decided else ""
         for line in filter(None, (decided, outcome.measured, outcome.effect)):
             out_console.print(f"    {line}", markup=False)
-        out_console.print(f"  in the paper's stronger words {coloured(words.verdict)}: {STRONGER}")
+        verdict = coloured(words.verdict)
+        out_console.print(Text.assemble("  in the paper's stronger words ", verdict, f": {STRONGER}"))
         decided = f"decided by: {words.decided}" if words.decided else ""
         for line in filter(None, (decided, words.measured)):
             out_console.print(f"    {line}", markup=False)
@@ -247,7 +264,7 @@ def _totals(watchers: Sequence[Watcher], seen: Seen) -> Table:
             "-" if rate is None else f"{rate:g}",
             "-" if watcher.chosen.threshold is None else f"{watcher.chosen.threshold:g}",
             *(f"{ways.count(way)}" for way in WAYS),
-            " + ".join(f"{count} {channel.upper()}" for channel, count in watcher.spikes.items()),
+            " + ".join(f"{count} {channel.upper()}" for channel, count in watcher.spikes.items()) or "-",
             f"{watcher.seconds / max(seen.frames, 1) * 1e3:.2f}",
         )
     return table

@@ -82,7 +82,7 @@ class Observer(Protocol):
 
 
 class Watcher:
-    """One model at its work, with its intervals, spikes of either sign, and time taken; ``shape`` is (R, C).
+    """One model at its work, with its intervals, spikes of the channels that spike, and time; ``shape`` is (R, C).
 
     Whatever goes wrong in the model ends its own part: ``trouble`` then says what.
     """
@@ -92,7 +92,7 @@ class Watcher:
         self._runner = ModelRunner(chosen, shape, keep=False)
         thresholds = chosen.thresholds
         self._trackers = {c: Tracker(WAYS[c], thresholds[c]) for c in chosen.channels if c in WAYS}
-        self.spikes = dict.fromkeys(self._trackers, 0)
+        self.spikes = dict.fromkeys((channel for channel in self._trackers if channel in chosen.spiking), 0)
 
     @property
     def seconds(self) -> float:
@@ -112,7 +112,8 @@ class Watcher:
         for channel, tracker in self._trackers.items():
             spikes = getattr(answer, f"{channel}_spikes")
             tracker.add(picture.time_s, getattr(answer, channel), spikes)
-            self.spikes[channel] += abs(spikes)
+            if channel in self.spikes:
+                self.spikes[channel] += abs(spikes)
         return answer
 
     def motions(self) -> list[Motion]:

@@ -17,8 +17,8 @@ from experiments.bench.clips.experiment import Clip, OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.core.batch import Resources
 from experiments.bench.core.figures import plotting
-from experiments.bench.core.models import load_model
 from experiments.bench.core.store.files import Files
+from experiments.bench.core.store.places import inside
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.leaderboard import atlas_figure
 from experiments.bench.leaderboard.looming_stimuli import BEHIND, FRAME, SHADES, SQUARE
@@ -88,7 +88,7 @@ def run(folder: Path, models: Sequence[str], seed: int, resources: Resources) ->
     batch = clips_run.batch(made)
     with resources.pool(rendering=False) as pool:
         folder.mkdir(parents=True, exist_ok=True)
-        with closing(batch.open(folder / NAME, resources)) as opened:
+        with closing(batch.open(inside(folder, NAME), resources)) as opened:
             failures = batch.fill(opened, pool, resources)
             drawn = atlas_figure.draw(made, opened.frames())
     figure = plotting.save(drawn, folder, NAME)
@@ -102,7 +102,7 @@ def _write_page(made: OfflinePlan, folder: Path) -> Path:
     )
     source = files(MADE_OF).joinpath("atlas.html.j2").read_text(encoding="utf-8")
     picture = base64.b64encode((folder / f"{NAME}.svg").read_bytes()).decode()
-    entries = [(model.label, load_model(model.source)) for model in made.showings[0].models]
+    entries = [(model.label, model.declared) for model in made.showings[0].models]
     page = environment.from_string(source).render(
         picture=f"data:image/svg+xml;base64,{picture}",
         seed=made.seed,

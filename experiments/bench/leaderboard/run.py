@@ -24,6 +24,7 @@ from experiments.bench.core.pool import Pool
 from experiments.bench.core.scores import Standing
 from experiments.bench.core.settings import watchers
 from experiments.bench.core.store.files import Files
+from experiments.bench.core.store.places import inside
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.terminal import error_console
 from experiments.bench.leaderboard import figure as leaderboard_figure
@@ -85,7 +86,7 @@ def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, res
             *(clips_run.batch(made, frames=False) for made in of_direction),
             *(clips_run.batch(made) for made in of_looming),
         ]
-        done = [_run(batch, folder / batch.name, pool, resources) for batch in batches]
+        done = [_run(batch, inside(folder, batch.name), pool, resources) for batch in batches]
     crossed, watched, loomed = done[0], done[1 : 1 + len(of_direction)], done[1 + len(of_direction) :]
     offline, _ = watchers(shown_models((), models, only=True), ())
     # After the workers have gone: nothing of this run's own competes for the processor.

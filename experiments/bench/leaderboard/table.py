@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from experiments.bench.core.scores import Score
-from experiments.bench.core.terminal import out_console
+from experiments.bench.core.terminal import out_console, show_table, stacked
 from experiments.bench.leaderboard.atlas import Atlas
 from experiments.bench.leaderboard.kinds import Ranking
 from experiments.bench.leaderboard.run import Board
@@ -19,7 +19,7 @@ def show(board: Board) -> None:
     """The tables of each kind, what they mean, and where everything is."""
     for ranking in board.rankings:
         for measures in ranking.kind.tables:
-            out_console.print(_table(ranking, measures))
+            show_table(_table(ranking, measures))
             out_console.print()
         for note in ranking.kind.notes:
             out_console.print(note, markup=False)
@@ -47,13 +47,13 @@ def _table(ranking: Ranking, measures: Sequence[str]) -> Table:
         heading = ranking.kind.measures[name]
         table.add_column("\n".join(heading.replace(",", "").split()), justify="right", no_wrap=True)
     for standing in ranking.standings:
-        table.add_row(escape(standing.name), *(_said(name, standing.scores[name]) for name in measures))
+        table.add_row(standing.name, *(_said(name, standing.scores[name]) for name in measures))
     return table
 
 
-def _said(measure: str, score: Score | None) -> str:
+def _said(measure: str, score: Score | None) -> str | Text:
     if score is None:
         return "-"
     form = ".0f" if measure.startswith("us_") else ".1f" if measure.startswith("alarms_") else ".2f"
     interval = "-" if math.isnan(score.low) else f"{score.low:{form}}-{score.high:{form}}"
-    return f"{score.value:{form}}\n[dim]{interval}[/dim]"
+    return stacked(f"{score.value:{form}}", interval)

@@ -121,12 +121,15 @@ def apart(key: str) -> tuple[str, str]:
     return (parameter, end) if end in ENDS and "." in parameter else (key, "")
 
 
-def ordered(over: Sequence[str], bases: Sequence[Base]) -> tuple[list[Point], tuple[Axis, ...]]:
+def ordered(
+    over: Sequence[str], bases: Sequence[Base], assignments: Sequence[str]
+) -> tuple[list[Point], tuple[Axis, ...]]:
     """The points of a grid, in the order of its axes' levels, and the axes; parameters and errors as of `axes`.
 
-    The order in which values were typed thus changes neither the numbers of trials nor the tables.
+    The order in which values were typed thus changes neither the numbers of trials nor the tables. ``assignments`` are
+    the texts of ``--set``: `experiments.bench.robot.sweep.grid.grid` refuses one that an axis varies.
     """
-    points = grid.grid(over)
+    points = grid.grid(over, assignments)
     found = axes(points, bases)
     points.sort(key=lambda point: [axis.levels.index(v) for axis, (_, v) in zip(found, point.values, strict=True)])
     return points, found

@@ -90,11 +90,12 @@ def planned(experiments: Sequence[OfflineExperiment], asked: Asked) -> MapPlan:
     made = [_offline(each, asked, claims, before.base.applying(asked.assignments))
             for each, before in zip(answering, plain, strict=True)]  # fmt: skip
     bases = [each.base for each in made]
-    points, found = ordered(asked.over, bases)
+    points, found = ordered(asked.over, bases, asked.assignments)
     renderings = [rendering for each in made for rendering in _renderings(each, found, points)]
     for each in renderings:
         params = [clip.build(asked.seed).params for clip in each.clips]
         choice.check_given(measures, each.base.name, params, next(iter(each.watchers)))
+    check_counts(asked.seed, asked.replicates, "--replicates", sum(len(each.clips) for each in renderings), "clips")
     specs, by_label = _showings(renderings, asked)
     shares = {
         (point, base.name, replicate): by_label[base.name, label(point, found, base), replicate]

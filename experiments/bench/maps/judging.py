@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim
@@ -42,6 +42,8 @@ class Cell:
         untested where one is, and else vacuous.
     decided, measured
         The deciding number of replicate 0 with its bound, and all that was measured.
+    trouble
+        What went wrong in a user's own judge, in any replicate; empty if nothing did.
     """
 
     point: Point
@@ -53,6 +55,7 @@ class Cell:
     of: int
     decided: str = ""
     measured: str = ""
+    trouble: str = ""
 
     @property
     def holds(self) -> bool:
@@ -127,7 +130,9 @@ def cells(made: MapPlan, rows: Rows) -> list[Cell]:
                     judged[key] = _verdict(claim, share, by_trial, made.things)
                 verdicts.append(judged[key])
             own.append(verdicts)
-            found.append(_cell(point, claim.id, experiment, [each.verdict for each in verdicts], verdicts[0]))
+            trouble = next((each.trouble for each in verdicts if each.trouble), "")
+            counted = _cell(point, claim.id, experiment, [each.verdict for each in verdicts], verdicts[0])
+            found.append(replace(counted, trouble=trouble))
         if len(own) > 1:
             whole = [together([each.verdict for each in column]) for column in zip(*own, strict=True)]
             found.append(_cell(point, TOGETHER, "", whole))

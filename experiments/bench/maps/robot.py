@@ -58,7 +58,7 @@ def planned(experiments: Sequence[Experiment], asked: Asked) -> MapPlan:
     plans = tuple(every[each.name] for each in answering)
     _check_repeats(claims, plans)
     bases = [_of_plan(each) for each in plans]
-    points, found = ordered(asked.over, bases)
+    points, found = ordered(asked.over, bases, asked.assignments)
     renderings = [
         (base, part)
         for base, each in zip(bases, answering, strict=True)
@@ -67,6 +67,8 @@ def planned(experiments: Sequence[Experiment], asked: Asked) -> MapPlan:
     for base, part in renderings:
         where = "; ".join(model.label for model in part.settings.models[:1])
         choice.check_given(measures, base.name, part.experiment.conditions(), where)
+    trials = sum(part.repeats * len(part.experiment.conditions()) for _, part in renderings)
+    check_counts(asked.seed, asked.replicates, "--replicates", trials)
     specs, by_label = _trials(renderings, asked.replicates, claims, measures)
     shares = {
         (point, base.name, replicate): by_label[base.name, label(point, found, base), replicate]

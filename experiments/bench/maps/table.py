@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rich.markup import escape
 from rich.table import Table
 
-from experiments.bench.core.terminal import out_console, show_places
+from experiments.bench.core.terminal import out_console, show_places, show_table
 from experiments.bench.maps.judging import TOGETHER, Cell, Number, by_claim, by_measure, reaches, regions
 from experiments.bench.maps.plan import MapPlan
 from experiments.bench.maps.run import Map
@@ -18,12 +17,12 @@ def show(made: Map) -> None:
     for claim, chosen in by_claim(made.cells).items():
         what = "all claims together" if claim == TOGETHER else f"{claim}, judged on {chosen[0].experiment}"
         out_console.print(f"{what}: held in n of {chosen[0].of}", markup=False, style="bold")
-        out_console.print(_table(made.plan, chosen))
+        show_table(_table(made.plan, chosen))
         out_console.print()
     for name, own in by_measure(made.numbers).items():
         unit = f", {own[0].measure.unit}" if own[0].measure.unit else ""
         out_console.print(f"{name}{unit}: {own[0].measure.says}, in {own[0].experiment}", markup=False, style="bold")
-        out_console.print(_table(made.plan, own))
+        show_table(_table(made.plan, own))
         out_console.print()
     directions = zip(("across", "down"), made.plan.axes, strict=False)
     out_console.print(
@@ -51,11 +50,11 @@ def _table(plan: MapPlan, chosen: Sequence[Cell] | Sequence[Number]) -> Table:
     across, up = plan.axes[0], plan.axes[1] if len(plan.axes) > 1 else None
     table = Table(box=None, header_style="bold", pad_edge=False)
     for name in ("", *across.levels):
-        table.add_column(escape(name), justify="right")
+        table.add_column(name, justify="right")
     found = {cell.point.values: cell for cell in chosen}
     for level in reversed(up.levels) if up else ("",):
         own = [found[((across.name, each), *(((up.name, level),) if up else ()))] for each in across.levels]
-        table.add_row(escape(level), *map(_shown, own))
+        table.add_row(level, *map(_shown, own))
     return table
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -20,19 +21,28 @@ from colias_sim.metrology import (
     noise_levels,
     photon_transfer,
     row_time_us,
+    unsteadiness,
 )
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.store.pictures import read_picture
 
 Images = npt.NDArray[np.uint8]
 ENDINGS = (".pgm", ".png")
+LONGEST = 255
+"""Characters of a file's name."""
+OTHERS = (".bmp", ".gif", ".jpeg", ".jpg", ".ppm", ".tif", ".tiff", ".webp")
+"""Of pictures that are not taken, and not left out in silence."""
 KINDS: Mapping[str, str] = {
     "still": "a still scene of many greys under constant light",
     "flat": "an evenly lit sheet that fills the view",
     "edge": "first the empty scene, then a dark upright object that crosses the view",
     "loop": "a still scene after the light has changed, until the picture rests",
 }
-"""What a folder shows, by the beginning of its name: ``still``, ``still-dim``, ``loop-01`` and so on."""
+"""What a folder shows, by the beginning of its name: ``still``, ``still-dim``, ``loop01`` and so on."""
+STEADY = ("still", "flat")
+"""What is to be taken of a scene that does not change."""
+LEAST_SHARE = 0.03
+"""Of the temporal variance, from which what is no noise is told: it makes the noise 1.5 % too large."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,12 +56,16 @@ class Found:
     value
         With its unit.
     settings
-        ``camera.NAME=VALUE`` texts that ``--set`` takes; empty where the simulated eye has no such setting.
+        ``camera.NAME=VALUE`` texts that ``--set`` takes; empty where the simulated eye has no such setting, and where
+        the value is not certain.
+    note
+        What is doubtful about it, and what to do; empty where nothing is.
     """
 
     what: str
     value: str
     settings: tuple[str, ...] = ()
+    note: str = ""
 
 
 def measure(folder: Path, fps: float, gain: float) -> list[Found]:
@@ -73,28 +87,49 @@ def measure(folder: Path, fps: float, gain: float) -> list[Found]:
     """
     if not folder.is_dir():
         raise UsageError(f"{folder}: no such folder")
-    taken = {kind: _sequences(folder, kind) for kind in KINDS}
-    if not any(taken.values()):
+    inside = sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
+    places = {kind: [path for path in inside if path.name.startswith(kind)] for kind in KINDS}
+    left = [path.name for path in inside if not path.name.startswith(tuple(KINDS))]
+    if not any(places.values()):
         legal = "; ".join(f"{kind}*: {said}" for kind, said in KINDS.items())
-        raise UsageError(f"{folder}: no folder of frames in it ({legal})")
+        others = f"; there are {', '.join(left)}" if left else ""
+        raise UsageError(f"{folder}: no folder of frames in it ({legal}){others}")
     found: list[Found] = []
-    for kind, own in taken.items():
-        if own:
-            try:
-                found += _MEASURES[kind](list(own.values()), fps, gain)
-            except MetrologyError as error:
-                raise UsageError(f"{', '.join(map(str, own))}: {error}") from None
+    for kind, own in places.items():
+        sequences = {place: _stack(place) for place in own}
+        if not own:
+            continue
+        try:
+            found += _MEASURES[kind](list(sequences.values()), fps, gain)
+        except MetrologyError as error:
+            raise UsageError(f"{', '.join(map(str, own))}: {error}") from None
+        if kind in STEADY:
+            found += [each for place, frames in sequences.items() for each in _unsteady(place, frames)]
+    if left:
+        legal = ", ".join(f"{kind}*" for kind in KINDS)
+        found.append(Found("left out", ", ".join(left), note=f"{folder}: not measured, as called by none of {legal}:"
+                           f" {', '.join(left)}"))  # fmt: skip
     return found
 
 
-def _sequences(folder: Path, kind: str) -> dict[Path, Images]:
-    places = sorted(path for path in folder.iterdir() if path.is_dir() and path.name.partition("-")[0] == kind)
-    return {place: _stack(place) for place in places}
+def _unsteady(place: Path, frames: Images) -> Iterator[Found]:
+    """Say of frames that should be of a still scene that they are not."""
+    share = unsteadiness(frames)
+    if share < LEAST_SHARE:
+        return
+    means = frames.mean((1, 2), dtype=np.float64)
+    said = f"{share:.0%} of the variance; the mean grey is {means.min():.1f} to {means.max():.1f}"
+    note = f"{place}: its greys drift or flicker: {share:.0%} of their variance over time is no noise"
+    yield Found(f"change of {place.name}", said, note=f"{note}; take it again of a still scene under constant light")
 
 
 def _stack(place: Path) -> Images:
-    """The pictures of a folder, (T, R, C)."""
-    files = sorted(path for path in place.iterdir() if path.suffix in ENDINGS)
+    """The pictures of a folder, (T, R, C), in the order of the numbers in their names: 2 before 10."""
+    pictures = [path for path in place.iterdir() if path.suffix.lower() in (*ENDINGS, *OTHERS)]
+    files = sorted(pictures, key=lambda path: re.sub("[0-9]+", lambda number: number[0].zfill(LONGEST), path.name))
+    odd = next((path for path in files if path.suffix.lower() in OTHERS), None)
+    if odd is not None:
+        raise UsageError(f"{odd}: legal are pictures that keep every grey level: {', '.join(ENDINGS)}")
     if not files:
         raise UsageError(f"{place}: no pictures in it ({', '.join(ENDINGS)})")
     frames = [read_picture(path) for path in files]
@@ -166,18 +201,27 @@ def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
 
 def _loop(sequences: Sequence[Images], fps: float, gain: float) -> list[Found]:
     loop = exposure_loop(sequences)
-    found = [Found(
-        "step of the exposure", f"{loop.step:.4f} of it, up to {loop.steps} a frame",
-        ("camera.auto_exposure=true", f"camera.ae_step={loop.step:.4f}", f"camera.ae_steps={loop.steps}"),
-    )]  # fmt: skip
+    step = f"{loop.step:.4f} of it, up to {loop.steps} a frame"
     ends = {"lower": loop.low, "upper": loop.high}
-    said = "; ".join(f"{name} end {own[0]:.1f} to {own[1]:.1f}" for name, own in ends.items() if own)
+    zone = "; ".join(f"{name} end {own[0]:.1f} to {own[1]:.1f}" for name, own in ends.items() if own)
+    if not loop.certain:
+        note = f"the exposure's step is not certain, by {len(sequences)} folders loop*, and the zone goes by it"
+        more = "; take more, from other lights far from the zone, brighter and darker"
+        return [
+            Found("step of the exposure", f"not certain: {step}", note=f"{note}{more}"),
+            Found("control zone (dead band), mean grey", f"not certain: {zone}"),
+        ]
     settings: tuple[str, ...] = ()
-    if loop.target is not None and loop.zone is not None:
+    if loop.target is not None and loop.zone is not None and loop.low is not None and loop.high is not None:
+        off = (loop.low[1] - loop.low[0] + loop.high[1] - loop.high[0]) / 4.0
+        zone += f": {loop.target:.1f} +- {loop.zone:.1f}, each within {off:.1f}"
         settings = (f"camera.ae_target={loop.target:.1f}", f"camera.ae_zone={loop.zone:.1f}")
     else:
-        said += " (the other end takes sequences that come to rest from the other side)"
-    return [*found, Found("control zone (dead band), mean grey", said, settings)]
+        zone += " (the other end takes sequences that come to rest from the other side)"
+    exposure = ("camera.auto_exposure=true", f"camera.ae_step={loop.step:.4f}", f"camera.ae_steps={loop.steps}")
+    return [
+        Found("step of the exposure", step, exposure), Found("control zone (dead band), mean grey", zone, settings)
+    ]  # fmt: skip
 
 
 _MEASURES = {"still": _noise, "flat": _pattern, "edge": _rows, "loop": _loop}

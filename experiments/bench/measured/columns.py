@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, WORDS
@@ -27,6 +28,11 @@ WHOLE = frozenset({"trial", "seed", *(spikes for spikes in CHANNELS.values() if 
 ROBOT, SIMULATION = "robot", "simulation"
 """What ``origin`` may be; blank is ``robot``. ``colias export --to log`` writes ``simulation``."""
 TEXTS = frozenset({"model", "origin", *WORDS})
+SPELT = {True: re.compile(r"[+-]?[0-9]+"), False: re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")}
+"""How a cell spells a whole number, and any. Python alone would take 1_0 for 10, and the digits of every script."""
+LONGEST = 400
+"""Characters of a number."""
+EXAMPLES = {True: "12", False: "-0.25 or 2.5e-1"}
 MOST_SPIKES = 1000
 """Spikes of one frame; a count beyond it is a damaged line."""
 
@@ -53,13 +59,13 @@ def parse(name: str, text: str) -> str | int | float | None:
         raise ValueError(f"origin={text[:40]!r}: legal is {ROBOT}, {SIMULATION}")
     if name in TEXTS:
         return text
-    kind = "a whole number" if name in WHOLE else "a number"
-    try:
-        value: int | float = int(text) if name in WHOLE else float(text)
-    except ValueError:
-        raise ValueError(f"{name}={text[:40]!r}: legal is {kind}") from None
+    whole = name in WHOLE
+    kind = "a whole number" if whole else "a number"
+    if not SPELT[whole].fullmatch(text) or len(text) > LONGEST:
+        raise ValueError(f"{name}={text[:40]!r}: legal is {kind} in digits, as {EXAMPLES[whole]}")
+    value: int | float = int(text) if whole else float(text)
     if not math.isfinite(value):
-        raise ValueError(f"{name}={text[:40]!r}: legal is a number, not {text[:40]}")
+        raise ValueError(f"{name}={text[:40]!r}: legal is a number that is not too large")
     low, high = _range(name)
     if not low <= value <= high:
         raise ValueError(f"{name}={text[:40]}: legal is {kind} from {low:g} to {high:g}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import csv
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -12,10 +13,11 @@ from typing import Any
 import pyarrow as pa
 
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import load_model
+from experiments.bench.core.store.description import stored_thresholds
 from experiments.bench.core.store.origin import COLUMN, FRAMES_MEASURED, MEASURED
 from experiments.bench.core.store.pictures import pictures, write_pictures
 from experiments.bench.core.store.rows import group
+from experiments.bench.core.terminal import error_console
 from experiments.bench.core.user_code import is_file
 from experiments.bench.measured.columns import ANSWERS, CHANNELS, INDEX, POSES, ROBOT, SIMULATION, TIME
 from experiments.bench.measured.frames import PGM, trial_name
@@ -112,16 +114,20 @@ def _cell(value: Any) -> str:
 
 
 def _channels(description: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, tuple[str, ...]]:
-    """Model -> the channels that it declares, and that the run knows; by its counts where its file is gone."""
-    sources = {model["label"]: model["source"] for model in description["settings"]["models"]}
+    """Model -> the channels that it declares, and that the run knows. No model's file is run for it."""
+    models = {model["label"]: model for model in description["settings"]["models"]}
     found = {}
     for (label,), own in group(rows, "model").items():
         counted = tuple(channel for channel, spikes in CHANNELS.items() if spikes and own[0][spikes] is not None)
-        try:
-            declared = load_model(sources[label]).channels
-        except (UsageError, KeyError):
-            declared = counted
-        found[str(label)] = tuple(channel for channel in declared if channel in counted or not CHANNELS[channel])
+        declared = stored_thresholds(description, models[label]) if label in models else None
+        if declared is None:
+            why = f"experiment.json does not store the channels of {label}, and no file is run for them"
+            said = f"note: --to log: {why}: the log has those that spike ({', '.join(counted) or 'none'})"
+            error_console.print(said, soft_wrap=True, markup=False)
+        found[str(label)] = tuple(
+            channel for channel in (counted if declared is None else declared)
+            if channel in counted or not CHANNELS[channel]
+        )  # fmt: skip
     return found
 
 
@@ -143,13 +149,21 @@ def _command(description: Mapping[str, Any], log: Path, frames: Path | None, mod
 
 
 def _declaring(name: str, files: Sequence[str]) -> str:
-    """The experiment's name, or the user's file that declares it."""
-    from experiments.bench import registry
+    """The user's file that declares the experiment, as far as its text tells, or the experiment's name."""
+    return next((path for path in files if _declares(Path(path), name)), name)
 
-    for path in files:
-        try:
-            if registry.find(path).name == name:
-                return path
-        except UsageError:
-            continue
-    return name
+
+def _declares(path: Path, name: str) -> bool:
+    """Whether a file gives ``EXPERIMENT`` a value, and has the experiment's name. It is read, and not run."""
+    try:
+        statements = ast.parse(path.read_bytes()).body if path.is_file() else []
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
+        return False
+    bound = {
+        target.id
+        for statement in statements
+        for target in (getattr(statement, "targets", None) or [getattr(statement, "target", None)])
+        if isinstance(target, ast.Name)
+    }
+    named = (each.value for statement in statements for each in ast.walk(statement) if isinstance(each, ast.Constant))
+    return "EXPERIMENT" in bound and name in named

@@ -6,7 +6,6 @@ Everything is checked before anything is written. Each refusal is one line with 
 from __future__ import annotations
 
 import csv
-import difflib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,12 +14,15 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.core.errors import UsageError
+from dsnn.hints import nearest
+from experiments.bench.core.errors import UsageError, short
 from experiments.bench.measured.columns import CHANNELS, KNOWN, POSES, SIMULATION, TIME, parse
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition, Experiment
 
 Floats = npt.NDArray[np.float64]
 Cells = Mapping[str, Any]
+SEPARATORS = {";": "';'", "\t": "a tab", "|": "'|'"}
+"""What other programs put between the columns of a table, in words."""
 UNNAMED = ""
 """The model of a log without a column ``model``."""
 
@@ -110,10 +112,14 @@ class _Reader:
     def _check_header(self, header: Sequence[str]) -> None:
         if not header:
             self.refuse("the file is empty: expected a line with the names of the columns")
+        other = next((mark for mark in SEPARATORS if mark in header[0]), None) if len(header) == 1 else None
+        if other is not None:
+            said = f"the columns are separated by {SEPARATORS[other]}"
+            self.refuse(f"{said}: legal are commas between them, and points in numbers")
         for name in header:
             if name not in KNOWN:
-                near = difflib.get_close_matches(name.lower(), KNOWN, n=1, cutoff=0.0)[0]
-                self.refuse(f"unknown column {name!r} (nearest: {near}; all: {', '.join(KNOWN)})")
+                near = nearest(name, KNOWN, after="; ")
+                self.refuse(f"unknown column {short(name)} ({near}all: {', '.join(KNOWN)})")
             if header.count(name) > 1:
                 self.refuse(f"column {name!r} is there twice")
         needed = ["trial", TIME, *telling(self.experiment.conditions())]

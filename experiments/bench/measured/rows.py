@@ -22,7 +22,7 @@ from experiments.bench.core.store.rows import OBSERVER
 from experiments.bench.measured.columns import CHANNELS, POSES
 from experiments.bench.measured.log import LoggedTrial
 from experiments.bench.robot.mechanism.windows import Windows
-from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.bench.robot.rows import FRAME_SCHEMA, OF_TRIAL, TRIAL_SCHEMA, answer_columns
 from experiments.bench.robot.trial import FrameColumns, answer, away_cm, parts_of
 
 MEASURED_SCHEMA = TRIAL_SCHEMA.append(pa.field(COLUMN, pa.string()))
@@ -102,9 +102,8 @@ def trial_row(
     columns = _columns(trial)
     parts: Windows | None = None if columns is None else parts_of(trial.condition, camera, columns)
     rate = rate_hz(trial.time_s, camera.fps)
-    said = answer(own.model, own.series, parts, rate)
-    row = {name: getattr(said, name, getattr(said.parts, name, None)) for name in TRIAL_SCHEMA.names}
-    row |= {
+    row = {
+        **dict.fromkeys(OF_TRIAL), **answer_columns(answer(own.model, own.series, parts, rate)),
         "experiment": experiment, "trial": trial.index, "repeat": repeat, "seed": trial.seed, "robot": OBSERVER,
         **dataclasses.asdict(trial.condition), "frames": len(trial.time_s), COLUMN: own.provenance,
     }  # fmt: skip

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import shutil
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 
 from experiments.bench.core.batch import tell
-from experiments.bench.core.errors import UsageError
+from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.model_runner import ModelRunner
-from experiments.bench.core.models import ConfiguredModel, ask, choose
+from experiments.bench.core.models import ConfiguredModel, ask, choose, rate_notes
 from experiments.bench.core.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
-from experiments.bench.core.store.rows import Failure, TrialRecord
+from experiments.bench.core.store.places import naming
+from experiments.bench.core.store.rows import Failure, TrialRecord, recording_of
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console, progress
-from experiments.bench.core.user_code import sha256
+from experiments.bench.core.user_code import is_file, sha256
 from experiments.bench.measured.frames import FrameFolder, Images
 from experiments.bench.measured.log import Log, LoggedTrial, read
 from experiments.bench.measured.rows import MEASURED_SCHEMA, Given, frame_table, given, rate_hz, trial_row
@@ -32,6 +35,8 @@ from experiments.bench.robot.summary import Report, conclude
 
 EYE = "@"
 """Before the name of an eye, in the labels of `experiments.bench.robot.pictures.eyes`."""
+MOST_OFF = 10.0
+"""Times by which a log's frame rate may differ from the camera's setting."""
 SHOWN_FRAMES = "@frames"
 """Ends the label of a model that was shown the frames, where the robot's own has that name."""
 
@@ -98,7 +103,7 @@ def prepare(experiment: Experiment, asked: Asked) -> Import:
     if asked.models and asked.frames is None:
         raise UsageError("--model: a model needs --frames DIR to be shown")
     labels = [label or (asked.ran[0] if asked.ran else "dsnn") for label in log.models] if log.answered else []
-    sources = {label: _source(label, asked.ran) for label in labels}
+    sources = {label: _source(log, label, asked.ran) for label in labels}
     try:
         texts = list(dict.fromkeys([*sources.values(), *asked.models]))
         declared, settings = configure(experiment, texts, asked.assignments)
@@ -122,18 +127,27 @@ def prepare(experiment: Experiment, asked: Asked) -> Import:
     most = max(Counter(trial.condition for trial in log.trials).values())
     made = Import(log, Plan(declared, settings, most, 0, experiment.design), frames, ran, shown)
     _check_channels(made)
+    _check_rates(made)
     return made
 
 
-def _source(label: str, ran: Sequence[str]) -> str:
-    """What ``--model`` would be given for a label of the log: of one eye's model, that model."""
+def _source(log: Log, label: str, ran: Sequence[str]) -> str:
+    """What ``--model`` would be given for a label of the log: of one eye's model, that model.
+
+    Raises `UsageError` for the path of a file: a file is run where ``--ran`` names it, and not because a cell does.
+    """
     named: dict[str, str] = {}
     for text in ran:
         asked = ask(text)
         own = choose(asked.source).label
         named[f"{own}:{asked.settings}" if asked.settings else own] = text
     plain = label.rpartition(EYE)[0] or label
-    return named.get(label) or named.get(plain) or (label if label in ran else plain)
+    source = named.get(label) or named.get(plain) or (label if label in ran else plain)
+    if source not in ran and is_file(ask(source).source):
+        line = next(trial.line for trial in log.trials if label in trial.answers)
+        said = f"model={short(label)}: a log's cell names no file to run: give the same path by --ran too"
+        raise UsageError(f"{log.path}, line {line}: {said}")
+    return source
 
 
 def _beside(model: ConfiguredModel, taken: set[str]) -> ConfiguredModel:
@@ -148,6 +162,22 @@ def _check_channels(made: Import) -> None:
             if own is not None and model.counted and model.counted not in own:
                 said = f"trial {trial.index} has no {model.counted} of {model.label}, whose spikes count"
                 raise UsageError(f"{made.log.path}, line {trial.line}: {said}")
+
+
+def _check_rates(made: Import) -> None:
+    """Refuse times by which frames come at quite another rate than the camera is set to: they are in another unit."""
+    fps = made.plan.settings.camera.fps
+    for trial in made.log.trials:
+        rate = rate_hz(trial.time_s, fps)
+        if 1.0 / MOST_OFF <= rate / fps <= MOST_OFF:
+            continue
+        units = {"in milliseconds": fps / 1e3, "in microseconds": fps / 1e6, "the number of the frame": 1.0}
+        guess = next((unit for unit, own in units.items() if 0.5 < rate / own < 2.0), "in another unit")
+        raise UsageError(
+            f"{made.log.path}, line {trial.line}: the frames of trial {trial.index} come at {rate:.3g} per second by"
+            f" time_s, camera.fps is {fps:g}: is time_s {guess}? legal are seconds; a camera of another rate takes"
+            " --set camera.fps=RATE"
+        )
 
 
 def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report:
@@ -176,6 +206,8 @@ def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
     """
     if not quiet:
         _note_rate(made)
+    for note in rate_notes(_shown_rates(made)):
+        error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     with _whole(out) as place:
         folder = RunFolder(place, MEASURED_SCHEMA, FRAME_SCHEMA, made.plan.changed())
         folder.create({**_described(made), "recordings": recordings})
@@ -183,7 +215,8 @@ def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
             repeats: Counter[Condition] = Counter()
             with progress("import", len(made.log.trials), quiet) as advance:
                 for trial in made.log.trials:
-                    folder.add(_record(made, trial, repeats[trial.condition], recordings))
+                    done = _record(made, trial, repeats[trial.condition], recordings)
+                    folder.add(done, trial.condition.label(), trial.seed or 0)
                     repeats[trial.condition] += 1
                     advance()
             folder.flush()
@@ -210,13 +243,14 @@ def _whole(out: Path) -> Iterator[Path]:
         raise FileExistsError(f"{out} is there already: choose another --out, or remove it")
     out.parent.mkdir(parents=True, exist_ok=True)
     place = out.with_name(f"{out.name}.part")
-    if place.exists():
+    if os.path.lexists(place):
         raise FileExistsError(f"{place} is there already, of an import that was cut short: remove it")
     try:
-        yield place
-        if out.exists():
-            out.rmdir()
-        place.rename(out)
+        with naming(out):
+            yield place
+            if out.exists():
+                out.rmdir()
+            place.rename(out)
     finally:
         shutil.rmtree(place, ignore_errors=True)
 
@@ -242,7 +276,7 @@ def _record(made: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> 
     if recordings:
         from experiments.bench.measured.recording import record  # not before: Rerun takes its time to load
 
-        recorded = record(made.plan.experiment.name, trial, answers, frames)
+        recorded = recording_of(partial(record, made.plan.experiment.name, trial, answers, frames))
     camera, name = made.plan.settings.camera, made.plan.experiment.name
     rows = tuple(trial_row(name, repeat, trial, own, camera) for own in answers)
     table = pa.concat_tables([frame_table(trial, own) for own in answers])
@@ -263,6 +297,13 @@ def _shown(model: ConfiguredModel, frames: Images, provenance: str) -> Given | s
         runner.see(frame)
     series = runner.series()
     return runner.trouble if series is None else Given(model, series, (), provenance)
+
+
+def _shown_rates(made: Import) -> Iterator[tuple[ConfiguredModel, float]]:
+    """The models that are shown the frames of a log, each with the rates at which these come, 1/s."""
+    for trial in made.log.trials:
+        rate = rate_hz(trial.time_s, made.plan.settings.camera.fps)
+        yield from ((model, rate) for model in made.shown)
 
 
 def _note_rate(made: Import) -> None:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import operator
 import os
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Mapping, Set
+from pathlib import Path
+from typing import Any, TypeGuard
+
+import numpy as np
 
 from experiments.bench.core.errors import UsageError, short
 
@@ -20,11 +23,11 @@ def model_texts(models: Any) -> list[str]:
     """
     if isinstance(models, str | os.PathLike):
         models = [models]
-    if not isinstance(models, Iterable):
+    listed = _listed(models)
+    if listed is None:
         raise UsageError(f"models={short(models)}: legal are names and paths of .py files")
-    listed = list(models)
     for model in listed:
-        if not isinstance(model, str | os.PathLike):
+        if not is_path(model):
             raise UsageError(f"models={short(listed)}: legal are names and paths of .py files, not {short(model)}")
     return [str(os.fspath(model)) for model in listed]
 
@@ -39,22 +42,63 @@ def assignments(settings: Mapping[str, Any] | None) -> list[str]:
 
 
 def _text(key: str, value: Any) -> str:
-    if isinstance(value, bool):
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if isinstance(value, bool | np.bool_):
         return str(value).lower()
     if isinstance(value, str):
         return value
-    if isinstance(value, Iterable) and not isinstance(value, Mapping):
-        return ",".join(_text(key, each) for each in value)
+    neither = isinstance(value, Mapping | Set | bytes | bytearray)
+    if not neither and (listed := _listed(value)) is not None:
+        return ",".join(_text(key, each) for each in listed)
     try:
-        float(value)
-    except (TypeError, ValueError):
+        number = float("" if neither else value)
+    except (TypeError, ValueError, OverflowError):
         raise UsageError(f"settings: {key}={short(value)}: legal is a number, a text, or several of them") from None
-    return str(value)  # the shortest text that is the same number again
+    text = str(value)  # the shortest text that is the same number again, but of a fraction or a tensor
+    return text if _is_number(text) else str(number)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _listed(values: Any) -> list[Any] | None:
+    """The items of an iterable; ``None`` of what is none, such as an array without dimensions."""
+    try:
+        return list(values)
+    except TypeError:
+        return None
+
+
+def is_path(value: object) -> TypeGuard[str | os.PathLike[str]]:
+    """Say whether a value is a name or a path, as a text."""
+    return isinstance(value, str) or (isinstance(value, os.PathLike) and isinstance(os.fspath(value), str))
+
+
+def folder(name: str, value: Any) -> Path:
+    """Return the folder that the argument ``name`` gives; `UsageError` for what is no path."""
+    if not is_path(value):
+        raise UsageError(f"{name}={short(value)}: legal is the path of a folder")
+    return Path(value)
+
+
+def flag(name: str, value: Any) -> bool:
+    """Return true or false, also one of NumPy's; `UsageError` for anything else."""
+    if not isinstance(value, bool | np.bool_):
+        raise UsageError(f"{name}={short(value)}: legal is True or False")
+    return bool(value)
 
 
 def whole(name: str, value: Any) -> int:
     """Return a whole number, also one of numpy's; `UsageError` for anything else."""
     try:
+        if isinstance(value, bool | np.bool_):
+            raise TypeError
         return operator.index(value)
     except TypeError:
         raise UsageError(f"{name}={short(value)}: legal is a whole number") from None

@@ -13,11 +13,13 @@ from typing import Any
 import pyarrow as pa
 
 from experiments.bench.clips.rows import CLIP_SCHEMA, SHOWN
+from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.models import family
 from experiments.bench.core.statistics import Test, contrast, holm, paired
 from experiments.bench.core.store import provenance
-from experiments.bench.core.store.description import LONGEST, RESUMED
+from experiments.bench.core.store.description import BEGUN, LONGEST, RESUMED, THRESHOLDS
 from experiments.bench.core.store.rows import group
+from experiments.bench.public.arguments import is_path
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import TRIAL_SCHEMA
@@ -109,7 +111,7 @@ def compare(first: Run | str | os.PathLike[str], second: Run | str | os.PathLike
     >>> usual, changed = run("speed"), run("speed", settings={"dsnn.n_con": 6})
     >>> compare(usual, changed).results.to_pylist()
     """
-    one, other = (run if isinstance(run, Run) else load(run) for run in (first, second))
+    one, other = _run("first", first), _run("second", second)
     differing = [
         {"parameter": name, "first": _json(here), "second": _json(there)}
         for name, here, there in _parameters(one, other)
@@ -122,6 +124,14 @@ def compare(first: Run | str | os.PathLike[str], second: Run | str | os.PathLike
         one, other, pa.Table.from_pylist(differing, PARAMETER_SCHEMA), pa.Table.from_pylist(results, schema), note,
         _code(one, other),
     )  # fmt: skip
+
+
+def _run(name: str, value: Any) -> Run:
+    if isinstance(value, Run):
+        return value
+    if not is_path(value):
+        raise UsageError(f"{name}={short(value)}: legal is a Run, or the path of its folder")
+    return load(value)
 
 
 def _json(value: Any) -> str | None:
@@ -154,7 +164,9 @@ def _parameters(one: Run, other: Run) -> Iterator[tuple[str, Any, Any]]:
 def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a run but its models', named as ``--set`` names them."""
     left = {key: value for key, value in description.items()
-            if key not in (*provenance.KEYS, RESUMED, "changed", "trials", "models")}  # fmt: skip
+            if key not in (*provenance.KEYS, BEGUN, RESUMED, THRESHOLDS, "changed", "trials", "models")}  # fmt: skip
+    if "measured" in left:
+        left.pop("seed", None)  # an imported log has none
     declared = left.pop("experiment", {})
     settings = left.pop("settings", {})
     if isinstance(settings, Mapping):
@@ -218,7 +230,13 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[st
     if not found and {one.provenance, other.provenance} != {"simulated"}:
         found = [row for pair in pairs for row in _independent(rows[0], rows[1], pair, columns)]
     if not found:
-        why = f": the seeds are {one.seed} and {other.seed}" if one.seed != other.seed else ""
+        silent = [
+            run.folder for run, own in zip((one, other), rows, strict=True) if all(r["spikes"] is None for r in own)
+        ]
+        if silent:
+            return [], f"nothing to pair: no model of {silent[0]} spikes"
+        known = one.seed is not None and other.seed is not None
+        why = f": the seeds are {one.seed} and {other.seed}" if known and one.seed != other.seed else ""
         return [], f"nothing to pair: no trial of the one has the seed and condition of one of the other{why}"
     for row, p in zip(found, holm([row["p"] for row in found]), strict=True):
         row["p_holm"] = p

@@ -11,7 +11,7 @@ from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.scores import Score
-from experiments.bench.public.arguments import whole
+from experiments.bench.public.arguments import is_path, whole
 
 
 def score(
@@ -52,9 +52,11 @@ def score(
     >>> from experiments import score
     >>> {name: str(value) for name, value in score("fixation", episodes=5).items()}
     """
-    if isinstance(behaviour, str | os.PathLike):
+    if is_path(behaviour):
         behaviour = load_behaviour(str(os.fspath(behaviour)))
     if not isinstance(behaviour, Behaviour):
         raise UsageError(f"score: {short(behaviour)}: legal is a Behaviour, a name, or the path of a .py file")
+    if env is not None and not isinstance(env, str):
+        raise UsageError(f"score: env={short(env)}: legal is the name of an env, Avoidance say")
     count, first = whole("episodes", episodes), whole("seed", seed)
     return closed_loop_run.score(behaviour, episodes=count, seed=first, env=env, quiet=quiet, **options)

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+import numbers
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import cv2
+import numpy as np
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from dsnn import Response
 from experiments.bench.core.errors import UsageError, short
-from experiments.bench.core.models import shown_models
+from experiments.bench.core.models import rate_notes, shown_models
 from experiments.bench.core.settings import watchers
 from experiments.bench.core.terminal import progress
 from experiments.bench.footage.rows import SCHEMA, frame_row
 from experiments.bench.footage.video import SIZES_PX, Footage, Picture, usual_size
 from experiments.bench.footage.watch import Seen, Watcher
 from experiments.bench.footage.watch import watch as watch_pictures
-from experiments.bench.public.arguments import assignments, model_texts
+from experiments.bench.public.arguments import assignments, flag, is_path, model_texts
 
 MOTION_SCHEMA = pa.schema(
     {
@@ -125,12 +127,12 @@ def watch(
     >>> from experiments import watch
     >>> watch("street.mp4", models=["hybrid"]).motions.to_pylist()
     """
-    if not isinstance(source, str | os.PathLike):
+    if not is_path(source):
         raise UsageError(f"watch: source={short(source)}: legal is the path of a video file")
-    shown, texts = shown_models(["dsnn"], model_texts(models), only), assignments(settings)
-    if seconds is not None and not (isinstance(seconds, int | float) and seconds > 0):
+    shown, texts = shown_models(["dsnn"], model_texts(models), flag("only", only)), assignments(settings)
+    if seconds is not None and not (_is_number(seconds) and seconds > 0):
         raise UsageError(f"watch: seconds={short(seconds)}: legal is a number above 0")
-    if fps is not None and not isinstance(fps, int | float):
+    if fps is not None and not _is_number(fps):
         raise UsageError(f"watch: fps={short(fps)}: legal is a number of frames per second")
     chosen, _ = watchers(shown, texts, fps=fps)
     wanted = _checked(size)
@@ -145,7 +147,8 @@ def watch(
         with threadpool_limits(1):
             watch_pictures(_counted(film, own, seconds, quiet), watching, [kept], seen)
         ended = "" if seconds is not None else film.ended_early()
-        notes = tuple(filter(None, (*film.notes(), ended)))
+        rates = rate_notes((model, film.rate) for model in chosen if film.rate is not None)
+        notes = tuple(filter(None, (*film.notes(), *rates, ended)))
     finally:
         film.close()
     motions = [
@@ -166,10 +169,14 @@ def _checked(size: Any) -> tuple[int, int] | None:
         width, height = size
     except (TypeError, ValueError):
         width = height = None
-    if not all(isinstance(side, int) and side in SIZES_PX for side in (width, height)):
+    if not all(isinstance(side, int | np.integer) and side in SIZES_PX for side in (width, height)):
         bounds = f"from {SIZES_PX[0]} to {SIZES_PX[-1]} px"
         raise UsageError(f"watch: size={short(size)}: legal is (width, height), each {bounds}")
-    return width, height
+    return int(width), int(height)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, numbers.Real) and not isinstance(value, bool)
 
 
 def _counted(film: Footage, size: tuple[int, int], seconds: float | None, quiet: bool) -> Iterator[Picture]:

@@ -12,6 +12,7 @@ import pyarrow as pa
 
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.store.description import NAME, begun, holds_results, short
+from experiments.bench.public import arguments
 from experiments.bench.public.result import load
 
 DEEPEST = 3
@@ -21,6 +22,7 @@ SCHEMA = pa.schema(
     {
         "run": pa.string(),
         "when": pa.timestamp("s", tz="UTC"),
+        "when_from": pa.string(),
         "experiment": pa.string(),
         "seed": pa.int64(),
         "models": pa.string(),
@@ -30,6 +32,7 @@ SCHEMA = pa.schema(
         "failures": pa.int64(),
         "verdicts": pa.string(),
         "provenance": pa.string(),
+        "commit": pa.string(),
         "trouble": pa.string(),
     }
 )
@@ -46,10 +49,12 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
     Returns
     -------
     pyarrow.Table
-        ``run``: its folder. ``when``: when it was begun, by the time of ``experiment.json``. ``experiment``,
+        ``run``: its folder. ``when``: when it was begun. ``when_from``: what says so, ``begun``, as experiment.json
+        has it, or ``mtime``, the time of that file, of a folder of an older version or a damaged one. ``experiment``,
         ``seed``, ``models``: what ran. ``changed``: the parameters that are not at their defaults. ``done`` of
         ``planned`` trials are finished, ``failures`` are listed. ``verdicts``: ``3 hold, 1 fails``. ``provenance``:
-        ``simulated``, or of an imported log ``measured``, say. ``trouble``: what is wrong with a
+        ``simulated``, or of an imported log ``measured``, say. ``commit``: what it was begun with, null outside a git
+        checkout. ``trouble``: what is wrong with a
         folder that cannot be read, in one line; otherwise null.
 
     Raises
@@ -62,7 +67,7 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
     >>> import experiments
     >>> experiments.runs("runs").select(["run", "changed", "verdicts"]).to_pylist()
     """
-    path = Path(folder)
+    path = arguments.folder("folder", folder)
     if not path.is_dir():
         raise UsageError(f"{path}: no such folder")
     rows = [_row(each) for each in _found(path, DEEPEST)]
@@ -86,14 +91,16 @@ def _row(folder: Path) -> dict[str, Any]:
     described = folder / NAME
     when = (described if described.exists() else folder).stat().st_mtime
     row: dict[str, Any] = {
-        "run": str(folder), "when": datetime.datetime.fromtimestamp(int(when), datetime.UTC),
+        "run": str(folder), "when": datetime.datetime.fromtimestamp(int(when), datetime.UTC), "when_from": "mtime",
     }  # fmt: skip
     try:
         run = load(folder)
+        if run.begun is not None:
+            row |= {"when": run.begun, "when_from": "begun"}
         return {
             **row, "experiment": run.name, "seed": run.seed, "models": ", ".join(run.models), "changed": run.changed,
             "planned": run.planned, "done": run.done, "failures": run.failures.num_rows, "verdicts": run.verdicts,
-            "provenance": run.provenance,
+            "provenance": run.provenance, "commit": run.commit,
         }  # fmt: skip
     except UsageError as error:
         trouble = str(error)

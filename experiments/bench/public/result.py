@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import datetime
 import html
 import json
 import os
@@ -15,11 +16,12 @@ import pyarrow as pa
 import pyarrow.csv
 
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store import parameters
-from experiments.bench.core.store.description import read_description, short
+from experiments.bench.core.store import parameters, provenance
+from experiments.bench.core.store.description import BEGUN, read_description, short
 from experiments.bench.core.store.files import read_parquet
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.verdict import Verdict
+from experiments.bench.public import arguments
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,7 +93,10 @@ class Run:
 
     @cached_property
     def failures(self) -> pa.Table:
-        """A row per trial that failed, or model that failed in one: trial, model, condition, seed, reason."""
+        """A row per trial that failed: trial, model, condition, seed, reason.
+
+        Where a model failed in a trial, or its recording could not be written, ``model`` says so.
+        """
         return self._listed("failures.json", FAILURE_SCHEMA)
 
     @property
@@ -106,9 +111,9 @@ class Run:
         return str(declared["name"] if isinstance(declared, Mapping) else declared)
 
     @property
-    def seed(self) -> int:
-        """The seed of the whole run."""
-        return int(self.description["seed"])
+    def seed(self) -> int | None:
+        """The seed of the whole run; ``None`` of an imported log, whose trials have seeds of their own or none."""
+        return None if "measured" in self.description else int(self.description["seed"])
 
     @property
     def planned(self) -> int:
@@ -121,6 +126,21 @@ class Run:
         if not (self.folder / "trials.parquet").exists():
             return 0
         return len(self._table("trials.parquet", ["trial"])["trial"].unique())
+
+    @property
+    def begun(self) -> datetime.datetime | None:
+        """When it was begun, UTC; ``None`` of a folder that a version before 0.3 made."""
+        try:
+            begun = datetime.datetime.fromisoformat(self.description[BEGUN])
+        except (KeyError, TypeError, ValueError):
+            return None
+        return begun.astimezone(datetime.UTC) if begun.tzinfo else None
+
+    @property
+    def commit(self) -> str | None:
+        """The commit that it was begun with, and whether there were changes; ``None`` outside a git checkout."""
+        source = self.description.get("source")
+        return provenance.commit(source) if isinstance(source, Mapping) else None
 
     @property
     def models(self) -> list[str]:
@@ -160,7 +180,7 @@ class Run:
         -------
         matplotlib.figure.Figure
             That of ``figure.svg``, to be changed or saved. It shows itself in a notebook, with or without
-            ``%matplotlib inline``. Models that files declare are loaded, for their thresholds.
+            ``%matplotlib inline``. Thresholds are those that the run has stored: no file of a model is run.
 
         Raises
         ------
@@ -192,7 +212,8 @@ class Run:
     def __str__(self) -> str:
         changed, verdicts = (f"{said}; " if said else "" for said in (self.changed, self.verdicts))
         done = f"{self.done} of {self.planned} trials"
-        return f"{self.folder}: {self.name}, seed {self.seed}; {changed}{verdicts}{done}"
+        seed = "" if self.seed is None else f", seed {self.seed}"
+        return f"{self.folder}: {self.name}{seed}; {changed}{verdicts}{done}"
 
     def __repr__(self) -> str:
         return f"<Run {self}>"
@@ -227,7 +248,7 @@ def load(folder: str | os.PathLike[str]) -> Run:
     >>> from experiments import load
     >>> load("runs/speed-20260801-120000").trials.select(["speed_cm_s", "spikes"]).to_pylist()
     """
-    path = Path(folder)
+    path = arguments.folder("folder", folder)
     there = read_description(path)
     for name, kind in (("experiment", str | dict), ("seed", int), ("trials", int)):
         if not isinstance(there.get(name), kind):

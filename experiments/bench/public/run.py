@@ -17,9 +17,9 @@ from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.models import shown_models
 from experiments.bench.core.store.files import new_folder
 from experiments.bench.core.store.places import check_folder
-from experiments.bench.core.terminal import error_console
+from experiments.bench.core.terminal import error_console, tell_troubles
 from experiments.bench.core.verdict import Claim
-from experiments.bench.public.arguments import assignments, model_texts, whole
+from experiments.bench.public.arguments import assignments, flag, folder, is_path, model_texts, whole
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.pictures.eyes import both
@@ -82,7 +82,6 @@ def perform(
         with resources.pool(rendering=False) as pool:
             record = recordings and made.experiment.recorded
             return clips_run.run(made, folder, pool, resources, resume=resume, record=record)
-    _note_rates(made)
     from experiments.bench.robot import run as robot_run
 
     return robot_run.run(made, folder, resources, resume=resume, recordings=recordings)
@@ -96,7 +95,7 @@ def planned(experiment: Experiment | OfflineExperiment, asked: Asked) -> Plan | 
     UsageError
         It cannot be run so.
     """
-    if asked.eyes not in (ONE_EYE, BOTH_EYES):
+    if not isinstance(asked.eyes, str) or asked.eyes not in (ONE_EYE, BOTH_EYES):
         raise UsageError(f"--eyes {asked.eyes}: legal is {ONE_EYE}, {BOTH_EYES}")
     models = shown_models(experiment.models, asked.models, asked.only)
     if isinstance(experiment, OfflineExperiment):
@@ -117,16 +116,6 @@ def missing_models(plan: Plan | OfflinePlan) -> list[str]:
             needs = f"needs the models {', '.join(missing)}, which are not shown"
             found.append(f"note: claim {claim.id} {needs}; shown are {', '.join(shown)}")
     return found
-
-
-def _note_rates(plan: Plan) -> None:
-    """Say which models assume another frame rate than the camera has."""
-    rate = plan.settings.camera.fps
-    for chosen in plan.settings.models:
-        assumed = getattr(chosen.network, "fps", rate)
-        if assumed != rate:
-            said = f"note: {chosen.label} assumes {assumed:g} frames/s, the camera gives {rate:g}"
-            error_console.print(said, soft_wrap=True, markup=False)
 
 
 def run(
@@ -202,24 +191,34 @@ def run(
     >>> speed = run("speed", repeats=2, models=["emd"], settings={"dsnn.n_con": 6})
     >>> speed.claims.to_pandas()[["id", "model", "verdict"]]
     """
-    name = "" if isinstance(experiment, Experiment | OfflineExperiment) else _name(experiment)
-    declared = registry.find(name) if name else experiment
-    assert isinstance(declared, Experiment | OfflineExperiment)
-    registry.check_claims(declared, name or f"experiment {declared.name}")
-    if resume and out is None:
+    if isinstance(experiment, Experiment | OfflineExperiment):
+        declared, name = experiment, f"experiment {experiment.name}"
+    else:
+        name = _name(experiment)
+        declared = registry.find(name)
+    registry.check_claims(declared, name)
+    going_on, other = flag("resume", resume), flag("other_code", other_code)
+    if going_on and out is None:
         raise UsageError("resume=True: say by out= which run to go on with")
+    if cluster is not None and not isinstance(cluster, str):
+        raise UsageError(f"cluster={short(cluster)}: legal is the address of a Dask scheduler, tcp://...")
     count = None if repeats is None else whole("repeats", repeats)
-    asked = Asked(model_texts(models), only, assignments(settings), count, whole("seed", seed), eyes)
-    folder = new_folder(declared.name) if out is None else Path(out)
-    if not resume:
-        check_folder(folder, f"out={folder}")
-    resources = Resources(worker_count(workers), cluster, quiet, other_code)
-    perform(declared, asked, folder, resources, resume=resume, recordings=recordings)
-    return load(folder)
+    asked = Asked(
+        model_texts(models), flag("only", only), assignments(settings), count, whole("seed", seed), eyes
+    )  # fmt: skip
+    place = new_folder(declared.name) if out is None else folder("out", out)
+    if not going_on:
+        check_folder(place, f"out={place}")
+    resources = Resources(
+        worker_count(None if workers is None else whole("workers", workers)), cluster, flag("quiet", quiet), other
+    )
+    report = perform(declared, asked, place, resources, resume=going_on, recordings=flag("recordings", recordings))
+    tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
+    return load(place)
 
 
 def _name(experiment: Any) -> str:
-    if not isinstance(experiment, str | os.PathLike):
+    if not is_path(experiment):
         said = "legal is a name, the path of a .py file, or an Experiment"
         raise UsageError(f"experiment {short(experiment)}: {said}")
     return str(os.fspath(experiment))

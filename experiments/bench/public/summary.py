@@ -35,12 +35,13 @@ def read(folder: Path) -> pa.Table:
 
 
 def of_clips(trials: pa.Table) -> pa.Table:
-    """Summarise clips over seeds: a row per model, clip and quantity."""
+    """Summarise clips over seeds: a row per model, clip and quantity that the model has."""
     rows = [
         {"model": model, "clip": clip, "quantity": quantity,
          **{name: known(value) if isinstance(value, float) else value
-            for name, value in dataclasses.asdict(summarise([row[quantity] for row in own])).items()}}
+            for name, value in dataclasses.asdict(summarise(values)).items()}}
         for (model, clip), own in group(trials.to_pylist(), "model", "clip").items()
         for quantity in CLIP_QUANTITIES
+        if (values := [row[quantity] for row in own if row[quantity] is not None])
     ]  # fmt: skip
     return pa.Table.from_pylist(rows, CLIP_SCHEMA)

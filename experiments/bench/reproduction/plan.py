@@ -19,7 +19,7 @@ from experiments.bench.closed_loop.run import BehaviourPlan
 from experiments.bench.core.claims.texts import claim_texts
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.store import provenance
-from experiments.bench.core.store.description import to_json
+from experiments.bench.core.store.description import THRESHOLDS, to_json
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.onboard.formats import BEST
@@ -149,7 +149,7 @@ def design(made: Planned) -> dict[str, Any]:
     robot, clips, loops = (
         map(describe, made.plans), (each.describe() for each in made.offline), (each.describe() for each in made.loops)
     )  # fmt: skip
-    runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form")
+    runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form", THRESHOLDS)
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
         "studies": [(case.name, case.moved, case.specs) for case in (*made.others, *made.moves)],

@@ -20,6 +20,7 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import shown_models
 from experiments.bench.core.pool import Pool
 from experiments.bench.core.store.files import Files
+from experiments.bench.core.store.places import inside
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console
@@ -114,7 +115,9 @@ def reproduce(
             folder.mkdir(parents=True, exist_ok=True)
             done = [_run(each, folder, pool, resources, locks) for each in made.plans]
             shows = [
-                clips_run.run(each, folder / each.experiment.name, pool, resources, record=each.experiment.recorded)
+                clips_run.run(
+                    each, inside(folder, each.experiment.name), pool, resources, record=each.experiment.recorded
+                )
                 for each in made.offline
             ]
             played = [_play(each, folder, pool, resources) for each in made.loops]
@@ -177,7 +180,7 @@ def _announce(made: Planned, folder: Path, resources: Resources) -> None:
 def _run(plan: Plan, folder: Path, pool: Pool, resources: Resources, locks: ExitStack) -> RunFolder:
     """Run an experiment's trials. Its folder stays locked until all is judged."""
     batch = robot_run.batch(plan, robot_run.Keep())
-    run = batch.open(folder / plan.experiment.name, resources)
+    run = batch.open(inside(folder, plan.experiment.name), resources)
     locks.callback(run.close)
     batch.fill(run, pool, resources)
     return run
@@ -186,7 +189,7 @@ def _run(plan: Plan, folder: Path, pool: Pool, resources: Resources, locks: Exit
 def _play(each: BehaviourPlan, folder: Path, pool: Pool, resources: Resources) -> Played:
     """The episodes in one env, without recordings, and their figure."""
     short = each.settings[0].env.partition("/")[2].partition("-")[0].lower()
-    done = closed_loop_run.run(each, folder / f"behave-{short}", pool, resources)
+    done = closed_loop_run.run(each, inside(folder, f"behave-{short}"), pool, resources)
     closed_loop_figure.write(done)
     return done
 
@@ -205,6 +208,6 @@ def _study(
     if not cases:
         return [], []
     batch = robustness.batch(name, cases, made.plans[0], kept)
-    with closing(batch.open(folder / place, resources)) as run:
+    with closing(batch.open(inside(folder, place), resources)) as run:
         failures = batch.fill(run, pool, resources)
         return run.rows(), failures

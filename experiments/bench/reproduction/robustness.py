@@ -15,6 +15,7 @@ from experiments.bench import registry
 from experiments.bench.core.batch import Batch, Resources
 from experiments.bench.core.models import ConfiguredModel, choose
 from experiments.bench.core.settings import changed
+from experiments.bench.core.store.places import inside
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.reproduction.onboard import series
 from experiments.bench.reproduction.onboard.formats import BEST
@@ -225,7 +226,7 @@ def played(
     with resources.pool() as pool:
         for number, own in enumerate(cases):
             each = batch(number, own)
-            with closing(each.open(folder / f"replicate-{number}", resources)) as done:
+            with closing(each.open(inside(folder, f"replicate-{number}"), resources)) as done:
                 failures += each.fill(done, pool, resources)
                 rows = done.rows()
             yield own, rows, tuple(failures)

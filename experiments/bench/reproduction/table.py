@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rich.markup import escape
 from rich.table import Table
 
 from experiments.bench.core.claims.overall import totals
 from experiments.bench.core.claims.texts import chosen, readings_of_all
-from experiments.bench.core.terminal import coloured, out_console
+from experiments.bench.core.terminal import coloured, out_console, show_table, stacked
 from experiments.bench.core.verdict import Verdict
 from experiments.bench.reproduction.eye.fidelity import CELLS, CLAIMS, Fidelity
 
@@ -28,7 +27,7 @@ def show_fidelity(table: Fidelity) -> None:
         ]
         driven = table.driven[cell]
         shown.add_row(cell.name, *counts, f"{driven.speed_error:.1%}", f"{driven.path_error_mm:.1f}")
-    out_console.print(shown)
+    show_table(shown)
 
 
 def show_model_claims(claims: Sequence[Verdict]) -> None:
@@ -41,9 +40,9 @@ def show_model_claims(claims: Sequence[Verdict]) -> None:
     for claim in claims:
         said = claim.decided or claim.measured
         held = f"; {claim.held}" if claim.experiment and claim.verdict != "untested" else ""
-        words = f"{claim.says}\n[dim]{escape(said + held)}[/dim]"
-        table.add_row(escape(claim.model), claim.id, coloured(claim.verdict), str(claim.n or "-"), words)
-    out_console.print(table)
+        words = stacked(claim.says, said + held)
+        table.add_row(claim.model, claim.id, coloured(claim.verdict), str(claim.n or "-"), words)
+    show_table(table)
 
 
 def show_claims(claims: Sequence[Verdict]) -> None:
@@ -61,9 +60,9 @@ def show_claims(claims: Sequence[Verdict]) -> None:
             own = [reading for reading in chosen().get(claim.id, ()) if reading not in common]
             used = f"used to choose: {', '.join(own)}" if own else ""
             lines = filter(None, (f"replicate 0: {decided}", claim.rate.partition(";")[0], used))
-            said = f"{claim.says}\n[dim]{escape(chr(10).join(lines))}[/dim]"
+            said = stacked(claim.says, "\n".join(lines))
             table.add_row(claim.id, coloured(claim.word), claim.held, coloured(claim.verdict), said)
-    out_console.print(table)
+    show_table(table)
     out_console.print(f"\n{'; '.join(totals([(claim.id, claim.word) for claim in claims]))}", markup=False)
     if common:
         out_console.print(f"\nall claims were used to choose: {', '.join(common)}")

@@ -14,6 +14,7 @@ from typing import Any, Literal, get_args
 
 from experiments.bench.core.claims.numbers import is_number, unreadable
 from experiments.bench.core.errors import short
+from experiments.bench.core.models import NO_SPIKES
 from experiments.bench.core.store.origin import is_imported
 from experiments.bench.core.store.rows import group
 from experiments.bench.core.verdict import Claim, Outcome, Verdict
@@ -213,7 +214,7 @@ def outcome(claim: RobotClaim | str, rows: Rows, threshold: float | None, shown:
 
 def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     if threshold is None:
-        return Outcome("untested", "this model does not spike")
+        return Outcome("untested", NO_SPIKES)
     own = [row for row in rows if row["motion"] in claim.motions]
     unknown = [name for name in claim.reads if own and name not in own[0]]
     if unknown:

@@ -11,6 +11,7 @@ from typing import Literal, Protocol, get_args
 import numpy as np
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from experiments.bench.core import interrupts
 from experiments.bench.core.claims.declared import check_claims
 from experiments.bench.core.errors import check_declared, short
 from experiments.bench.core.models import ConfiguredModel
@@ -150,7 +151,8 @@ def conditions_of(design: Design) -> tuple[Condition, ...]:
         found = tuple(itertools.islice(answered, MOST_CONDITIONS + 1))
     except ValueError as error:
         raise ValueError(" ".join(str(error).split())) from None
-    except Exception as error:
+    except BaseException as error:  # SystemExit too
+        interrupts.pass_on(error)
         said = " ".join(str(error).split())
         raise ValueError(f"its conditions() raises {type(error).__name__}{': ' if said else ''}{said}") from None
     for index, condition in enumerate(found):
@@ -189,6 +191,8 @@ class Experiment:
         ``spikes``: every trial's count, and the potential over the trial. ``mechanism``: counts, time in view, firing
         rate and potential against ``varies``, a number, of crossings. ``excitation``: excitation and inhibition of HS
         over the trial, from the models that ``approach-mechanism`` declares.
+    file
+        The .py file that declares it, which commands and `experiments.run` fill in.
 
     Raises
     ------
@@ -209,6 +213,7 @@ class Experiment:
     claims: tuple[str | Claim, ...] = ()
     models: tuple[str, ...] = ("dsnn",)
     figure: Drawing = "spikes"
+    file: str = dataclasses.field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         check_declared("experiment", self.name, self.summary, self.repeats)
@@ -284,6 +289,10 @@ class TrialSpec:
     seed: int
     condition: Condition
     settings: Settings
+
+    def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
+        """Its models, each with the camera's frame rate, 1/s."""
+        return ((model, self.settings.camera.fps) for model in self.settings.models)
 
 
 def trial_seed(seed: int, index: int) -> int:

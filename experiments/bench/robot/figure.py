@@ -137,8 +137,9 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
         left, right = drawn.subfigures(  # type: ignore[misc]  # two of them, as NumPy has them
             1, 2, width_ratios=[4.0, 4.8 if across == 1 else 3.1 * across]
         )
-        silent = [model for model in models if thresholds.get(model, 0.0) is None]
-        _counts(left, [row for row in rows if row["model"] not in silent] or rows, varies, levels,
+        counting = {row["model"] for row in rows if row["spikes"] is not None}
+        silent = [model for model in models if thresholds.get(model, 0.0) is None or model not in counting]
+        _counts(left, [row for row in rows if row["model"] not in silent], varies, levels,
                 colours if len(models) == 1 else None, models, silent)  # fmt: skip
         panels = right.subplots(down, across, squeeze=False, sharex=True, sharey=True)
         axis = _trace_axis(rows)
@@ -267,8 +268,8 @@ def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapp
 
 
 def _looming(row: Mapping[str, Any]) -> bool:
-    """Whether a trial's model answers by a looming potential alone."""
-    return row["hs_spikes"] is None and row["looming_spikes"] is not None
+    """Whether a trial's model answers by a looming potential alone: a channel that is not declared is 0 throughout."""
+    return row["hs_spikes"] is None and bool(row["peak_looming"]) and not (row["peak_hs"] or row["trough_hs"])
 
 
 def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int]) -> None:

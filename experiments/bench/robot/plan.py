@@ -13,6 +13,7 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import look_up
 from experiments.bench.core.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.core.store import provenance
+from experiments.bench.core.store.description import THRESHOLDS
 from experiments.bench.core.store.parameters import Parameters, differing
 from experiments.bench.robot.experiment import Condition, Design, Experiment, Settings, TrialSpec, trial_specs
 from experiments.bench.robot.trajectory import clearance_cm, nominal, reach_cm
@@ -129,6 +130,7 @@ def describe(plan: Plan) -> dict[str, Any]:
         "trials": len(plan.specs()),
         "settings": plan.settings,
         **({"changed": changed_ones} if changed_ones else {}),
+        THRESHOLDS: {model.label: model.thresholds for model in plan.settings.models},
         **provenance.of((model.source for model in plan.settings.models), plan.experiment),
     }
 
@@ -175,8 +177,8 @@ def plan(
 ) -> Plan:
     """A checked plan from what a person typed; `UsageError` for what cannot be run."""
     count = experiment.repeats if repeats is None else repeats
-    check_counts(seed, count)
     made = Plan(*configure(experiment, models, assignments), count, seed, experiment.design)
+    check_counts(seed, count, jobs=len(made.experiment.conditions()))
     check(made)
     return made
 

@@ -89,14 +89,16 @@ def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
         "trial": spec.index,
         "repeat": spec.repeat,
         "seed": spec.seed,
-        **{name: value for name, value in dataclasses.asdict(condition).items() if value is not None},
+        **dataclasses.asdict(condition),
         **{f"{answer.model}_spikes": answer.spikes for answer in result.answers},
         "achieved_speed_cm_s": result.achieved_speed_cm_s,
         "path_error_mm": result.path_error_mm,
         "drift_mm": result.drift_mm,
         "drive": result.drive,
     }
-    recording.send_property("trial", rr.AnyValues(**values))
+    recording.send_property(
+        "trial", rr.AnyValues(**{name: value for name, value in values.items() if value is not None})
+    )
 
 
 def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:

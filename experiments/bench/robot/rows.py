@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypedDict, get_args, get_type_hints
+from typing import Any, TypedDict, get_type_hints
 
 import pyarrow as pa
 
 from dsnn import ResponseSeries
 from experiments.bench.core.claims.numbers import is_number
-from experiments.bench.core.store.contents import (
-    MAY_BE_NULL,
-    Contents,
-    planned_trial,
-)
+from experiments.bench.core.store.contents import Contents, planned_trial
 from experiments.bench.core.store.origin import is_imported, origin
 from experiments.bench.core.store.parameters import Parameters
 from experiments.bench.core.store.rows import (
@@ -26,11 +22,12 @@ from experiments.bench.core.store.rows import (
     ResponseRow,
     TrialRecord,
     group,
+    optional,
     schema_of,
 )
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.mechanism.windows import InWindows
-from experiments.bench.robot.trial import FrameColumns, TrialResult
+from experiments.bench.robot.trial import Answer, FrameColumns, TrialResult
 
 
 class RobotRow(JobRow):
@@ -58,16 +55,16 @@ class ConditionRow(TypedDict):
 class TrialRow(RobotRow, ConditionRow, ModelRow):
     """A row of ``trials.parquet``: one trial of the robot, as one model answered it."""
 
-    firing_rate_hz: float
+    firing_rate_hz: float | None
     peak_hs: float
     trough_hs: float
     peak_vs: float
     trough_vs: float
     peak_looming: float
-    achieved_speed_cm_s: float
-    """Mean speed of the stimulus where it was to be constant."""
-    path_error_mm: float
-    """Largest distance of the stimulus from its line."""
+    achieved_speed_cm_s: float | None
+    """Mean speed of the stimulus where it was to be constant; null where it stopped before that."""
+    path_error_mm: float | None
+    """Largest distance of the stimulus from its line there."""
     drift_mm: float
     """Distance of the stimulus from its line at the end, left of its way positive."""
     drive: str
@@ -76,7 +73,8 @@ class TrialRow(RobotRow, ConditionRow, ModelRow):
     """Shortest distance between the robots."""
     seconds_in_view: float
     """How long the stimulus's centre is in the camera's field."""
-    spikes_in_view: int
+    spikes_in_view: int | None
+    """This and the other counts are null where the model does not spike."""
     rate_in_view_hz: float | None
     mean_hs_in_view: float | None
     """Over these frames; null where there are none."""
@@ -117,14 +115,23 @@ class TrialFrameRow(SeenRow, ResponseRow, PoseRow):
     """A row of ``frames.parquet``: one frame, as one model answered it."""
 
 
-PARTS = tuple(name for name, kind in get_type_hints(InWindows).items() if type(None) in get_args(kind))
-"""Columns that are null where a trial has no such part."""
+OF_TRIAL = (
+    "achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "closest_cm", "seconds_in_view", "frames", "wall_s",
+)  # fmt: skip
+"""Columns that are fields of `TrialResult`: the same for every model."""
+OF_PARTS = tuple(field.name for field in dataclasses.fields(InWindows))
+"""Columns that are about parts of a trial."""
+OF_ANSWER = (
+    "model", *get_type_hints(ModelRow), "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "trough_vs",
+    "peak_looming",
+)  # fmt: skip
+"""Columns that are fields of `Answer`."""
 
 TRIAL_SCHEMA = schema_of(RobotRow, ConditionRow, ModelRow, TrialRow)
 FRAME_SCHEMA = schema_of(SeenRow, ResponseRow, PoseRow)
 
 
-def finished(result: TrialResult, recording: bytes | None, *, frames: bool = True) -> TrialRecord:
+def finished(result: TrialResult, recording: bytes | str | None, *, frames: bool = True) -> TrialRecord:
     """A trial's result as table rows, one per model, and frame rows if wanted."""
     table = _frame_table(result) if frames else FRAME_SCHEMA.empty_table()
     spec = result.spec
@@ -144,13 +151,16 @@ def _rows(result: TrialResult) -> Iterable[dict[str, Any]]:
         "seed": spec.seed,
         "robot": OBSERVER,
         **dataclasses.asdict(spec.condition),
+        **{name: getattr(result, name) for name in OF_TRIAL},
     }
     for answer in result.answers:
-        values = {name: getattr(answer, name, getattr(answer.parts, name, None)) for name in TRIAL_SCHEMA.names}
-        yield {
-            name: shared[name] if name in shared else getattr(result, name) if hasattr(result, name) else values[name]
-            for name in TRIAL_SCHEMA.names
-        }
+        yield {**shared, **answer_columns(answer)}
+
+
+def answer_columns(answer: Answer) -> dict[str, Any]:
+    """What one model made of a trial, as columns of ``trials.parquet``; without a tracker the parts are null."""
+    parts = {name: getattr(answer.parts, name) if answer.parts else None for name in OF_PARTS}
+    return {**{name: getattr(answer, name) for name in OF_ANSWER}, **parts}
 
 
 def _frame_table(result: TrialResult) -> pa.Table:
@@ -194,8 +204,8 @@ def robot_contents(
             )
             for spec in specs
         },
+        optional(ModelRow, TrialRow),
         frames,
-        MAY_BE_NULL.union(PARTS),
         parameters or {},
     )
 

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from experiments.bench.core.batch import Batch, Resources
 from experiments.bench.core.store.drawing import drawn_here
-from experiments.bench.core.store.rows import TrialRecord
+from experiments.bench.core.store.rows import TrialRecord, recording_of
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished, robot_contents
@@ -45,7 +45,7 @@ def work(spec: TrialSpec, *, keep: Keep) -> TrialRecord:
         from experiments.bench.robot import recording  # not before: Rerun takes its time to load
 
         with threadpool_limits(1):
-            recorded = recording.record(result)
+            recorded = recording_of(partial(recording.record, result))
     return drawn_here(finished(result, recorded, frames=keep.frames))
 
 

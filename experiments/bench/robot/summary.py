@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -57,6 +57,8 @@ class Report:
     open_loop: str = ""
     provenance: str = ""
     """Where the trials come from, as `experiments.bench.core.store.origin` says it; empty: they are simulated."""
+    counted: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    """Model -> the channel that it is told of by: `experiments.bench.core.models.ConfiguredModel.counted`."""
 
 
 def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:
@@ -91,6 +93,7 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
         why(plan.settings.robot, min(each.speed_cm_s for each in declared.conditions()))
         if plan.settings.robot.open_loop else "",
         origin(rows),
+        {model.label: model.counted for model in plan.settings.models},
     )  # fmt: skip
 
 
@@ -146,6 +149,8 @@ def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:
 def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:
     """Models on the same trials, per condition: a paired test of their spikes, p by Holm over all rows.
 
+    A model that does not spike has nothing to be tested.
+
     Parameters
     ----------
     rows
@@ -156,7 +161,8 @@ def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:
     models = list(dict.fromkeys(row["model"] for row in rows))
     table: list[dict[str, Any]] = []
     for condition, chosen in group(rows, *CONDITION_COLUMNS).items():
-        spikes = {m: {row["trial"]: row["spikes"] for row in chosen if row["model"] == m} for m in models}
+        counted = [row for row in chosen if row["spikes"] is not None]
+        spikes = {m: {row["trial"]: row["spikes"] for row in counted if row["model"] == m} for m in models}
         for one, other in combinations(models, 2):
             if reference not in ("", one):  # the first of the models
                 continue

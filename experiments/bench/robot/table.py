@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
+from experiments.bench.core.claims.numbers import is_number
+from experiments.bench.core.statistics import Summary, summarise
 from experiments.bench.core.store.rows import group
-from experiments.bench.core.terminal import out_console, show_places, show_verdict
+from experiments.bench.core.terminal import out_console, show_places, show_table, show_verdict
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
@@ -23,24 +25,26 @@ SHORT = {
 }  # fmt: skip
 MECHANISM_TITLE = "HS spikes per trial; time in view, and firing rate in it; HS near the axis, and its peak"
 SPIKES_TITLE = "HS spikes per trial; highest and lowest HS"
+OF_LOOMING = " (of looming detectors their own spikes, and peak)"
+"""A detector has no lowest potential: at rest it is at 0.5."""
 
 
 def show(report: Report, recordings: bool) -> None:
     """Print the table of conditions, the verdicts, and where everything is."""
     if report.provenance:
-        out_console.print(f"[b]{report.provenance}[/b]: imported from a log")
+        out_console.print(Text.assemble((report.provenance, "b"), ": imported from a log"))
     if report.rows:
-        out_console.print(_conditions_table(report))
+        show_table(_conditions_table(report))
     several = len({row["model"] for row in report.rows}) > 1
     if report.open_loop and report.rows:
-        out_console.print(_driven_table(report))
-        out_console.print(report.open_loop, highlight=False)
+        show_table(_driven_table(report))
+        out_console.print(report.open_loop)
     for verdict in report.verdicts:
         show_verdict(verdict, model=several)
     if report.comparisons:
-        out_console.print(_comparisons_table(report))
+        show_table(_comparisons_table(report))
     if report.flaws:
-        out_console.print(f"\n[red]beware[/red]: {report.flaws}")
+        out_console.print(Text.assemble("\n", ("beware", "red"), f": {report.flaws}"))
     places: dict[str, object] = {"figure": report.folder / "figure.png"} if report.rows else {}
     places["tables"] = report.folder / "trials.parquet"
     if report.failures:
@@ -63,7 +67,7 @@ def _comparisons_table(report: Report) -> Table:
     for row in report.comparisons:
         table.add_row(
             *("-" if row[n] is None else row[n] if isinstance(row[n], str) else f"{row[n]:g}" for n in names),
-            escape(f"{row['model']} - {row['against']}"),
+            f"{row['model']} - {row['against']}",
             f"{row['n']}",
             f"{row['mean_difference']:+z.1f}",
             f"{row['rank_biserial']:+z.2f}",
@@ -88,7 +92,7 @@ def _driven_table(report: Report) -> Table:
         values = (chosen[0][name] for name in names)
         speed, drift, path = (rows.get(name) for name in ("achieved_speed_cm_s", "drift_mm", "path_error_mm"))
         table.add_row(
-            *("-" if v is None else escape(v) if isinstance(v, str) else f"{v:g}" for v in values),
+            *("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in values),
             f"{wanted:g}",
             _with_spread(speed, "z.3f"),
             f"{speed['mean'] / wanted - 1:+z.1%}" if speed else "-",
@@ -107,54 +111,71 @@ def _with_spread(row: Mapping[str, Any] | None, form: str) -> str:
 
 
 def _conditions_table(report: Report) -> Table:
-    mechanism = report.drawing == "mechanism"
+    mechanism, looming = report.drawing == "mechanism", "looming" in report.counted.values()
     table = Table(
-        title=MECHANISM_TITLE if mechanism else SPIKES_TITLE,
+        title=(MECHANISM_TITLE if mechanism else SPIKES_TITLE) + (OF_LOOMING if looming else ""),
         title_justify="left",
         box=None,
         header_style="bold",
         pad_edge=False,
     )
-    conditions = group(report.summary, "model", *CONDITION_COLUMNS)
     names = varying(report.rows, report.varies)
     for name in names:
         text = name in ("model", "motion", "direction")
         table.add_column(SHORT.get(name, name), justify="left" if text else "right", no_wrap=True)
-    rate = "model" not in names  # beside models there is no room for it
-    cells = partial(_mechanism, window=report.varies == "speed_cm_s") if mechanism else partial(_spikes, rate=rate)
-    for index, chosen in enumerate(conditions.values()):
-        values, measured = chosen[0], cells({row["quantity"]: row for row in chosen})
+    cells = (
+        partial(_mechanism, window=report.varies == "speed_cm_s")
+        if mechanism
+        else partial(_spikes, rate="model" not in names)  # beside models there is no room for it
+    )
+    for index, chosen in enumerate(group(report.rows, "model", *CONDITION_COLUMNS).values()):
+        values, measured = chosen[0], cells(chosen, report.counted.get(chosen[0]["model"], "hs"))
         if not index:
             for name in measured:
                 table.add_column(name, justify="right", no_wrap=True)
         table.add_row(
-            *("-" if v is None else escape(v) if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names)),
+            *("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in (values[n] for n in names)),
             *measured.values(),
         )
     return table
 
 
-def _spikes(rows: Mapping[str, Any], *, rate: bool) -> dict[str, str]:
-    """The cells of one condition, by the heading of their column."""
-    spikes = rows["spikes"]
+Rows = Sequence[Mapping[str, Any]]
+
+
+def _spikes(rows: Rows, counted: str, *, rate: bool) -> dict[str, str]:
+    """The cells of one condition, by the heading of their column; ``counted`` is the channel that they tell of."""
+    spikes = _summary(rows, "spikes")
     return {
-        "n": f"{spikes['n']}",
-        "mean": f"{spikes['mean']:.1f}",
-        "95 %": "-" if spikes["ci_low"] is None else f"{spikes['ci_low']:.1f} .. {spikes['ci_high']:.1f}",
-        **({"rate Hz": f"{rows['firing_rate_hz']['mean']:.1f}"} if rate else {}),
-        "peak": f"{rows['peak_hs']['mean']:+z.2f}",
-        "trough": f"{rows['trough_hs']['mean']:+z.2f}",
+        "n": f"{len(rows)}",
+        "mean": _mean(rows, "spikes", ".1f"),
+        "95 %": "-" if spikes is None or spikes.n < 2 else f"{spikes.ci_low:.1f} .. {spikes.ci_high:.1f}",
+        **({"rate Hz": _mean(rows, "firing_rate_hz", ".1f")} if rate else {}),
+        "peak": _mean(rows, f"peak_{counted}", "+z.2f"),
+        "trough": _mean(rows, f"trough_{counted}", "+z.2f"),
     }
 
 
-def _mechanism(rows: Mapping[str, Any], *, window: bool) -> dict[str, str]:
+def _mechanism(rows: Rows, counted: str, *, window: bool) -> dict[str, str]:
     """The same of the figure that is about mechanism: what makes up a count."""
     return {
-        "n": f"{rows['spikes']['n']}",
-        "spikes": f"{rows['spikes']['mean']:.1f}",
-        **({"in window": f"{rows['spikes_in_window']['mean']:.1f}"} if window else {}),
-        "s in view": f"{rows['seconds_in_view']['mean']:.2f}",
-        "Hz in view": f"{rows['rate_in_view_hz']['mean']:.1f}",
-        "mean HS": f"{rows['mean_hs_near_axis']['mean']:+z.2f}",
-        "peak": f"{rows['peak_hs']['mean']:+z.2f}",
+        "n": f"{len(rows)}",
+        "spikes": _mean(rows, "spikes", ".1f"),
+        **({"in window": _mean(rows, "spikes_in_window", ".1f")} if window else {}),
+        "s in view": _mean(rows, "seconds_in_view", ".2f"),
+        "Hz in view": _mean(rows, "rate_in_view_hz", ".1f"),
+        "mean HS": _mean(rows, "mean_hs_near_axis", "+z.2f") if counted == "hs" else "-",
+        "peak": _mean(rows, f"peak_{counted}", "+z.2f"),
     }
+
+
+def _summary(rows: Rows, column: str) -> Summary | None:
+    """The summary of a column over trials; ``None`` where none has a number, as a model that does not spike."""
+    values = [row[column] for row in rows if is_number(row.get(column))]
+    return summarise(values) if values else None
+
+
+def _mean(rows: Rows, column: str, form: str) -> str:
+    """The mean of a column over trials, in a format; a dash where none has a number."""
+    found = _summary(rows, column)
+    return "-" if found is None else f"{found.mean:{form}}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import threading
 import time
 from collections import OrderedDict
@@ -57,13 +56,13 @@ class Answer:
     """Those that the model declares."""
     thresholds: Mapping[str, float | None]
     """Channel -> its spiking threshold."""
-    spikes: int
+    spikes: int | None
     """Accumulated count of HS, or of looming where no direction is declared."""
     hs_spikes: int | None
     vs_spikes: int | None
     looming_spikes: int | None
-    """Accumulated counts of each channel; ``None`` where it is not declared."""
-    firing_rate_hz: float
+    """Accumulated counts of each channel; ``None`` where it has no threshold or is not declared."""
+    firing_rate_hz: float | None
     peak_hs: float
     trough_hs: float
     peak_vs: float
@@ -82,8 +81,8 @@ class TrialResult:
     answers: tuple[Answer, ...]
     broken: Mapping[str, str]
     """Models that raised, or answered with something else than numbers: label -> what went wrong."""
-    achieved_speed_cm_s: float
-    path_error_mm: float
+    achieved_speed_cm_s: float | None
+    path_error_mm: float | None
     drift_mm: float
     drive: str
     closest_cm: float
@@ -212,8 +211,8 @@ def _result(
         spec=spec,
         answers=answers,
         broken=broken,
-        achieved_speed_cm_s=100 * float(np.ptp(along[steady]) / np.ptp(times)) if measured else math.nan,
-        path_error_mm=1000 * float(np.abs(offset[steady]).max()) if measured else math.nan,
+        achieved_speed_cm_s=100 * float(np.ptp(along[steady]) / np.ptp(times)) if measured else None,
+        path_error_mm=1000 * float(np.abs(offset[steady]).max()) if measured else None,
         drift_mm=1000 * float(offset[-1]),
         drive="open" if spec.settings.robot.open_loop else "feedback",
         closest_cm=float(away_cm(columns, spec.settings.camera.forward_cm).min()),
@@ -253,20 +252,20 @@ def answer(model: ConfiguredModel, series: ResponseSeries, parts: Windows | None
     fps
         Frames per second.
     """
-    channels, spikes = model.channels, series.accumulated_spikes(model.counted)
+    counts = spike_counts(model, series)
+    spikes = counts["spikes"]
     return Answer(
         model=model.label,
-        channels=channels,
+        channels=model.channels,
         thresholds=model.thresholds,
-        spikes=spikes,
-        **spike_counts(series, channels),
-        firing_rate_hz=spikes / (len(series.hs) / fps),
+        **counts,
+        firing_rate_hz=None if spikes is None else spikes / (len(series.hs) / fps),
         peak_hs=float(series.hs.max()),
         trough_hs=float(series.hs.min()),
         peak_vs=float(series.vs.max()),
         trough_vs=float(series.vs.min()),
         peak_looming=float(series.looming.max()),
-        parts=None if parts is None else measure(series, model.counted, parts, fps),
+        parts=None if parts is None else measure(series, model.counted if spikes is not None else "", parts, fps),
         series=series,
     )
 

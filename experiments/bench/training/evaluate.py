@@ -14,6 +14,7 @@ from experiments.bench.closed_loop.policy import About, Policy
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.batch import Resources
 from experiments.bench.core.settings import check_counts
+from experiments.bench.core.store.places import replacing
 from experiments.bench.core.store.rows import known
 
 JUDGED = 20
@@ -29,7 +30,7 @@ def keep(policy: Policy, curve: Sequence[Mapping[str, float]], folder: Path, nam
     """Write ``NAME.npz`` and ``learning.csv``; return the path of the former."""
     file = folder / f"{name}{policy_file.ENDING}"
     policy_file.save(policy, file)
-    with (folder / "learning.csv").open("x", newline="", encoding="utf-8") as table:
+    with replacing(folder / "learning.csv") as partial, partial.open("w", newline="", encoding="utf-8") as table:
         writer = csv.DictWriter(table, ("steps", "episodes", "return"))
         writer.writeheader()
         writer.writerows({name: known(value) for name, value in row.items()} for row in curve)
@@ -48,7 +49,7 @@ def judge(files: Sequence[Path], folder: Path, resources: Resources) -> Played:
 
 def replay(file: Path, folder: Path, episodes: int, seed: int, resources: Resources) -> Played:
     """Play the policy in worlds from ``seed`` up, and leave a recording of each."""
-    check_counts(seed, episodes)
+    check_counts(seed, episodes, "--episodes")
     about = policy_file.load(file).about
     return _play([file], about, (), folder, episodes, seed, resources, recordings=episodes)
 

@@ -19,6 +19,7 @@ from experiments.bench.core.batch import Resources
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.scores import Standing
 from experiments.bench.core.store.files import Files
+from experiments.bench.core.store.places import inside
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.terminal import count, error_console, progress
 from experiments.bench.training import evaluate, scores
@@ -171,6 +172,8 @@ def train(study: Study, folder: Path, seed: int, resources: Resources) -> None:
     whole = _policy(folder, seed).parent
     with interrupts.held():
         partial = whole.with_name(f"{whole.name}.part")
+        if partial.is_symlink():
+            partial.unlink()
         shutil.rmtree(partial, ignore_errors=True)  # of a process that was killed as it wrote
         partial.mkdir()
         evaluate.keep(learnt.policy, learnt.curve, partial, _policy(folder, seed).stem)
@@ -196,7 +199,7 @@ def judge(study: Study, folder: Path, resources: Resources) -> Studied:
 
 
 def _policy(folder: Path, seed: int) -> Path:
-    return folder / f"seed-{seed}" / f"policy-{seed}{policy_file.ENDING}"
+    return inside(folder, f"seed-{seed}") / f"policy-{seed}{policy_file.ENDING}"
 
 
 def _read(folder: Path) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from rich.table import Table
 
 from colias_sim.envs import ENVS
 from experiments.bench.core.scores import written
-from experiments.bench.core.terminal import count, out_console, show_places
+from experiments.bench.core.terminal import count, out_console, show_places, show_table, stacked
 from experiments.bench.training.scores import TRAINED
 from experiments.bench.training.study import Studied
 
@@ -18,7 +18,7 @@ def show(studied: Studied) -> None:
     """Print each measure with its interval, and below the table what the intervals are of."""
     out_console.print(described(studied), soft_wrap=True, markup=False)
     out_console.print()
-    out_console.print(_table(studied))
+    show_table(_table(studied))
     out_console.print()
     for line in _notes(studied):
         out_console.print(line, markup=False)
@@ -48,7 +48,7 @@ def _table(studied: Studied) -> Table:
         table.add_column(name, justify="right", no_wrap=True)
     for standing in studied.standings:
         found = [standing.scores.get(name) for name in measures]
-        cells = ["-" if score is None else f"{written(score.value)}\n[dim]{score.interval()}[/dim]" for score in found]
+        cells = ["-" if score is None else stacked(written(score.value), score.interval()) for score in found]
         table.add_row(standing.name, *cells)
     return table
 

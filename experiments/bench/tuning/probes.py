@@ -7,12 +7,12 @@ have 99x72 px, through the robot's lens.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Literal
 
+from dsnn.hints import nearest
 from experiments.bench.clips.experiment import Clip
 from experiments.bench.core.errors import UsageError
 
@@ -183,6 +183,5 @@ def families(names: Iterable[str]) -> tuple[Family, ...]:
     wanted = list(dict.fromkeys(names))
     for name in wanted:
         if name not in CURVES:
-            near = difflib.get_close_matches(name, CURVES, n=1, cutoff=0.0)[0]
-            raise UsageError(f"--curve {name}: known are {', '.join(CURVES)} (nearest: {near})")
+            raise UsageError(f"--curve {name}: known are {', '.join(CURVES)}{nearest(name, CURVES, ' (', ')')}")
     return tuple(curve_family(name) for name in CURVES if not wanted or name in wanted)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from rich.markup import escape
 from rich.table import Table
 
-from experiments.bench.core.terminal import out_console
+from experiments.bench.core.terminal import out_console, show_table
 from experiments.bench.tuning.defined import SOME
 from experiments.bench.tuning.preferences import Preferences
 from experiments.bench.tuning.run import TuningReport
@@ -45,9 +44,9 @@ def show(report: TuningReport) -> None:
         table.add_column(name, justify="right", no_wrap=True)
     for each in report.preferences:
         cells = (UNDEFINED if name in each.undefined else cell(each) for _, _, name, cell in columns)
-        table.add_row(escape(each.model), *cells)
-    out_console.print(table)
-    out_console.print(f"[dim]{NOTE}[/dim]\n")
+        table.add_row(each.model, *cells)
+    show_table(table)
+    out_console.print(f"{NOTE}\n", style="dim")
     for each in report.preferences:
         for why in dict.fromkeys(each.undefined.values()):
             names = ", ".join(name for name in each.undefined if each.undefined[name] == why)

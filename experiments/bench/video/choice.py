@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from collections.abc import Sequence
 
+from dsnn.hints import nearest
 from experiments.bench.core.errors import UsageError
 from experiments.bench.video.reading import Reel
 
@@ -36,9 +36,8 @@ def shown(reel: Reel, asked: Sequence[str] = ()) -> Reel:
     every = reel.models
     for name in asked:
         if name not in every:
-            near = difflib.get_close_matches(name, every, n=1, cutoff=0.0)
-            nearest = f" (nearest: {near[0]})" if near else ""
-            raise UsageError(f"--model {name}: {reel.path} has no such model{nearest}; there are: {', '.join(every)}")
+            near = nearest(name, every, " (", ")")
+            raise UsageError(f"--model {name}: {reel.path} has no such model{near}; there are: {', '.join(every)}")
     chosen = tuple(dict.fromkeys(asked)) or every[:MOST_MODELS]
     if len(chosen) > MOST_MODELS:
         raise UsageError(f"--model: {len(chosen)} models; legal are up to {MOST_MODELS} in one picture")

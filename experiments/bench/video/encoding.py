@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import importlib.util
-import tempfile
-from collections.abc import Callable, Collection, Iterable, Iterator
+import io
+import os
+import subprocess
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import IO
 
 import numpy as np
 from PIL import Image
 
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.store.places import FULL, replacing
 from experiments.bench.video.pictures import Picture
 
 Colour = tuple[int, int, int]
@@ -58,42 +64,84 @@ def writer(
     ------
     callable
         Takes a frame, (H, W, 3) uint8, RGB.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    with replacing(out) as partial:
+        if out.suffix == ".gif":
+            palette = _palette(samples(), colours)
+            graph = "[0:v][1:v]paletteuse=dither=none:diff_mode=rectangle"
+            coding = ["-lavfi", graph, "-c:v", "gif", "-pix_fmt", "pal8", "-f", "gif"]
+        else:
+            palette = b""
+            coding = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", QUALITY, "-preset", "medium"]
+            coding += ["-movflags", "+faststart", "-f", "mp4"]
+        process, pipe = _ffmpeg(size, rate, palette, coding, partial)
+
+        def take(frame: Picture) -> None:
+            try:
+                pipe.write(np.ascontiguousarray(frame).data)
+            except BrokenPipeError:
+                raise _error(process.wait(), out) from None
+
+        try:
+            yield take
+            with contextlib.suppress(BrokenPipeError):  # its status says why
+                pipe.close()
+            if status := process.wait():
+                raise _error(status, out)
+        except BaseException:
+            process.kill()
+            with contextlib.suppress(OSError):
+                pipe.close()
+            process.wait()
+            raise
+
+
+def _error(status: int, out: Path) -> OSError:
+    """Return why ffmpeg ended: with the negative number of the system's error where the disk was full."""
+    number = 256 - status
+    return OSError(number, "") if number in FULL else OSError(errno.EIO, f"ffmpeg ended with {status}", str(out))
+
+
+def _ffmpeg(
+    size: tuple[int, int], rate: float, palette: bytes, coding: Sequence[str], out: Path
+) -> tuple[subprocess.Popen[bytes], IO[bytes]]:
+    """Start ffmpeg with a ``palette`` (a PNG file, or empty); return it, and the pipe from which it reads frames.
+
+    Ctrl-C is not for it. It ignores the signals that Python ignores, so that too large a file is an error.
     """
     import imageio_ffmpeg
 
-    partial = out.with_name(f".{out.stem}.part{out.suffix}")
-    with tempfile.TemporaryDirectory(prefix="colias-") as folder:
-        if out.suffix == ".gif":
-            palette = Path(folder) / "palette.png"
-            _write_palette(palette, samples(), colours)
-            graph = f"movie={palette}[p];[0:v][p]paletteuse=dither=none:diff_mode=rectangle"
-            settings: dict[str, Any] = {"codec": "gif", "pix_fmt_out": "pal8", "output_params": ["-lavfi", graph]}
-        else:
-            shown = ["-crf", QUALITY, "-preset", "medium", "-movflags", "+faststart"]
-            settings = {"codec": "libx264", "pix_fmt_out": "yuv420p", "output_params": shown}
-        sink = imageio_ffmpeg.write_frames(
-            str(partial), size, fps=rate, quality=None, macro_block_size=1, ffmpeg_log_level="error", **settings
-        )
-        try:
-            sink.send(None)
-
-            def take(frame: Picture) -> None:
-                sink.send(np.ascontiguousarray(frame))
-
-            yield take
-            sink.close()
-            partial.replace(out)
-        finally:
-            sink.close()
-            partial.unlink(missing_ok=True)
+    read, write = os.pipe()
+    os.write(write, palette)  # less than a pipe holds
+    os.close(write)
+    frames = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}"]
+    frames += ["-r", f"{Fraction(rate).limit_denominator()}", "-i", "-"]
+    colours = ["-f", "png_pipe", "-i", f"pipe:{read}"] if palette else []
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", *frames, *colours, "-an", *coding, "-v", "fatal", f"{out}"]
+    try:
+        process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, pass_fds=[read],
+            restore_signals=False, process_group=0,
+        )  # fmt: skip
+    finally:
+        os.close(read)
+    assert process.stdin is not None
+    return process, process.stdin
 
 
-def _write_palette(path: Path, samples: Iterable[Picture], exact: Collection[Colour]) -> None:
-    """Write the 256 colours that some frames need most, as ffmpeg wants them: a picture of 16 by 16."""
+def _palette(samples: Iterable[Picture], exact: Collection[Colour]) -> bytes:
+    """Return the 256 colours that some frames need most, as ffmpeg wants them: a PNG file of 16 by 16 pixels."""
     stacked = Image.fromarray(np.vstack([frame[::2, ::2] for frame in samples]))
     fixed = [value for colour in sorted(set(exact)) for value in colour]
     colours = stacked.quantize(COLOURS - len(fixed) // 3, method=Image.Quantize.MEDIANCUT).getpalette() or []
     colours = [*fixed, *colours][: 3 * COLOURS]
     full = np.zeros(3 * COLOURS, np.uint8)
     full[: len(colours)] = colours
-    Image.fromarray(full.reshape(16, 16, 3)).save(path)
+    file = io.BytesIO()
+    Image.fromarray(full.reshape(16, 16, 3)).save(file, format="PNG")
+    return file.getvalue()

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from experiments.bench.core.figures.plotting import STYLE, plain
+from experiments.bench.core.figures.plotting import STYLE, drawing, plain
 from experiments.bench.video.layout import KEYS_A_ROW, Layout, Panel, apart, levels_of, moves_on, traces_of
 from experiments.bench.video.pictures import Picture
 from experiments.bench.video.reading import Reel, Trace
@@ -160,15 +160,16 @@ class Still:
         if model:
             title = axes.set_title(plain(model), loc="left", fontsize=size, pad=4 * scale)
             renderer = self._canvas.get_renderer()  # type: ignore[no-untyped-call]
-            room = key.get_window_extent(renderer).x0
-            for length in range(len(model) - 1, 0, -1):  # cut to where the key begins
-                if title.get_window_extent(renderer).x1 <= room:
-                    break
-                title.set_text(plain(f"{model[:length]}..."))
+            with drawing({}):
+                room = key.get_window_extent(renderer).x0
+                for length in range(len(model) - 1, 0, -1):  # cut to where the key begins
+                    if title.get_window_extent(renderer).x1 <= room:
+                        break
+                    title.set_text(plain(f"{model[:length]}..."))
 
     def picture(self) -> Picture:
         """Return the figure, (H, W, 3) uint8, RGB."""
-        with mpl.rc_context(self._style):
+        with drawing(self._style):
             self._canvas.draw()  # type: ignore[no-untyped-call]
             pixels = np.asarray(self._canvas.buffer_rgba(), np.uint8)  # type: ignore[no-untyped-call]
             return pixels[..., :3].copy()

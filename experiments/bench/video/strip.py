@@ -9,6 +9,7 @@ import numpy as np
 from PIL import Image
 
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.store.places import replacing
 from experiments.bench.video.drawing import Drawer
 from experiments.bench.video.layout import LEFT, Layout, Panel, ground, moves_on, trace_panels
 from experiments.bench.video.make import SIZES_PX, aspects, caption_of, pictures_at
@@ -77,9 +78,8 @@ def make_strip(
         for time_s in times:
             (start, end) = np.rint(panel.pixels(np.array([time_s, time_s]), np.array(panel.y))).astype(int).tolist()
             cv2.line(picture, start, end, MARK, max(round(scale), 1))
-    partial = out.with_name(f".{out.stem}.part.png")
-    Image.fromarray(picture).save(partial)
-    partial.replace(out)
+    with replacing(out) as partial:
+        Image.fromarray(picture).save(partial, format="PNG")
 
 
 def _panels(

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib import font_manager
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
@@ -18,6 +21,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.core.scores import Score, Standing
+from experiments.bench.core.store.places import replacing
 
 STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -30,9 +34,34 @@ STYLE: dict[Any, Any] = {
 }
 
 
+BOX = "\N{WHITE SQUARE}"
+"""What stands in a figure for a character that cannot be printed."""
+
+
+@contextlib.contextmanager
+def drawing(style: Mapping[Any, Any] = STYLE) -> Iterator[None]:
+    """Draw in a style, and without a warning for each character of a user's text that the font has not.
+
+    In pixels such a character is an empty box. In an SVG file the text is whole, and the viewer's font may have it.
+    """
+    with warnings.catch_warnings(), mpl.rc_context(dict(style)):
+        warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font", UserWarning)
+        yield
+
+
+def without_glyph(text: str) -> list[str]:
+    """Return the characters of ``text`` that the figures' font cannot draw, each once."""
+    odd = [character for character in dict.fromkeys(text) if character != "\n" and not " " <= character <= "~"]
+    if not odd:
+        return []
+    families = [font_manager.FontProperties(family=[name]) for name in font_manager.FontProperties().get_family()]
+    fonts = [font_manager.get_font(font_manager.findfont(family)) for family in families]
+    return [each for each in odd if not any(font.get_char_index(ord(each)) for font in fonts)]
+
+
 def plain(text: str) -> str:
-    """Words as they are: a dollar sign in a label of the user's begins no formula."""
-    return text.replace("$", r"\$")
+    """Words as they are: a dollar sign in a label of the user's begins no formula, and nothing steers a viewer."""
+    return "".join(each if each.isprintable() or each == "\n" else BOX for each in text).replace("$", r"\$")
 
 
 LETTER = 0.58
@@ -120,12 +149,11 @@ def columns_of_key(labels: Sequence[str], inches: float, size: float) -> int:
 
 def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
     """Write ``NAME.svg`` and ``NAME.png`` atomically; return the path of the latter."""
-    with mpl.rc_context(STYLE):
+    with drawing():
         _settle(drawn)
         for kind in ("svg", "png"):
-            partial = folder / f"{name}.{kind}.part"
-            drawn.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
-            partial.replace(folder / f"{name}.{kind}")
+            with replacing(folder / f"{name}.{kind}") as partial:
+                drawn.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
     return folder / f"{name}.png"
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,10 @@ import pyarrow as pa
 from experiments.bench.core.store.description import short
 from experiments.bench.core.store.files import read_parquet
 from experiments.bench.core.store.parameters import Parameters, of_model
+from experiments.bench.core.store.rows import RECORDING
 
 Row = dict[str, Any]
 SPIKES = ("hs_spikes", "vs_spikes", "looming_spikes")
-MAY_BE_NULL = frozenset({"background_mean", "hs_rightward", "hs_leftward", "hs_against", *SPIKES})
-"""Measures that some trials and clips do not have. What a trial sets may be null wherever the plan says so."""
 STEPS_MAY_LACK = frozenset({"hs", "vs", "looming", "azimuth", *SPIKES})
 """Of a robot's frames in an env, where it sees nothing."""
 RRD_BEGINS, RRD_ENDS = b"RRF2", b"RRF2FOOT"
@@ -49,17 +48,18 @@ class Contents:
     ----------
     trials
         What is planned, by number.
+    may_be_null
+        Measures that some trials do not have (`experiments.bench.core.store.rows.optional`). What a trial sets may be
+        null wherever the plan says so.
     frames
         Whether their frames are kept.
-    may_be_null
-        Measures that some trials do not have.
     parameters
         Those that have columns, by key and model.
     """
 
     trials: Mapping[int, Planned]
+    may_be_null: frozenset[str]
     frames: bool = True
-    may_be_null: frozenset[str] = MAY_BE_NULL
     parameters: Parameters = field(default_factory=dict)
 
     def trial(self, file: str, index: Any) -> Planned:
@@ -97,23 +97,10 @@ def checked_rows(
     """The rows by trial, in the order of its models; `Misfit` that names the first row that does not belong."""
     rows: dict[int, dict[str, Row]] = {}
     for row in table.to_pylist():
-        planned = contents.trial(file, row["trial"])
-        where = f"{file}: trial {row['trial']}"
-        for name, value in planned.columns.items():
-            if row[name] != value:
-                raise Misfit(f"{where}: {name} is {row[name]!r}, the plan says {value!r}")
+        check_row(row, contents, codes, file)
         model = row["model"]
-        if model not in planned.models:
-            raise Misfit(f"{where}: model {model!r} is not in the plan, which has {', '.join(planned.models)}")
         if model in rows.setdefault(row["trial"], {}):
-            raise Misfit(f"{where}: two rows of {model}")
-        if row["code"] not in codes:
-            raise Misfit(f"{where}: code {row['code']!r} is none that experiment.json lists")
-        own = of_model(contents.parameters, model)
-        for name, value in own.items():
-            if row[name] != value:
-                raise Misfit(f"{where}: {name} of {model} is {row[name]!r}, the plan says {value!r}")
-        _check_measures(row, {**planned.columns, **own}, contents.may_be_null, where)
+            raise Misfit(f"{file}: trial {row['trial']}: two rows of {model}")
         rows[row["trial"]][model] = row
     return {
         trial: tuple(own[model] for model in contents.trials[trial].models if model in own)
@@ -121,9 +108,40 @@ def checked_rows(
     }
 
 
-def _check_measures(row: Row, known: Mapping[str, Any], may_be_null: frozenset[str], where: str) -> None:
+def check_row(row: Row, contents: Contents, codes: Collection[str], file: str = "trials.parquet") -> None:
+    """Hold a row against the plan, when it is written and when it is read.
+
+    Parameters
+    ----------
+    row
+        The row.
+    contents
+        The plan.
+    codes
+        What may have computed the row.
+    file
+        The table, for the message.
+
+    Raises
+    ------
+    Misfit
+        The row is none of this run's: the message names the first thing about it that is not.
+    """
+    planned = contents.trial(file, row["trial"])
+    where, model = f"{file}: trial {row['trial']}", row["model"]
+    if model not in planned.models:
+        raise Misfit(f"{where}: model {model!r} is not in the plan, which has {', '.join(planned.models)}")
+    if row["code"] not in codes:
+        raise Misfit(f"{where}: code {row['code']!r} is none that experiment.json lists")
+    own = of_model(contents.parameters, model)
+    for name, value in planned.columns.items():
+        if row[name] != value:
+            raise Misfit(f"{where}: {name} is {row[name]!r}, the plan says {value!r}")
+    for name, value in own.items():
+        if row[name] != value:
+            raise Misfit(f"{where}: {name} of {model} is {row[name]!r}, the plan says {value!r}")
     for name, value in row.items():
-        if name in known or (value is None and name in may_be_null):
+        if name in planned.columns or name in own or (value is None and name in contents.may_be_null):
             continue
         if value is None or (isinstance(value, float) and not math.isfinite(value)):
             raise Misfit(f"{where}: {name} is {value!r}")
@@ -219,6 +237,8 @@ def checked_failures(
         planned = contents.trial(file, trial)
         if item["seed"] != planned.columns["seed"]:
             raise Misfit(f"{file}: trial {trial}: seed is {item['seed']}, the plan says {planned.columns['seed']}")
+        if model == RECORDING:
+            continue  # the trial is done again, as it has no recording
         if model and model not in planned.models:
             raise Misfit(f"{file}: trial {trial}: model {model!r} is not in the plan")
         if not model or trial not in rows:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import datetime
 import os
-from collections.abc import Iterator, Mapping, Sequence
+import threading
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +14,22 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from experiments.bench.core.store.description import to_json
+from experiments.bench.core.store.places import replacing
+
+_NAMING = threading.Lock()
+_given: set[Path] = set()
+"""Folders that this process has been told of: another thread may not have made its own yet."""
 
 
 def new_folder(name: str) -> Path:
     """Return the path of a folder that is not there yet, under ``runs``: a run's name, and the time."""
     first = Path("runs") / f"{name}-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
     path, number = first, 1
-    while path.exists():  # of another run begun in the same second
-        number += 1
-        path = first.with_name(f"{first.name}-{number}")
+    with _NAMING:
+        while path.exists() or path.absolute() in _given:  # of another run begun in the same second
+            number += 1
+            path = first.with_name(f"{first.name}-{number}")
+        _given.add(path.absolute())
     return path
 
 
@@ -71,28 +78,15 @@ class Files:
 
     def write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
         """Write rows as CSV."""
-        with self._replacing(self.path(name)) as partial:
+        with replacing(self.path(name)) as partial:
             pa.csv.write_csv(pa.Table.from_pylist(list(rows)), partial)
 
     def write_table(self, name: str, table: pa.Table) -> None:
         """Write a table as Parquet."""
-        with self._replacing(self.path(name)) as partial:
+        with replacing(self.path(name)) as partial:
             pq.write_table(table, partial)
 
     def write_bytes(self, path: Path, data: bytes) -> None:
         """Write a file at ``path``, in the folder or below it."""
-        with self._replacing(path) as partial:
+        with replacing(path) as partial:
             partial.write_bytes(data)
-
-    @contextlib.contextmanager
-    def _replacing(self, path: Path) -> Iterator[Path]:
-        """A file to write beside ``path``, which it then replaces, whole and on the disk, or not at all."""
-        partial = path.with_name(path.name + ".part")
-        try:
-            yield partial
-            with partial.open("rb") as file:
-                os.fsync(file.fileno())
-        except OSError:
-            partial.unlink(missing_ok=True)
-            raise
-        partial.replace(path)

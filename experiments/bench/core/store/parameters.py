@@ -8,7 +8,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from experiments.bench.core.models import ConfiguredModel, load_model, sections
+from experiments.bench.core.models import ConfiguredModel, sections
 
 Parameters = Mapping[str, Mapping[str, Any]]
 """Key, as ``--set`` has it -> label of a model -> its value; ``None`` of a model that has no such parameter."""
@@ -35,7 +35,7 @@ def differing(
         A sequence is the text that ``--set`` takes.
     """
     named = sections(models)
-    defaults = [load_model(model.source).preset("offline" if offline else "robot") for model in models]
+    defaults = [model.declared.preset("offline" if offline else "robot") for model in models]
     keys: dict[str, None] = {}
     for section, default, model in zip(named, defaults, models, strict=True):
         keys |= dict.fromkeys(f"{section}.{name}" for name in _differing(default, model.network))

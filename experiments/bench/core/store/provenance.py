@@ -16,15 +16,8 @@ from typing import Any
 
 from dsnn import forms
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.user_code import (
-    USER_MODULE,
-    as_loaded,
-    closure,
-    is_own,
-    is_users,
-    package_folders,
-    sha256,
-)
+from experiments.bench.core.user_code import as_loaded, closure, is_own, sha256
+from experiments.bench.core.user_modules import is_users, package_folders
 from experiments.bench.core.verdict import Claim
 
 LIBRARIES = (
@@ -86,27 +79,16 @@ def _declaring(experiment: object) -> Iterator[str]:
     """The user's files that declare the experiment, its design's class and its claims' judges; none need be one."""
     if experiment is None:
         return
-    design = getattr(experiment, "design", None)
-    for name, module in list(sys.modules.items()):
-        if not name.startswith(USER_MODULE) or not module.__file__:
-            continue
-        declared = getattr(module, "EXPERIMENT", None)
-        # What --set changed is the design alone.
-        same = type(declared) is type(experiment) and _but_design(declared) == _but_design(experiment)
-        if same or type(design).__module__ == name:
-            yield str(module.__file__)
+    if file := getattr(experiment, "file", ""):
+        yield file
     judges = [claim.judge for claim in getattr(experiment, "claims", ()) if isinstance(claim, Claim)]
-    for thing in (type(design), *judges):  # of a script or of a notebook's own modules too
+    for thing in (type(getattr(experiment, "design", None)), *judges):  # of a script or of a notebook's own modules too
         while isinstance(thing, functools.partial):
             thing = thing.func
         module_name = getattr(thing, "__module__", None) or type(thing).__module__
         file = getattr(sys.modules.get(module_name), "__file__", None)
         if isinstance(file, str) and is_users(Path(file).resolve()):
             yield str(Path(file).resolve())
-
-
-def _but_design(experiment: Any) -> dict[str, Any]:
-    return {name: getattr(experiment, name) for name in experiment.__dataclass_fields__ if name != "design"}
 
 
 def _code(made: Mapping[str, Any]) -> str:
@@ -214,10 +196,15 @@ def _of_versions(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     return ""
 
 
+def commit(source: Mapping[str, Any]) -> str | None:
+    """Return the commit of a state of the source, for people; ``None`` where it is of none."""
+    name = source.get("commit")
+    return f"{str(name)[:12]}{' with changes' if source.get('dirty') else ''}" if name else None
+
+
 def _named(source: Mapping[str, Any]) -> str:
     """A state of the source, for people."""
-    commit, dirty = source.get("commit"), " with changes" if source.get("dirty") else ""
-    of_commit = f", commit {str(commit)[:12]}{dirty}" if commit else ""
+    of_commit = f", commit {name}" if (name := commit(source)) else ""
     return f"digest {str(source.get('digest'))[:12]}{of_commit}"
 
 

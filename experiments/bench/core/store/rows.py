@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, get_args, get_type_hints
+
+from experiments.bench.core.store.places import told
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 MOST_LISTED = 10
 """Numbers of trials in a message."""
+
+RECORDING = "(recording)"
+"""What stands for the model in the failure of a trial's recording. No model's label has parentheses."""
 
 OBSERVER = "observer"
 """The robot that sees and, in an env, behaves: today's only value of the column ``robot``."""
@@ -32,9 +37,9 @@ class JobRow(TypedDict):
 
 
 class ModelRow(TypedDict):
-    """What one vision model made of a trial or a clip. A count is null where the model does not declare the channel."""
+    """What one vision model made of a trial or a clip. A count is null where the channel does not spike."""
 
-    spikes: int
+    spikes: int | None
     """Accumulated count of HS, or of looming where no direction is declared."""
     hs_spikes: int | None
     vs_spikes: int | None
@@ -81,6 +86,12 @@ def schema_of(*rows: type) -> pa.Schema:
     return pa.schema(columns)
 
 
+def optional(*rows: type) -> frozenset[str]:
+    """Return the columns of typed rows that may be null: those declared ``| None``."""
+    kinds = {name: kind for row in rows for name, kind in get_type_hints(row).items()}
+    return frozenset(name for name, kind in kinds.items() if type(None) in get_args(kind))
+
+
 @dataclass(frozen=True, slots=True)
 class TrialRecord:
     """What a worker returns of a job: rows ready for the tables, and the bytes of its recording."""
@@ -88,7 +99,8 @@ class TrialRecord:
     index: int
     rows: tuple[dict[str, Any], ...]
     frames: pa.Table
-    recording: bytes | None
+    recording: bytes | str | None
+    """Bytes of an .rrd file, or why there is none; ``None`` where none is kept."""
     failures: tuple[Failure, ...] = ()
     """Those of single models, which the others' answers outlive."""
     renderer: str = ""
@@ -99,11 +111,11 @@ class TrialRecord:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A trial that could not be finished, or a ``model`` that broke in one that otherwise was, and why."""
+    """A trial that could not be finished, or a ``model`` or a recording of one that otherwise was, and why."""
 
     trial: int
     model: str
-    """Empty for a whole trial."""
+    """Empty for a whole trial, `RECORDING` for its recording."""
     condition: str
     seed: int
     attempts: int
@@ -111,8 +123,18 @@ class Failure:
 
     def __str__(self) -> str:
         what = f"{self.model} failed in trial {self.trial}" if self.model else f"trial {self.trial} failed"
+        if self.model == RECORDING:
+            what = f"trial {self.trial} has no recording"
         times = f" after {self.attempts} attempts" if self.attempts > 1 else ""
         return f"{what}{times} ({self.condition}): {self.reason}"
+
+
+def recording_of(make: Callable[[], bytes]) -> bytes | str:
+    """Make the recording of a trial, or say why there is none: the trial's rows do not go with it."""
+    try:
+        return make()
+    except Exception as error:  # Rerun's, or too little memory
+        return told(error)
 
 
 def recording_name(index: int) -> str:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shutil
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 from filelock import FileLock, Timeout
@@ -17,9 +19,11 @@ from filelock import FileLock, Timeout
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.contents import (
+    SPIKES,
     Contents,
     Misfit,
     check_recordings,
+    check_row,
     checked_failures,
     checked_frames,
     checked_rows,
@@ -41,10 +45,23 @@ from experiments.bench.core.store.description import (
 )
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.store.parameters import Parameters, of_model, with_columns
-from experiments.bench.core.store.rows import Failure, TrialRecord, listed_trials, mixture, recording_name
+from experiments.bench.core.store.places import inside, told
+from experiments.bench.core.store.rows import (
+    RECORDING,
+    Failure,
+    TrialRecord,
+    listed_trials,
+    mixture,
+    recording_name,
+)
+
+RECORDINGS, LOCK = "recordings", ".lock"
 
 WITHOUT_LOCKS = frozenset({errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EINVAL})
 """What a file system says that has no locks: runs do without there."""
+
+FOR_TABLES_BYTES = 2 * 2**20
+"""What recordings leave free on a disk, beside room for the table of frames anew: rows outlive recordings."""
 
 WRITING_SHARE = 0.05
 """Of a run's time, what rewriting the tables may take: they are brought up to date as often as this allows."""
@@ -73,8 +90,9 @@ class RunFolder(Files):
     ) -> None:
         super().__init__(folder)
         self._parameters = parameters or {}
+        self._contents: Contents | None = None
         self._trial_schema, self._frame_schema = with_columns(trial_schema, self._parameters), frame_schema
-        self.recordings = folder / "recordings"
+        self.recordings = folder / RECORDINGS
         self._rows: dict[int, tuple[dict[str, Any], ...]] = {}
         self._frames: dict[int, pa.Table] = {}
         self._failures: list[Failure] = []
@@ -86,11 +104,13 @@ class RunFolder(Files):
         self.provenance: Mapping[str, Any] = {}
         """What computes, as the folder was entered with it."""
         self._lock: FileLock | None = None
+        self._written: frozenset[int] = frozenset()
         self._due = 0.0
         self._stale = False
 
     def enter(self, description: Mapping[str, Any], begun: bool, contents: Contents, other_code: bool = False) -> None:
         """`reopen` a run that was ``begun``, otherwise `create` one; ``contents`` is what it may hold."""
+        self._contents = contents
         if begun:
             self.reopen(description, contents, other_code)
         else:
@@ -102,6 +122,7 @@ class RunFolder(Files):
         Raises ``FileExistsError`` if it holds a run already, which is never overwritten; of two runs that begin
         at once, one gets it.
         """
+        self._check_links()
         self.recordings.mkdir(parents=True, exist_ok=True)
         self._take()
         try:
@@ -125,6 +146,7 @@ class RunFolder(Files):
         allows), naming the first that differs, or one whose files do not fit ``contents``, naming what does not.
         """
         read_description(self.folder)  # before anything is written where there may be no run
+        self._check_links()
         self._take()
         try:
             there = reconciled(self.folder, description, other_code)
@@ -137,6 +159,7 @@ class RunFolder(Files):
             self.close()
             raise
         self._made_by(description)
+        self._written = self.done()
         self._noted = {entry: noted(there, entry) for entry in self._noted}
         if there != read_description(self.folder):
             self.write_json("experiment.json", there)
@@ -178,9 +201,14 @@ class RunFolder(Files):
         except (OSError, ValueError, RecursionError) as error:
             raise Misfit(f"failures.json cannot be read ({short(error)})") from None
 
+    def _check_links(self) -> None:
+        """Raise `UsageError` where what is written into, and not replaced as files are, is a link."""
+        for name in (RECORDINGS, LOCK):
+            inside(self.folder, name)
+
     def _take(self) -> None:
         """Keep other processes from writing here as long as this one does."""
-        lock = FileLock(self.path(".lock"), timeout=0)
+        lock = FileLock(self.path(LOCK), timeout=0)
         try:
             lock.acquire()
         except Timeout:
@@ -201,24 +229,65 @@ class RunFolder(Files):
         """The trials that are finished."""
         return frozenset(self._rows.keys() - self._again)
 
+    def written(self) -> frozenset[int]:
+        """The finished trials that the tables on the disk hold: fewer than are done where these cannot be written."""
+        return self._written
+
     def recording(self, trial: int) -> Path:
         """Path of a trial's recording."""
         return self.recordings / recording_name(trial)
 
-    def add(self, trial: TrialRecord) -> None:
-        """Append a finished trial: its recording, then the tables as soon as they may take the time."""
-        if trial.recording is not None:
-            self.write_bytes(self.recording(trial.index), trial.recording)
+    def add(self, trial: TrialRecord, condition: str, seed: int) -> None:
+        """Append a finished trial: its recording, then the tables as soon as they may take the time.
+
+        A recording that could not be made or written is a failure of its own, which names ``condition`` and ``seed``.
+
+        Raises
+        ------
+        Misfit
+            A row is none that `reopen` would take; nothing of the trial is kept.
+        """
+        rows = tuple(
+            {**row, "code": self._code, **of_model(self._parameters, row.get("model", ""))} for row in trial.rows
+        )
+        self._check(trial.index, rows)
+        reason = self._record(trial)
         self._note(trial)
-        rows = tuple({**row, "code": self._code, **of_model(self._parameters, row["model"])} for row in trial.rows)
         if trial.index in self._again:
             self._make_room(trial.index, rows)
         self._rows[trial.index] = rows
         self._frames[trial.index] = trial.frames
         self._failures += trial.failures
+        if reason:
+            self._failures.append(Failure(trial.index, RECORDING, condition, seed, 1, reason))
         self._stale = True
         if time.monotonic() >= self._due:
             self.flush()
+
+    def _record(self, trial: TrialRecord) -> str:
+        """Write a trial's recording where there is one; return why there is none where there should be."""
+        if not isinstance(trial.recording, bytes):
+            return trial.recording or ""
+        path, tables = self.recording(trial.index), self.path("frames.parquet")
+        kept = FOR_TABLES_BYTES + 2 * (tables.stat().st_size if tables.exists() else 0)
+        try:
+            free = shutil.disk_usage(self.recordings).free
+            if free < len(trial.recording) + kept:
+                room = f"{_mb(free)} are free in {self.recordings}, {_mb(kept)} of them for tables"
+                return f"{path}: the disk is full ({room}; it needs {_mb(len(trial.recording))})"
+            self.write_bytes(path, trial.recording)
+        except OSError as error:
+            return told(error)
+        return ""
+
+    def _check(self, trial: int, rows: Sequence[dict[str, Any]]) -> None:
+        """Raise `Misfit` for rows that have other columns than the table, or that `reopen` would refuse."""
+        for row in rows:
+            if odd := sorted(set(self._trial_schema.names) ^ row.keys()):
+                kind = "missing" if odd[0] in self._trial_schema.names else "unknown"
+                raise Misfit(f"trials.parquet: trial {trial}: column {odd[0]!r} is {kind}")
+            if self._contents is not None:
+                check_row(row, self._contents, {self._code})
 
     def _note(self, trial: TrialRecord) -> None:
         """Write down what drew a trial's frames, where nothing of this run was drawn by it before."""
@@ -260,7 +329,7 @@ class RunFolder(Files):
         if self._failures or self.path("failures.json").exists():
             self.write_json("failures.json", self.failures())
         self._write_rows()
-        self._stale = False
+        self._stale, self._written = False, self.done()
         ended = time.monotonic()
         self._due = ended + (ended - began) / WRITING_SHARE
 
@@ -281,8 +350,24 @@ class RunFolder(Files):
                 f"{self.folder}: its frames were drawn with pixels that differ (reference frames {', '.join(frames)}),"
                 " so trials of one machine may have other numbers on another; experiment.json tells what drew"
             )
+        said += [f"{self.folder}: {note}" for note in self._uncounted()]
         mixed = mixture(self.rows())
         return [*said, *([f"{self.folder}: {mixed}; experiment.json tells them apart"] if mixed else [])]
+
+    def _uncounted(self) -> list[str]:
+        """A line for each model that spikes in a channel whose count is null, as far as frames are kept."""
+        found = {
+            (row["model"], name): None
+            for trial, rows in self._rows.items()
+            for row in rows
+            for name in SPIKES
+            if name in row and row[name] is None and name in self._frames[trial].column_names
+            and _any(self._frames[trial], row["model"], name)
+        }  # fmt: skip
+        return [
+            f"{model} returns {name} and has no threshold for them, so they are not counted: colias check says more"
+            for model, name in found
+        ]
 
     def frames(self) -> pa.Table:
         """The per-frame table so far, in the same order."""
@@ -291,3 +376,13 @@ class RunFolder(Files):
 
     def _write_rows(self) -> None:
         self.write_table("trials.parquet", pa.Table.from_pylist(self.rows(), self._trial_schema))
+
+
+def _mb(size: int) -> str:
+    return f"{size / 2**20:,.1f} MB"
+
+
+def _any(frames: pa.Table, model: str, name: str) -> bool:
+    """Whether a model has a number other than 0 in a column of a trial's frames."""
+    own = frames.filter(np.asarray(frames["model"]) == model)
+    return bool(np.any(own[name].drop_null().to_numpy()))

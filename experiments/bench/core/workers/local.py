@@ -22,8 +22,8 @@ class WorkerDied(BrokenExecutor):
     """The process that was doing a job ended without an answer. No other job is affected."""
 
 
-_STARTING = threading.Lock()
-"""Held while a process starts: two threads at once would lose the main module."""
+_STARTING = threading.RLock()
+"""Held while a process starts: two threads at once would lose the main module, and the environment."""
 
 
 @contextlib.contextmanager
@@ -45,6 +45,32 @@ def _without_script() -> Iterator[None]:
                 sys.modules["__main__"] = script
 
 
+SAFE_PATH = "PYTHONSAFEPATH"
+"""The environment variable by which Python looks for no module in the current folder."""
+
+
+@contextlib.contextmanager
+def without_folder() -> Iterator[str | None]:
+    """Let Python processes that are started in this block look for no module in the current folder.
+
+    `multiprocessing` starts them by ``-c``, for which Python looks there first: a ``random.py`` there would be run.
+    Yields what `SAFE_PATH` was before.
+    """
+    with _STARTING:
+        before = os.environ.get(SAFE_PATH)
+        os.environ[SAFE_PATH] = "1"
+        try:
+            yield before
+        finally:
+            _set_safe_path(before)
+
+
+def _set_safe_path(value: str | None) -> None:
+    os.environ.pop(SAFE_PATH, None)
+    if value is not None:
+        os.environ[SAFE_PATH] = value
+
+
 @contextlib.contextmanager
 def without_interrupts() -> Iterator[None]:
     """Processes that this thread starts in this block never see Ctrl-C: they inherit that it is blocked.
@@ -56,7 +82,8 @@ def without_interrupts() -> Iterator[None]:
         return
     # Makes multiprocessing start its resource tracker, if it has not: it would start it with the first process, and
     # unblock SIGINT in doing so.
-    multiprocessing.get_context("spawn").Lock()
+    with without_folder():
+        multiprocessing.get_context("spawn").Lock()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -73,8 +100,8 @@ class _Worker:
     def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs,))
-        with _without_script():
+        with _without_script(), without_folder() as safe_path:
+            self._process = context.Process(target=_serve, args=(theirs, safe_path))
             self._process.start()
         theirs.close()
         self.ended = False
@@ -201,8 +228,12 @@ class LocalPool:
         self.executor.shutdown()
 
 
-def _serve(pipe: Connection) -> None:
-    """In a worker: do jobs and answer each by whether it returned, and what it returned or raised."""
+def _serve(pipe: Connection, safe_path: str | None) -> None:
+    """In a worker: do jobs and answer each by whether it returned, and what it returned or raised.
+
+    ``safe_path`` is what `SAFE_PATH` was before `without_folder`: what the jobs start has it so.
+    """
+    _set_safe_path(safe_path)
     _prepare_worker()
     with contextlib.suppress(EOFError, OSError):  # the driver has ended
         while True:

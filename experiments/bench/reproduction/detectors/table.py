@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from rich.markup import escape
 from rich.table import Table
 
-from experiments.bench.core.terminal import out_console
+from experiments.bench.core.terminal import out_console, show_table
 from experiments.bench.reproduction.detectors.rows import Triple
 from experiments.bench.reproduction.detectors.study import Detectors
 
@@ -22,10 +21,10 @@ def show(table: Detectors) -> None:
     for row in table.rows:
         interval = f"{row.low:.0%} to {row.high:.0%}"
         shown.add_row(
-            row.arena, escape(row.label), f"{row.threshold:.3g}", str(row.held), interval, str(row.held_by_collision),
+            row.arena, row.label, f"{row.threshold:.3g}", str(row.held), interval, str(row.held_by_collision),
             triple(row.spikes, 1),
         )  # fmt: skip
-    out_console.print(shown)
+    show_table(shown)
     for edge in table.edges:
         out_console.print(f"moving edge, {edge.arena}: {triple(edge.cells, 0)} cells a trial at 0, 15, 30 degrees")
 

@@ -21,6 +21,7 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import look_up
 from experiments.bench.core.pool import Pool
 from experiments.bench.core.store.files import Files
+from experiments.bench.core.store.places import inside
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.verdict import Verdict
 from experiments.bench.reproduction.models.clips import GROUPS, RANDOM
@@ -106,7 +107,7 @@ def run(folder: Path, models: Sequence[str], seed: int, resources: Resources) ->
     made = _plans(wanted, seed)
     with resources.pool() as pool:
         folder.mkdir(parents=True, exist_ok=True)
-        done = {name: _shown(plan, folder / name, pool, resources) for name, plan in made.items()}
+        done = {name: _shown(plan, inside(folder, name), pool, resources) for name, plan in made.items()}
     rows = {name: found for name, (found, _) in done.items()}
     thresholds = {label: limit for plan in made.values() for label, limit in plan.thresholds.items()}
     verdicts = [_verdict(each, rows.get("even", []), rows.get("gratings", []), thresholds) for each in wanted]

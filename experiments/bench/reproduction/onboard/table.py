@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from rich.markup import escape
 from rich.table import Table
 
 from experiments.bench.core.claims.replicates import LEAST_FOR_STANDING
-from experiments.bench.core.terminal import out_console
+from experiments.bench.core.terminal import out_console, show_table
 from experiments.bench.reproduction.onboard.formats import CLAIMS
 from experiments.bench.reproduction.onboard.rows import Onboard
 
@@ -16,7 +15,7 @@ def show(table: Onboard) -> None:
     shown = Table(box=None, header_style="bold", pad_edge=False, title=f"held in k of {table.replicates} replicates")
     shown.add_column("claim", no_wrap=True)
     for each in table.formats:
-        shown.add_column(escape(each.label), justify="right")
+        shown.add_column(each.label, justify="right")
     for claim in CLAIMS:
         cells = []
         for each in table.formats:
@@ -24,7 +23,7 @@ def show(table: Onboard) -> None:
             changed = f" (-{row.lost} +{row.gained})" if row.lost or row.gained else ""
             cells.append(f"{row.held}{'v' if row.vacuous else ''}{changed}")
         shown.add_row(claim, *cells)
-    out_console.print(shown)
+    show_table(shown)
     for error in table.errors:
         said = (
             f"{error.label}: error of HS: median {error.median:.1e}, 99 % {error.most:.1e}, worst {error.worst:.1e} "

@@ -14,12 +14,12 @@ from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.core.claims.texts import claim_texts
-from experiments.bench.core.store.rows import Failure
+from experiments.bench.core.store.rows import Failure, group
 from experiments.bench.core.verdict import Verdict
 from experiments.bench.reproduction.claims import is_random
 from experiments.bench.reproduction.page.cards import Card
 from experiments.bench.reproduction.page.pictures import Seen, seen
-from experiments.bench.robot.experiment import Drawing
+from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
@@ -131,7 +131,9 @@ def robot_section(plan: Plan, report: Report, cards: Sequence[Card]) -> RobotSec
     """Return what the page shows of an experiment with the robot."""
     name = plan.experiment.name
     names = varying(report.rows, report.varies) if report.rows else []
-    spikes = [row for row in report.summary if row["quantity"] == "spikes"]
+    measured = group(report.summary, "model", *CONDITION_COLUMNS).values()
+    none = {"mean": None, "ci_low": None}  # of a model that does not spike
+    spikes = [dict(next((r for r in own if r["quantity"] == "spikes"), {**own[0], **none})) for own in measured]
     return RobotSection(
         name=name,
         summary=plan.experiment.summary,

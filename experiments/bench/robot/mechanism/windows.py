@@ -51,9 +51,10 @@ class Windows:
 class InWindows:
     """What one model answers in the parts of a trial, as columns of ``trials.parquet``."""
 
-    spikes_in_view: int
+    spikes_in_view: int | None
+    """This and the other counts, and the rate, are ``None`` where the model does not spike."""
     rate_in_view_hz: float | None
-    """``None`` where the stimulus is never in view."""
+    """``None`` where the stimulus is never in view, too."""
     mean_hs_in_view: float | None
     mean_hs_near_axis: float | None
     spikes_in_window: int | None
@@ -121,23 +122,27 @@ def measure(series: ResponseSeries, counted: str, parts: Windows, fps: float) ->
     series
         Its answers, T frames long.
     counted
-        The channel whose spikes are those of a trial; empty where the model has none.
+        The channel whose spikes are those of a trial; empty where the model does not spike.
     parts
         The parts of the trial.
     fps
         Frames per second.
     """
-    silent = np.zeros(len(series.hs), np.int64)
-    spikes = np.abs(getattr(series, f"{counted}_spikes")) if counted in SPIKING else silent
-    seen_s, count = float(parts.in_view.sum()) / fps, int(spikes[parts.in_view].sum())
+    spikes = np.abs(getattr(series, f"{counted}_spikes")) if counted in SPIKING else None
+    seen_s, count = float(parts.in_view.sum()) / fps, _count(spikes, parts.in_view)
     return InWindows(
         spikes_in_view=count,
-        rate_in_view_hz=count / seen_s if seen_s else None,
+        rate_in_view_hz=count / seen_s if count is not None and seen_s else None,
         mean_hs_in_view=_mean(series.hs, parts.in_view),
         mean_hs_near_axis=_mean(series.hs, parts.near_axis),
-        spikes_in_window=None if parts.common is None else int(spikes[parts.common].sum()),
-        spikes_in_inner_window=None if parts.inner is None else int(spikes[parts.inner].sum()),
+        spikes_in_window=_count(spikes, parts.common),
+        spikes_in_inner_window=_count(spikes, parts.inner),
     )
+
+
+def _count(spikes: npt.NDArray[np.int64] | None, part: Mask | None) -> int | None:
+    """The spikes in a part of the frames; ``None`` where the trial has no such part, or the model does not spike."""
+    return None if spikes is None or part is None else int(spikes[part].sum())
 
 
 def _mean(values: npt.NDArray[np.float64], part: Mask | None) -> float | None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 
+from pydantic import ValidationError
+
 from colias_sim.config import CameraConfig
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import ConfiguredModel
@@ -50,10 +52,18 @@ def both(plan: Plan) -> Plan:
     Raises
     ------
     UsageError
-        The camera of the plan is that eye already.
+        The camera of the plan is that eye already, or has a size or a clock that the eye cannot have.
     """
     settings = plan.settings
-    if camera(settings, TRUE) == settings.camera:
+    try:
+        eye = camera(settings, TRUE)
+    except ValidationError as error:
+        common = f"camera.height={settings.camera.height}, camera.fps={settings.camera.fps:g}"
+        reason = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise UsageError(
+            f"--eyes both: both eyes have {common}, which the true one ({TRUE}) cannot have: {reason}"
+        ) from None
+    if eye == settings.camera:
         raise UsageError(f"--eyes both: the camera is that of preset {TRUE} already; leave out --set camera.*")
     more = tuple(dataclasses.replace(model, label=f"{model.label}{MARK}{TRUE}") for model in settings.models)
     return dataclasses.replace(plan, settings=dataclasses.replace(settings, models=(*settings.models, *more)))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -30,19 +31,26 @@ SPREAD = 0.3
 def table(rows: Sequence[Row], keys: Sequence[str]) -> list[dict[str, Any]]:
     """A row per model, point and condition of `Part.tagged` rows: n, mean, and its 95 % interval.
 
-    ``keys`` are those of the grid; a key that is not of the model is empty.
+    ``keys`` are those of the grid; a key that is not of the model is empty, and so are the mean and its interval of a
+    model that does not spike.
     """
     columns = ("model", *keys, *CONDITION_COLUMNS)
     made = []
     for values, chosen in group(rows, *columns).items():
-        summary = summarise([row["spikes"] for row in chosen])
+        summary = summarise(spikes) if (spikes := _spikes(chosen)) else None
+        mean, low, high = (summary.mean, summary.ci_low, summary.ci_high) if summary else (math.nan,) * 3
         made.append(
             {
-                **dict(zip(columns, values, strict=True)), "n": summary.n,
-                "spikes_mean": summary.mean, "ci_low": known(summary.ci_low), "ci_high": known(summary.ci_high),
+                **dict(zip(columns, values, strict=True)), "n": len(chosen),
+                "spikes_mean": known(mean), "ci_low": known(low), "ci_high": known(high),
             }
         )  # fmt: skip
     return made
+
+
+def _spikes(rows: Iterable[Row]) -> list[int]:
+    """The counts of trials; none of a model that does not spike."""
+    return [row["spikes"] for row in rows if row["spikes"] is not None]
 
 
 def telling(rows: Sequence[Row], keys: Sequence[str], varies: str) -> list[str]:
@@ -61,8 +69,10 @@ def draw(rows: Sequence[Row], keys: Sequence[str], varies: str, title: str) -> F
     """Mean spikes against the condition, with 95 % intervals: a line per model, point and other condition that differs.
 
     One model has a colour for each point of the grid. Several have each its own, and each point a marker. Other
-    conditions have line styles. An axis of numbers has their scale; words have no line between them.
+    conditions have line styles. An axis of numbers has their scale; words have no line between them. Models that do not
+    spike are named, and have no line.
     """
+    silent = dict.fromkeys(row["model"] for row in rows if row["spikes"] is None)
     apart = telling(rows, keys, varies)
     others = [name for name in apart if name not in ("model", *keys)]
     levels = list(dict.fromkeys(row[varies] for row in rows))
@@ -70,11 +80,11 @@ def draw(rows: Sequence[Row], keys: Sequence[str], varies: str, title: str) -> F
     ticks = {level: float(i) for i, level in enumerate(levels)} if ordinal else {v: float(v) for v in sorted(levels)}
     gaps = [b - a for a, b in zip(list(ticks.values()), list(ticks.values())[1:], strict=False)]
     styles = {key: LINES[i % len(LINES)] for i, key in enumerate(group(rows, *others))}
-    lines = group(rows, "model", *keys, *others)
+    lines = group([row for row in rows if row["spikes"] is not None], "model", *keys, *others)
     looks = _looks(rows, keys)
     labels = [_said(chosen[0], apart, keys) for chosen in lines.values()]
     across = -(-len(lines) // MOST_IN_A_COLUMN)
-    key_inches = across * (0.6 + LETTER * 7 / 72 * max(map(len, labels)))
+    key_inches = across * (0.6 + LETTER * 7 / 72 * max(map(len, labels), default=0))
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(PANEL_INCHES + key_inches, 4.4), layout="constrained")
         axes = drawn.subplots()
@@ -86,7 +96,10 @@ def draw(rows: Sequence[Row], keys: Sequence[str], varies: str, title: str) -> F
         axes.set_xticks(list(ticks.values()), [said(level) for level in ticks])
         axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial")
         headline(drawn, title)
-        drawn.legend(loc="outside right upper", frameon=False, fontsize=7, ncols=across)
+        if silent:
+            axes.set_title(plain(f"not drawn, as without spikes: {', '.join(silent)}"), fontsize=7, loc="left")
+        if lines:
+            drawn.legend(loc="outside right upper", frameon=False, fontsize=7, ncols=across)
     return drawn
 
 
@@ -117,7 +130,7 @@ def _said(row: Row, apart: Sequence[str], keys: Sequence[str]) -> str:
 
 def _line(axes: Axes, rows: Sequence[Row], varies: str, ticks: Mapping[Any, float], shift: float, **style: Any) -> None:
     """Means with intervals at the levels that these rows have."""
-    spikes = {place: [row["spikes"] for row in rows if row[varies] == level] for level, place in ticks.items()}
+    spikes = {place: _spikes(row for row in rows if row[varies] == level) for level, place in ticks.items()}
     summaries = {place + shift: summarise(values) for place, values in spikes.items() if values}
     # NaN of a single trial: then no bar is drawn.
     spread = np.array([[s.mean - s.ci_low, s.ci_high - s.mean] for s in summaries.values()]).T

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import ConfiguredModel, Shown, look_up
+from experiments.bench.core.models import PRESET, ConfiguredModel, Shown, look_up
 from experiments.bench.core.settings import changed, collect
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.plan import Plan, plan, sections
@@ -53,9 +53,14 @@ class Part:
         return [{**row, **line.values, "model": line.model} for row, line in lines]
 
 
-def grid(over: Sequence[str]) -> list[Point]:
-    """Every combination of ``KEY=V1,V2,...`` texts; `UsageError` for one that is not of that form."""
+def grid(over: Sequence[str], assignments: Iterable[str]) -> list[Point]:
+    """Every combination of ``KEY=V1,V2,...`` texts; `UsageError` for one that is not of that form.
+
+    ``assignments`` are the ``KEY=VALUE`` texts of ``--set`` that hold at every point: `UsageError` for one whose key
+    the grid varies, as it would hold at none.
+    """
     axes: list[tuple[str, list[str]]] = []
+    settled = {text.partition("=")[0]: text for text in assignments}
     for text in over:
         key, equals, values = text.partition("=")
         levels = [value for value in values.split(",") if value]
@@ -63,6 +68,9 @@ def grid(over: Sequence[str]) -> list[Point]:
             raise UsageError(f"--over {text}: expected SECTION.NAME=VALUE,VALUE,... for example dsnn.n_con=4,6,8")
         if len(set(levels)) < len(levels) or key in [k for k, _ in axes]:
             raise UsageError(f"--over {text}: a value or a key is there twice")
+        clash = next((settled[name] for name in key.split("+") if name in settled), None)
+        if clash is not None:
+            raise UsageError(f"--set {clash}: --over {text} sets that at every point; give one of them")
         axes.append((key, levels))
     points = [
         Point(tuple(zip([k for k, _ in axes], levels, strict=True)))
@@ -111,6 +119,10 @@ def _check_keys(experiment: Experiment, models: Sequence[str], point: Point, sho
 def check_settled(point: Point, shown: Sequence[Shown]) -> None:
     """Raise `UsageError` for a key of a point that the models have settled themselves, as ``dsnn:n_con=4`` does."""
     for key, value in point.values:
+        section, _, name = key.partition(".")
+        if name == PRESET and section in {model.section for model in shown}:
+            instead = f"--model {section}:{PRESET}={value} shows it"
+            raise UsageError(f"--over {key}={value}: a preset of a model is not varied; {instead}")
         owners = [model for model in shown if key.startswith(f"{model.section}.")]
         if owners and not any(own_values(model, point).get(key) for model in owners):
             raise UsageError(f"--over {key}={value}: --model {owners[0].asked.text} has settled that itself")

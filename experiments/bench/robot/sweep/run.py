@@ -11,6 +11,7 @@ from typing import Any
 from experiments.bench.core.batch import Resources
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.store.parameters import in_title
+from experiments.bench.core.store.places import inside
 from experiments.bench.core.terminal import error_console
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.sweep.grid import Part, Point
@@ -61,7 +62,7 @@ def run(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path, 
     with resources.pool() as pool:
         for part in parts:
             batch = robot_run.batch(part.plan, robot_run.TABLES_ONLY)
-            with closing(batch.open(out / part.folder, resources)) as folder:
+            with closing(batch.open(inside(out, part.folder), resources)) as folder:
                 failed |= bool(batch.fill(folder, pool, resources))
                 rows += part.tagged(folder.rows())
     keys = [key for key, _ in points[0].values]

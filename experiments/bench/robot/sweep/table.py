@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from rich.markup import escape
 from rich.table import Table
 
 from experiments.bench.core.store.rows import group
-from experiments.bench.core.terminal import out_console, show_places
+from experiments.bench.core.terminal import show_places, show_table
 from experiments.bench.robot.sweep.figure import telling
 from experiments.bench.robot.sweep.run import Sweep
 from experiments.bench.robot.table import SHORT
@@ -16,7 +15,7 @@ def show(sweep: Sweep) -> None:
     """Print the table of means, and where everything is."""
     if sweep.picture is None:
         return
-    out_console.print(_table(sweep))
+    show_table(_table(sweep))
     show_places({"figure": sweep.picture, "table": sweep.folder / "sweep.csv"})
 
 
@@ -30,7 +29,10 @@ def _table(sweep: Sweep) -> Table:
     ):
         table.add_column(name, justify="right")
     for values, chosen in group(sweep.summary, *keys).items():
-        means = {level: [r["spikes_mean"] for r in chosen if r[varies] == level] for level in levels}
-        said = ("-" if v is None else escape(v) if isinstance(v, str) else f"{v:g}" for v in values)
+        means = {
+            level: [r["spikes_mean"] for r in chosen if r[varies] == level and r["spikes_mean"] is not None]
+            for level in levels
+        }
+        said = ("-" if v is None else v if isinstance(v, str) else f"{v:g}" for v in values)
         table.add_row(*said, *(f"{sum(m) / len(m):.1f}" if m else "-" for m in means.values()))
     return table

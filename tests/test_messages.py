@@ -1,0 +1,199 @@
+"""A wrong use is told in one line: what was given, and what is legal. Called in this process, as `colias` calls it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import rich.text
+import typer
+
+import experiments
+from colias_sim import CameraConfig, Pose, Simulation
+from dsnn import DSNN, MODELS, model_entry
+from dsnn.stimuli import stimulus
+from experiments import Clip, OfflineExperiment, UsageError
+from experiments.bench.cli import main as cli_main
+
+BIG, HUGE = str(10**12), str(10**30)
+
+
+def refusal(*arguments: str) -> str:
+    """The one line in which a command line is refused."""
+    with pytest.raises(UsageError) as refused:
+        cli_main.command([*arguments])
+    assert "\n" not in str(refused.value)
+    return str(refused.value)
+
+
+# --- numbers that no machine can plan --------------------------------------------------------------------------------
+
+COUNTS = {
+    "run speed --repeats": "4 trials each; a run has up to 100,000",
+    "run clean --repeats": "12 clips each",
+    "sweep speed --over dsnn.n_con=4,5 --repeats": "4 trials each",
+    "map speed --over dsnn.n_con=4,5 --repeats": "4 trials each",
+    "map speed --over dsnn.n_con=4,5 --replicates": "from 1 to 100000",
+    "map clean --over dsnn.n_con=4,5 --replicates": "from 1 to 100000",
+    "leaderboard --repeats": "18 trials each",
+    "behave straight --no-baselines --episodes": "from 1 to 100000",
+    "behave fixation --episodes": "behaviours each",
+}
+
+
+@pytest.mark.parametrize("command", COUNTS)
+def test_a_number_that_cannot_be_planned_is_refused_at_once(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    option = command.split()[-1]
+    message = refusal(*command.split(), BIG)
+    assert message.startswith(f"{option} {BIG}: legal is a whole number from 1 to ") and COUNTS[command] in message
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_replicates_are_counted_with_the_points_of_the_grid():
+    """Each number is legal by itself; their product is not."""
+    axis = ",".join(str(value / 100) for value in range(100))
+    asked = ("map", "general", "--over", f"camera.read_noise={axis}", "--claims", "C14", "--replicates", "9999")
+    message = refusal(*asked)
+    assert message.startswith("--replicates 9999: legal is a whole number from 1 to ")
+
+
+SEEDED = (
+    "run speed", "run clean", "sweep speed --over dsnn.n_con=4,5", "map speed --over dsnn.n_con=4,5", "leaderboard",
+    "map clean --over dsnn.n_con=4,5", "leaderboard --atlas", "tune", "reproduce", "behave fixation", "train",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("command", SEEDED)
+def test_a_seed_that_no_table_holds_is_refused_at_once(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for seed in (HUGE, "-1"):
+        message = refusal(*command.split(), "--seed", seed)
+        assert message.startswith(f"--seed {seed}: legal is a whole number from 0 to ")
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- values of another kind, in Python -------------------------------------------------------------------------------
+
+ODD = (3, "x", [1], {"a": 1}, np.array(2.0))
+FRAME = np.zeros((72, 99), np.uint8)
+PLACED = {"observer": Pose(0.0, 0.0, 0.0), "stimulus": Pose(0.15, 0.0, 0.0)}
+
+
+@pytest.fixture(scope="module")
+def blind():
+    with Simulation(seeing=False) as simulation:
+        yield simulation
+
+
+@pytest.mark.parametrize("value", ODD, ids=str)
+@pytest.mark.parametrize("model", MODELS)
+def test_a_model_names_the_kind_of_parameters_that_it_takes(model, value):
+    with pytest.raises(ValueError, match=rf"^params is .*: expected {type(MODELS[model].robot).__name__}\("):
+        MODELS[model].build((72, 99), value)
+
+
+CALLS = {
+    "a model's name": (lambda odd: model_entry([odd]), "known are dsnn"),
+    "a stimulus's name": (lambda odd: stimulus([odd]), "known are plain"),
+    "a stimulus's seed": (lambda odd: stimulus("plain", [odd]), "seed=.*: legal is a whole number"),
+    "frames": (lambda odd: DSNN((72, 99)).run(np.array(2.0)), "frames is a .*: expected an array"),
+    "no frames": (lambda odd: DSNN((72, 99)).run(3), "frames is a int: expected an array"),
+    "the order of colours": (lambda odd: DSNN((72, 99)).step(FRAME, channels=[odd]), "channels is .*: expected 'grey'"),
+    "a preset": (lambda odd: CameraConfig.preset([odd]), "no camera preset .*: there are default"),
+    "a robot's settings": (lambda odd: Simulation(robot=odd, seeing=False), "robot is a .*: expected a RobotConfig"),
+    "a camera's settings": (lambda odd: Simulation(camera=odd, seeing=False), "camera is a .* a CameraConfig"),
+    "a scene's settings": (lambda odd: Simulation(scene=odd, seeing=False), "scene is a .*: expected a SceneConfig"),
+    "robots": (lambda odd: Simulation(robots=[odd], seeing=False), "robots is a list: expected a mapping"),
+    "a robot's variant": (lambda odd: Simulation(robots={"observer": [odd]}, seeing=False), "variants are colias"),
+    "whose eye": (lambda odd: Simulation(eye_of=[odd], seeing=False), "camera of "),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("value", ODD, ids=str)
+@pytest.mark.parametrize("call", CALLS)
+def test_a_value_of_another_kind_is_refused_in_a_line(call, value):
+    make, message = CALLS[call]
+    with pytest.raises(ValueError, match=message) as refused:
+        make(value)
+    assert "\n" not in str(refused.value)
+
+
+RESETS = {
+    "placements": (lambda odd: {"placements": [odd]}, "placements is a list: expected a mapping"),
+    "a pose": (lambda odd: {"placements": {"observer": odd}}, "observer is placed at .*: expected a Pose"),
+    "a place": (lambda odd: {"placements": {"observer": Pose([odd], 0.0, 0.0)}}, "expected finite numbers"),
+    "a generator": (lambda odd: {"rng": odd}, "rng is a .*: expected a numpy.random.Generator"),
+    "light": (lambda odd: {"light": [odd]}, "light is .*: expected a number"),
+    "no light": (lambda odd: {"light": float("nan")}, "light is nan: expected a number"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("value", ODD, ids=str)
+@pytest.mark.parametrize("argument", RESETS)
+def test_a_refused_reset_changes_nothing(argument, value, blind):
+    blind.reset(PLACED, np.random.default_rng(1))
+    before = blind.data.qpos.copy(), blind.model.light_diffuse.copy()
+    make, message = RESETS[argument]
+    with pytest.raises(ValueError, match=message):
+        blind.reset(**{"placements": PLACED, "rng": np.random.default_rng(0), **make(value)})
+    assert np.array_equal(before[0], blind.data.qpos) and np.array_equal(before[1], blind.model.light_diffuse)
+
+
+# --- users' words in figures -----------------------------------------------------------------------------------------
+
+
+def test_names_of_clips_that_the_font_has_not_are_drawn_without_a_warning(tmp_path):
+    """Warnings are errors here. The vector figure has the words, and is XML whatever they hold."""
+    clip = Clip("\u65e5\u672c $a \x1b", "plain", {"columns": 40, "rows": 30, "width": 8.0, "height": 8.0})
+    declared = OfflineExperiment("odd", "odd words", [clip], ["emd"], recorded=False)
+    run = experiments.run(declared, out=tmp_path / "out", workers=0, quiet=True)
+    assert run.figure()._repr_png_()
+    picture = ElementTree.parse(run.folder / "figure.svg")
+    assert any("\u65e5\u672c $a" in (text or "") for text in picture.getroot().itertext())
+
+
+# --- the terminal ----------------------------------------------------------------------------------------------------
+
+
+def commands(group: Any) -> Iterator[Any]:
+    """Every command of a group and of the groups in it."""
+    for each in group.commands.values():
+        yield from commands(each) if hasattr(each, "commands") else (each,)
+
+
+def test_help_loses_no_bracket():
+    """Help is markup, in which a word in brackets such as an extra's is a style, and not printed."""
+    for command in commands(typer.main.get_command(cli_main.app)):
+        for text in filter(None, [command.help, command.short_help, *(getattr(p, "help", "") for p in command.params)]):
+            source = re.sub(r"\[/?b\]", "", text).replace("\\[", "[")
+            assert rich.text.Text.from_markup(text).plain == source, command.name
+
+
+BRACKETS = "[red]odd [video] [/b]"
+
+
+@pytest.fixture
+def own_clip(tmp_path, monkeypatch):
+    """A file that declares a clip whose name looks like markup."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.py").write_text(
+        "from experiments import Clip, OfflineExperiment\n"
+        f"clip = Clip({BRACKETS!r}, 'plain', {{'rows': 30, 'columns': 40, 'width': 8.0, 'height': 8.0}})\n"
+        "EXPERIMENT = OfflineExperiment('own', 'own', [clip], ['emd'], recorded=False)\n"
+    )
+    return tmp_path
+
+
+def test_brackets_are_printed_as_they_are(own_clip, capsys):
+    assert cli_main.command(["run", "own.py", "--workers", "0", "--out", "[b]out"]) == 0
+    printed = capsys.readouterr()
+    assert BRACKETS in printed.out and "[b]out/figure.png" in printed.out and "into [b]out\n" in printed.err
+    assert cli_main.command(["runs", "."]) == 0
+    assert "[b]out" in capsys.readouterr().out
+    assert cli_main.command(["compare", "[b]out", "[b]out"]) == 0
+    assert "[b]out: own" in capsys.readouterr().out

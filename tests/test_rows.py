@@ -1,0 +1,254 @@
+"""What a run writes into its tables: what does not apply is null, and whatever is written can be gone on with."""
+
+import csv
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import experiments
+from experiments.bench import registry
+from experiments.bench.cli import main
+from experiments.bench.core.errors import UsageError
+from experiments.bench.core.store.contents import Misfit
+from experiments.bench.core.store.run_folder import RunFolder
+from experiments.bench.robot import run as robot_run
+from experiments.bench.robot.plan import plan
+from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
+
+CIRCLE = """
+from dataclasses import dataclass
+
+from experiments import Condition, Experiment
+
+
+@dataclass(frozen=True)
+class Slow:
+    pose_sd_mm: float = 0.0
+    heading_sd_deg: float = 0.0
+
+    def conditions(self):
+        return [Condition("translation", "rightward", 5.0, 12.0, acceleration_cm_s2=1.5)]
+
+
+EXPERIMENT = Experiment("circle", "the stimulus turns before it has its speed", Slow(), "speed_cm_s", repeats=1)
+"""
+SPIKER = """
+from dataclasses import dataclass
+
+import numpy as np
+
+from dsnn import ModelEntry, Response
+
+
+@dataclass(frozen=True)
+class Params:
+    theta: float = 0.02
+
+
+class Spiker:
+    def __init__(self, shape, parameters):
+        self.parameters = parameters
+        self.reset()
+
+    def reset(self):
+        self.last = None
+
+    def step(self, frame, **of):
+        now = frame.astype(float)
+        change = 0.0 * now if self.last is None else now - self.last
+        self.last = now
+        hs = float(np.tanh(-(change * np.gradient(now)[1]).mean()))
+        return Response(hs=hs, hs_spikes=int(abs(hs) > self.parameters.theta))
+
+
+MODEL = ModelEntry("spiker", "calls its threshold theta", Spiker, Params(), channels=("hs",))
+"""
+COUNTS = ("spikes", "hs_spikes", "vs_spikes", "looming_spikes", "firing_rate_hz", "spikes_in_view", "rate_in_view_hz",
+          "spikes_in_window", "spikes_in_inner_window")  # fmt: skip
+QUICK = ("--set", "experiment.speeds_cm_s=20", "--workers", "0")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def rows(name: str) -> list[dict]:
+    return pq.read_table(f"{name}/trials.parquet").to_pylist()
+
+
+def table(path: str) -> list[dict[str, str]]:
+    with Path(path).open() as file:
+        return list(csv.DictReader(file))
+
+
+# --- what is written can be read -------------------------------------------------------------------------------------
+
+
+def test_a_stimulus_that_stops_early_has_no_speed_and_its_run_is_gone_on_with(folder):
+    """Open loop, by a motor that turns it aside: it never reaches the stretch of constant speed."""
+    (folder / "circle.py").write_text(CIRCLE)
+    driven = ("--set", "robot.preset=colias4", "--set", "robot.motor_inequality=50", "--workers", "0", "-q")
+    assert main.command(["run", "circle.py", *driven, "--no-recordings", "--out", "out"]) == 0
+    (row,) = rows("out")
+    assert (row["achieved_speed_cm_s"], row["path_error_mm"]) == (None, None)
+    assert math.isfinite(row["drift_mm"])
+    assert main.command(["run", "circle.py", *driven, "--no-recordings", "--resume", "out"]) == 0
+    assert rows("out") == [row]
+
+
+@pytest.fixture(scope="module")
+def trial():
+    """A plan of one trial, and what a worker returns of it."""
+    made = plan(registry.load("speed"), ["dsnn", "emd"], ["experiment.speeds_cm_s=30"], 1, 0)
+    (spec,) = made.specs()
+    return made, robot_run.work(spec, keep=robot_run.ROWS_ONLY)
+
+
+def changes(row):
+    """Rows like this one, each with one thing that a defect could make of it."""
+    for name in row:
+        yield {**row, name: None}
+        yield {key: value for key, value in row.items() if key != name}
+        yield {f"x{key}" if key == name else key: value for key, value in row.items()}
+        if isinstance(row[name], float):
+            yield from ({**row, name: value} for value in (math.nan, math.inf, -math.inf))
+
+
+def test_whatever_a_folder_takes_it_reads_again(trial, folder):
+    made, record = trial
+    contents = robot_contents(made.specs(), recordings=False, frames=False)
+    description = {"experiment": "speed", "seed": 0}
+    taken, refused = [], []
+    for number, changed in enumerate([record.rows[0], *changes(record.rows[0])]):
+        place, fields = folder / f"{number}", (TRIAL_SCHEMA, FRAME_SCHEMA)
+        begun = RunFolder(place, *fields)
+        begun.enter(description, False, contents)
+        try:
+            begun.add(dataclasses.replace(record, rows=(changed, record.rows[1])))
+        except Misfit:
+            refused.append(changed)
+            begun.close()
+            continue
+        begun.flush()
+        begun.close()
+        again = RunFolder(place, *fields)
+        again.enter(description, True, contents)  # raises where it does not read what it took
+        assert again.rows() == begun.rows()
+        again.close()
+        taken.append(changed)
+    assert record.rows[0] in taken
+    assert {name for row in taken for name in row if row[name] is None} >= {
+        "spikes",
+        "path_error_mm",
+        "rate_in_view_hz",
+    }
+    assert not [row for row in taken if row.keys() != record.rows[0].keys()]
+    assert not [row for row in taken if any(isinstance(v, float) and not math.isfinite(v) for v in row.values())]
+
+
+def drifting(spec):
+    """A job that makes a number of the first trial none."""
+    record = robot_run.work(spec, keep=robot_run.ROWS_ONLY)
+    bad = {"drift_mm": math.nan} if spec.index == 0 else {}
+    return dataclasses.replace(record, rows=tuple({**row, **bad} for row in record.rows))
+
+
+def test_a_row_that_could_not_be_read_again_fails_its_trial_and_no_more(folder):
+    made = plan(registry.load("speed"), ["dsnn"], ["experiment.speeds_cm_s=20,30"], 1, 0)
+    whole = robot_run.batch(made, robot_run.ROWS_ONLY)
+    batch = dataclasses.replace(whole, work=drifting)
+    resources = robot_run.Resources(0, quiet=True)
+    with resources.pool() as pool:
+        out = batch.open(folder / "out", resources)
+        (failure,) = batch.fill(out, pool, resources)
+        out.close()
+        assert (failure.trial, failure.reason) == (0, "trials.parquet: trial 0: drift_mm is nan")
+        again = whole.open(folder / "out", resources, True)
+        assert whole.fill(again, pool, resources) == []
+        assert [row["trial"] for row in again.rows()] == [0, 1]
+        again.close()
+
+
+@pytest.mark.parametrize("command", [("run", "clutter-depth"), ("run", "speed"), ("behave", "optomotor"), ("tune",)])
+def test_a_seed_that_no_table_holds_is_refused(command):
+    with pytest.raises(UsageError, match="--seed 9223372036854775808: legal is a whole number from 0 to"):
+        main.command([*command, "--seed", str(2**63), "--out", "out"])
+
+
+# --- models that do not spike ----------------------------------------------------------------------------------------
+
+
+def cells(printed: str, *begins: str) -> list[str]:
+    """The other cells of the line that begins with these."""
+    return next(line.split() for line in printed.splitlines() if tuple(line.split()[: len(begins)]) == begins)[
+        len(begins) :
+    ]
+
+
+def test_counts_of_a_model_that_does_not_spike_are_null(capsys):
+    models = ("--model", "emd", "--model", "lgmd1")
+    assert main.command(["run", "speed", *QUICK, *models, "--repeats", "2", "--no-recordings", "--out", "out"]) == 0
+    by_model = {model: [row for row in rows("out") if row["model"] == model] for model in ("dsnn", "emd", "lgmd1")}
+    assert all(row[name] is None for row in by_model["emd"] for name in COUNTS)
+    assert all(row["spikes"] == row["hs_spikes"] > 0 and row["vs_spikes"] is not None for row in by_model["dsnn"])
+    assert all(row["spikes"] == row["looming_spikes"] and row["hs_spikes"] is None for row in by_model["lgmd1"])
+    summary = {(row["model"], row["quantity"]) for row in table("out/summary.csv")}
+    assert ("emd", "peak_hs") in summary and not {("emd", name) for name in COUNTS} & summary
+    assert [(row["model"], row["against"]) for row in table("out/comparisons.csv")] == [("dsnn", "lgmd1")]
+    verdicts = {claim["model"]: claim for claim in json.loads(Path("out/claims.json").read_text())}
+    assert verdicts["emd"]["verdict"] == "untested" and "does not spike" in verdicts["emd"]["measured"]
+    printed = capsys.readouterr().out
+    assert cells(printed, "emd", "20")[:3] == ["2", "-", "-"]
+    peak = np.mean([row["peak_looming"] for row in by_model["lgmd1"]])
+    assert cells(printed, "lgmd1", "20")[-2:] == [f"{peak:+.2f}", "-"], "a detector is told of by its own potential"
+    assert experiments.load("out").figure() is not None
+
+
+def test_a_sweep_has_no_mean_of_what_does_not_spike(capsys):
+    arguments = ("--model", "emd", "--repeats", "1", "--over", "dsnn.n_con=4,8")
+    assert main.command(["sweep", "speed", *QUICK, *arguments, "--out", "out"]) == 0
+    means = {(row["model"], row["dsnn.n_con"]): (row["n"], row["spikes_mean"]) for row in table("out/sweep.csv")}
+    assert means["emd", ""] == ("1", "") and float(means["dsnn", "4"][1]) > 0
+    assert cells(capsys.readouterr().out, "emd", "-") == ["-"]
+    assert "emd" in Path("out/figure.svg").read_text()
+
+
+def test_clips_and_comparisons_say_nothing_of_what_does_not_spike(folder, capsys):
+    (folder / "way.py").write_text(
+        "from experiments import Clip, OfflineExperiment\n\n"
+        'SIZE = {"rows": 48, "columns": 64, "height": 24, "width": 16}\n'
+        'EXPERIMENT = OfflineExperiment("way", "one clip", [Clip("right", "plain", SIZE)], ["dsnn", "emd"])\n'
+    )
+    assert main.command(["run", "way.py", "--workers", "0", "--no-recordings", "--out", "out"]) == 0
+    counts = {row["model"]: row["spikes"] for row in rows("out")}
+    assert counts["emd"] is None and counts["dsnn"] is not None
+    assert cells(capsys.readouterr().out, "right", "emd")[-1] == "-"
+    summary = {(row["model"], row["quantity"]) for row in experiments.load("out").summary.to_pylist()}
+    assert ("dsnn", "spikes") in summary and ("emd", "peak_hs") in summary and ("emd", "spikes") not in summary
+
+
+def test_spikes_without_a_threshold_are_told_of(folder, capsys):
+    (folder / "spiker.py").write_text(SPIKER)
+    main.command(["check", "spiker.py"])
+    printed = capsys.readouterr().out
+    assert "note: hs_spikes come, and hs has no threshold, so they are not counted" in printed
+    assert "called t_sp" in printed and "thresholds=" in printed
+    main.command(["run", "speed", *QUICK, "--model", "spiker.py", "--repeats", "1", "--no-recordings", "--out", "out"])
+    assert "spiker returns hs_spikes and has no threshold for them" in capsys.readouterr().err
+    (folder / "named.py").write_text(SPIKER.replace('("hs",))', '("hs",), thresholds={"hs": "theta"})'))
+    main.command(["check", "named.py"])
+    assert "has no threshold" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("wrong", ['{"hs": "thta"}', '{"vs": "theta"}', '{"azimuth": "theta"}'])
+def test_a_threshold_that_there_is_not_is_refused(wrong, folder):
+    (folder / "spiker.py").write_text(SPIKER.replace('("hs",))', f'("hs",), thresholds={wrong})'))
+    with pytest.raises(UsageError, match="thresholds="):
+        main.command(["check", "spiker.py"])

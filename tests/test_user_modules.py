@@ -1,0 +1,313 @@
+"""Users' own files in one process: helpers of one name keep apart, an edit counts, the record tells what was run."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import experiments
+from experiments import Run, UsageError
+
+MODEL = """
+import sys
+from dataclasses import dataclass
+
+import dsnn
+{imports}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    t_sp: float = 0.9
+
+
+class Constant:
+    def __init__(self, shape, parameters):
+        pass
+
+    def reset(self):
+        pass
+
+    def step(self, frame):
+        {step}
+        return dsnn.Response(hs={value}, vs=0.0)
+
+
+MODEL = dsnn.ModelEntry(name="{name}", summary="a constant", build=Constant, robot=Parameters())
+"""
+EXPERIMENT = """
+from experiments import Clip, ClipClaim, OfflineExperiment, Outcome
+{imports}
+
+SMALL = {{"motion": "rightward", "rows": 24, "columns": 32, "width": 6.0, "height": 8.0, "speed": 90.0}}
+
+
+def judge(rows, threshold):
+    {judge}
+
+
+EXPERIMENT = OfflineExperiment(
+    "mine", "one clip", [Clip({clip}, "plain", SMALL)], models=({models}),
+    claims=(ClipClaim(id="mine", says="as I say", judge=judge, models={{"{judged}"}}),), repeats={repeats},
+)
+"""
+
+
+def model(file: Path, value: object = 0.5, imports: str = "", step: str = "pass", name: str = "") -> Path:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(MODEL.format(value=value, imports=imports, step=step, name=name or file.parent.name))
+    return file
+
+
+def experiment(
+    file: Path, judge: str = "return Outcome('holds', 'as it is')", clip: str = "'light'", imports: str = "",
+    models: str = "'dsnn',", judged: str = "dsnn", repeats: int = 1,
+) -> Path:  # fmt: skip
+    told = {"judge": judge, "clip": clip, "imports": imports, "models": models, "judged": judged, "repeats": repeats}
+    file.write_text(EXPERIMENT.format(**told))
+    return file
+
+
+def run(file: Path, out: Path | None, **more: Any) -> Run:
+    return experiments.run(file, out=out, quiet=True, recordings=False, **{"workers": 0, **more})
+
+
+def peaks(made: Run) -> dict[str, float]:
+    return {row["model"]: row["peak_hs"] for row in made.trials.to_pylist()}
+
+
+def hashes(made: Run) -> dict[str, str]:
+    return json.loads((made.folder / "experiment.json").read_text())["files"]
+
+
+def sha(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+@pytest.mark.parametrize("order", [("v1", "v2"), ("v2", "v1")])
+@pytest.mark.parametrize("workers", [0, 1])
+def test_helpers_of_one_name_are_each_their_own_folder_s(order, workers, tmp_path):
+    values = {"v1": 0.125, "v2": 0.25}
+    models = {name: model(tmp_path / name / "mod.py", "helper.VALUE", "import helper") for name in values}
+    for name, value in values.items():
+        (tmp_path / name / "helper.py").write_text(f"VALUE = {value}\n")
+    (tmp_path / "helper.py").write_text("CLIP = 'of the experiment'\n")
+    file = experiment(tmp_path / "mine.py", clip="helper.CLIP", imports="import helper")
+    made = run(file, tmp_path / "out", models=[models[name] for name in order], workers=workers)
+    assert {name: peaks(made)[name] for name in values} == values
+    assert made.trials["clip"][0].as_py() == "of the experiment"
+    own = [tmp_path, *(tmp_path / name for name in values)]
+    assert {path: digest for path, digest in hashes(made).items() if path.endswith("helper.py")} == {
+        str(folder / "helper.py"): sha(folder / "helper.py") for folder in own
+    }
+
+
+def test_two_files_of_one_name_are_each_executed_once(tmp_path):
+    log = tmp_path / "log"
+    for name in ("a", "b"):
+        model(tmp_path / name / "model.py", imports=f"with open({str(log)!r}, 'a') as log: log.write('{name}')")
+    shown = [tmp_path / "a" / "model.py", tmp_path / "b" / "model.py"]
+    assert set(peaks(run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=shown))) == {"dsnn", "a", "b"}
+    run(tmp_path / "mine.py", tmp_path / "again", models=shown)
+    assert sorted(log.read_text()) == ["a", "b"]
+
+
+IMPORTS = {
+    "a package beside": ("import lib.inner", "lib.inner.VALUE"),
+    "from a package": ("from lib import inner as there", "there.VALUE"),
+    "of a package's name alone": ("import lib.inner as there", "there.VALUE"),
+    "of its parts among themselves": ("from lib.outer import VALUE", "VALUE"),
+    "a folder without __init__": ("from bare.inner import VALUE", "VALUE"),
+    "a star": ("from lib.inner import *", "VALUE"),
+    "a name of an installed package": ("import rich", "rich.VALUE"),
+}
+
+
+@pytest.mark.parametrize("form", IMPORTS)
+def test_every_form_of_import(form, tmp_path):
+    imports, value = IMPORTS[form]
+    for name, number in (("v1", 0.125), ("v2", 0.25)):
+        folder = tmp_path / name
+        for package in ("lib", "bare"):
+            (folder / package).mkdir(parents=True)
+            (folder / package / "inner.py").write_text(f"from helper import VALUE\nNAME = {number}\n")
+        (folder / "lib" / "__init__.py").write_text("")
+        (folder / "lib" / "outer.py").write_text("from . import inner\nfrom .inner import VALUE\n")
+        (folder / "helper.py").write_text(f"import rich\nVALUE = {number}\n")
+        (folder / "rich.py").write_text(f"VALUE = {number}\n")
+        model(folder / "mod.py", value, imports)
+    shown = [tmp_path / name / "mod.py" for name in ("v1", "v2")]
+    made = run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=shown)
+    assert (peaks(made)["v1"], peaks(made)["v2"]) == (0.125, 0.25)
+
+
+def test_an_import_inside_a_function_is_of_the_contents_at_the_beginning(tmp_path):
+    helper = tmp_path / "own" / "helper.py"
+    step = f"import helper, pathlib; pathlib.Path({str(helper)!r}).write_text('VALUE = 0.75')"
+    model(tmp_path / "own" / "mod.py", "helper.VALUE", step=step)
+    helper.write_text("VALUE = 0.25")
+    began = sha(helper)
+    made = run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=[tmp_path / "own" / "mod.py"])
+    assert peaks(made)["own"] == 0.25 and hashes(made)[str(helper)] == began
+    again = run(tmp_path / "mine.py", tmp_path / "again", models=[tmp_path / "own" / "mod.py"])
+    assert peaks(again)["own"] == 0.75 and hashes(again)[str(helper)] == sha(helper) != began
+
+
+def test_an_edit_counts_in_the_same_process(tmp_path):
+    own = model(tmp_path / "own" / "mod.py", 0.125)
+    file = experiment(tmp_path / "mine.py", "return Outcome('holds', 'the first')", "'before'")
+    first = run(file, tmp_path / "first", models=[own])
+    assert (peaks(first)["own"], first.claims["measured"][0].as_py()) == (0.125, "the first")
+    began = hashes(first)
+
+    model(own, 0.375)
+    experiment(file, "return Outcome('fails', 'the second')", "'after'")
+    second = run(file, tmp_path / "second", models=[own])
+    assert (peaks(second)["own"], second.trials["clip"][0].as_py()) == (0.375, "after")
+    assert second.claims["measured"][0].as_py() == "the second"
+    assert hashes(second) == {str(path): sha(path) for path in (own, file)} and hashes(second).keys() == began.keys()
+
+    experiment(file, "return Outcome('holds', 'the third')", "'after'")
+    with pytest.raises(UsageError, match=r"mine\.py has changed"):
+        run(file, tmp_path / "second", models=[own], resume=True)
+    third = run(file, tmp_path / "second", models=[own], resume=True, other_code=True)
+    assert third.claims["measured"][0].as_py() == "the third"
+
+
+def test_an_edited_helper_counts_and_one_that_comes_back_is_what_it_was(tmp_path):
+    own = model(tmp_path / "own" / "mod.py", "helper.VALUE", "import helper")
+    file = experiment(tmp_path / "mine.py")
+    for number, value in enumerate((0.125, 0.25, 0.125)):
+        (tmp_path / "own" / "helper.py").write_text(f"VALUE = {value}\n")
+        assert peaks(run(file, tmp_path / f"out{number}", models=[own]))["own"] == value
+
+
+def test_a_file_with_an_error_says_whose_line_it_is(tmp_path):
+    own = model(tmp_path / "own" / "mod.py", imports="import helper")
+    (tmp_path / "own" / "helper.py").write_text("x = 1\nthis is no Python\n")
+    with pytest.raises(UsageError, match=r"mod\.py, line 6: helper\.py, line 2: invalid syntax") as told:
+        run(experiment(tmp_path / "mine.py"), tmp_path / "out", models=[own])
+    assert "colias_user" not in str(told.value)
+    (tmp_path / "own" / "helper.py").write_text("import nowhere_at_all\n")
+    with pytest.raises(UsageError, match=r"mod\.py, line 6: ModuleNotFoundError: No module named 'nowhere_at_all'$"):
+        run(tmp_path / "mine.py", tmp_path / "out", models=[own])
+    model(own, imports="from . import helper")
+    with pytest.raises(UsageError, match=r"line 6: ImportError: attempted relative import with no known parent"):
+        run(tmp_path / "mine.py", tmp_path / "out", models=[own])
+
+
+def test_a_name_from_elsewhere_means_one_file_in_a_process(tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.path", [*sys.path])
+    shown = []
+    for name in ("v1", "v2"):
+        (tmp_path / name / "lib").mkdir(parents=True)
+        (tmp_path / name / "lib" / "colias_elsewhere.py").write_text("VALUE = 0.5\n")
+        path = str(tmp_path / name / "lib")
+        shown.append(
+            model(tmp_path / name / "mod.py", imports=f"sys.path.insert(0, {path!r})\nimport colias_elsewhere")
+        )
+    file = experiment(tmp_path / "mine.py")
+    assert str(tmp_path / "v1" / "lib" / "colias_elsewhere.py") in hashes(run(file, tmp_path / "a", models=shown[:1]))
+    with pytest.raises(UsageError, match=r"v2.mod\.py: import colias_elsewhere: this process has loaded .*v1.*v2"):
+        run(file, tmp_path / "b", models=shown)
+    edited = tmp_path / "v1" / "lib" / "colias_elsewhere.py"
+    edited.write_text("VALUE = 0.25\n")
+    with pytest.raises(UsageError, match=r"colias_elsewhere\.py: was edited after this process imported it as"):
+        run(file, tmp_path / "c", models=shown[:1])
+
+
+def test_threads_that_run_one_file_each_get_all_of_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    log = tmp_path / "log"
+    model(
+        tmp_path / "own" / "mod.py",
+        0.25,
+        f"import time\nwith open({str(log)!r}, 'a') as log: log.write('x')\ntime.sleep(0.2)",
+    )
+    file = experiment(
+        tmp_path / "mine.py", imports="import time\ntime.sleep(0.2)", models="'own/mod.py',", judged="own"
+    )
+    answers: list[object] = []
+
+    def go(out: Path | None) -> None:
+        try:
+            answers.append(peaks(run(file, out)))
+        except BaseException as error:
+            answers.append(error)
+
+    outs = [None, None, tmp_path / "deep" / "er" / "a", tmp_path / "deep" / "er" / "b"]
+    threads = [threading.Thread(target=go, args=(out,)) for out in outs]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert answers == [{"own": 0.25}] * 4
+    assert log.read_text() == "x", "executed once"
+    assert len(list((tmp_path / "runs").iterdir())) == 2
+
+
+def test_a_model_s_path_is_relative_to_the_file_that_has_it(tmp_path, monkeypatch):
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    model(tmp_path / "there" / "mod.py", 0.25)
+    file = experiment(tmp_path / "mine.py", models="'there/mod.py:t_sp=0.5',", judged="there:t_sp=0.5")
+    assert peaks(run(file, tmp_path / "out")) == {"there:t_sp=0.5": 0.25}
+    experiment(file, models="'emd', 'nowhere/mod.py',")
+    with pytest.raises(UsageError, match=r"mine\.py: EXPERIMENT\.models\[1\]: .*nowhere/mod\.py: no such file"):
+        run(file, tmp_path / "again")
+
+
+def test_an_experiment_is_its_own_file_s_and_no_other_s(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    text = experiment(tmp_path / "a" / "mine.py").read_text().replace("claims=(", "claims=() and (")
+    for name in ("a", "b"):  # data alone, and equal: an experiment as good as another
+        (tmp_path / name / "mine.py").write_text(text)
+        assert list(hashes(run(tmp_path / name / "mine.py", tmp_path / f"out-{name}"))) == [
+            str(tmp_path / name / "mine.py")
+        ]
+
+
+JUDGES = {
+    "sys.exit()": r"mine\.py, line 9: SystemExit",
+    "raise KeyError('spiks')": r"mine\.py, line 9: KeyError: 'spiks' \(nearest column: ",
+    "return 'holds'": r"its judge answered 'holds', expected an Outcome",
+    "return Outcome('holds', 'so', n='three')": r"ValueError: invalid literal for int",
+}
+
+
+@pytest.mark.parametrize("judge", JUDGES)
+def test_a_judge_that_goes_wrong_is_told_at_the_end_and_by_the_status(judge, colias):
+    experiment(colias.folder / "mine.py", f"import sys; {judge}")
+    done = colias("run", "mine.py", "--out", "out", "--workers", "0", "--no-recordings")
+    assert done.returncode == 1
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("claim ")]
+    assert line.startswith("claim mine: its judge ") and re.search(JUDGES[judge], line), line
+    assert "Traceback" not in done.stderr
+    made = experiments.load(colias.folder / "out")
+    assert made.trials.num_rows == 1 and made.claims["verdict"].to_pylist() == ["untested"]
+
+
+def test_a_judge_that_goes_wrong_at_one_seed_is_told(tmp_path, capsys):
+    judge = "import sys; sys.exit() if rows[0]['repeat'] else None; return Outcome('holds', 'so')"
+    made = run(experiment(tmp_path / "mine.py", judge, repeats=2), tmp_path / "out")
+    assert made.claims["verdict"].to_pylist() == ["holds"]
+    assert "claim mine: its judge failed: mine.py, line 9: SystemExit" in capsys.readouterr().err
+
+
+def test_what_a_judge_changes_of_its_rows_is_its_own(tmp_path):
+    judge = "[row.clear() for row in rows]; rows.clear(); return Outcome('holds', 'so', n=1)"
+    twice = experiment(tmp_path / "mine.py", judge).read_text()
+    later = 'judge=lambda rows, _: Outcome("holds", str(len(rows[0]) > 5))'
+    second = f'ClipClaim(id="again", says="as I say", {later}, models={{"dsnn"}}),)'
+    (tmp_path / "mine.py").write_text(twice.replace('models={"dsnn"}),)', f'models={{"dsnn"}}), {second}'))
+    made = run(tmp_path / "mine.py", tmp_path / "out")
+    assert made.claims["measured"].to_pylist() == ["so", "True"]
+    assert made.trials.num_rows == 1 and (tmp_path / "out" / "figure.png").exists()
