@@ -249,7 +249,7 @@ def test_a_user_s_model_is_ranked_and_the_folder_goes_on(colias, capsys):
     board.run(out, ["lgmd1", own], 1, 0, Resources(0))
     assert capsys.readouterr().err.count(" of them done already") == 5
     assert (written(out), written(out, "looming.csv")) == (first, looming)
-    with pytest.raises(UsageError, match=r"settings\.models"):
+    with pytest.raises(UsageError, match=r"--model is lgmd1, gradient there and emd now"):
         board.run(out, ["emd"], 1, 0, Resources(0, quiet=True))
 
 

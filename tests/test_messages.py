@@ -54,6 +54,14 @@ def test_a_number_that_cannot_be_planned_is_refused_at_once(command, tmp_path, m
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_declared_number_is_named_by_its_declaration():
+    declared = OfflineExperiment("many", "too many", [Clip("a", "plain"), Clip("b", "plain")], ["emd"], repeats=50_001)
+    with pytest.raises(
+        UsageError, match=r"^many: repeats 50001: legal is a whole number from 1 to 50000 \(2 clips each"
+    ):
+        experiments.run(declared)
+
+
 def test_replicates_are_counted_with_the_points_of_the_grid():
     """Each number is legal by itself; their product is not."""
     axis = ",".join(str(value / 100) for value in range(100))

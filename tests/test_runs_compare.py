@@ -89,6 +89,7 @@ def test_going_on_keeps_the_time(made, tmp_path):
 
 COMMANDS = {
     "list": ["list"], "parameters": ["parameters"], "runs": ["runs", "."], "doctor": ["doctor"],
+    "compare": ["compare", "a", "b"],
 }  # fmt: skip
 FINDINGS = [
     Finding("renderer", "ok", "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 by egl: software, no graphics processor"),

@@ -31,13 +31,14 @@ def compare(
     have them all. Their spikes are compared pair by pair, per condition. Models are paired by label.
     The trials of an imported log have no seeds: those of equal conditions are compared as independent samples.
     """
-    from experiments.bench.core.terminal import error_console, out_console, show_table
+    from experiments.bench.core.terminal import error_console, out_console, show_line, show_table
     from experiments.bench.public.comparison import compare as compared
 
     found = compared(first, second)
-    out_console.print(f"first       {found.first}\nsecond      {found.second}", soft_wrap=True, markup=False)
-    if found.code:
-        out_console.print(f"other code  {found.code}", soft_wrap=True, markup=False)
+    lines = {"first": found.first, "second": found.second, "other code": found.code}
+    for name, value in lines.items():
+        if str(value):
+            show_line(f"{name:<12}{value}", 12)
     if found.parameters.num_rows:
         show_table(_parameters(found))
     else:

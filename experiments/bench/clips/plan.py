@@ -67,7 +67,8 @@ def plan(
     for what cannot be run.
     """
     count = experiment.repeats if repeats is None else repeats
-    check_counts(seed, count, jobs=len(experiment.clips), things="clips")
+    option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
+    check_counts(seed, count, option, len(experiment.clips), "clips")
     chosen, _ = watchers(shown_models(experiment.models, models, only), assignments)
     return OfflinePlan(experiment, tuple(showings(experiment, chosen, count, seed)), count, seed)
 

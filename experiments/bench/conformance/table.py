@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from experiments.bench.conformance.laws import Finding
-from experiments.bench.core.terminal import count, out_console
+from experiments.bench.core.terminal import count, out_console, show_line
 
 MOST_US = 1000.0
 """What a model may cost a frame of 99x72, us, without a word about it: the robot's camera gives 30 frames a second."""
@@ -18,9 +18,9 @@ def show(label: str, findings: Sequence[Finding], us: float | None, notes: Seque
     """
     for each in findings:
         said = f"broken: {each.trouble}" if each.trouble else f"kept: {each.asks}"
-        out_console.print(f"{each.law:<13}{said}", soft_wrap=True, markup=False)
+        show_line(f"{each.law:<13}{said}", 13)
     for note in notes:
-        out_console.print(f"note: {note}", soft_wrap=True, markup=False)
+        show_line(f"note: {note}", 4)
     if us is not None:
         more = "; more than 1 ms: say why in its docstring" if us > MOST_US else ""
         out_console.print(f"{'cost':<13}{us:.0f} us a frame at 99x72, in its fastest round{more}", markup=False)

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from experiments.bench.core.store.places import replacing
-from experiments.bench.core.terminal import out_console, show_table
+from experiments.bench.core.terminal import out_console, show_line, show_table
 from experiments.bench.firmware.budget import Budget, Tools, answer, label, varied
 
 NOTES = (
@@ -32,11 +32,11 @@ def show(budgets: Sequence[Budget], tools: Tools) -> None:
         show_table(_stages(budgets[0]))
     out_console.print()
     for line in answer(budgets):
-        out_console.print(line, markup=False, soft_wrap=True)
+        show_line(line)
     chip = budgets[0].firmware.chip
     ranges = f"{chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction at {chip.clock_mhz:g} MHz"
     for line in (f"{ranges}; {tools.compiler.version}; {tools.qemu.version}", *NOTES):
-        out_console.print(line, markup=False, soft_wrap=True, style="dim")
+        show_line(Text(line, "dim"))
 
 
 def _table(budgets: Sequence[Budget]) -> Table:

@@ -25,7 +25,7 @@ from experiments.bench.core.errors import explained
 from experiments.bench.core.models import ConfiguredModel, rate_notes
 from experiments.bench.core.store import provenance
 from experiments.bench.core.store.places import part
-from experiments.bench.core.terminal import coloured, error_console, out_console, show_table
+from experiments.bench.core.terminal import coloured, error_console, out_console, show_line, show_table
 from experiments.bench.footage.claims import FlowJudge, Readings
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
@@ -216,8 +216,9 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
         for seconds in (seen.resize_s + sum(watcher.seconds for watcher in watchers), seen.resize_s, seen.decode_s)
     )
     rate = 1e3 / max(own, 1e-6)
-    said = f"\nown time    {own:.2f} ms a frame ({rate:.0f} frames/s), {resizing:.2f} of it luma and resizing"
-    out_console.print(f"{said}; decoding {decoding:.2f} ms besides", soft_wrap=True)
+    said = f"own time    {own:.2f} ms a frame ({rate:.0f} frames/s), {resizing:.2f} of it luma and resizing"
+    out_console.print()
+    show_line(f"{said}; decoding {decoding:.2f} ms besides", 12)
 
 
 def _show_claim(watchers: Sequence[Watcher], readings: Sequence[Readings]) -> None:

@@ -178,7 +178,8 @@ def plan(
     """A checked plan from what a person typed; `UsageError` for what cannot be run."""
     count = experiment.repeats if repeats is None else repeats
     made = Plan(*configure(experiment, models, assignments), count, seed, experiment.design)
-    check_counts(seed, count, jobs=len(made.experiment.conditions()))
+    option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
+    check_counts(seed, count, option, len(made.experiment.conditions()))
     check(made)
     return made
 

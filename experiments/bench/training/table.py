@@ -6,7 +6,7 @@ from rich.table import Table
 
 from colias_sim.envs import ENVS
 from experiments.bench.core.scores import written
-from experiments.bench.core.terminal import count, out_console, show_places, show_table, stacked
+from experiments.bench.core.terminal import count, out_console, show_line, show_places, show_table, stacked
 from experiments.bench.training.scores import TRAINED
 from experiments.bench.training.study import Studied
 
@@ -16,7 +16,7 @@ FEW = 10
 
 def show(studied: Studied) -> None:
     """Print each measure with its interval, and below the table what the intervals are of."""
-    out_console.print(described(studied), soft_wrap=True, markup=False)
+    show_line(described(studied))
     out_console.print()
     show_table(_table(studied))
     out_console.print()

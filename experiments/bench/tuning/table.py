@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from rich.table import Table
 
-from experiments.bench.core.terminal import out_console, show_table
+from experiments.bench.core.terminal import out_console, show_line, show_table
 from experiments.bench.tuning.defined import SOME
 from experiments.bench.tuning.preferences import Preferences
 from experiments.bench.tuning.run import TuningReport
@@ -50,7 +50,7 @@ def show(report: TuningReport) -> None:
     for each in report.preferences:
         for why in dict.fromkeys(each.undefined.values()):
             names = ", ".join(name for name in each.undefined if each.undefined[name] == why)
-            out_console.print(f"{each.model}, {names}: not defined: {why}", soft_wrap=True, markup=False)
+            show_line(f"{each.model}, {names}: not defined: {why}", 4)
     for name, path in report.figures.items():
         out_console.print(f"{name:<12}{path}", soft_wrap=True, markup=False)
     out_console.print(f"{'tables':<12}{report.folder / 'tuning.csv'}", soft_wrap=True, markup=False)

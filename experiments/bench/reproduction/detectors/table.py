@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from experiments.bench.core.terminal import out_console, show_table
+from experiments.bench.core.terminal import out_console, show_line, show_table
 from experiments.bench.reproduction.detectors.rows import Triple
 from experiments.bench.reproduction.detectors.study import Detectors
 
@@ -33,7 +33,7 @@ def show_causes(table: Detectors) -> None:
     """Print why C21 does not hold, one line for each detector and arena."""
     for row in table.rows:
         if row.cause:
-            out_console.print(f"{row.arena}, {row.label}: {row.cause}", markup=False, soft_wrap=True)
+            show_line(f"{row.arena}, {row.label}: {row.cause}", 4)
 
 
 def triple(values: Triple, digits: int) -> str:

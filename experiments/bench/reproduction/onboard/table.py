@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.table import Table
 
 from experiments.bench.core.claims.replicates import LEAST_FOR_STANDING
-from experiments.bench.core.terminal import out_console, show_table
+from experiments.bench.core.terminal import out_console, show_line, show_table
 from experiments.bench.reproduction.onboard.formats import CLAIMS
 from experiments.bench.reproduction.onboard.rows import Onboard
 
@@ -29,7 +29,7 @@ def show(table: Onboard) -> None:
             f"{error.label}: error of HS: median {error.median:.1e}, 99 % {error.most:.1e}, worst {error.worst:.1e} "
             f"over {error.frames} frames; of {error.spikes} spikes {error.lost} lost, {error.gained} gained"
         )
-        out_console.print(said, markup=False, soft_wrap=True)
+        show_line(said, 4)
     out_console.print(survival(table))
 
 
