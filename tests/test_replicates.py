@@ -318,6 +318,14 @@ def test_a_replicate_with_a_trial_missing_is_not_whole():
     assert part["C16"] == whole["C16"]
 
 
+@pytest.mark.parametrize(("failing", "lost"), [("lgmd1", "lgmd2"), ("lgmd2", "lgmd1")])
+def test_a_detector_that_fails_fails_the_claim_of_both_whatever_became_of_the_other(failing, lost):
+    cases, rows = made(1)
+    flat = [{**row, "spikes": 1} if row["model"] == failing else row for row in rows if row["model"] != lost]
+    (c21,) = [claim for claim in claims.verdicts(replicates.studied(cases, flat), []) if claim.id == "C21"]
+    assert c21.verdict == "fails" and f"{lost} untested" in c21.measured
+
+
 # Used to choose.
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from experiments.bench.core.statistics import proportion_interval
-from experiments.bench.core.verdict import Judged, Outcome
+from experiments.bench.core.verdict import Outcome, together
 from experiments.bench.reproduction.robustness import LOOMING_DETECTORS, MODEL, ROBOT_CLAIMS, Case, judged_in, numbered
 from experiments.bench.robot.claims import find, outcome
 from experiments.bench.robot.experiment import TrialSpec
@@ -92,7 +92,7 @@ def of_model(claim: str, own: Replicate, model: str) -> Outcome:
 def _of_each(found: Mapping[str, Outcome]) -> Outcome:
     """A claim about several models: it holds if it does for each of them."""
     own, verdicts = list(found.values()), {each.verdict for each in found.values()}
-    worst: Judged = next((v for v in ("untested", "fails", "untestable", "vacuous") if v in verdicts), "holds")
+    worst = together(verdicts)
     return Outcome(
         worst,
         "; ".join(f"{model} {each.verdict}: {each.measured}" for model, each in found.items()),
