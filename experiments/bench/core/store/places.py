@@ -78,7 +78,15 @@ def check_file(file: Path, asked: str) -> None:
 
 
 def part(place: Path, ending: str = "") -> Path:
-    """Return where a file or a folder is written until it is whole: NAME.part beside it, and an ``ending``."""
+    """Return where a file or a folder is written until it is whole: NAME.part beside it, and an ``ending``.
+
+    Raises
+    ------
+    UsageError
+        The place is given as ``.``, ``/`` or ``..``, without its name.
+    """
+    if place.name in ("", ".."):
+        raise UsageError(f"{place}: legal is a path that ends in the name of what is made there")
     return place.with_name(f"{place.name}.part{ending}")
 
 
