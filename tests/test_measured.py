@@ -198,7 +198,7 @@ WRONG = {
     "a doubled trial": (TWICE, f"line {4 + FRAMES}: trial 0 is there twice: it began in line 2"),
     "too few cells": ({4: [0, 20, 0.1]}, "line 4: 3 cells, the header has 5 columns"),
     "a blank first line": ({1: []}, "line 1: the line is blank: expected the names of the columns"),
-    "an empty file": ({1: None, **dict.fromkeys(range(2 + 4 * FRAMES, 1, -1))}, "line 1: the file is empty"),
+    "an empty file": (dict.fromkeys(range(1 + 4 * FRAMES, 0, -1)), "line 1: the file is empty"),
     "a spike of the other sign": ({4: [0, 20, 0.1, -0.1, 1]}, "line 4: hs_spikes=1, but hs=-0.1: legal are spikes"),
 }
 

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from experiments.bench.core.errors import UsageError, explained
+from experiments.bench.core.store.places import regular
 
 Images = npt.NDArray[np.uint8]
 SEEN = ("camera", "clip", "picture")
@@ -42,7 +43,7 @@ def pictures(recording: Path) -> dict[str, Images]:
 
     try:
         chunks = [(str(chunk.entity_path).strip("/"), chunk.to_record_batch())
-                  for chunk in rr.chunk.RrdReader(recording).stream().to_chunks()]  # fmt: skip
+                  for chunk in rr.chunk.RrdReader(regular(recording)).stream().to_chunks()]  # fmt: skip
     except Exception as error:  # bytes that are no recording can make the library raise anything
         raise UsageError(f"{recording}: no recording ({explained(error)})") from None
     sizes: dict[str, tuple[int, int]] = {}
@@ -87,7 +88,7 @@ def write_pictures(folder: Path, frames: Images, ending: str) -> None:
 def read_picture(path: Path, what: str = "") -> Images:
     """Read an 8-bit grey picture, (R, C); `UsageError` in one line for anything else."""
     try:
-        data = np.frombuffer(path.read_bytes(), np.uint8)
+        data = np.frombuffer(regular(path).read_bytes(), np.uint8)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
     try:

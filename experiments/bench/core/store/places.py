@@ -28,6 +28,16 @@ def fresh(path: Path) -> Path:
     return path
 
 
+def regular(path: Path) -> Path:
+    """Return the path of what a folder of results holds, which can be read to its end.
+
+    Raises ``OSError`` for a pipe or a device, or a link to one: of ``/dev/zero`` nobody reads the end.
+    """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise OSError(errno.EINVAL, "a pipe or a device, not a file", str(path))
+    return path
+
+
 def inside(folder: Path, name: str) -> Path:
     """Return the path of what is called ``name`` in a folder of results, and is no link to a place outside of it.
 
