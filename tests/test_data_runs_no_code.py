@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 import experiments
-from experiments.bench.cli import main
+from experiments.bench.cli import main, viewer
 from experiments.bench.core import terminal
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.pool import open_pool
@@ -248,3 +248,15 @@ def test_programs_of_python_look_for_no_module_in_the_current_folder(trapped, mo
     for flags in {tuple(command[1 : command.index("-m")]) for command in started}:
         subprocess.run([sys.executable, *flags, "-c", "import random"], check=True)
     assert traps(trapped) == []
+
+
+def test_the_name_of_a_recording_is_no_option_of_the_viewer(tmp_path, monkeypatch):
+    """``--save=FILE.rrd`` would write that file."""
+    started = []
+    monkeypatch.setattr(viewer, "_attend", lambda command, said: started.append(command) or 0)
+    monkeypatch.chdir(tmp_path)
+    for name in ("--save=other.rrd", "a.rrd"):
+        Path(name).write_bytes(b"")
+    assert main.command(["view", ".", "--web"]) == 0
+    (command,) = started
+    assert command[-2:] == [str(tmp_path / name) for name in ("--save=other.rrd", "a.rrd")]

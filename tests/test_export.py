@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+import rerun as rr
 import rerun.blueprint as rrb
 from scipy import io
 
@@ -203,3 +204,24 @@ def test_frames_are_the_pictures_of_the_recordings(tmp_path):
     single.write_bytes(b"no recording")
     with pytest.raises(UsageError, match="no recording"):
         pictures(single)
+
+
+def test_no_name_in_a_recording_leads_out_of_the_folder(tmp_path):
+    """A recording that was handed over names its entities as it likes."""
+    image = rr.Image(np.zeros((4, 5), np.uint8))
+    stream = rr.RecordingStream("colias")
+    stream.save(tmp_path / "a.rrd")
+    for entity in (["camera"], ["camera_x", "..", "..", "..", "outside"], ["camera_", "inside"]):
+        stream.set_time("frame", sequence=0)
+        stream.log(entity, image)
+    stream.disconnect()
+    assert list(pictures(tmp_path / "a.rrd")) == ["camera"]
+    assert colias("export", tmp_path / "a.rrd", "--frames", tmp_path / "b" / "frames", "--quiet") == 0
+    there = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file())
+    assert there == ["a.rrd", "b/frames/a/000000.png"]
+
+
+def test_the_folder_one_is_in_is_not_replaced(clips, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError, match=r"^\.: legal is a path that ends in the name"):
+        colias("export", clips.folder, "--to", "csv", "--out", ".", "--force")

@@ -11,6 +11,7 @@ import pytest
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.store.pictures import pictures
 
 CLIPS = """
 from experiments.bench.clips.experiment import Clip, OfflineExperiment
@@ -105,3 +106,25 @@ def test_the_folder_that_a_person_names_may_be_a_link(whole, handed, tmp_path):
     folder, _ = handed
     (tmp_path / "disk").symlink_to(folder)
     assert go_on(whole, tmp_path / "disk").done == 2
+
+
+@pytest.mark.parametrize(
+    "name", ["experiment.json", "trials.parquet", "frames.parquet", "claims.json", "recordings/trial-0000.rrd"]
+)
+def test_a_device_in_the_place_of_a_file_is_not_read(handed, whole, name):
+    """Nobody comes to the end of ``/dev/zero``, nor to the beginning of a pipe that nobody writes."""
+    folder, _ = handed
+    (folder / name).unlink()
+    (folder / name).symlink_to("/dev/null")
+    with pytest.raises(UsageError, match="a pipe or a device, not a file"):
+        if name.endswith(".rrd"):
+            pictures(folder / name)
+        elif name == "claims.json":
+            str(experiments.load(folder).claims)
+        else:
+            go_on(whole, folder)
+    if name == "experiment.json":
+        assert "a pipe or a device" in experiments.runs(folder.parent)["trouble"][0].as_py()
+    elif name.endswith(".rrd"):
+        with pytest.raises(UsageError, match="a pipe or a device, not a file"):
+            go_on(whole, folder)

@@ -15,7 +15,7 @@ import rerun as rr
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.pictures import pictures
+from experiments.bench.core.store.pictures import pictures, write_pictures
 from experiments.bench.measured.columns import POSES
 from experiments.bench.robot.trial import forget_simulations
 
@@ -197,7 +197,9 @@ WRONG = {
     "no such condition": (ELSEWHERE, r"line 2: speed_cm_s=25.0: no condition of speed \(it has 20, 30;"),
     "a doubled trial": (TWICE, f"line {4 + FRAMES}: trial 0 is there twice: it began in line 2"),
     "too few cells": ({4: [0, 20, 0.1]}, "line 4: 3 cells, the header has 5 columns"),
-    "an empty file": ({1: []}, "line 1: the file is empty"),
+    "a blank first line": ({1: []}, "line 1: the line is blank: expected the names of the columns"),
+    "an empty file": (dict.fromkeys(range(1 + 4 * FRAMES, 0, -1)), "line 1: the file is empty"),
+    "a spike of the other sign": ({4: [0, 20, 0.1, -0.1, 1]}, "line 4: hs_spikes=1, but hs=-0.1: legal are spikes"),
 }
 
 
@@ -209,6 +211,55 @@ def test_each_fault_is_one_line_and_nothing_is_written(what, tmp_path):
         taken(log, tmp_path / "run")
     assert "\n" not in str(refused.value) and str(refused.value).startswith(f"{log}, line ")
     assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
+
+
+def test_a_pose_beyond_any_arena_is_a_damaged_line(tmp_path):
+    """It would be drawn, and Matplotlib ends in a traceback."""
+    columns = [*HEAD, *POSES]
+    lines = [[0, 20, (i + 1) / 30, 0.1, 0, *[0.0] * 6, 1e308 if i == 5 else 0.0] for i in range(FRAMES)]
+    log = written(tmp_path, lines={1: columns, **{i: line for i, line in enumerate(lines, 2)}})
+    with pytest.raises(UsageError, match=rf"line 7: {POSES[-1]}=1e\+308: legal is a number from -10000 to 10000"):
+        taken(log, tmp_path / "run")
+
+
+def test_a_looming_detector_s_spikes_are_none_below_0(tmp_path):
+    head = [*HEAD[:3], "looming", "looming_spikes", "model"]
+    log = written(tmp_path, lines={1: head, 2: [0, 20, 1 / 30, 0.5, -1, "lgmd1"]})
+    with pytest.raises(UsageError, match="line 2: looming_spikes=-1: legal is a whole number from 0 to 1000"):
+        taken(log, tmp_path / "run")
+
+
+def test_pictures_that_are_not_a_trial_s_frames(tmp_path):
+    """Two of one number, and a header that tells of more pixels than can be."""
+    log, frames = written(tmp_path, repeats=1), tmp_path / "frames"
+    blank = np.zeros((FRAMES, 72, 99), np.uint8)
+    for trial in range(2):
+        write_pictures(frames / f"trial-{trial:04d}", blank, ".pgm")
+    (frames / "trial-0001" / "3.pgm").write_bytes((frames / "trial-0001" / "000003.pgm").read_bytes())
+    with pytest.raises(UsageError, match=r"trial-0001/3.pgm: 000003.pgm has that number too: which is frame 3\?"):
+        taken(log, tmp_path / "run", "--frames", frames)
+    (frames / "trial-0001" / "3.pgm").unlink()
+    (frames / "trial-0001" / "000003.pgm").write_bytes(b"P5 99999 99999 255\n")
+    with pytest.raises(UsageError, match=r"trial-0001/000003.pgm: no picture that can be read"):
+        taken(log, tmp_path / "run", "--frames", frames)
+    assert not list(tmp_path.glob("run*"))
+
+
+def test_a_run_has_a_name(tmp_path, monkeypatch):
+    (tmp_path / "here").mkdir()
+    log = written(tmp_path)
+    monkeypatch.chdir(tmp_path / "here")
+    with pytest.raises(UsageError, match=r"^\.: legal is a path that ends in the name"):
+        taken(log, ".")
+
+
+def test_notes_name_the_folder_that_is_there(tmp_path, capsys):
+    """And not the part that it was written in."""
+    head = [*HEAD, "model"]
+    lines = {1: head, **{2 + i: [0, 20, (i + 1) / 30, 0.1, 1, "emd"] for i in range(FRAMES)}}
+    lines |= dict.fromkeys(range(1 + 4 * FRAMES, 1 + FRAMES, -1))
+    taken(written(tmp_path, lines=lines), tmp_path / "run", "--no-recordings")
+    assert f"note: {tmp_path / 'run'}: emd returns hs_spikes" in capsys.readouterr().err
 
 
 NUMBERS = (

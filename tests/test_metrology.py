@@ -184,6 +184,16 @@ def grey(count: int = 20, read: float = 2.0, seed: int = 0, drift: float = 0.0, 
     return np.clip(np.rint(frames + noise), 0, 255).astype(np.uint8)
 
 
+@pytest.mark.parametrize("share", [0.2, 0.8])
+def test_pixels_that_clip_at_times_are_left_out(share):
+    """However many do: what is clipped shows less noise, and the line would lean."""
+    rng = np.random.default_rng(0)
+    scene = np.tile(np.linspace(255 - 200 * (1 - share), 255 + 200 * share, 200), (40, 1))
+    frames = np.clip(np.rint(scene + rng.normal(0, 3.0, (60, *scene.shape))), 0, 255).astype(np.uint8)
+    line = photon_transfer([noise_levels(frames)])
+    assert line.dark_sd == pytest.approx(3.0, rel=0.15)
+
+
 def shown(folder, capsys, *options: str) -> tuple[dict[str, str], str, list[str]]:
     """The settings that ``colias camera`` prints, its table, and its notes."""
     assert main.command(["camera", str(folder), *options]) == 0

@@ -112,7 +112,8 @@ def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
         raise MetrologyError(f"{len(frames)} frames of the still scene: noise takes 8 or more (60 are good)")
     stack = frames.astype(np.float64)
     mean, variance = stack.mean(0).ravel(), stack.var(0, ddof=1).ravel()
-    spread = np.sqrt(np.median(variance))
+    whole = ((stack.min(0) > 0.0) & (stack.max(0) < 255.0)).ravel()  # of a clipped pixel less noise is seen
+    spread = np.sqrt(np.median(variance[whole])) if whole.any() else np.inf
     inside = (mean > CLIP_SDS * spread) & (mean < 255.0 - CLIP_SDS * spread)
     if inside.sum() < LEAST_PIXELS:
         raise MetrologyError("the still scene is clipped at 0 or 255: take it with other light")

@@ -35,7 +35,8 @@ def show(files: Sequence[Path], *, web: bool = False, instead: str) -> int:
     However this process ends, the viewer ends too. Raises `UsageError`, which tells ``instead``, where its window does
     not open.
     """
-    command = [*program(), "--bind", "127.0.0.1", *(["--web-viewer"] if web else []), *map(str, files)]
+    paths = [str(file.absolute()) for file in files]  # a name such as --save=a.rrd is no option
+    command = [*program(), "--bind", "127.0.0.1", *(["--web-viewer"] if web else []), *paths]
     if web:  # what it says has the address in it
         return _attend(command, None)
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as said:

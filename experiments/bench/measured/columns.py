@@ -21,6 +21,8 @@ POSES = (
     "observer_y_cm", "observer_heading_deg",
 )  # fmt: skip
 """What a tracker over the arena may add; all of them or none."""
+FARTHEST = 1e4
+"""cm and degrees of a pose; one beyond it is a damaged line."""
 ANSWERS = tuple(name for channel, spikes in CHANNELS.items() for name in (channel, spikes) if name)
 KNOWN = (*INDEX, *CONDITION_COLUMNS, TIME, *ANSWERS, *POSES)
 """All columns, in the order in which a log is written."""
@@ -75,6 +77,9 @@ def parse(name: str, text: str) -> str | int | float | None:
 def _range(name: str) -> tuple[float, float]:
     if name in POTENTIALS:
         return POTENTIALS[name]
-    if name in CHANNELS.values():
-        return -MOST_SPIKES, MOST_SPIKES
+    for channel, spikes in CHANNELS.items():
+        if name == spikes:
+            return MOST_SPIKES * POTENTIALS[channel][0], MOST_SPIKES
+    if name in POSES:
+        return -FARTHEST, FARTHEST
     return (0, 2**53) if name in ("trial", "seed", TIME) else (-math.inf, math.inf)

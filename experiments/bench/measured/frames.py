@@ -86,7 +86,12 @@ class FrameFolder:
 
 def _numbered(folder: Path) -> Sequence[Path]:
     """The PGM files of a folder, which are numbered from 0 up without a gap."""
-    files = {int(path.stem): path for path in folder.glob(f"*{PGM}") if path.stem.isdecimal()}
+    files: dict[int, Path] = {}
+    for path in sorted(folder.glob(f"*{PGM}")):
+        if path.stem.isdecimal():
+            before = files.setdefault(int(path.stem), path)
+            if before != path:
+                raise UsageError(f"{path}: {before.name} has that number too: which is frame {int(path.stem)}?")
     missing = next((number for number in range(len(files)) if number not in files), None)
     if missing is not None:
         raise UsageError(f"{folder}: frame {missing:06d}{PGM} is missing (it has {len(files)}, to {max(files):06d})")

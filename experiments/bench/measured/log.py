@@ -92,7 +92,10 @@ class _Reader:
         try:
             with self.path.open(newline="", encoding="utf-8-sig") as file:
                 lines = csv.reader(file, strict=True)
-                header = [name.strip() for name in next(lines, [])]
+                names = next(lines, None)
+                if names == []:
+                    self.refuse("the line is blank: expected the names of the columns")
+                header = [name.strip() for name in names or ()]
                 self._check_header(header)
                 for cells in lines:
                     self.line = lines.line_num
@@ -202,6 +205,9 @@ def _check_row(reader: _Reader, cells: Cells, own: Sequence[tuple[int, Cells]]) 
     for channel, spikes in CHANNELS.items():
         if spikes and channel in cells and (cells[channel] is None) != (cells[spikes] is None):
             reader.refuse(f"{channel if cells[channel] is None else spikes} is blank, but not its partner")
+        if spikes and cells.get(channel) and cells[channel] * cells[spikes] < 0:
+            said = f"{spikes}={cells[spikes]}, but {channel}={cells[channel]:g}"
+            reader.refuse(f"{said}: legal are spikes with the potential's sign")
     if not own:
         return
     first_line, first = own[0]

@@ -20,7 +20,7 @@ from experiments.bench.core.errors import UsageError, short
 from experiments.bench.core.model_runner import ModelRunner
 from experiments.bench.core.models import ConfiguredModel, ask, choose, rate_notes
 from experiments.bench.core.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
-from experiments.bench.core.store.places import naming
+from experiments.bench.core.store.places import naming, part
 from experiments.bench.core.store.rows import Failure, TrialRecord, recording_of
 from experiments.bench.core.store.run_folder import RunFolder
 from experiments.bench.core.terminal import error_console, progress
@@ -220,8 +220,9 @@ def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
                     repeats[trial.condition] += 1
                     advance()
             folder.flush()
-            tell(folder)
             report = conclude(made.plan, folder, folder.failures())
+    folder.folder = out  # where it is now, for its notes
+    tell(folder)
     return dataclasses.replace(report, folder=out)
 
 
@@ -242,7 +243,7 @@ def _whole(out: Path) -> Iterator[Path]:
     if out.exists() and not (out.is_dir() and not any(out.iterdir())):
         raise FileExistsError(f"{out} is there already: choose another --out, or remove it")
     out.parent.mkdir(parents=True, exist_ok=True)
-    place = out.with_name(f"{out.name}.part")
+    place = part(out)
     if os.path.lexists(place):
         raise FileExistsError(f"{place} is there already, of an import that was cut short: remove it")
     try:

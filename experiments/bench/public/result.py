@@ -19,6 +19,7 @@ from experiments.bench.core.errors import UsageError
 from experiments.bench.core.store import parameters, provenance
 from experiments.bench.core.store.description import BEGUN, read_description, short
 from experiments.bench.core.store.files import read_parquet
+from experiments.bench.core.store.places import regular
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.verdict import Verdict
 from experiments.bench.public import arguments
@@ -205,7 +206,7 @@ class Run:
         if not path.exists():
             return schema.empty_table()
         try:
-            return pa.Table.from_pylist(json.loads(path.read_text(encoding="utf-8")), schema)
+            return pa.Table.from_pylist(json.loads(regular(path).read_text(encoding="utf-8")), schema)
         except Exception as error:  # what is not a list of objects can make the library raise anything
             raise UsageError(f"{self.folder}: {name} cannot be read ({short(error)})") from None
 

@@ -19,7 +19,7 @@ from experiments.bench.core.batch import Resources
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.scores import Standing
 from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.places import inside
+from experiments.bench.core.store.places import inside, regular
 from experiments.bench.core.store.rows import Failure
 from experiments.bench.core.terminal import count, error_console, progress
 from experiments.bench.training import evaluate, scores
@@ -205,7 +205,7 @@ def _policy(folder: Path, seed: int) -> Path:
 def _read(folder: Path) -> dict[str, Any]:
     """What the folder says of its study; `UsageError` if it says nothing."""
     try:
-        there = json.loads((folder / NAME).read_text(encoding="utf-8"))
+        there = json.loads(regular(folder / NAME).read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise UsageError(f"--resume {folder}: no training of several seeds there ({NAME} is missing)") from None
     except (ValueError, RecursionError):

@@ -13,6 +13,7 @@ import pyarrow as pa
 import rerun as rr
 
 from experiments.bench.core.errors import UsageError
+from experiments.bench.core.store.places import regular
 
 Floats = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
@@ -36,7 +37,7 @@ def pictures(path: Path, entity: str) -> Iterator[tuple[float, Picture]]:
         (R, C, 3) uint8, RGB.
     """
     shape: tuple[int, int] | None = None
-    chunks = rr.chunk.RrdReader(str(path)).stream()
+    chunks = rr.chunk.RrdReader(str(regular(path))).stream()
     late: list[pa.RecordBatch] = []
     for chunk in chunks:
         if str(chunk.entity_path).lstrip("/") != entity:

@@ -21,6 +21,7 @@ import rerun as rr
 from colias_sim.config import CameraConfig
 from experiments.bench.core.errors import UsageError, explained
 from experiments.bench.core.figures.series import OWNERS
+from experiments.bench.core.store.places import regular
 from experiments.bench.video.pictures import Floats, times_of
 
 Colour = tuple[int, int, int]
@@ -155,7 +156,7 @@ def read(path: Path) -> Reel:
     """
     found = _Found()
     try:
-        for chunk in rr.chunk.RrdReader(str(path)).stream():
+        for chunk in rr.chunk.RrdReader(str(regular(path))).stream():
             found.take(str(chunk.entity_path).lstrip("/"), chunk.is_static, chunk.to_record_batch())
     except OSError as error:
         raise UsageError(f"video {path}: {error.strerror or error}") from None

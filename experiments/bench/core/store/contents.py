@@ -15,6 +15,7 @@ import pyarrow as pa
 from experiments.bench.core.store.description import short
 from experiments.bench.core.store.files import read_parquet
 from experiments.bench.core.store.parameters import Parameters, of_model
+from experiments.bench.core.store.places import regular
 from experiments.bench.core.store.rows import RECORDING
 
 Row = dict[str, Any]
@@ -273,7 +274,7 @@ def check_recordings(folder: Path, contents: Contents, name: Callable[[int], str
 def is_recording(path: Path) -> bool:
     """Whether a whole recording is there, as far as its first and last bytes tell."""
     try:
-        with path.open("rb") as file:
+        with regular(path).open("rb") as file:
             begins = file.read(len(RRD_BEGINS))
             file.seek(0, 2)
             file.seek(max(file.tell() - RRD_TAIL, 0))

@@ -15,7 +15,7 @@ from dsnn import CHANNELS
 from experiments.bench.core.errors import UsageError
 from experiments.bench.core.models import family, rebuilt
 from experiments.bench.core.store import provenance
-from experiments.bench.core.store.places import fresh, naming
+from experiments.bench.core.store.places import fresh, naming, regular
 from experiments.bench.core.user_code import is_file
 from experiments.bench.core.verdict import Claim
 
@@ -121,7 +121,7 @@ def write_new(folder: Path, description: Mapping[str, Any]) -> None:
 def read_description(folder: Path) -> dict[str, Any]:
     """The description in ``folder``; `UsageError` in one line that names the file where there is none, or no whole."""
     try:
-        value = json.loads((folder / NAME).read_text(encoding="utf-8"))
+        value = json.loads(regular(folder / NAME).read_text(encoding="utf-8"))
     except OSError as error:
         raise UsageError(f"{folder}: no readable {NAME} there ({error.strerror})") from None
     except (ValueError, RecursionError) as error:

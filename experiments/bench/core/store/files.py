@@ -14,7 +14,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from experiments.bench.core.store.description import to_json
-from experiments.bench.core.store.places import replacing
+from experiments.bench.core.store.places import regular, replacing
 
 _NAMING = threading.Lock()
 _given: set[Path] = set()
@@ -54,7 +54,7 @@ def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     Exception
         Any, of bytes that are no table.
     """
-    with pa.OSFile(os.fspath(path), "rb") as file:
+    with pa.OSFile(os.fspath(regular(path)), "rb") as file:
         opened = pq.ParquetFile(file, pre_buffer=False, page_checksum_verification=True)
         return opened.read(columns, use_threads=False)
 

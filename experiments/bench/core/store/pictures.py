@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from experiments.bench.core.errors import UsageError, explained
+from experiments.bench.core.store.places import regular
 
 Images = npt.NDArray[np.uint8]
 SEEN = ("camera", "clip", "picture")
 """Entities of what models saw: in trials and episodes, in clips, in footage."""
+_ENTITY = re.compile(rf"({'|'.join(SEEN)})(_\w+)?")
+"""Such an entity's name, of further eyes with the eye's. It becomes a folder's name, so it holds no ``/``."""
 
 
 def pictures(recording: Path) -> dict[str, Images]:
@@ -39,13 +43,13 @@ def pictures(recording: Path) -> dict[str, Images]:
 
     try:
         chunks = [(str(chunk.entity_path).strip("/"), chunk.to_record_batch())
-                  for chunk in rr.chunk.RrdReader(recording).stream().to_chunks()]  # fmt: skip
+                  for chunk in rr.chunk.RrdReader(regular(recording)).stream().to_chunks()]  # fmt: skip
     except Exception as error:  # bytes that are no recording can make the library raise anything
         raise UsageError(f"{recording}: no recording ({explained(error)})") from None
     sizes: dict[str, tuple[int, int]] = {}
     found: dict[str, list[tuple[int, Any]]] = {}
     for entity, batch in chunks:
-        if entity.partition("_")[0] not in SEEN:
+        if not _ENTITY.fullmatch(entity):
             continue
         for name in batch.schema.names:
             if name == "Image:format":
@@ -84,10 +88,13 @@ def write_pictures(folder: Path, frames: Images, ending: str) -> None:
 def read_picture(path: Path, what: str = "") -> Images:
     """Read an 8-bit grey picture, (R, C); `UsageError` in one line for anything else."""
     try:
-        data = np.frombuffer(path.read_bytes(), np.uint8)
+        data = np.frombuffer(regular(path).read_bytes(), np.uint8)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
-    picture = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    try:
+        picture = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    except cv2.error:  # a header that tells of more pixels than OpenCV takes
+        picture = None
     if picture is None:
         raise UsageError(f"{path}: no picture that can be read{what}")
     if picture.ndim != 2 or picture.dtype != np.uint8:

@@ -28,6 +28,16 @@ def fresh(path: Path) -> Path:
     return path
 
 
+def regular(path: Path) -> Path:
+    """Return the path of what a folder of results holds, which can be read to its end.
+
+    Raises ``OSError`` for a pipe or a device, or a link to one: of ``/dev/zero`` nobody reads the end.
+    """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise OSError(errno.EINVAL, "a pipe or a device, not a file", str(path))
+    return path
+
+
 def inside(folder: Path, name: str) -> Path:
     """Return the path of what is called ``name`` in a folder of results, and is no link to a place outside of it.
 
@@ -78,7 +88,15 @@ def check_file(file: Path, asked: str) -> None:
 
 
 def part(place: Path, ending: str = "") -> Path:
-    """Return where a file or a folder is written until it is whole: NAME.part beside it, and an ``ending``."""
+    """Return where a file or a folder is written until it is whole: NAME.part beside it, and an ``ending``.
+
+    Raises
+    ------
+    UsageError
+        The place is given as ``.``, ``/`` or ``..``, without its name.
+    """
+    if place.name in ("", ".."):
+        raise UsageError(f"{place}: legal is a path that ends in the name of what is made there")
     return place.with_name(f"{place.name}.part{ending}")
 
 

@@ -45,7 +45,7 @@ from experiments.bench.core.store.description import (
 )
 from experiments.bench.core.store.files import Files
 from experiments.bench.core.store.parameters import Parameters, of_model, with_columns
-from experiments.bench.core.store.places import inside, told
+from experiments.bench.core.store.places import inside, regular, told
 from experiments.bench.core.store.rows import (
     RECORDING,
     Failure,
@@ -197,7 +197,7 @@ class RunFolder(Files):
     def _listed_failures(self) -> Any:
         path = self.path("failures.json")
         try:
-            return json.loads(path.read_text(encoding="utf-8")) if os.path.lexists(path) else []
+            return json.loads(regular(path).read_text(encoding="utf-8")) if os.path.lexists(path) else []
         except (OSError, ValueError, RecursionError) as error:
             raise Misfit(f"failures.json cannot be read ({short(error)})") from None
 

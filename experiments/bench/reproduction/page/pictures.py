@@ -13,6 +13,7 @@ import rerun as rr
 
 from experiments.bench.core.recording import Images
 from experiments.bench.core.store.files import read_parquet
+from experiments.bench.core.store.places import regular
 from experiments.bench.core.store.rows import recording_name
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan
@@ -87,8 +88,10 @@ def _video(path: Path, shape: tuple[int, int]) -> Images | None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a recording that was cut short
-            chunks = list(rr.chunk.RrdReader(path).stream().filter(content=ENTITY, is_static=False).to_chunks())
-    except (RuntimeError, ValueError):  # no file, or no whole one
+            chunks = list(
+                rr.chunk.RrdReader(regular(path)).stream().filter(content=ENTITY, is_static=False).to_chunks()
+            )
+    except (OSError, RuntimeError, ValueError):  # no file, or no whole one
         return None
     batches = [chunk.to_record_batch() for chunk in chunks]
     columns = [batch[name] for batch in batches for name in batch.schema.names if name.endswith(":buffer")]

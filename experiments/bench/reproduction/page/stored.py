@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from experiments.bench.core.store.places import regular
 from experiments.bench.reproduction.page.overview import Tile, sign
 from experiments.bench.reproduction.page.sections import Picture, figure_of
 
@@ -87,7 +88,7 @@ def read(folder: Path, name: str) -> Any:
     Chapters of other studies are given their data by this: see `experiments.bench.reproduction.chapters`.
     """
     try:
-        return json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
+        return json.loads(regular(folder / f"{name}.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
 
