@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import enum
 import hashlib
 import importlib
 import json
+import pickle
 import re
 import sys
 import threading
@@ -299,6 +301,19 @@ def test_a_file_that_was_a_model_and_is_now_a_helper_may_be_edited_between(tmp_p
     derived = model(tmp_path / "own" / "derived.py", 0.125, "import base", name="derived")
     made = run(tmp_path / "mine.py", tmp_path / "b", models=[derived])
     assert peaks(made)["derived"] == 0.125 and hashes(made)[str(base)] == sha(base)
+
+
+def test_settings_of_a_user_s_own_kinds_cross_to_workers(tmp_path):
+    kinds = "import enum\nclass Way(enum.StrEnum):\n    RIGHT = 'rightward'\nclass Speed(float):\n    pass"
+    file = experiment(tmp_path / "mine.py", imports=kinds)
+    file.write_text(file.read_text().replace('"rightward"', "Way.RIGHT").replace("90.0", "Speed(90.0)"))
+    assert peaks(run(file, tmp_path / "a", workers=1)) == peaks(run(file, tmp_path / "b"))
+
+    class Way(enum.StrEnum):
+        TRANSLATION, RIGHTWARD = "translation", "rightward"
+
+    condition = experiments.Condition(Way.TRANSLATION, Way.RIGHTWARD, speed_cm_s=6.0, distance_cm=8.0)
+    assert pickle.loads(pickle.dumps(condition)) == condition  # no Way could be found by its name
 
 
 def test_threads_that_run_one_file_each_get_all_of_it(tmp_path, monkeypatch):
