@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import enum
 import hashlib
+import importlib
 import json
+import pickle
 import re
 import sys
 import threading
@@ -221,6 +224,96 @@ def test_a_name_from_elsewhere_means_one_file_in_a_process(tmp_path, monkeypatch
     edited.write_text("VALUE = 0.25\n")
     with pytest.raises(UsageError, match=r"colias_elsewhere\.py: was edited after this process imported it as"):
         run(file, tmp_path / "c", models=shown[:1])
+
+
+def test_import_module_finds_what_python_finds_or_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.path", [*sys.path])
+    shown = []
+    for name, value in (("v1", 0.125), ("v2", 0.25)):
+        path = str(tmp_path / name)
+        loads = f"sys.path.append({path!r})\nimport importlib\nloaded = importlib.import_module('colias_dynamic')"
+        shown.append(model(tmp_path / name / "mod.py", "loaded.VALUE", loads))
+        (tmp_path / name / "colias_dynamic.py").write_text(f"VALUE = {value}\n")
+    file = experiment(tmp_path / "mine.py")
+    first = run(file, tmp_path / "a", models=shown[:1])
+    helper = tmp_path / "v1" / "colias_dynamic.py"
+    assert peaks(first)["v1"] == 0.125 and hashes(first)[str(helper)] == sha(helper)
+    with pytest.raises(UsageError, match=r"v2.mod\.py: import colias_dynamic: this process has loaded .*v1.*v2"):
+        run(file, tmp_path / "b", models=shown)
+    helper.write_text("VALUE = 0.75\n")
+    with pytest.raises(UsageError, match=r"colias_dynamic\.py: was edited after this process imported it as"):
+        run(file, tmp_path / "c", models=shown[:1])
+
+
+def test_a_call_of_import_counts_as_the_statement_does(tmp_path):
+    own = model(tmp_path / "own" / "mod.py", "helper.VALUE", "helper = __import__('helper')")
+    for value in (0.125, 0.25):
+        (tmp_path / "own" / "helper.py").write_text(f"VALUE = {value}\n")
+        made = run(experiment(tmp_path / "mine.py"), tmp_path / str(value), models=[own])
+        assert peaks(made)["own"] == value and str(tmp_path / "own" / "helper.py") in hashes(made)
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_an_experiment_of_a_module_edited_since_its_import_is_refused(linked, tmp_path, monkeypatch):
+    name = f"colias_notebook_{linked}".lower()
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    file = experiment(tmp_path / "real" / f"{name}.py", "return Outcome('holds', 'first')")
+    monkeypatch.syspath_prepend(tmp_path / ("link" if linked else "real"))
+    module = importlib.import_module(name)
+    experiment(file, "return Outcome('holds', 'the second')")
+    with pytest.raises(UsageError, match=rf"{name}\.py: was edited after this process imported it as {name}"):
+        run(module.EXPERIMENT, tmp_path / "a")
+    made = run(importlib.reload(module).EXPERIMENT, tmp_path / "b")
+    assert made.claims["measured"].to_pylist() == ["the second"] and hashes(made) == {str(file): sha(file)}
+    experiment(file, "return Outcome('holds', 'the third one')")
+    with pytest.raises(UsageError, match="was edited after"):
+        run(module.EXPERIMENT, tmp_path / "c")
+
+
+def test_a_helper_that_appears_after_the_file_was_read_is_not_taken_unrecorded(tmp_path):
+    step = "import pathlib; pathlib.Path(__file__).with_name('rich.py').write_text('VALUE = 0.75'); import rich"
+    own = model(tmp_path / "own" / "mod.py", "getattr(rich, 'VALUE', 0.25)", step=step)
+    for name, value in (("a", 0.25), ("b", 0.75)):
+        made = run(experiment(tmp_path / "mine.py"), tmp_path / name, models=[own])
+        assert peaks(made)["own"] == value
+        assert (str(tmp_path / "own" / "rich.py") in hashes(made)) == (value == 0.75)
+
+
+def test_a_worker_that_finds_another_helper_ends_the_run(tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.path", [*sys.path])
+    own = model(tmp_path / "own" / "mod.py", "colias_moved.VALUE", "import colias_moved")
+    for name, value in (("v1", 0.125), ("v2", 0.25)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "colias_moved.py").write_text(f"VALUE = {value}\n")
+    file = experiment(tmp_path / "mine.py")
+    sys.path.insert(0, str(tmp_path / "v1"))
+    assert peaks(run(file, tmp_path / "a", models=[own]))["own"] == 0.125
+    sys.path.insert(0, str(tmp_path / "v2"))  # this process has the first, and a new one would find the second
+    with pytest.raises(UsageError, match=r"v2.colias_moved\.py: is loaded here, and was not where the run was begun"):
+        run(file, tmp_path / "b", models=[own], workers=1)
+
+
+def test_a_file_that_was_a_model_and_is_now_a_helper_may_be_edited_between(tmp_path):
+    base = model(tmp_path / "own" / "base.py", 0.25)
+    run(experiment(tmp_path / "mine.py"), tmp_path / "a", models=[base])
+    model(base, 0.5)
+    derived = model(tmp_path / "own" / "derived.py", 0.125, "import base", name="derived")
+    made = run(tmp_path / "mine.py", tmp_path / "b", models=[derived])
+    assert peaks(made)["derived"] == 0.125 and hashes(made)[str(base)] == sha(base)
+
+
+def test_settings_of_a_user_s_own_kinds_cross_to_workers(tmp_path):
+    kinds = "import enum\nclass Way(enum.StrEnum):\n    RIGHT = 'rightward'\nclass Speed(float):\n    pass"
+    file = experiment(tmp_path / "mine.py", imports=kinds)
+    file.write_text(file.read_text().replace('"rightward"', "Way.RIGHT").replace("90.0", "Speed(90.0)"))
+    assert peaks(run(file, tmp_path / "a", workers=1)) == peaks(run(file, tmp_path / "b"))
+
+    class Way(enum.StrEnum):
+        TRANSLATION, RIGHTWARD = "translation", "rightward"
+
+    condition = experiments.Condition(Way.TRANSLATION, Way.RIGHTWARD, speed_cm_s=6.0, distance_cm=8.0)
+    assert pickle.loads(pickle.dumps(condition)) == condition  # no Way could be found by its name
 
 
 def test_threads_that_run_one_file_each_get_all_of_it(tmp_path, monkeypatch):

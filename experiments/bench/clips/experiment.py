@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from dsnn.stimuli import ClipParams, Jittered, Stimulus, stimulus, stimulus_entry
 from experiments.bench.core.claims.declared import check_claims
-from experiments.bench.core.errors import check_declared
+from experiments.bench.core.errors import check_declared, plain
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.verdict import Claim
 
@@ -59,7 +59,7 @@ class Clip:
         if not isinstance(self.jitter_px, int | float) or isinstance(self.jitter_px, bool):
             raise ValueError(f"clip {self.name}: jitter_px={self.jitter_px!r}: legal is a number")
         try:
-            object.__setattr__(self, "changes", tuple(dict(self.changes).items()))
+            object.__setattr__(self, "changes", tuple((name, plain(each)) for name, each in dict(self.changes).items()))
         except (TypeError, ValueError):
             said = f"changes={self.changes!r}: legal is pairs of a parameter's name and its value"
             raise ValueError(f"clip {self.name}: {said}") from None

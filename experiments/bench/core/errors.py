@@ -91,3 +91,10 @@ def short(value: Any) -> str:
     """A value in a line: a person has to find it again, not to read all of it."""
     said = " ".join(repr(value).split())
     return said if len(said) <= 80 else f"{said[:77]}..."
+
+
+def plain(value: Any) -> Any:
+    """Return a text or number of a user's own kind as a plain one: no worker could unpickle an enum's member."""
+    if isinstance(value, str):
+        return str.__str__(value)
+    return float(value) if isinstance(value, float) else value

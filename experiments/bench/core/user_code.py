@@ -80,7 +80,11 @@ def _module(path: Path, shown: Path) -> ModuleType:
     try:
         if first:
             user_modules.check_elsewhere(others, shown)
-        _loaded[str(path)] = {**user_modules.elsewhere(others), **user_modules.digests(units.values())}
+        near = user_modules.digests(units.values())
+        _loaded[str(path)] = {**user_modules.elsewhere(others), **near}
+        for file, digest in near.items():  # what was run itself before, and edited since, is what it is here
+            if _loaded.get(file, near).get(file) != digest:
+                _loaded.pop(file, None)
     except (UsageError, OSError) as error:
         sys.modules.pop(name, None)  # it is executed again at the next request, and refused again
         raise error if isinstance(error, UsageError) else UsageError(f"{shown}: {explained(error)}") from None

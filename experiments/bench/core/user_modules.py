@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import contextlib
 import functools
 import hashlib
 import importlib
@@ -53,7 +54,7 @@ class Unit:
     beside
         Name -> path of what it imports from the folder that it is in.
     elsewhere
-        Dotted names of what it imports otherwise.
+        Dotted names of what it imports otherwise, and of what it gives ``import_module``, which is Python's own.
     """
 
     path: Path
@@ -75,7 +76,9 @@ class _Named:
     def full_name(self, name: str) -> str:
         """Find the full name of the module that ``import name`` means; empty where Python's own import finds it."""
         if name not in self.found:
-            path = beside(self.unit.path.parent, name)
+            known = {other.partition(".")[0] for other in self.unit.elsewhere}
+            # A file that has come beside this one since it was read is not on the record.
+            path = None if name in known else beside(self.unit.path.parent, name)
             if path is not None and path not in self.names:  # an import that no statement tells of
                 self.found[name] = named(units(path))[path]
             else:
@@ -162,6 +165,7 @@ def _read(path: Path) -> Unit:
             elsewhere.add(name)
         elif place != path:
             near[top] = place
+    elsewhere.update(*(called(data, "import_module") for file, data in files.items() if file.suffix == ".py"))
     return Unit(path, files, near, frozenset(elsewhere))
 
 
@@ -169,20 +173,29 @@ def _read(path: Path) -> Unit:
 def imported(data: bytes) -> frozenset[str]:
     """List the dotted names that a module's source imports by statements, each package and what is taken from it.
 
-    Relative imports are left out: they stay in the module's own package.
+    A call ``__import__("name")`` is such a statement too. Relative imports are left out: they stay in the module's own
+    package.
     """
-    try:
-        statements = list(ast.walk(ast.parse(data)))
-    except (SyntaxError, ValueError, RecursionError):  # whoever runs it is told
-        return frozenset()
-    names: set[str] = set()
-    for statement in statements:
+    names = set(called(data, "__import__"))
+    for statement in ast.walk(_parsed(data)):  # whoever runs what cannot be parsed is told
         if isinstance(statement, ast.Import):
             names.update(alias.name for alias in statement.names)
         elif isinstance(statement, ast.ImportFrom) and not statement.level and statement.module:
             names.add(statement.module)
             names.update(f"{statement.module}.{alias.name}" for alias in statement.names if alias.name != "*")
     return frozenset(prefix for name in names for prefix in _prefixes(name))
+
+
+@functools.lru_cache(maxsize=512)
+def called(data: bytes, function: str) -> frozenset[str]:
+    """List the dotted names that a module's source gives, as texts, to a function that imports; relative ones not."""
+    names: set[str] = set()
+    for call in ast.walk(_parsed(data)):
+        if isinstance(call, ast.Call) and call.args and isinstance(call.args[0], ast.Constant):
+            name, by = call.args[0].value, call.func
+            if function in (getattr(by, "id", ""), getattr(by, "attr", "")) and isinstance(name, str):
+                names.add(name)
+    return frozenset(prefix for name in names if not name.startswith(".") for prefix in _prefixes(name))
 
 
 def _prefixes(name: str) -> Iterator[str]:
@@ -312,7 +325,42 @@ def plain_names(text: str) -> str:
 
 
 _first_seen: dict[str, tuple[ModuleSpec | None, str]] = {}
-"""Path of a module of the user's own that Python imported -> its spec, which a reload renews, and its SHA-256 then."""
+"""Path of a module of the user's own that Python imported -> its spec, which a reload renews, and its SHA-256 then.
+
+There is no spec of a module that was only looked for yet: an import is about to execute it.
+"""
+
+
+class _Witness(MetaPathFinder):
+    """Finds nothing: it notes what a module's file holds when Python is about to execute it."""
+
+    def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> None:
+        top = name.partition(".")[0]
+        if top in PACKAGES or top in sys.stdlib_module_names or top.startswith(USER_MODULE):
+            return
+        with contextlib.suppress(Exception):  # the import itself tells what is wrong
+            spec = PathFinder.find_spec(name, path)
+            if spec is not None and spec.origin is not None and spec.has_location:
+                _witness(spec.origin, None)
+
+
+def _witness(file: str, spec: ModuleSpec | None) -> None:
+    if not set(INSTALLED) & set(Path(file).parts):
+        place = Path(file).resolve()
+        _first_seen[str(place)] = (spec, hashlib.sha256(place.read_bytes()).hexdigest())
+
+
+def _witness_loaded() -> None:
+    """Note the modules that were imported before this one: among them is the user's own that made us be imported."""
+    for name, module in sys.modules.copy().items():
+        file, top = getattr(module, "__file__", None), name.partition(".")[0]
+        if isinstance(file, str) and top not in PACKAGES and top not in sys.stdlib_module_names:
+            with contextlib.suppress(OSError):
+                _witness(file, module.__spec__)
+
+
+_witness_loaded()
+sys.meta_path.insert(0, _Witness())
 
 
 def elsewhere(names: Iterable[str]) -> dict[str, str]:
@@ -372,8 +420,8 @@ def _parsed(data: bytes) -> ast.AST:
 def check_unedited(hashes: Mapping[str, str]) -> None:
     """Refuse a file that was edited after Python imported it: what runs is no longer what the file holds.
 
-    An edit is noticed from the first time on that this function is told of the file. A module that was reloaded since
-    then is as its file is.
+    What a file held at its import is known of modules that were imported after this one or that import it, and else
+    from the first time on that this function is told of the file. A module that was reloaded is as its file is.
 
     Parameters
     ----------
@@ -385,12 +433,16 @@ def check_unedited(hashes: Mapping[str, str]) -> None:
     UsageError
         A file was edited.
     """
+    endings = tuple(Path(path).name for path in hashes)  # to resolve the path of every module would take long
     for name, module in sys.modules.copy().items():  # another thread may be importing
-        file = getattr(module, "__file__", None)
-        if name.startswith(USER_MODULE) or not isinstance(file, str) or file not in hashes:
+        loaded = getattr(module, "__file__", None)
+        if name.startswith(USER_MODULE) or not isinstance(loaded, str) or not loaded.endswith(endings):
+            continue
+        file = str(Path(loaded).resolve())
+        if file not in hashes:
             continue
         spec, first = _first_seen.setdefault(file, (module.__spec__, hashes[file]))
-        if first != hashes[file] and spec is module.__spec__:
+        if first != hashes[file] and (spec is None or spec is module.__spec__):
             raise UsageError(f"{file}: was edited after this process imported it as {name}; start a new process")
         _first_seen[file] = (module.__spec__, hashes[file])
 
@@ -415,10 +467,15 @@ def check_elsewhere(names: Iterable[str], importer: Path) -> None:
         loaded = getattr(module, "__file__", None)
         if not isinstance(loaded, str) or not is_users(Path(loaded).resolve()):
             continue
-        spec = PathFinder.find_spec(name)
-        if spec is not None and spec.origin is not None and not _is_at(module, Path(spec.origin).resolve()):
-            said = f"import {name}: this process has loaded {loaded} by that name, and {spec.origin} is meant now"
-            raise UsageError(f"{importer}: {said}; rename one of them, or put it beside the file that imports it")
+        near = beside(importer.resolve().parent, name)  # what `import_module` is given may be beside the file
+        spec = PathFinder.find_spec(name) if near is None else None
+        meant = near / "__init__.py" if near is not None and near.is_dir() else near
+        if spec is not None and spec.origin is not None:
+            meant = Path(spec.origin)
+        if meant is not None and not _is_at(module, meant.resolve()):
+            said = f"import {name}: this process has loaded {loaded} by that name, and {meant} is meant now"
+            remedy = "put it beside the file that imports it" if near is None else "import it by a statement"
+            raise UsageError(f"{importer}: {said}; rename one of them, or {remedy}")
 
 
 def _is_at(module: ModuleType | None, file: Path) -> bool:

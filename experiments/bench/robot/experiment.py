@@ -13,7 +13,7 @@ import numpy as np
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from experiments.bench.core import interrupts
 from experiments.bench.core.claims.declared import check_claims
-from experiments.bench.core.errors import check_declared, short
+from experiments.bench.core.errors import check_declared, plain, short
 from experiments.bench.core.models import ConfiguredModel
 from experiments.bench.core.user_code import place_of
 from experiments.bench.core.verdict import Claim
@@ -87,6 +87,7 @@ class Condition:
         for name, said in WORDS.items():
             if getattr(self, name) not in said:
                 raise ValueError(f"condition: {name}={getattr(self, name)!r}: legal is {', '.join(said)}")
+            object.__setattr__(self, name, plain(getattr(self, name)))
         depth = self.motion != "translation"
         needed = {"angle_deg", "far_cm"} if depth else set()
         for name, (low, high) in LIMITS.items():

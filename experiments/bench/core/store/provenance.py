@@ -223,6 +223,8 @@ def check(made: Mapping[str, Any]) -> None:
         raise OtherCode("colias-sim's own source here is not that which the run was begun with")
     if made["form"] != form():
         raise OtherCode(f"the network's form is {form()} here, and {made['form']} where the run was begun")
+    for path in {path for loaded in map(as_loaded, made["files"]) for path in loaded} - made["files"].keys():
+        raise OtherCode(f"{path}: is loaded here, and was not where the run was begun")
     for path, expected in made["files"].items():
         if any(loaded.get(path, expected) != expected for loaded in map(as_loaded, made["files"])) or (
             path.endswith(".npz") and sha256(Path(path)) != expected
