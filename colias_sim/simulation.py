@@ -277,7 +277,7 @@ def _given(name: str, value: Settings | None, kind: type[Settings]) -> Settings:
 
 def _check_generator(rng: object) -> None:
     if not isinstance(rng, np.random.Generator):
-        raise ValueError(f"rng is a {type(rng).__name__}: expected a numpy.random.Generator: np.random.default_rng(0)")
+        raise ValueError(f"rng is a {type(rng).__name__}: expected a numpy.random.Generator")
 
 
 @lru_cache(maxsize=512)

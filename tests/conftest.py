@@ -18,6 +18,8 @@ from threadpoolctl import threadpool_limits
 from dsnn import DSNNParams, forms, native
 from tests.warm import Warm
 
+os.environ["COLUMNS"] = "100"  # the consoles are made when the first test imports them, and are the same in every order
+
 ROOT = Path(__file__).parents[1]
 GOLDEN = sorted((Path(__file__).parent / "golden").glob("*.npz"))
 

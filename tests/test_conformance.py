@@ -174,7 +174,7 @@ def test_what_is_dropped_and_what_never_spikes_is_noted(tmp_path, capsys):
         'MODEL = ModelEntry("odd", "odd", Odd, P(), channels=("hs",))\n'
     )
     command(["check", str(tmp_path / "odd.py")])
-    printed = capsys.readouterr().out
+    printed = " ".join(capsys.readouterr().out.split())
     assert "note: answers azimuth, which is not declared: it is dropped" in printed
     assert "note: hs passes t_sp = 0.2 in " in printed
     assert "and hs_spikes stays 0: step itself returns the spikes" in printed
