@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from dsnn import CHANNELS, AnswerError, ModelEntry, Response, checked_answer, model_entry
 from dsnn.frames import frozen
-from experiments.bench.core.errors import UsageError
+from experiments.bench.core.errors import UsageError, explained
 from experiments.bench.core.models import load_model
-from experiments.bench.core.user_code import apart, is_file
+from experiments.bench.core.user_code import apart, is_file, place_of
+
+Result = TypeVar("Result")
 
 
 class CheckedModel:
     """A model, ``inner``, whose answers are checked, and which sees frames that it cannot change.
 
-    ``step`` raises `dsnn.AnswerError` for an answer that is none, naming the model, and whatever the model raises.
+    ``step`` raises `dsnn.AnswerError` for an answer that is none, naming the model, and whatever the model raises;
+    for ``sys.exit`` in the model, ``RuntimeError``.
     """
 
     def __init__(self, name: str, model: Any, channels: Sequence[str]) -> None:
@@ -28,7 +31,7 @@ class CheckedModel:
 
     def step(self, frame: npt.NDArray[np.uint8]) -> Response:
         """Answer the next frame (R, C)."""
-        answer = apart(lambda: self.inner.step(frozen(frame)))
+        answer = _called(lambda: self.inner.step(frozen(frame)))
         try:
             return checked_answer(answer, self.channels)
         except AnswerError as error:
@@ -36,7 +39,7 @@ class CheckedModel:
 
     def reset(self) -> None:
         """Forget every frame."""
-        apart(self.inner.reset)
+        _called(self.inner.reset)
 
 
 def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
@@ -55,9 +58,10 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
     """
     entry = _entry(model)
     if entry is not None:
-        name, channels, built = entry.name, entry.channels, apart(lambda: entry.build(shape, entry.robot))
+        name, channels, built = entry.name, entry.channels, _called(lambda: entry.build(shape, entry.robot))
     elif callable(model):
-        name, channels, built = getattr(model, "__name__", type(model).__name__), CHANNELS, apart(lambda: model(shape))
+        name, channels = getattr(model, "__name__", type(model).__name__), CHANNELS
+        built = _called(lambda: model(shape))
     else:
         raise ValueError(
             f"model={model!r}: expected a model's name, a .py file, a dsnn.ModelEntry,"
@@ -66,6 +70,14 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
     if not (callable(getattr(built, "step", None)) and callable(getattr(built, "reset", None))):
         raise ValueError(f"model={model!r} made {built!r}: expected an object with step(frame) and reset()")
     return CheckedModel(name, built, channels)
+
+
+def _called(call: Callable[[], Result]) -> Result:
+    """Call a model's code. ``sys.exit`` in it is an error: it would end the caller's program without a word."""
+    try:
+        return apart(call)
+    except SystemExit as error:
+        raise RuntimeError(f"{place_of(error)}{explained(error)}") from error
 
 
 def _entry(model: Any) -> ModelEntry | None:

@@ -24,6 +24,7 @@ from experiments.bench.closed_loop.seen import response
 from experiments.bench.core.errors import UsageError
 from tests.chapters import titled
 from tests.conftest import Colias, one_core
+from tests.test_answers import write_model
 
 SILENT = Response()
 
@@ -378,6 +379,45 @@ def test_the_reflex_of_the_documentation_scores_itself(tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "collisions/m " in done.stdout
+
+
+EDITED = """
+import pathlib
+from experiments import Behaviour
+GAIN = 0.3
+made = []
+
+def make(rng):
+    made.append(rng)
+    if len(made) == 2:
+        path = pathlib.Path(__file__).with_name("eye.py")
+        path.write_text(path.read_text().replace("hs=0.5", "hs=-0.9"))
+    return lambda seen: (GAIN * seen.hs, -GAIN * seen.hs)
+
+BEHAVIOUR = Behaviour("edits", "edits its model before the second episode", "Fixation", make, model="eye.py")
+"""
+
+
+def test_a_model_that_is_edited_meanwhile_is_one_model_in_all_episodes(tmp_path):
+    write_model(tmp_path, "eye", "Response(hs=0.5)")
+    (tmp_path / "edits.py").write_text(EDITED)
+    edited = load_behaviour(str(tmp_path / "edits.py"))
+    same = Behaviour.reflex("same", "", "Fixation", lambda seen: (0.15, -0.15))
+    assert score(edited, episodes=2, quiet=True) == score(same, episodes=2, quiet=True)
+    assert "hs=-0.9" in (tmp_path / "eye.py").read_text()
+
+
+@pytest.mark.parametrize("where", ["make", "reflex"])
+def test_sys_exit_in_a_behaviour_does_not_end_the_program(where):
+    leaves = Behaviour("leaves", "", "Fixation", (lambda rng: sys.exit(0)) if where == "make" else lambda rng: sys.exit)
+    with pytest.raises(UsageError, match="SystemExit"):
+        score(leaves, episodes=1, quiet=True)
+
+
+def test_a_behaviour_whose_model_is_no_text_is_refused(tmp_path):
+    (tmp_path / "mine.py").write_text(EDITED.replace('"eye.py")\n', "3)\n"))
+    with pytest.raises(UsageError, match="model is a int, expected a name or a path"):
+        load_behaviour(str(tmp_path / "mine.py"))
 
 
 def test_scoring_needs_an_episode():

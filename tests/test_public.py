@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import os
 import subprocess
 import sys
@@ -337,3 +338,5 @@ def test_watching_as_the_command_line_does(colias):
     short = experiments.watch(str(colias.folder / "film.avi"), only=True, models="dsnn", seconds=0.5, quiet=True)
     assert 0.4 < short.seconds <= 0.5 and not short.notes and not short.troubles
     assert "intervals of motion in 0.5 s" in repr(short)
+    failed = dataclasses.replace(short, troubles={"mine": "mine.py, line 3: SystemExit"})
+    assert "mine failed: mine.py, line 3: SystemExit" in repr(failed)

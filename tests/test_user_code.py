@@ -173,6 +173,24 @@ def test_a_closed_output_is_one_line(colias):
     assert (done.returncode, done.stderr) == (2, "colias: standard output: I/O operation on closed file.\n")
 
 
+@pytest.mark.parametrize("method", ["step", "__init__", "reset"])
+def test_sys_exit_in_a_model_of_an_env_does_not_end_the_program(method):
+    class Leaves:
+        def __init__(self, shape=None):
+            if method == "__init__":
+                sys.exit(0)
+
+        def step(self, frame):
+            sys.exit(0)
+
+        def reset(self):
+            sys.exit(0)
+
+    with pytest.raises(RuntimeError, match="SystemExit: 0"):
+        model = build(Leaves, (72, 99))
+        model.reset() if method == "reset" else model.step(np.zeros((72, 99), np.uint8))
+
+
 def test_sys_exit_in_a_model_of_many_envs_is_told(tmp_path):
     path = write_model(tmp_path, "leaves", "sys.exit(3)")
     envs = gym.make_vec(FIXATION, num_envs=2, observation="neural", model=path)

@@ -38,6 +38,8 @@ def load_behaviour(source: str) -> Behaviour:
     entry = declared(Path(source), "BEHAVIOUR")
     if not isinstance(entry, Behaviour):
         raise UsageError(f"{source}: BEHAVIOUR is a {type(entry).__name__}, expected a Behaviour")
+    if not isinstance(entry.model, str):
+        raise UsageError(f"{source}: BEHAVIOUR.model is a {type(entry.model).__name__}, expected a name or a path")
     env_id(entry.env)
     return dataclasses.replace(entry, model=beside(Path(source), entry.model, "BEHAVIOUR.model"))
 

@@ -23,7 +23,8 @@ from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_beh
 from experiments.bench.closed_loop.find import env_id, load_behaviour, members
 from experiments.bench.closed_loop.scores import COLUMNS, EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
 from experiments.bench.core.batch import Batch, Resources
-from experiments.bench.core.errors import UsageError, short
+from experiments.bench.core.errors import UsageError, explained, short
+from experiments.bench.core.models import load_model
 from experiments.bench.core.pool import Pool
 from experiments.bench.core.scores import Score, Standing
 from experiments.bench.core.settings import check_counts
@@ -32,7 +33,7 @@ from experiments.bench.core.store.contents import Contents, Planned
 from experiments.bench.core.store.drawing import drawn_here
 from experiments.bench.core.store.rows import OBSERVER, Failure, TrialRecord, known, recording_of
 from experiments.bench.core.terminal import count, progress
-from experiments.bench.core.user_code import is_own
+from experiments.bench.core.user_code import is_file, is_own, place_of
 
 MAPPINGS = ("camera", "robot", "randomise")
 """The arguments of the envs that may be mappings."""
@@ -197,10 +198,16 @@ def score(
         if name in SET_BY_BEHAVIOUR and name != "model":
             raise UsageError(f"score: {name}={short(value)}: the behaviour sets that itself")
     check_options(where, options, "score")
+    model = options.get("model", behaviour.model)
+    if behaviour.senses == "neural" and isinstance(model, str | Path) and is_file(str(model)):
+        options["model"] = load_model(str(model))  # once: an edit meanwhile would give later episodes another model
     rows: list[dict[str, Any]] = []
     with progress(behaviour.name, episodes, quiet, "episodes") as advance:
         for repeat in range(episodes):
-            episode = play_entry(behaviour, where, options, seed + repeat)
+            try:
+                episode = play_entry(behaviour, where, options, seed + repeat)
+            except SystemExit as error:  # it would end the caller's program without a word
+                raise UsageError(f"score: {place_of(error)}{explained(error)}") from error
             rows += finished(episode, repeat, repeat, None).rows
             advance()
     return scores(rows, where)

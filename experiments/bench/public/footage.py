@@ -62,7 +62,8 @@ class Watched:
 
     def __repr__(self) -> str:
         said = f"{self.motions.num_rows} intervals of motion in {self.seconds:.1f} s"
-        return f"<Watched {'; '.join([f'{said}, seen at {self.size[0]}x{self.size[1]}', *self.notes])}>"
+        failed = (f"{label} failed: {trouble}" for label, trouble in self.troubles.items())
+        return f"<Watched {'; '.join([f'{said}, seen at {self.size[0]}x{self.size[1]}', *self.notes, *failed])}>"
 
 
 class _Collected:
