@@ -103,7 +103,7 @@ def copied(made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Calla
 def test_a_canary_that_is_named_leaves_its_mark(evil: Path, tmp_path: Path):
     """That the others can fail."""
     colias("check", evil)
-    assert marks(tmp_path) == ["colias_user_evil"]
+    assert marks(tmp_path) == ["evil"]
 
 
 @pytest.mark.parametrize("kind", KINDS)
