@@ -145,10 +145,11 @@ def test_whatever_a_folder_takes_it_reads_again(trial, folder):
         taken.append(changed)
     assert record.rows[0] in taken
     assert {name for row in taken for name in row if row[name] is None} >= {
-        "spikes",
+        "vs_spikes",
         "path_error_mm",
         "rate_in_view_hz",
     }
+    assert all(row["spikes"] is not None for row in taken), "the count of a model whose HS spikes are counted"
     assert not [row for row in taken if row.keys() != record.rows[0].keys()]
     assert not [row for row in taken if any(isinstance(v, float) and not math.isfinite(v) for v in row.values())]
 

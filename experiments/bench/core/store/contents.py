@@ -146,6 +146,8 @@ def check_row(row: Row, contents: Contents, codes: Collection[str], file: str = 
             continue
         if value is None or (isinstance(value, float) and not math.isfinite(value)):
             raise Misfit(f"{where}: {name} is {value!r}")
+    if row.get("hs_spikes") is not None and row["spikes"] != row["hs_spikes"]:  # of a model of direction HS counts
+        raise Misfit(f"{where}: spikes is {row['spikes']!r}, hs_spikes is {row['hs_spikes']}")
     if row["frames"] < 1:
         raise Misfit(f"{where}: frames is {row['frames']}")
 
