@@ -17,8 +17,8 @@ from colias_sim import CameraConfig, Frame, PathFollower, Pose, Simulation
 from colias_sim.path import Line
 from dsnn import DSNN, DSNNParams
 from experiments.bench import registry
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.pool import InProcess
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.pool import InProcess
 from experiments.bench.robot.plan import Plan, configure
 from experiments.bench.robot.run import Keep, batch
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from rich.table import Table
 
 from experiments.bench import registry
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.pool import open_pool
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.pool import open_pool
 from experiments.bench.robot.plan import Plan, plan
 from experiments.bench.robot.run import Keep, batch
 

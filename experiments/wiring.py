@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from dsnn import CHANNELS, AnswerError, ModelEntry, Response, checked_answer, model_entry
 from dsnn.frames import frozen
-from experiments.bench.core.errors import UsageError, explained
-from experiments.bench.core.models import load_model
-from experiments.bench.core.user_code import apart, is_file, place_of
+from experiments.bench.engine.errors import UsageError, explained
+from experiments.bench.engine.models import load_model
+from experiments.bench.engine.user_code import apart, is_file, place_of
 
 Result = TypeVar("Result")
 

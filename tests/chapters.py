@@ -33,7 +33,7 @@ import pytest
 import typer
 
 from experiments.bench.cli import main
-from experiments.bench.core import batch
+from experiments.bench.engine import batch
 from experiments.bench.public import run as public_run
 from experiments.bench.robot.trial import forget_simulations
 from tests.conftest import one_core

@@ -16,8 +16,8 @@ from experiments.bench import registry
 from experiments.bench.closed_loop import figure as closed_loop_figure
 from experiments.bench.closed_loop.policy import About
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.core.scores import Score, Standing
-from experiments.bench.core.verdict import Outcome
+from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.judging.verdict import Outcome
 from experiments.bench.leaderboard import figure as leaderboard_figure
 from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING, Kind, Ranking
 from experiments.bench.maps import figure as maps_figure

@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 
 from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.core.figures.palette import colours
-from experiments.bench.core.figures.series import rgb
-from experiments.bench.core.models import choose
-from experiments.bench.core.verdict import Outcome
+from experiments.bench.engine.models import choose
+from experiments.bench.figures.palette import colours
+from experiments.bench.figures.series import rgb
 from experiments.bench.firmware import figure as firmware_figure
 from experiments.bench.firmware.budget import Budget, Stage
 from experiments.bench.firmware.build import MAIN, Built, Placement
 from experiments.bench.firmware.settings import default
+from experiments.bench.judging.verdict import Outcome
 from experiments.bench.leaderboard import atlas as atlas_of
 from experiments.bench.leaderboard import atlas_figure
 from experiments.bench.reproduction import robustness

@@ -21,7 +21,7 @@ from experiments.bench.closed_loop.find import env_id, load_behaviour
 from experiments.bench.closed_loop.run import BehaviourPlan, plan, score
 from experiments.bench.closed_loop.scores import free_distance, mean, optomotor_gain, rate, rate_ratio, scores
 from experiments.bench.closed_loop.seen import response
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 from tests.chapters import titled
 from tests.conftest import Colias, one_core
 from tests.test_answers import write_model

@@ -10,10 +10,10 @@ import pytest
 import experiments
 from experiments.bench import registry
 from experiments.bench.clips.plan import plan as clips_plan
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.parameters import of_model, said, with_columns
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.plan import describe, plan
 from experiments.bench.robot.rows import TRIAL_SCHEMA
+from experiments.bench.store.parameters import of_model, said, with_columns
 
 SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
 CLIPS = experiments.OfflineExperiment("small", "small", (experiments.Clip("right", "plain", SMALL),), ("dsnn", "emd"))

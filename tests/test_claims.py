@@ -2,7 +2,7 @@
 
 import pytest
 
-from experiments.bench.core.claims.texts import claim_texts
+from experiments.bench.judging.texts import claim_texts
 from experiments.bench.robot.claims import CLAIMS, judge
 
 

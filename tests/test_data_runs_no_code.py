@@ -16,10 +16,10 @@ import pytest
 
 import experiments
 from experiments.bench.cli import main, viewer
-from experiments.bench.core import terminal
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.pool import open_pool
 from experiments.bench.doctor import picture
+from experiments.bench.engine import terminal
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.pool import open_pool
 from experiments.bench.firmware import toolchain
 from experiments.bench.robot.trial import forget_simulations
 

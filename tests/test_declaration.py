@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.designs import Translation
 from experiments.bench.robot.experiment import Condition, Experiment
 from experiments.bench.robot.plan import configure, parameters

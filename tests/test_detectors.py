@@ -9,9 +9,9 @@ import pytest
 
 from dsnn import MODELS
 from experiments.bench import registry
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction import chapters, robustness
 from experiments.bench.reproduction.detectors import panel, study
 from experiments.bench.reproduction.detectors.causes import explained

@@ -13,8 +13,8 @@ from dsnn.direction.reference import ReferenceDSNN
 from dsnn.filters import alpha
 from experiments import Angular, Experiment
 from experiments.bench import registry
-from experiments.bench.core.claims.texts import claim_texts
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction import mechanisms
 from experiments.bench.reproduction.plan import QUICK, planned
 from experiments.bench.robot.mechanism.excitation import before_sigmoid, courses, directional, residue

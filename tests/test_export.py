@@ -16,10 +16,10 @@ from scipy import io
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.recording import jpegs, recorded, timelines, video
-from experiments.bench.core.store.convert import array, fields, tables_of, write
-from experiments.bench.core.store.pictures import pictures
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.recording import jpegs, recorded, timelines, video
+from experiments.bench.store.convert import array, fields, tables_of, write
+from experiments.bench.store.pictures import pictures
 from experiments.bench.video import encoding
 from tests.conftest import Colias
 from tests.h264 import decoded

@@ -16,7 +16,7 @@ from colias_sim.offscreen import shared_contexts
 from colias_sim.scene import FrameClock
 from experiments import run
 from experiments.bench import registry
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.plan import configure, parameters
 
 STILL = SceneConfig(light_sd=0, turn_wall=False)

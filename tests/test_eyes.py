@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from experiments.bench import registry
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.pictures.eyes import both, through
 from experiments.bench.robot.plan import plan
 from experiments.bench.robot.recording import blueprint, exposing, record

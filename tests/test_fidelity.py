@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from colias_sim.config import CameraConfig, RobotConfig
-from experiments.bench.core.batch import Resources
+from experiments.bench.engine.batch import Resources
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.eye import fidelity
 from experiments.bench.reproduction.eye import figure as fidelity_figure

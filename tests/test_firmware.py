@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from dsnn.onboard.model import OnboardDSNN
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.firmware import budget, build, check, clips, elf, emulator, settings, table, toolchain
 from tests.conftest import one_core
 

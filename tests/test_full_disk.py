@@ -26,9 +26,9 @@ from matplotlib.figure import Figure
 from experiments.bench.cli import entry
 from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop.policy import About, Policy
-from experiments.bench.core.figures import plotting
-from experiments.bench.core.recording import recorded
+from experiments.bench.figures import plotting
 from experiments.bench.firmware import export, settings
+from experiments.bench.recording import recorded
 from experiments.bench.training import evaluate
 from tests.attack.commands import EXPERIMENT, film
 from tests.disks import file_limit, small_disk, whole_recording

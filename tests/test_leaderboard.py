@@ -14,10 +14,10 @@ from experiments.bench.clips.claims import SIGNED
 from experiments.bench.clips.experiment import Clip
 from experiments.bench.clips.plan import plan
 from experiments.bench.clips.show import show
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import COMPARED, choose, shown_models
-from experiments.bench.core.statistics import area_under_roc, median_interval
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import COMPARED, choose, shown_models
+from experiments.bench.judging.statistics import area_under_roc, median_interval
 from experiments.bench.leaderboard import figure as leaderboard_figure
 from experiments.bench.leaderboard import run as board
 from experiments.bench.leaderboard.kinds import DIRECTION, Ranking

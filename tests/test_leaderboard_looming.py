@@ -7,8 +7,8 @@ import pytest
 
 from dsnn import MODELS
 from dsnn.stimuli import stimulus
-from experiments.bench.core.alarms import alarm_count, first_alarm_s, poisson_interval
-from experiments.bench.core.scores import Score, Standing
+from experiments.bench.engine.alarms import alarm_count, first_alarm_s, poisson_interval
+from experiments.bench.judging.scores import Score, Standing
 from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING
 from experiments.bench.leaderboard.looming_scores import (
     BACKGROUND,

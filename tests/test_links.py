@@ -10,8 +10,8 @@ import pytest
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.pictures import pictures
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.store.pictures import pictures
 
 CLIPS = """
 from experiments.bench.clips.experiment import Clip, OfflineExperiment

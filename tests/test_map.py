@@ -14,7 +14,7 @@ import typer
 
 from experiments.bench import registry
 from experiments.bench.cli import main
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.maps import figure, plan, planning
 from experiments.bench.maps.axes import Axis
 from experiments.bench.maps.judging import TOGETHER, cells, regions

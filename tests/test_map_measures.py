@@ -13,8 +13,8 @@ from dsnn import DSNN
 from dsnn.stimuli import stimulus
 from experiments.bench import registry
 from experiments.bench.cli import main
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import choose
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import choose
 from experiments.bench.maps import figure, planning
 from experiments.bench.maps.judging import cells, numbers, reaches
 from experiments.bench.maps.measures import MEASURES

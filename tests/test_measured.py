@@ -14,10 +14,10 @@ import rerun as rr
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.pictures import pictures, write_pictures
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.measured.columns import POSES
 from experiments.bench.robot.trial import forget_simulations
+from experiments.bench.store.pictures import pictures, write_pictures
 
 UNKNOWN = {"achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "wall_s"}
 """What no robot can know."""

@@ -25,9 +25,9 @@ from colias_sim.metrology import (
 )
 from colias_sim.scene import FrameClock
 from experiments.bench.cli import main
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.pictures import write_pictures
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.measured.camera import leaning
+from experiments.bench.store.pictures import write_pictures
 
 LENS = CameraConfig().forward_cm / 100
 AWAY = Pose(-0.3, 0.0, 0.0)

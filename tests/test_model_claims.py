@@ -5,9 +5,9 @@ import json
 import pytest
 
 from dsnn import MODELS
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.claims.of_models import ModelClaim, model_claims
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.judging.of_models import ModelClaim, model_claims
 from experiments.bench.reproduction.models import run as running
 from experiments.bench.reproduction.models.clips import GROUPS, names
 from experiments.bench.reproduction.models.judges import clip_claim

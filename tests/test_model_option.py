@@ -13,9 +13,9 @@ import pytest
 from dsnn import MODELS
 from experiments.bench import registry
 from experiments.bench.cli.entry import run as main
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import ask
-from experiments.bench.core.settings import watchers
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import ask
+from experiments.bench.engine.settings import watchers
 from experiments.bench.robot.plan import plan
 from tests.chapters import titled
 
@@ -215,7 +215,7 @@ def test_settings_work_on_clips_footage_and_curves(colias):
 
 
 def test_models_without_a_colour_of_their_own_get_different_ones():
-    from experiments.bench.core.figures.palette import colours
+    from experiments.bench.figures.palette import colours
 
     given = colours(["dsnn", "dsnn:w_i=1", "mine", "dsnn:w_i=0", "emd"])
     assert len(set(given.values())) == 5 and given["dsnn"] == colours(["dsnn"])["dsnn"]

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from experiments.bench.core import statistics
-from experiments.bench.core.claims.texts import causes, claim_texts, tried
-from experiments.bench.core.store.description import to_json
 from experiments.bench.footage import claims as footage_claims
+from experiments.bench.judging import statistics
+from experiments.bench.judging.texts import causes, claim_texts, tried
 from experiments.bench.leaderboard import stimuli
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned
 from experiments.bench.robot.claims import CLAIMS
+from experiments.bench.store.description import to_json
 from experiments.bench.tuning.probes import families
 from tests.chapters import PAGES as EVERY_PAGE
 from tools.numbers import PAGES, RESULTS, ROOT, blocks, renewed

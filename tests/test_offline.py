@@ -15,8 +15,8 @@ from experiments.bench import registry
 from experiments.bench.clips.claims import CLAIMS, SIGNED, find, judge
 from experiments.bench.clips.experiment import Clip, OfflineExperiment, showings
 from experiments.bench.clips.show import show
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import choose
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import choose
 from tests.chapters import titled
 
 BLOCKED, FEWER = ("dsnn-on-blocked", "dsnn-off-blocked"), ("dsnn:n_con=1", "dsnn:n_con=2")

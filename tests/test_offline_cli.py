@@ -15,8 +15,8 @@ from dsnn.stimuli import STIMULI, Jittered, stimulus
 from experiments.bench.cli import clips as cli_clips
 from experiments.bench.clips import export
 from experiments.bench.clips.play import play
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import choose
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import choose
 from tests.chapters import FOOTAGE, blocks
 
 

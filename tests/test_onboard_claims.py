@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.models import choose
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.models import choose
 from experiments.bench.reproduction import chapters, reproduce, robustness
 from experiments.bench.reproduction.onboard import series, study
 from experiments.bench.reproduction.onboard.formats import BEST, CLAIMS, FLOAT, FORMATS, Format

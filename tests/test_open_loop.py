@@ -6,7 +6,7 @@ import math
 import pytest
 
 from colias_sim import CameraConfig, Robot, RobotConfig, SceneConfig
-from experiments.bench.core.models import choose
+from experiments.bench.engine.models import choose
 from experiments.bench.robot.claims import flaws
 from experiments.bench.robot.designs import angular
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec

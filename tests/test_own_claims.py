@@ -7,10 +7,10 @@ import pytest
 from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation, decide
 from experiments.bench import registry
 from experiments.bench.clips import claims as clips_claims
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.description import to_json
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.public.run import Asked, missing_models, planned
 from experiments.bench.robot.claims import judge
+from experiments.bench.store.description import to_json
 from tests.test_claims import rows
 
 HOLDS = Outcome("holds", "as measured")

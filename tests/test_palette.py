@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dsnn import MODELS
-from experiments.bench.core.figures.palette import GREYS, HUES, colours, level_colours, marks
+from experiments.bench.figures.palette import GREYS, HUES, colours, level_colours, marks
 
 # Machado, Oliveira and Fernandes 2009, severity 1, on linear RGB.
 VISIONS = {

@@ -13,8 +13,8 @@ import typer.main
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.places import check_file, check_folder
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.store.places import check_file, check_folder
 
 COMMANDS = {
     "run": ["speed"],

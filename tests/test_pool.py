@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments.bench.core.jobs import ATTEMPTS, Jobs
-from experiments.bench.core.pool import InProcess, open_pool
+from experiments.bench.engine.jobs import ATTEMPTS, Jobs
+from experiments.bench.engine.pool import InProcess, open_pool
 
 
 def double(job):
@@ -116,8 +116,8 @@ def blocked(_):
 
 BLOCKED = """
 import signal
-from experiments.bench.core.jobs import Jobs
-from experiments.bench.core.pool import open_pool
+from experiments.bench.engine.jobs import Jobs
+from experiments.bench.engine.pool import open_pool
 from tests.test_pool import blocked
 
 if __name__ == "__main__":

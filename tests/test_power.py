@@ -13,8 +13,8 @@ from experiments.bench.closed_loop.power import Pilot, episodes_needed, pilot, p
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.closed_loop.run import plan as planned
 from experiments.bench.closed_loop.scores import STEP_SCHEMA, rate_ratio
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.scores import Standing
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.judging.scores import Standing
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL
 from tests.chapters import ROOT
 from tests.test_behaviour_claims import judged

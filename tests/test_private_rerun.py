@@ -1,4 +1,4 @@
-"""What libraries keep to themselves is used in one place: `experiments.bench.core.recording`, which says why."""
+"""What libraries keep to themselves is used in one place: `experiments.bench.recording`, which says why."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PUBLIC = ("_exit", "_getframe")
 """Underscores that the standard library documents."""
 OURS = ("experiments", "colias_sim", "dsnn", "scenes")
 WHERE = {
-    "experiments/bench/core/recording.py": {"rerun_bindings", "_from_native", "_log_to_stream"},
+    "experiments/bench/recording.py": {"rerun_bindings", "_from_native", "_log_to_stream"},
 }
 """File -> what it uses. Every entry needs a test of its own that fails when the name moves."""
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from experiments.bench.core.jobs import Jobs
-from experiments.bench.core.pool import open_pool
+from experiments.bench.engine.jobs import Jobs
+from experiments.bench.engine.pool import open_pool
 from tests.chapters import titled
 from tests.processes import CLI, alive, members, start, wait_until
 
@@ -117,8 +117,8 @@ def test_a_pool_ends_its_own_workers_alone():
 
 FORKED = """
 import os
-from experiments.bench.core.jobs import Jobs
-from experiments.bench.core.pool import open_pool
+from experiments.bench.engine.jobs import Jobs
+from experiments.bench.engine.pool import open_pool
 
 def forked(job):
     child = os.fork()
@@ -144,7 +144,7 @@ def test_a_folder_is_free_once_its_run_is_over(tmp_path):
     code = (
         "from pathlib import Path\n"
         "from experiments.bench import registry\n"
-        "from experiments.bench.core.batch import Resources\n"
+        "from experiments.bench.engine.batch import Resources\n"
         "from experiments.bench.robot.plan import plan\n"
         "from experiments.bench.robot.run import run\n"
         "if __name__ == '__main__':\n"

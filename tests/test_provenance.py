@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from colias_sim import reference
-from experiments.bench.core.store import provenance
+from experiments.bench.store import provenance
 from tests.conftest import Colias
 
 ROOT = Path(__file__).parents[1]

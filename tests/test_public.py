@@ -16,8 +16,8 @@ import pyarrow.parquet as pq
 import pytest
 
 import experiments
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.figures import plotting
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.figures import plotting
 
 PACKAGE = Path(experiments.__file__).parent
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}

@@ -5,7 +5,7 @@ import pytest
 import experiments
 from dsnn import DSNNParams
 from experiments.bench.cli import main
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 from tests.footage import street, write
 
 MODEL = """

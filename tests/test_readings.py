@@ -14,9 +14,9 @@ from experiments.bench.clips.constants import COMPARING, along_constants
 from experiments.bench.clips.figure import draw
 from experiments.bench.clips.judging.assumed import ASSUMED, compared
 from experiments.bench.clips.summary import OfflineReport
-from experiments.bench.core.claims import texts
-from experiments.bench.core.claims.texts import chosen, claim_texts, readings
-from experiments.bench.core.verdict import Check, Outcome
+from experiments.bench.judging import texts
+from experiments.bench.judging.texts import chosen, claim_texts, readings
+from experiments.bench.judging.verdict import Check, Outcome
 from experiments.bench.reproduction import claims, mechanisms, replicates, robustness
 from experiments.bench.reproduction.readings import NOT_RUN, Evidence, chapters, with_readings
 from experiments.bench.robot.mechanism.judges import FALLING

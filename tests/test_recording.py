@@ -9,9 +9,9 @@ import pytest
 import rerun as rr
 import rerun.blueprint as rrb
 
-from experiments.bench.core.recording import recorded, send_layout, timelines
-from experiments.bench.core.store.contents import RRD_BEGINS, RRD_ENDS, RRD_TAIL
-from experiments.bench.core.terminal import program
+from experiments.bench.engine.terminal import program
+from experiments.bench.recording import recorded, send_layout, timelines
+from experiments.bench.store.contents import RRD_BEGINS, RRD_ENDS, RRD_TAIL
 
 LAYOUT = rrb.Blueprint(rrb.TimeSeriesView(origin="wave", name="a wave"), rrb.TimePanel(state="collapsed"))
 

@@ -9,12 +9,12 @@ import pytest
 from experiments import Claim, Outcome
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.judging.paper import SIGNED
-from experiments.bench.core.claims.overall import MEANINGS, SIGNS, grouped, totals
-from experiments.bench.core.claims.replicates import Replicates, counted
-from experiments.bench.core.claims.texts import chosen, claim_texts
-from experiments.bench.core.statistics import proportion_interval
-from experiments.bench.core.terminal import show_verdict
-from experiments.bench.core.verdict import Verdict, together
+from experiments.bench.engine.terminal import show_verdict
+from experiments.bench.judging.overall import MEANINGS, SIGNS, grouped, totals
+from experiments.bench.judging.replicates import Replicates, counted
+from experiments.bench.judging.statistics import proportion_interval
+from experiments.bench.judging.texts import chosen, claim_texts
+from experiments.bench.judging.verdict import Verdict, together
 from experiments.bench.public.result import CLAIM_SCHEMA
 from experiments.bench.reproduction import claims, replicates, robustness
 from experiments.bench.reproduction.table import show_claims
@@ -341,7 +341,7 @@ def test_every_claim_says_which_readings_it_was_used_to_choose():
 
 
 def test_a_claim_that_there_is_not_cannot_have_been_used(monkeypatch):
-    from experiments.bench.core.claims import texts
+    from experiments.bench.judging import texts
 
     monkeypatch.setattr(texts, "_table", lambda name: {"chosen": {"a_reading": ["C99"]}})
     with pytest.raises(ValueError, match="names C99, which is no claim"):

@@ -13,13 +13,12 @@ from colias_sim.reference import KNOWN
 from experiments.bench import registry
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.core.claims.overall import MEANINGS, SIGNS
-from experiments.bench.core.claims.paper import cited, numbers
-from experiments.bench.core.claims.replicates import Replicates
-from experiments.bench.core.claims.texts import causes, claim_texts, readings, readings_of_all, title
-from experiments.bench.core.scores import Standing
-from experiments.bench.core.store.description import to_json
-from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.judging.overall import MEANINGS, SIGNS
+from experiments.bench.judging.paper import cited, numbers
+from experiments.bench.judging.replicates import Replicates
+from experiments.bench.judging.scores import Standing
+from experiments.bench.judging.texts import causes, claim_texts, readings, readings_of_all, title
+from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import mechanisms, report, robustness
 from experiments.bench.reproduction.chapters import TITLES
 from experiments.bench.reproduction.page.overview import NO_CAUSE, SILENT
@@ -31,6 +30,7 @@ from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.reproduction.table import show_claims
 from experiments.bench.robot.plan import plan
 from experiments.bench.robot.summary import Report
+from experiments.bench.store.description import to_json
 from tests.test_replicates import rows_of
 from tools.numbers import CLAIM_FIELDS, blocks
 

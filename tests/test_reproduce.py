@@ -13,8 +13,8 @@ import pytest
 from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.cli import main
-from experiments.bench.core.claims.texts import claim_texts
-from experiments.bench.core.models import choose
+from experiments.bench.engine.models import choose
+from experiments.bench.judging.texts import claim_texts
 from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates, robustness
 from experiments.bench.reproduction.detectors import study as detectors_study

@@ -21,7 +21,7 @@ SLOW = ("--set", "experiment.speeds_cm_s=5,6", "--repeats", "6", "--no-recording
 COMMAND = [sys.executable, "-m", "experiments.bench.cli", "run", "speed"]
 IMPATIENT = [sys.executable, "-c", """
 from experiments.bench.cli import entry
-from experiments.bench.core.workers.cluster import ClusterPool
+from experiments.bench.engine.workers.cluster import ClusterPool
 ClusterPool.ANSWER_S = ClusterPool.PATIENCE_S = 2.0
 entry.main()
 """]  # fmt: skip

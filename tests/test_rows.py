@@ -13,12 +13,12 @@ import pytest
 import experiments
 from experiments.bench import registry
 from experiments.bench.cli import main
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.contents import Misfit
-from experiments.bench.core.store.run_folder import RunFolder
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import plan
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
+from experiments.bench.store.contents import Misfit
+from experiments.bench.store.run_folder import RunFolder
 
 CIRCLE = """
 from dataclasses import dataclass

@@ -9,9 +9,9 @@ import pytest
 
 import experiments
 from experiments.bench.cli import main as cli_main
-from experiments.bench.core import terminal
 from experiments.bench.doctor import run as doctor_run
 from experiments.bench.doctor.finding import Finding
+from experiments.bench.engine import terminal
 from tests.conftest import own_core, server
 
 QUICK = {"repeats": 3, "recordings": False, "quiet": True, "workers": 0}

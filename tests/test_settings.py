@@ -7,8 +7,8 @@ import pytest
 from colias_sim import RobotConfig
 from experiments import NAMES
 from experiments.bench import registry
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import family
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import family
 from experiments.bench.robot.plan import configure, parameters, plan
 
 
@@ -98,7 +98,7 @@ def test_wheels_that_cannot_do_it_are_refused_in_a_line(texts, says):
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_is_a_whole_declaration(name):
     """Conformance: the name is its file's, every condition is distinct, every claim has words and a judge."""
-    from experiments.bench.core.claims.texts import claim_texts
+    from experiments.bench.judging.texts import claim_texts
     from experiments.bench.robot.claims import CLAIMS
 
     experiment = registry.load(name)

@@ -115,7 +115,7 @@ def test_a_run_says_its_size_at_once_and_the_time_left_by_its_first_trials(tmp_p
 
 def test_the_time_left_goes_by_the_size_of_what_is_left():
     """Two workers, the first job of each not counted: it has the worker's start in it."""
-    from experiments.bench.core.terminal import Pace
+    from experiments.bench.engine.terminal import Pace
 
     pace = Pace(whole=100.0, width=2)
     for size, now in ((10.0, 5.0), (10.0, 5.0), (4.0, 7.0)):

@@ -8,10 +8,10 @@ import pytest
 from experiments.bench.closed_loop import run as closed_loop_run
 from experiments.bench.closed_loop.episode import Setting
 from experiments.bench.closed_loop.run import BehaviourPlan, batch
-from experiments.bench.core import batch as engine
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.jobs import Workload
-from experiments.bench.core.terminal import Pace
+from experiments.bench.engine import batch as engine
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.jobs import Workload
+from experiments.bench.engine.terminal import Pace
 
 LONGEST, SHORT = 1800.0, 65.0
 

@@ -18,7 +18,7 @@ from dsnn import Response
 from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.closed_loop.policy import SENSED, About, Policy, Steering
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 
 OPTOMOTOR = "colias_sim/Optomotor-v0"
 ABOUT = About(OPTOMOTOR, seed=3, steps=512, envs=2, hidden=(5, 4))

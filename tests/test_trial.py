@@ -9,7 +9,7 @@ import pytest
 
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
 from dsnn import DSNN, DSNNParams
-from experiments.bench.core.models import choose
+from experiments.bench.engine.models import choose
 from experiments.bench.robot import recording as robot_recording
 from experiments.bench.robot import trajectory, trial
 from experiments.bench.robot.designs import Angular, Egomotion, Translation, angular

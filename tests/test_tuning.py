@@ -12,9 +12,9 @@ import pytest
 
 from dsnn import DSNN, EMD, MODELS, DSNNParams, EMDParams
 from experiments.bench.cli import tune
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.pool import open_pool
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.pool import open_pool
 from experiments.bench.tuning import figure as tuning_figure
 from experiments.bench.tuning import probes
 from experiments.bench.tuning import run as tuning_run

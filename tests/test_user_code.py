@@ -18,10 +18,10 @@ import pytest
 import colias_sim  # noqa: F401 - registers the envs
 from dsnn.frames import frozen
 from experiments.bench.cli import main as cli
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.model_runner import ModelRunner
-from experiments.bench.core.models import choose, load_model
-from experiments.bench.core.user_code import apart
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.model_runner import ModelRunner
+from experiments.bench.engine.models import choose, load_model
+from experiments.bench.engine.user_code import apart
 from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.reproduction import report, reproduce
 from experiments.bench.reproduction.plan import QUICK

@@ -17,9 +17,9 @@ from experiments.bench.cli import main
 from experiments.bench.closed_loop.episode import play_entry
 from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.closed_loop.recording import record as record_episode
-from experiments.bench.core import settings
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import choose, shown_models
+from experiments.bench.engine import settings
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import choose, shown_models
 from experiments.bench.footage.recording import LiveLog
 from experiments.bench.footage.video import Picture
 from experiments.bench.robot.experiment import Condition, Settings

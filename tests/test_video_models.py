@@ -14,8 +14,8 @@ from PIL import Image
 
 from dsnn import Response, ResponseSeries
 from experiments.bench.cli import main
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.recording import potentials, recorded, timelines, video
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.recording import potentials, recorded, timelines, video
 from experiments.bench.video import make
 from experiments.bench.video.choice import MOST_MODELS, shown
 from experiments.bench.video.layout import TOGETHER, lay_out, levels_of, traces_of

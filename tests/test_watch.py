@@ -18,8 +18,8 @@ import rerun as rr
 
 from dsnn import DSNN, DSNNParams
 from experiments.bench.cli.entry import run as main
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.settings import watchers
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.settings import watchers
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.footage.rows import SCHEMA
 from experiments.bench.footage.video import Footage, ahead, usual_size

@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
-from experiments.bench.core.figures.palette import HUES
-from experiments.bench.core.figures.plotting import STYLE
+from experiments.bench.figures.palette import HUES
+from experiments.bench.figures.plotting import STYLE
 
 DOCS = Path(__file__).parents[1] / "docs"
 SPEED = 0.3

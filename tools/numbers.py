@@ -2,7 +2,7 @@
 
 ``colias reproduce`` leaves its design, verdicts and scores in its folder. This writes what the README and the chapters
 of docs/ quote of them into ``docs/results.json``, with the design they were measured by, and renews the pages between
-their markers. Nothing outside the markers, nor in ``experiments/bench/core/tried.toml``, quotes a measured figure.
+their markers. Nothing outside the markers, nor in ``experiments/bench/judging/tried.toml``, quotes a measured figure.
 `tests/test_numbers.py` holds the pages against the file, and the file's design against that of the code.
 """
 
@@ -19,8 +19,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.core.claims.overall import totals
-from experiments.bench.core.claims.texts import claim_texts
+from experiments.bench.judging.overall import totals
+from experiments.bench.judging.texts import claim_texts
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"

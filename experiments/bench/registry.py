@@ -10,11 +10,11 @@ from dsnn.hints import nearest
 from experiments import NAMES, OFFLINE
 from experiments.bench.clips.claims import CLAIMS, ClipClaim
 from experiments.bench.clips.experiment import OfflineExperiment
-from experiments.bench.core.claims.texts import claim_texts
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import beside
-from experiments.bench.core.user_code import declared, is_file
-from experiments.bench.core.verdict import Claim
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import beside
+from experiments.bench.engine.user_code import declared, is_file
+from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.verdict import Claim
 from experiments.bench.robot.experiment import Experiment
 
 

@@ -18,8 +18,8 @@ import pyarrow.parquet as pq
 import pytest
 from PIL import Image
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.pictures import pictures
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.store.pictures import pictures
 from tests.attack.commands import film
 from tests.attack.interrupts import JOBS, Job, furnish, unreadable
 from tests.attack.judging import expect_none

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from dsnn.stimuli import StimulusFrame
-from experiments.bench.core.figures.plotting import STYLE
+from experiments.bench.figures.plotting import STYLE
 
 INCHES = 4.4
 """Width of a picture: 420 px of a browser."""

@@ -16,8 +16,8 @@ from dsnn import ModelEntry, ResponseSeries
 from dsnn.model import SPIKING, run_model
 from dsnn.stimuli import StimulusFrame
 from experiments.bench.clips.experiment import Clip
-from experiments.bench.core.figures.palette import marks
-from experiments.bench.core.figures.plotting import STYLE
+from experiments.bench.figures.palette import marks
+from experiments.bench.figures.plotting import STYLE
 from experiments.bench.leaderboard.atlas import CLIPS
 from tools.pages import drawing
 from tools.pages.drawing import INCHES, SIZE

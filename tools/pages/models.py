@@ -9,7 +9,7 @@ from typing import Any
 
 import dsnn
 from dsnn import MODELS, ModelEntry
-from experiments.bench.core.models import family
+from experiments.bench.engine.models import family
 from tools.pages import docstring_text, markdown, model_pictures
 from tools.pages.markdown import code, prose, sentence, table
 from tools.pages.model_pictures import Shown

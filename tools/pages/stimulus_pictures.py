@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from dsnn.stimuli import StimulusEntry, StimulusFrame
-from experiments.bench.core.figures.plotting import STYLE
+from experiments.bench.figures.plotting import STYLE
 from tools.pages import drawing
 from tools.pages.drawing import INCHES, SHOWN, SIZE, Frames
 

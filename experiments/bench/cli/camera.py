@@ -28,7 +28,7 @@ def camera(
     """
     from rich.table import Table
 
-    from experiments.bench.core.terminal import error_console, out_console, show_table
+    from experiments.bench.engine.terminal import error_console, out_console, show_table
     from experiments.bench.measured.camera import measure
 
     found = measure(folder, fps, gain)

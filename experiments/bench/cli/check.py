@@ -28,7 +28,7 @@ def check(
     """
     from experiments.bench.conformance import laws, table
     from experiments.bench.conformance.notes import notes
-    from experiments.bench.core.settings import watchers
+    from experiments.bench.engine.settings import watchers
     from experiments.bench.leaderboard.timing import time_models
 
     (chosen,), _ = watchers((model,), ())

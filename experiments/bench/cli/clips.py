@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from experiments.bench.cli.options import Models, Only
-from experiments.bench.core import interrupts
+from experiments.bench.engine import interrupts
 
 if TYPE_CHECKING:
     from dsnn.stimuli import ClipParams, Stimulus
@@ -53,8 +53,8 @@ def stimulus(
     What is there already is never overwritten.
     """
     from experiments.bench.clips import export
-    from experiments.bench.core import settings
-    from experiments.bench.core.terminal import out_console
+    from experiments.bench.engine import settings
+    from experiments.bench.engine.terminal import out_console
 
     if parameters:
         return _list(name)
@@ -90,9 +90,9 @@ def play(
     """
     from experiments.bench.clips import export
     from experiments.bench.clips import play as player
-    from experiments.bench.core import settings
-    from experiments.bench.core.models import rate_notes, shown_models
-    from experiments.bench.core.terminal import error_console, out_console
+    from experiments.bench.engine import settings
+    from experiments.bench.engine.models import rate_notes, shown_models
+    from experiments.bench.engine.terminal import error_console, out_console
 
     _check_outputs(record, view)
     if record is not None:
@@ -118,7 +118,7 @@ def play(
 
 def _check_outputs(record: Path | None, view: bool) -> None:
     from experiments.bench.cli import viewer
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
 
     if not view and record is None:
         raise UsageError("--no-view: give a file to --record too, or nothing comes of it")
@@ -132,8 +132,8 @@ def _show(played: Played, record: Path | None, view: bool) -> int:
     """Write the recording, to a file that goes with the viewer if none was asked for; the exit status."""
     from experiments.bench.cli import viewer
     from experiments.bench.clips.recording import record as recorded
-    from experiments.bench.core.store.places import replacing
-    from experiments.bench.core.terminal import out_console
+    from experiments.bench.engine.terminal import out_console
+    from experiments.bench.store.places import replacing
 
     with interrupts.held(), tempfile.TemporaryDirectory(prefix="colias-") as folder:
         place = record or Path(folder) / f"{played.name}.rrd"
@@ -148,7 +148,7 @@ def _show(played: Played, record: Path | None, view: bool) -> int:
 def _section(name: str) -> dict[str, Any]:
     """The stimulus's section of ``--set``, with its defaults."""
     from dsnn.stimuli import stimulus_entry
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
 
     try:
         return {name: stimulus_entry(name).params}
@@ -162,7 +162,7 @@ def _listed_by(name: str) -> str:
 
 def _list(name: str) -> None:
     from experiments.bench.cli.listing import show_parameters
-    from experiments.bench.core import settings
+    from experiments.bench.engine import settings
 
     show_parameters(settings.described(_section(name)))
 
@@ -170,8 +170,8 @@ def _list(name: str) -> None:
 def _clip(name: str, collected: Mapping[str, Mapping[str, str]], seed: int, jitter: float) -> Stimulus[ClipParams]:
     """The stimulus that was asked for; `UsageError` in one line on what is not legal."""
     from dsnn.stimuli import Jittered, stimulus_entry
-    from experiments.bench.core import settings
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine import settings
+    from experiments.bench.engine.errors import UsageError
 
     entry = stimulus_entry(name)
     params = settings.changed(name, entry.params, collected.get(name, {}))
@@ -187,7 +187,7 @@ def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
     """A bar with the time left, or a line now and then where there is no terminal; yields what to call per frame."""
     from rich.progress import Progress
 
-    from experiments.bench.core.terminal import error_console
+    from experiments.bench.engine.terminal import error_console
 
     began = told = time.monotonic()
     done = 0

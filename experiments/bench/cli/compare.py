@@ -31,7 +31,7 @@ def compare(
     have them all. Their spikes are compared pair by pair, per condition. Models are paired by label.
     The trials of an imported log have no seeds: those of equal conditions are compared as independent samples.
     """
-    from experiments.bench.core.terminal import error_console, out_console, show_line, show_table
+    from experiments.bench.engine.terminal import error_console, out_console, show_line, show_table
     from experiments.bench.public.comparison import compare as compared
 
     found = compared(first, second)

@@ -50,7 +50,7 @@ def doctor(
 def _show(finding: Finding) -> None:
     from rich.text import Text
 
-    from experiments.bench.core.terminal import show_line
+    from experiments.bench.engine.terminal import show_line
 
     sign = Text(f"{finding.status:<6}", COLOURS[finding.status])
     show_line(Text.assemble(sign, f"  {finding.name:<24}{finding.said}"), 32)

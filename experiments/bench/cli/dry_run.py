@@ -8,13 +8,13 @@ from pathlib import Path
 import typer
 
 from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import rate_notes
-from experiments.bench.core.store.description import holds_results, reconciled
-from experiments.bench.core.store.files import read_parquet
-from experiments.bench.core.terminal import count
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import rate_notes
+from experiments.bench.engine.terminal import count
 from experiments.bench.public.run import missing_models
 from experiments.bench.robot.plan import Plan, describe
+from experiments.bench.store.description import holds_results, reconciled
+from experiments.bench.store.files import read_parquet
 
 
 def say(plan: Plan | OfflinePlan, folder: Path, recordings: bool, resumed: bool, other_code: bool) -> None:

@@ -7,8 +7,8 @@ import gc
 import os
 import sys
 
-from experiments.bench.core import interrupts
 from experiments.bench.doctor import memory
+from experiments.bench.engine import interrupts
 
 TYPE_CHECKING = False  # that of typing, whose import takes longer than all else here
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def _is_plain(error: Exception) -> bool:
     if isinstance(error, ValueError) and _in_printing(error):  # somebody's model has closed the stream
         return True
     # Looked up, not imported: their modules may be what could not be loaded.
-    known = (("experiments.bench.core.errors", "UsageError"), ("experiments.bench.robot.trial", "TrialError"),
+    known = (("experiments.bench.engine.errors", "UsageError"), ("experiments.bench.robot.trial", "TrialError"),
              ("experiments.bench.firmware.emulator", "EmulatorError"))  # fmt: skip
     kinds = tuple(getattr(sys.modules[module], name) for module, name in known if module in sys.modules)
     return isinstance(error, kinds)

@@ -52,9 +52,9 @@ def export(
 
     A folder that is there already is refused, unless --force replaces it.
     """
-    from experiments.bench.core.errors import UsageError
-    from experiments.bench.core.store.convert import KINDS
-    from experiments.bench.core.store.places import check_file
+    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.store.convert import KINDS
+    from experiments.bench.store.places import check_file
 
     if to is not None and to not in (*KINDS, VIDEOS, LOG):
         raise UsageError(f"--to {to}: legal is {', '.join((*KINDS, VIDEOS, LOG))}")
@@ -85,9 +85,9 @@ def export(
 
 
 def _tables(run: Path, place: Path, kind: str, quiet: bool) -> None:
-    from experiments.bench.core.store import convert
-    from experiments.bench.core.store.places import replacing_folder
-    from experiments.bench.core.terminal import show_places
+    from experiments.bench.engine.terminal import show_places
+    from experiments.bench.store import convert
+    from experiments.bench.store.places import replacing_folder
 
     tables = convert.tables_of(run)
     with replacing_folder(place) as part:
@@ -99,11 +99,11 @@ def _tables(run: Path, place: Path, kind: str, quiet: bool) -> None:
 def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
     import dataclasses
 
-    from experiments.bench.core.errors import UsageError
-    from experiments.bench.core.store.places import replacing_folder
-    from experiments.bench.core.terminal import progress, show_places
+    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.engine.terminal import progress, show_places
     from experiments.bench.measured import export as measured_export
     from experiments.bench.public.result import load
+    from experiments.bench.store.places import replacing_folder
 
     found = load(run)
     if "settings" not in found.description or found.offline:
@@ -119,8 +119,8 @@ def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
 
 
 def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
-    from experiments.bench.core.store.places import replacing_folder
-    from experiments.bench.core.terminal import count, progress, show_places
+    from experiments.bench.engine.terminal import count, progress, show_places
+    from experiments.bench.store.places import replacing_folder
     from experiments.bench.video.choice import shown
     from experiments.bench.video.encoding import require_encoder
     from experiments.bench.video.make import Film, make
@@ -144,10 +144,10 @@ def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
 
 
 def _pictures(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
-    from experiments.bench.core.errors import UsageError
-    from experiments.bench.core.store.pictures import pictures, write_pictures
-    from experiments.bench.core.store.places import replacing_folder
-    from experiments.bench.core.terminal import progress, show_places
+    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.engine.terminal import progress, show_places
+    from experiments.bench.store.pictures import pictures, write_pictures
+    from experiments.bench.store.places import replacing_folder
 
     recordings = _recordings(run, trial, "--frames")
     count = 0
@@ -166,7 +166,7 @@ def _pictures(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
 
 def _recordings(run: Path, trial: int | None, asked: str) -> dict[Path, Path]:
     """Where what is made of a recording goes, inside the new folder -> the recording; of one trial, or of all."""
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
     from experiments.bench.video.source import recording
 
     if trial is not None:

@@ -67,7 +67,7 @@ def budget(
     paper's range: N_con 4, 6 and 8, d 1 and 2, delay states and LA of 8 and 16 bits. Writes budget.csv, budget.svg
     and budget.png.
     """
-    from experiments.bench.core.terminal import error_console, progress, show_places
+    from experiments.bench.engine.terminal import error_console, progress, show_places
     from experiments.bench.firmware import settings, table
     from experiments.bench.firmware.budget import measure_all
 
@@ -108,7 +108,7 @@ def check(
     The frames: a still scene, noise, 0/255 flicker, a moving grating, a crossing, the golden clips where there is a
     checkout, the camera's frames of a trial, and noise again after a reset. Exit status 1: an answer differs.
     """
-    from experiments.bench.core.terminal import error_console, out_console, progress
+    from experiments.bench.engine.terminal import error_console, out_console, progress
     from experiments.bench.firmware import check as checking
     from experiments.bench.firmware import clips, settings
 
@@ -161,8 +161,8 @@ def loop(
     parameters of the experiment too. Exit status 1: a trial failed, or an answer of the chip differs from the host's.
     """
     from experiments.bench import registry
-    from experiments.bench.core.errors import UsageError
-    from experiments.bench.core.terminal import out_console
+    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.engine.terminal import out_console
     from experiments.bench.firmware import loop as looping
     from experiments.bench.public.run import Asked, perform
     from experiments.bench.robot import table
@@ -203,8 +203,8 @@ def export(
 
     The page has the measured budget; where the compiler or QEMU is missing, it says which package to install.
     """
-    from experiments.bench.core.errors import UsageError
-    from experiments.bench.core.terminal import error_console, show_places
+    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.engine.terminal import error_console, show_places
     from experiments.bench.firmware import export as exporting
     from experiments.bench.firmware import settings
     from experiments.bench.firmware.budget import measure_all
@@ -243,7 +243,7 @@ def parameters() -> None:
 
 def _notes(programs: Iterable[Firmware]) -> None:
     """Print what the programs' formats cannot follow, each line once."""
-    from experiments.bench.core.terminal import error_console
+    from experiments.bench.engine.terminal import error_console
     from experiments.bench.firmware.settings import dead_zone_notice
 
     for line in dict.fromkeys(filter(None, (dead_zone_notice(each.network) for each in programs))):

@@ -54,7 +54,7 @@ def leaderboard(
     Every number has its 95 % interval. With --atlas it writes atlas.html, atlas.svg and atlas.png alone. The command's
     own models are those registered, but dsnn-reference. Exit status: 1 if trials failed; the others count.
     """
-    from experiments.bench.core.models import COMPARED, shown_models
+    from experiments.bench.engine.models import COMPARED, shown_models
     from experiments.bench.leaderboard import atlas as board_atlas
     from experiments.bench.leaderboard import run as board
     from experiments.bench.leaderboard import table as leaderboard_table

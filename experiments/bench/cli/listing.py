@@ -10,7 +10,7 @@ import typer
 from experiments.bench.cli.options import Models, Only
 
 if TYPE_CHECKING:
-    from experiments.bench.core.settings import Parameter
+    from experiments.bench.engine.settings import Parameter
 
 
 def register(app: typer.Typer) -> None:
@@ -27,7 +27,7 @@ def list_all() -> None:
     from experiments import NAMES, OFFLINE
     from experiments.behaviours import BEHAVIOURS, GROUPS
     from experiments.bench import registry
-    from experiments.bench.core.terminal import out_console, show_line
+    from experiments.bench.engine.terminal import out_console, show_line
     from scenes import ARENAS
 
     experiments = {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
@@ -55,7 +55,7 @@ def parameters(
     or those that the experiment declares.
     """
     from experiments.bench import registry
-    from experiments.bench.core.models import shown_models
+    from experiments.bench.engine.models import shown_models
     from experiments.bench.robot.plan import parameters as listed
 
     declared = registry.load(experiment)
@@ -66,7 +66,7 @@ def show_parameters(rows: Iterable[Parameter]) -> None:
     """Print parameters: key, value, legal range, meaning."""
     from rich.text import Text
 
-    from experiments.bench.core.terminal import show_line
+    from experiments.bench.engine.terminal import show_line
 
     for row in rows:
         legal = f"  ({row.legal})" if row.legal else ""

@@ -119,7 +119,7 @@ def _tell_version(wanted: bool) -> None:
         return
     from importlib.metadata import version
 
-    from experiments.bench.core.store.provenance import checkout
+    from experiments.bench.store.provenance import checkout
 
     commit, dirty = checkout()
     changed = " with changes" if dirty else ""
@@ -146,6 +146,6 @@ def command(arguments: list[str]) -> int:
     except (_Interrupted, typer.Abort):
         raise KeyboardInterrupt from None
     except typer.TyperException as error:
-        from experiments.bench.core.errors import UsageError
+        from experiments.bench.engine.errors import UsageError
 
         raise UsageError(" ".join(error.format_message().split())) from None

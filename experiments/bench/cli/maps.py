@@ -81,8 +81,8 @@ def map_claims(
     map.png and the trials.
     """
     from experiments.bench import registry
-    from experiments.bench.core.errors import UsageError
-    from experiments.bench.core.terminal import tell_troubles
+    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.engine.terminal import tell_troubles
     from experiments.bench.maps import plan, planning, table
     from experiments.bench.maps.run import run
 

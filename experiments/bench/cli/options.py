@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from experiments.bench.core.batch import Resources
+    from experiments.bench.engine.batch import Resources
 
 EXIT_FAILED = 1
 """Exit status of a command some of whose jobs failed."""
@@ -49,7 +49,7 @@ def experiment_names(incomplete: str) -> list[str]:
 
 def resources(workers: int | None, cluster: str | None, quiet: bool, other_code: bool) -> Resources:
     """Return what these options say a run is done with."""
-    from experiments.bench.core.batch import Resources, worker_count
+    from experiments.bench.engine.batch import Resources, worker_count
 
     return Resources(worker_count(workers), cluster, quiet, other_code)
 
@@ -59,7 +59,7 @@ def new_folder(out: Path | None, name: str) -> Path:
 
     Raises `UsageError` in one line where they cannot. The folder is not made.
     """
-    from experiments.bench.core.store import files, places
+    from experiments.bench.store import files, places
 
     folder = files.new_folder(name) if out is None else out
     places.check_folder(folder, f"--out {folder}")

@@ -22,7 +22,7 @@ from experiments.bench.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from experiments.bench.core.batch import Resources
+    from experiments.bench.engine.batch import Resources
 
 
 def register(app: typer.Typer) -> None:
@@ -100,8 +100,8 @@ def reproduce(
     network; claims.json, sensitivity.json and behaviours.json have the verdicts. The exit status is 0 whatever they
     are, and 1 if trials failed.
     """
-    from experiments.bench.core.errors import UsageError
-    from experiments.bench.core.settings import check_counts
+    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.engine.settings import check_counts
 
     if quick and full:
         raise UsageError("--quick and --full: give one of them")
@@ -125,7 +125,7 @@ def reproduce(
         study = _fidelity if fidelity else _detectors if detectors else _onboard
         return study(quick, seed, out, means)
     from experiments.bench.closed_loop import table as closed_loop_table
-    from experiments.bench.core.terminal import out_console, show_places
+    from experiments.bench.engine.terminal import out_console, show_places
     from experiments.bench.reproduction import plan, report, table
     from experiments.bench.reproduction import reproduce as whole
     from experiments.bench.reproduction.onboard import table as onboard_table
@@ -154,8 +154,8 @@ def _size(quick: bool, replicates: int) -> tuple[int, int]:
 
 def _fidelity(quick: bool, seed: int, out: Path | None, means: Resources) -> int:
     """The table of claims over eyes and drives, printed anew after every replicate."""
-    from experiments.bench.core.figures import plotting
-    from experiments.bench.core.terminal import out_console, show_places
+    from experiments.bench.engine.terminal import out_console, show_places
+    from experiments.bench.figures import plotting
     from experiments.bench.reproduction import table
     from experiments.bench.reproduction.eye import fidelity, figure
 
@@ -188,7 +188,7 @@ def _study(
     show_causes: Callable[[Any], None] = lambda _: None,
 ) -> int:  # fmt: skip
     """Run a study, whose module this is given, and print its table anew after every replicate."""
-    from experiments.bench.core.terminal import out_console, show_places
+    from experiments.bench.engine.terminal import out_console, show_places
 
     shown = (lambda _: None) if means.quiet else show
     result = study.run(folder, *_size(quick, study.REPLICATES), seed, means, shown)
@@ -201,7 +201,7 @@ def _study(
 
 def _models(names: list[str], folder: Path, seed: int, means: Resources) -> int:
     """Judge the claims of models' own papers, and show them."""
-    from experiments.bench.core.terminal import out_console, show_places
+    from experiments.bench.engine.terminal import out_console, show_places
     from experiments.bench.reproduction import table
     from experiments.bench.reproduction.models import run as model_claims
 

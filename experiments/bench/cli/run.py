@@ -70,8 +70,8 @@ def run_experiment(
     """
     from experiments.bench import registry
     from experiments.bench.clips.experiment import OfflineExperiment
-    from experiments.bench.core.errors import UsageError
-    from experiments.bench.core.terminal import tell_troubles
+    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.engine.terminal import tell_troubles
     from experiments.bench.public.run import Asked, perform, planned
 
     declared = registry.find(experiment)

@@ -24,7 +24,7 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
     from rich.table import Table
     from rich.text import Text
 
-    from experiments.bench.core.terminal import error_console, show_table
+    from experiments.bench.engine.terminal import error_console, show_table
     from experiments.bench.public.listing import runs as listed
 
     rows = listed(folder).to_pylist()

@@ -51,7 +51,7 @@ def sweep(
     that the experiment declares.
     """
     from experiments.bench import registry
-    from experiments.bench.core.models import shown_models
+    from experiments.bench.engine.models import shown_models
     from experiments.bench.robot.sweep import grid, table
     from experiments.bench.robot.sweep.run import run
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from experiments.bench.cli.options import EXIT_FAILED, OtherCode, Quiet, Seed, Workers, new_folder, resources
-from experiments.bench.core import interrupts
+from experiments.bench.engine import interrupts
 
 if TYPE_CHECKING:
     from experiments.bench.closed_loop.policy import About
     from experiments.bench.closed_loop.run import Played
-    from experiments.bench.core.batch import Resources
+    from experiments.bench.engine.batch import Resources
     from experiments.bench.training.study import Study
 
 STEPS, ENVS, REPLAYED = 40_960, 8, 5
@@ -68,7 +68,7 @@ def train(
     nothing, and [b]colias behave FILE[/b] plays it too. With --seeds, OUT gets a folder seed-K for each training seed,
     and policies.csv and its figure with interquartile means over the training seeds.
     """
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
 
     means = resources(workers, None, quiet, other_code)
     changes = [*(assignments or ()), *([] if randomise is None else [f"randomise={randomise}"])]
@@ -96,7 +96,7 @@ def _about(env: str, steps: int, seed: int, envs: int, changes: Sequence[str]) -
     from experiments.bench.closed_loop.find import env_id
     from experiments.bench.closed_loop.policy import ROLLOUT, TRAINABLE, TRAINED_UNDER, About
     from experiments.bench.closed_loop.run import env_options
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
 
     where = env_id(env)
     if where not in TRAINABLE:
@@ -114,7 +114,7 @@ def _about(env: str, steps: int, seed: int, envs: int, changes: Sequence[str]) -
 
 def _study(about: About, seeds: int, out: Path | None, resume: Path | None, means: Resources) -> int:
     """Train what is missing of several seeds, judge all, draw and print; the exit status."""
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
     from experiments.bench.training import figure, study, table
 
     most = min(MOST_SEEDS, MOST_SEED + 1 - about.seed)
@@ -145,7 +145,7 @@ def _study(about: About, seeds: int, out: Path | None, resume: Path | None, mean
 
 
 def _announce(asked: Study, done: int, folder: Path) -> None:
-    from experiments.bench.core.terminal import count, error_console
+    from experiments.bench.engine.terminal import count, error_console
 
     trained = f"; {done} of them trained already" if done else ""
     error_console.print(
@@ -158,7 +158,7 @@ def _announce(asked: Study, done: int, folder: Path) -> None:
 def _require_training() -> None:
     """Raise `UsageError` where the extra is not installed, `GLUnavailable` where nothing can be rendered."""
     from colias_sim.gl import require_backend
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
 
     for module in ("torch", "stable_baselines3"):
         if importlib.util.find_spec(module) is None:
@@ -168,7 +168,7 @@ def _require_training() -> None:
 
 
 def _train(about: About, out: Path | None, means: Resources) -> int:
-    from experiments.bench.core.terminal import error_console, progress, show_places
+    from experiments.bench.engine.terminal import error_console, progress, show_places
 
     _require_training()
     folder = _new_folder(out, f"train-{about.env.partition('/')[2]}")

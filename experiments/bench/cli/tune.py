@@ -54,7 +54,7 @@ def tune(
     every point, preferences.csv with a row a model. The command's own models are those registered,
     but dsnn-reference.
     """
-    from experiments.bench.core.models import COMPARED, shown_models
+    from experiments.bench.engine.models import COMPARED, shown_models
     from experiments.bench.tuning import run as tuning_run
     from experiments.bench.tuning import table as tuning_table
 

@@ -49,7 +49,7 @@ def video(
     _check_out(out)
     width_height = _size(size)
     if frames is not None and out.suffix != ".png":
-        from experiments.bench.core.errors import UsageError
+        from experiments.bench.engine.errors import UsageError
 
         raise UsageError(f"--frames {frames}: a strip has frames side by side; give --out NAME.png")
     from experiments.bench.video.encoding import require_encoder
@@ -58,9 +58,9 @@ def video(
     if out.suffix != ".png":
         require_encoder(f"--out {out}: {out.suffix}")
     path = recording(source, trial)
-    from experiments.bench.core.errors import printable
-    from experiments.bench.core.figures.plotting import without_glyph
-    from experiments.bench.core.terminal import error_console, progress, show_places
+    from experiments.bench.engine.errors import printable
+    from experiments.bench.engine.terminal import error_console, progress, show_places
+    from experiments.bench.figures.plotting import without_glyph
     from experiments.bench.video.choice import shown
     from experiments.bench.video.make import Film, make, not_shown
     from experiments.bench.video.reading import read
@@ -85,7 +85,7 @@ def video(
 
 
 def _size(text: str | None) -> tuple[int, int] | None:
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
 
     if text is None:
         return None
@@ -97,8 +97,8 @@ def _size(text: str | None) -> tuple[int, int] | None:
 
 def _check_out(out: Path) -> None:
     """Refuse a file that cannot be written before anything is read for it; nothing is overwritten."""
-    from experiments.bench.core.errors import UsageError
-    from experiments.bench.core.store.places import check_file
+    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.store.places import check_file
 
     if out.suffix not in ENDINGS:
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}")

@@ -24,7 +24,7 @@ def view(
     The viewer, or with --web its server, ends with this command.
     """
     from experiments.bench.cli import viewer
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
     from scenes import ARENAS
 
     if str(path) in ARENAS and not path.exists():
@@ -45,7 +45,7 @@ def _view_scene(arena: str) -> None:
     from colias_sim import CameraConfig, RobotConfig, SceneConfig
     from colias_sim.scene import compose
     from colias_sim.simulation import TRIAL_ROBOTS
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
 
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise UsageError(f"view {arena}: MuJoCo's viewer needs a screen (DISPLAY is not set)")

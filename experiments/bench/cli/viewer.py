@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import IO, Any
 
 from experiments.bench.cli import kept
-from experiments.bench.core import interrupts
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.terminal import program
+from experiments.bench.engine import interrupts
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.terminal import program
 
 PATIENCE_S = 5.0
 """How long a viewer may take to end before it is killed."""

@@ -57,8 +57,8 @@ def watch(
 
     film = video.Footage(source)
     # Not before: they load libraries that a film's refusal does without.
-    from experiments.bench.core import settings
-    from experiments.bench.core.models import shown_models
+    from experiments.bench.engine import settings
+    from experiments.bench.engine.models import shown_models
     from experiments.bench.footage import run as footage_run
 
     own_rate = _own_rate(film) if fps == "real" else rate
@@ -68,7 +68,7 @@ def watch(
 
 
 def _size(text: str | None) -> tuple[int, int] | None:
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
     from experiments.bench.footage.video import SIZES_PX
 
     if text is None:
@@ -81,7 +81,7 @@ def _size(text: str | None) -> tuple[int, int] | None:
 
 
 def _number(text: str | None) -> float | None:
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
 
     if text is None or text == "real":
         return None
@@ -92,7 +92,7 @@ def _number(text: str | None) -> float | None:
 
 
 def _own_rate(film: Footage) -> float:
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
 
     if film.rate is None:
         raise UsageError(f"--fps real: {film.source} tells no rate; give a number")
@@ -101,7 +101,7 @@ def _own_rate(film: Footage) -> float:
 
 def _check_new(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
     """Refuse a file that cannot be written before anything is decoded for it; nothing is overwritten."""
-    from experiments.bench.core.errors import UsageError
+    from experiments.bench.engine.errors import UsageError
 
     if path is None:
         return

@@ -12,7 +12,7 @@ from functools import partial
 
 from experiments.bench.clips.claims import CLAIMS, CONDITIONS, ClipClaim
 from experiments.bench.clips.judging.paper import Rows, levels, outcome, rises, rows_of
-from experiments.bench.core.verdict import Check, Outcome
+from experiments.bench.judging.verdict import Check, Outcome
 
 GREYS = (0.0, 255.0)
 """Of the objects of C6 and C7: a dark and a light one."""

@@ -19,10 +19,10 @@ from experiments.bench.clips.judging import mechanism, street
 from experiments.bench.clips.judging import paper as judges
 from experiments.bench.clips.judging.paper import BLOCKED, DSNN, EARLIER, EMD, Rows
 from experiments.bench.clips.judging.paper import SIGNED as SIGNED
-from experiments.bench.core.claims.numbers import is_number, unreadable
-from experiments.bench.core.errors import short
-from experiments.bench.core.models import NO_SPIKES
-from experiments.bench.core.verdict import Claim, Outcome
+from experiments.bench.engine.errors import short
+from experiments.bench.engine.models import NO_SPIKES
+from experiments.bench.judging.numbers import is_number, unreadable
+from experiments.bench.judging.verdict import Claim, Outcome
 
 POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")
 SHADES = ("dark", "light")

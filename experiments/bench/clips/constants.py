@@ -12,7 +12,7 @@ from functools import partial
 from experiments.bench.clips.claims import CLAIMS, CONDITIONS, ClipClaim
 from experiments.bench.clips.judging.assumed import ASSUMED, deciding
 from experiments.bench.clips.judging.paper import DSNN, Rows
-from experiments.bench.core.verdict import Outcome
+from experiments.bench.judging.verdict import Outcome
 
 SUFFIX = "-constants"
 LISTED = 8

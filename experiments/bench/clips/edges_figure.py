@@ -15,8 +15,8 @@ from matplotlib.patches import Rectangle
 
 from experiments.bench.clips.judging.mechanism import LEAST_OF_OTHER, MOST_OF_DRIVEN
 from experiments.bench.clips.judging.paper import DSNN, strongest
-from experiments.bench.core.figures.palette import LINES, colours
-from experiments.bench.core.figures.plotting import STYLE, columns_of_key, extra_widths, plain
+from experiments.bench.figures.palette import LINES, colours
+from experiments.bench.figures.plotting import STYLE, columns_of_key, extra_widths, plain
 
 Rows = Sequence[Mapping[str, Any]]
 

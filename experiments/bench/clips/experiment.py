@@ -11,10 +11,10 @@ from functools import cache
 from typing import Any, Literal
 
 from dsnn.stimuli import ClipParams, Jittered, Stimulus, stimulus, stimulus_entry
-from experiments.bench.core.claims.declared import check_claims
-from experiments.bench.core.errors import check_declared, plain
-from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.verdict import Claim
+from experiments.bench.engine.errors import check_declared, plain
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.judging.declared import check_claims
+from experiments.bench.judging.verdict import Claim
 
 DRAWN = ("speed", "grey", "background_speed")
 """Those that a figure of peaks may be drawn against."""

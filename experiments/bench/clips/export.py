@@ -13,8 +13,8 @@ from typing import Any
 import cv2
 
 from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame, Truth
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.places import check_file, naming, replacing
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.store.places import check_file, naming, replacing
 
 COLUMNS = (
     "frame", "time_s", "motion", "left_px", "top_px", "width_px", "height_px", "velocity_x_px_s", "velocity_y_px_s",

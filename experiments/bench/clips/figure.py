@@ -14,8 +14,8 @@ from matplotlib.lines import Line2D
 
 from experiments.bench.clips import edges_figure
 from experiments.bench.clips.experiment import Figure as Drawing
-from experiments.bench.core.figures.palette import HUES, LINES, Mark, level_colours, marks
-from experiments.bench.core.figures.plotting import (
+from experiments.bench.figures.palette import HUES, LINES, Mark, level_colours, marks
+from experiments.bench.figures.plotting import (
     STYLE,
     columns_of_key,
     extra_widths,
@@ -26,7 +26,7 @@ from experiments.bench.core.figures.plotting import (
     plain,
     wrapped,
 )
-from experiments.bench.core.store.parameters import in_title
+from experiments.bench.store.parameters import in_title
 
 Rows = Sequence[Mapping[str, Any]]
 SYSTEMS = {"hs": ("HS", "-"), "vs": ("VS", ":")}

@@ -8,11 +8,11 @@ from functools import cache
 from typing import Any
 
 from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, showings
-from experiments.bench.core.models import shown_models
-from experiments.bench.core.settings import check_counts, watchers
-from experiments.bench.core.store import provenance
-from experiments.bench.core.store.description import THRESHOLDS
-from experiments.bench.core.store.parameters import Parameters, differing
+from experiments.bench.engine.models import shown_models
+from experiments.bench.engine.settings import check_counts, watchers
+from experiments.bench.store import provenance
+from experiments.bench.store.description import THRESHOLDS
+from experiments.bench.store.parameters import Parameters, differing
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,9 +13,9 @@ import numpy.typing as npt
 from dsnn import ResponseSeries
 from dsnn.frames import frozen
 from dsnn.stimuli import ClipParams, Stimulus, Truth
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.model_runner import ModelRunner
-from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.model_runner import ModelRunner
+from experiments.bench.engine.models import ConfiguredModel
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 
 from dsnn.stimuli import Truth
 from experiments.bench.clips.play import Played
-from experiments.bench.core.recording import jpegs, page, plots, potentials, recorded, timelines, video
+from experiments.bench.recording import jpegs, page, plots, potentials, recorded, timelines, video
 
 BOX_COLOUR = (214, 39, 40)
 

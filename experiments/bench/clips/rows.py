@@ -13,10 +13,10 @@ import pyarrow as pa
 from dsnn import ResponseSeries
 from dsnn.stimuli import ClipParams, Stimulus, Truth
 from experiments.bench.clips.experiment import Showing
-from experiments.bench.core.model_runner import spike_counts
-from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.store.contents import Contents, planned_trial
-from experiments.bench.core.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, optional, schema_of
+from experiments.bench.engine.model_runner import spike_counts
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.store.contents import Contents, planned_trial
+from experiments.bench.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, optional, schema_of
 
 SHOWN = (
     "motion", "grey", "speed", "speed_unit", "background_speed", "object", "movers", "foliage", "polarity", "fps",
@@ -63,7 +63,7 @@ class ShownRow(ClipRow, ModelRow):
     wall_s: float
     """Time that the clip took to show."""
     code: str
-    """Of what computed the row: see `experiments.bench.core.store.provenance`."""
+    """Of what computed the row: see `experiments.bench.store.provenance`."""
 
 
 CLIP_SCHEMA = schema_of(ClipRow, ModelRow, ShownRow)

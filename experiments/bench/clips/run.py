@@ -12,8 +12,8 @@ from experiments.bench.clips.plan import OfflinePlan, pixels
 from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA, clip_contents
 from experiments.bench.clips.show import show, show_first_seed, show_without_frames
 from experiments.bench.clips.summary import OfflineReport, conclude
-from experiments.bench.core.batch import Batch, Resources
-from experiments.bench.core.pool import Pool
+from experiments.bench.engine.batch import Batch, Resources
+from experiments.bench.engine.pool import Pool
 
 SCHEMAS = (CLIP_SCHEMA, SERIES_SCHEMA)
 

@@ -18,9 +18,9 @@ from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame
 from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.play import Answer, Played
 from experiments.bench.clips.rows import SERIES_SCHEMA, _row, _series
-from experiments.bench.core.model_runner import ModelRunner
-from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.store.rows import Failure, TrialRecord, recording_of
+from experiments.bench.engine.model_runner import ModelRunner
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.store.rows import Failure, TrialRecord, recording_of
 
 JPEG_QUALITY = 85
 """Of recorded frames: exact ones of a photograph are ten times as large; `colias play` keeps them."""

@@ -10,11 +10,11 @@ from typing import Any
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.clips.claims import ClipClaim, find, judge
 from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.core.claims.replicates import counted
-from experiments.bench.core.figures import plotting
-from experiments.bench.core.store.rows import Failure, mixture
-from experiments.bench.core.store.run_folder import RunFolder
-from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.figures import plotting
+from experiments.bench.judging.replicates import counted
+from experiments.bench.judging.verdict import Outcome, Verdict
+from experiments.bench.store.rows import Failure, mixture
+from experiments.bench.store.run_folder import RunFolder
 
 
 @dataclass(frozen=True, slots=True)

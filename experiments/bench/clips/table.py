@@ -7,7 +7,7 @@ import shlex
 from rich.table import Table
 
 from experiments.bench.clips.summary import OfflineReport
-from experiments.bench.core.terminal import out_console, show_places, show_table, show_verdict
+from experiments.bench.engine.terminal import out_console, show_places, show_table, show_verdict
 
 
 def show(report: OfflineReport, recorded: bool) -> None:

@@ -21,8 +21,8 @@ from dsnn.model import CHANNELS
 from experiments.bench.closed_loop.behaviour import Behaviour, Policy
 from experiments.bench.closed_loop.find import load_behaviour
 from experiments.bench.closed_loop.seen import response
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import ConfiguredModel, choose
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import ConfiguredModel, choose
 from experiments.bench.streams import stream
 
 Floats = npt.NDArray[np.float64]

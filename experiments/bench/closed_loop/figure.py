@@ -18,9 +18,10 @@ from colias_sim.envs import ENVS
 from colias_sim.envs.geometry import HULL_RADIUS
 from colias_sim.envs.world import OBSERVER, TARGET
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.core.figures import plotting
-from experiments.bench.core.figures.palette import HUES, Mark, marks
-from experiments.bench.core.figures.plotting import (
+from experiments.bench.engine.terminal import count
+from experiments.bench.figures import plotting
+from experiments.bench.figures.palette import HUES, Mark, marks
+from experiments.bench.figures.plotting import (
     INCHES_A_ROW,
     Panel,
     grid_of_panels,
@@ -31,8 +32,7 @@ from experiments.bench.core.figures.plotting import (
     scoreboard,
     wrapped,
 )
-from experiments.bench.core.scores import Standing
-from experiments.bench.core.terminal import count
+from experiments.bench.judging.scores import Standing
 from scenes import ARENA_RADIUS_CM
 
 COLLISION, PARKED, DRIVING, WALL = HUES[4], "#5a5a5a", "#ffffff", "#8a8a8a"

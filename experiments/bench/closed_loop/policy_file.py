@@ -16,8 +16,8 @@ import numpy.typing as npt
 from pydantic import TypeAdapter, ValidationError
 
 from experiments.bench.closed_loop.policy import About, Policy
-from experiments.bench.core.errors import UsageError, explain
-from experiments.bench.core.store.places import replacing
+from experiments.bench.engine.errors import UsageError, explain
+from experiments.bench.store.places import replacing
 
 ENDING = ".npz"
 MOST_BYTES = 4 * 2**20

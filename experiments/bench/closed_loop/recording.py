@@ -14,9 +14,9 @@ import rerun.blueprint as rrb
 
 from dsnn import ResponseSeries
 from experiments.bench.closed_loop.episode import Episode, Floats
-from experiments.bench.core.figures.palette import HUES
-from experiments.bench.core.figures.series import LIMIT_COLOUR, rgb
-from experiments.bench.core.recording import (
+from experiments.bench.figures.palette import HUES
+from experiments.bench.figures.series import LIMIT_COLOUR, rgb
+from experiments.bench.recording import (
     ROBOT_RADIUS_CM,
     jpegs,
     page,

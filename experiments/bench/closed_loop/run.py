@@ -22,18 +22,18 @@ from experiments.bench.closed_loop.behaviour import Behaviour
 from experiments.bench.closed_loop.episode import EpisodeSpec, Setting, play_behaviour, play_entry, start_places
 from experiments.bench.closed_loop.find import env_id, load_behaviour, members
 from experiments.bench.closed_loop.scores import COLUMNS, EPISODE_SCHEMA, STEP_SCHEMA, finished, scores
-from experiments.bench.core.batch import Batch, Resources
-from experiments.bench.core.errors import UsageError, explained, short
-from experiments.bench.core.models import load_model
-from experiments.bench.core.pool import Pool
-from experiments.bench.core.scores import Score, Standing
-from experiments.bench.core.settings import check_counts
-from experiments.bench.core.store import provenance
-from experiments.bench.core.store.contents import Contents, Planned
-from experiments.bench.core.store.drawing import drawn_here
-from experiments.bench.core.store.rows import OBSERVER, Failure, TrialRecord, known, recording_of
-from experiments.bench.core.terminal import count, progress
-from experiments.bench.core.user_code import is_file, is_own, place_of
+from experiments.bench.engine.batch import Batch, Resources
+from experiments.bench.engine.errors import UsageError, explained, short
+from experiments.bench.engine.models import load_model
+from experiments.bench.engine.pool import Pool
+from experiments.bench.engine.settings import check_counts
+from experiments.bench.engine.terminal import count, progress
+from experiments.bench.engine.user_code import is_file, is_own, place_of
+from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.store import provenance
+from experiments.bench.store.contents import Contents, Planned
+from experiments.bench.store.drawing import drawn_here
+from experiments.bench.store.rows import OBSERVER, Failure, TrialRecord, known, recording_of
 
 MAPPINGS = ("camera", "robot", "randomise")
 """The arguments of the envs that may be mappings."""

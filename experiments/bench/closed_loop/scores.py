@@ -11,10 +11,10 @@ import pyarrow as pa
 
 from colias_sim.envs import ENVS, EpisodeColumn, Measure
 from experiments.bench.closed_loop.episode import Episode
-from experiments.bench.core.alarms import poisson_interval
-from experiments.bench.core.scores import Score
-from experiments.bench.core.statistics import proportion_interval, summarise
-from experiments.bench.core.store.rows import OBSERVER, FrameRow, JobRow, TrialRecord, schema_of
+from experiments.bench.engine.alarms import poisson_interval
+from experiments.bench.judging.scores import Score
+from experiments.bench.judging.statistics import proportion_interval, summarise
+from experiments.bench.store.rows import OBSERVER, FrameRow, JobRow, TrialRecord, schema_of
 
 Row = Mapping[str, Any]
 GAIN_PLACES = 12
@@ -35,7 +35,7 @@ class EpisodeRow(JobRow):
     driven_m: float
     reward: float
     code: str
-    """Of what computed the row: see `experiments.bench.core.store.provenance`."""
+    """Of what computed the row: see `experiments.bench.store.provenance`."""
 
 
 class StepRow(FrameRow):

@@ -14,10 +14,10 @@ from typing import Any
 
 from experiments.bench.closed_loop.power import shares_needed
 from experiments.bench.closed_loop.scores import rate, rate_ratio
-from experiments.bench.core.scores import Score, Standing
-from experiments.bench.core.statistics import proportion_interval
-from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.rows import known
+from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.judging.statistics import proportion_interval
+from experiments.bench.store.files import Files
+from experiments.bench.store.rows import known
 
 PUBLISHED = {"lplc2": 0.961, "si-lgmd1": 0.937}
 """Model -> the share of encounters that it escaped on the robot, by the paper of SI-LGMD1."""

@@ -14,9 +14,9 @@ from experiments.behaviours import GROUPS, REFERENCE
 from experiments.bench.closed_loop.power import MOST_EPISODES, TARGET, check_pilot, episodes_needed, pilot, power
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.closed_loop.survival import Survival, best_against, published
-from experiments.bench.core.scores import Score, written
-from experiments.bench.core.terminal import coloured, count, out_console, show_table, stacked
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.engine.terminal import coloured, count, out_console, show_table, stacked
+from experiments.bench.judging.scores import Score, written
+from experiments.bench.judging.verdict import Verdict
 
 
 def show(played: Played, recorded: bool) -> None:

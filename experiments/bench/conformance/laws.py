@@ -18,10 +18,10 @@ import numpy.typing as npt
 from dsnn import AnswerError, Response, ResponseSeries, checked_answer
 from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
-from experiments.bench.core import interrupts
-from experiments.bench.core.errors import explained
-from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.user_code import apart, place_of
+from experiments.bench.engine import interrupts
+from experiments.bench.engine.errors import explained
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.engine.user_code import apart, place_of
 from experiments.bench.streams import stream
 
 Frames = npt.NDArray[np.uint8]

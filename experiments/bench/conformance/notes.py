@@ -8,10 +8,10 @@ from typing import Any
 from dsnn.frames import frozen
 from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.conformance.laws import approach, crossing
-from experiments.bench.core import interrupts
-from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.terminal import count
-from experiments.bench.core.user_code import apart, is_file
+from experiments.bench.engine import interrupts
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.engine.terminal import count
+from experiments.bench.engine.user_code import apart, is_file
 
 
 def notes(chosen: ConfiguredModel) -> list[str]:

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from filelock import FileLock
 
-from experiments.bench.core.store.places import fresh
 from experiments.bench.doctor.finding import Finding
 from experiments.bench.doctor.memory import LEAST_MB, limit_mb
+from experiments.bench.store.places import fresh
 
 TEST_BYTES = 4 * 2**20
 LEAST_FREE_MB = 500

@@ -12,7 +12,7 @@ from pathlib import Path
 import dsnn.native
 from dsnn.onboard.fixed import constants
 from dsnn.onboard.header import header
-from experiments.bench.core.errors import UsageError, printable
+from experiments.bench.engine.errors import UsageError, printable
 from experiments.bench.firmware import elf
 from experiments.bench.firmware.settings import ChipSettings, Firmware
 from experiments.bench.firmware.toolchain import Compiler

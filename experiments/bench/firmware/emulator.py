@@ -16,7 +16,7 @@ from types import TracebackType
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.core.errors import UsageError, printable
+from experiments.bench.engine.errors import UsageError, printable
 from experiments.bench.firmware.toolchain import QemuProgram
 
 BOARD = "mps2-an386"

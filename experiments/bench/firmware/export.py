@@ -12,8 +12,7 @@ import jinja2
 
 from dsnn.native.binding import ONBOARD
 from dsnn.onboard.header import header
-from experiments.bench.core.errors import UsageError, printable
-from experiments.bench.core.store import places
+from experiments.bench.engine.errors import UsageError, printable
 from experiments.bench.firmware.budget import Budget, Tools
 from experiments.bench.firmware.build import (
     CHIP_SIDE,
@@ -28,6 +27,7 @@ from experiments.bench.firmware.build import (
     script,
 )
 from experiments.bench.firmware.settings import Firmware, dead_zone_notice
+from experiments.bench.store import places
 
 ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}
 """Of the STM32F427 (its reference manual, memory map)."""

@@ -9,8 +9,8 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.bench.core.figures.palette import HUES
-from experiments.bench.core.figures.plotting import INCHES_A_ROW, STYLE, plain, save
+from experiments.bench.figures.palette import HUES
+from experiments.bench.figures.plotting import INCHES_A_ROW, STYLE, plain, save
 from experiments.bench.firmware.budget import Budget, label
 
 LIMIT = "#383838"

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.files import read_parquet
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.firmware import toolchain
 from experiments.bench.firmware.settings import ALIAS, CHIP, MODEL, plain_key
+from experiments.bench.store.files import read_parquet
 
 CHIP_MODEL = "dsnn-firmware"
 SOURCE = str(Path(__file__).with_name("emulated.py"))

@@ -10,9 +10,9 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from experiments.bench.core.store.places import replacing
-from experiments.bench.core.terminal import out_console, show_line, show_table
+from experiments.bench.engine.terminal import out_console, show_line, show_table
 from experiments.bench.firmware.budget import Budget, Tools, answer, label, varied
+from experiments.bench.store.places import replacing
 
 NOTES = (
     "Instructions were counted in QEMU, which knows no cycles: times are of the worst frame, over an assumed range of "

@@ -35,10 +35,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn import Response
-from experiments.bench.core.statistics import SEED, proportion_interval
-from experiments.bench.core.verdict import Check, Outcome, decide
 from experiments.bench.footage.video import Image, Picture
 from experiments.bench.footage.watch import LEAST_FRAMES
+from experiments.bench.judging.statistics import SEED, proportion_interval
+from experiments.bench.judging.verdict import Check, Outcome, decide
 from experiments.bench.streams import stream
 
 CLAIM = "C12"

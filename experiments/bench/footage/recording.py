@@ -26,14 +26,14 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from dsnn import Response
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.figures.palette import colours
-from experiments.bench.core.figures.series import Line, levels, lines, rgb
-from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.recording import APPLICATION, page, plots, send_layout, timelines
-from experiments.bench.core.store.places import fresh, naming, part
-from experiments.bench.core.terminal import program
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.engine.terminal import program
+from experiments.bench.figures.palette import colours
+from experiments.bench.figures.series import Line, levels, lines, rgb
 from experiments.bench.footage.video import Picture
+from experiments.bench.recording import APPLICATION, page, plots, send_layout, timelines
+from experiments.bench.store.places import fresh, naming, part
 
 QUALITY = 80
 CHUNK_FRAMES = 64

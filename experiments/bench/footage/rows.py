@@ -11,8 +11,8 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from dsnn import Response
-from experiments.bench.core.store.places import fresh, naming, part
 from experiments.bench.footage.video import Picture
+from experiments.bench.store.places import fresh, naming, part
 
 SCHEMA = pa.schema(
     {

@@ -20,16 +20,16 @@ from rich.text import Text
 from threadpoolctl import threadpool_limits
 
 from dsnn import Response, forms
-from experiments.bench.core.claims.texts import claim_texts
-from experiments.bench.core.errors import explained
-from experiments.bench.core.models import ConfiguredModel, rate_notes
-from experiments.bench.core.store import provenance
-from experiments.bench.core.store.places import part
-from experiments.bench.core.terminal import coloured, error_console, out_console, show_line, show_table
+from experiments.bench.engine.errors import explained
+from experiments.bench.engine.models import ConfiguredModel, rate_notes
+from experiments.bench.engine.terminal import coloured, error_console, out_console, show_line, show_table
 from experiments.bench.footage.claims import FlowJudge, Readings
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
+from experiments.bench.judging.texts import claim_texts
+from experiments.bench.store import provenance
+from experiments.bench.store.places import part
 
 WAYS = ("rightward", "leftward", "downward", "upward", "looming")
 SAME_ASPECT = 1.05

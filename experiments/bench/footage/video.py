@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn.frames import frozen
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 
 LONG_SIDE = 320
 """Of the frames a network gets where no size is asked for: a 16:9 film becomes the paper's 320x180."""

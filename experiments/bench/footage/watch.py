@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from dsnn import Response
-from experiments.bench.core.model_runner import ModelRunner
-from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.engine.model_runner import ModelRunner
+from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.footage.video import Picture
 
 GAP_S, LEAST_FRAMES = 0.2, 3

@@ -15,13 +15,13 @@ from experiments.bench.clips import plan as clips_plan
 from experiments.bench.clips import run as clips_run
 from experiments.bench.clips.experiment import Clip, OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.figures import plotting
-from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.places import inside
-from experiments.bench.core.store.rows import Failure
+from experiments.bench.engine.batch import Resources
+from experiments.bench.figures import plotting
 from experiments.bench.leaderboard import atlas_figure
 from experiments.bench.leaderboard.looming_stimuli import BEHIND, FRAME, SHADES, SQUARE
+from experiments.bench.store.files import Files
+from experiments.bench.store.places import inside
+from experiments.bench.store.rows import Failure
 
 NAME = "atlas"
 MADE_OF = "experiments.bench.leaderboard"

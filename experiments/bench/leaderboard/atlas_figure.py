@@ -18,9 +18,9 @@ from matplotlib.lines import Line2D
 from dsnn.looming.grouping import REST
 from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.core.figures.palette import colours
-from experiments.bench.core.figures.plotting import STYLE, columns_of_key, plain
-from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.figures.palette import colours
+from experiments.bench.figures.plotting import STYLE, columns_of_key, plain
 
 INCHES = (1.02, 0.62)
 """Of a panel, across and down."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from experiments.bench.core.figures.palette import colours
-from experiments.bench.core.figures.plotting import INCHES_A_ROW, STYLE, scoreboard
+from experiments.bench.figures.palette import colours
+from experiments.bench.figures.plotting import INCHES_A_ROW, STYLE, scoreboard
 from experiments.bench.leaderboard.kinds import Ranking
 
 ACROSS = 4

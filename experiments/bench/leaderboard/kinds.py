@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.bench.core.figures.plotting import Panel
-from experiments.bench.core.scores import Standing
+from experiments.bench.figures.plotting import Panel
+from experiments.bench.judging.scores import Standing
 from experiments.bench.leaderboard import looming_scores, scores
 
 _SHOWN = ("robot", "clips")

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from experiments.bench.clips.claims import SIGNED
-from experiments.bench.core.alarms import poisson_interval
-from experiments.bench.core.scores import Score, Standing
-from experiments.bench.core.statistics import area_under_roc, proportion_interval
+from experiments.bench.engine.alarms import poisson_interval
+from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.judging.statistics import area_under_roc, proportion_interval
 from experiments.bench.leaderboard.scores import frame_time
 
 Row = Mapping[str, Any]
@@ -50,7 +50,7 @@ class ShownClip:
     seconds
         How long it lasts.
     alarms
-        The number of alarms in it (`experiments.bench.core.alarms.alarm_count`).
+        The number of alarms in it (`experiments.bench.engine.alarms.alarm_count`).
     contact_s
         Time to contact at the first spike of an approach, s; ``None`` without one.
     shade

@@ -16,17 +16,14 @@ from experiments.bench.clips import plan as clips_plan
 from experiments.bench.clips import run as clips_run
 from experiments.bench.clips.experiment import OfflineExperiment, Showing
 from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.core.alarms import alarm_count, first_alarm_s
-from experiments.bench.core.batch import Batch, Resources
-from experiments.bench.core.figures import plotting
-from experiments.bench.core.models import ConfiguredModel, shown_models
-from experiments.bench.core.pool import Pool
-from experiments.bench.core.scores import Standing
-from experiments.bench.core.settings import watchers
-from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.places import inside
-from experiments.bench.core.store.rows import Failure
-from experiments.bench.core.terminal import error_console
+from experiments.bench.engine.alarms import alarm_count, first_alarm_s
+from experiments.bench.engine.batch import Batch, Resources
+from experiments.bench.engine.models import ConfiguredModel, shown_models
+from experiments.bench.engine.pool import Pool
+from experiments.bench.engine.settings import watchers
+from experiments.bench.engine.terminal import error_console
+from experiments.bench.figures import plotting
+from experiments.bench.judging.scores import Standing
 from experiments.bench.leaderboard import figure as leaderboard_figure
 from experiments.bench.leaderboard import looming_scores, scores
 from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING, Ranking
@@ -36,6 +33,9 @@ from experiments.bench.leaderboard.stimuli import REPEATS, ROBOT, clip_experimen
 from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.robot import plan as robot_plan
 from experiments.bench.robot import run as robot_run
+from experiments.bench.store.files import Files
+from experiments.bench.store.places import inside
+from experiments.bench.store.rows import Failure
 
 Row = Mapping[str, Any]
 Times = Mapping[str, Mapping[str, Sequence[float]]]

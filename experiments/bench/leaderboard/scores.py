@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from experiments.bench.clips.claims import SIGNED
-from experiments.bench.core.scores import Score, Standing
-from experiments.bench.core.statistics import area_under_roc, median_interval, proportion_interval
+from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.judging.statistics import area_under_roc, median_interval, proportion_interval
 
 Row = Mapping[str, Any]
 DEPTH, BACKGROUND = "depth", "background"

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from rich.table import Table
 from rich.text import Text
 
-from experiments.bench.core.scores import Score
-from experiments.bench.core.terminal import out_console, show_table, stacked
+from experiments.bench.engine.terminal import out_console, show_table, stacked
+from experiments.bench.judging.scores import Score
 from experiments.bench.leaderboard.atlas import Atlas
 from experiments.bench.leaderboard.kinds import Ranking
 from experiments.bench.leaderboard.run import Board

@@ -14,9 +14,9 @@ from threadpoolctl import threadpool_limits
 from dsnn import VisionModel
 from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
-from experiments.bench.core import interrupts
-from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.user_code import apart
+from experiments.bench.engine import interrupts
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.engine.user_code import apart
 
 ROUNDS = 40
 BLOCK = 4

@@ -8,11 +8,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.settings import PRESET, collect, described, names, preset_of
-from experiments.bench.core.store.parameters import Parameters
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.settings import PRESET, collect, described, names, preset_of
 from experiments.bench.robot.sweep import grid
 from experiments.bench.robot.sweep.grid import Point, Values
+from experiments.bench.store.parameters import Parameters
 
 MOST_AXES = 2
 ENDS: Mapping[str, int] = {"first": 0, "last": -1}

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
-from experiments.bench.core.claims.texts import claim_texts
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.verdict import Claim
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.verdict import Claim
 from experiments.bench.maps.measures import MEASURES, Measure
 from experiments.bench.maps.plan import Asked
 

@@ -13,16 +13,16 @@ from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim, find
 from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import ConfiguredModel, Shown, look_up
-from experiments.bench.core.settings import changed, check_counts, watchers
-from experiments.bench.core.store import provenance
-from experiments.bench.core.store.parameters import Parameters, differing
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import ConfiguredModel, Shown, look_up
+from experiments.bench.engine.settings import changed, check_counts, watchers
 from experiments.bench.maps import choice
 from experiments.bench.maps.axes import Axis, Base, check_assignments, columns, expanded, label, ordered
 from experiments.bench.maps.plan import Asked, MapPlan, Share, Watcher
 from experiments.bench.robot.sweep import grid
 from experiments.bench.robot.sweep.grid import Point, Values
+from experiments.bench.store import provenance
+from experiments.bench.store.parameters import Parameters, differing
 
 Texts = Mapping[str, Mapping[str, str]]
 """Section -> name -> text."""

@@ -12,12 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from experiments.bench.core.figures.plotting import STYLE, headline, plain
-from experiments.bench.core.settings import PRESET
-from experiments.bench.core.store.parameters import in_title
+from experiments.bench.engine.settings import PRESET
+from experiments.bench.figures.plotting import STYLE, headline, plain
 from experiments.bench.maps.axes import Axis, said
 from experiments.bench.maps.judging import TOGETHER, Cell, Number, by_claim, by_measure
 from experiments.bench.maps.plan import MapPlan
+from experiments.bench.store.parameters import in_title
 
 SHADES, SCALE = "Blues", "YlGnBu"
 """Of counts, and of numbers."""

@@ -8,13 +8,13 @@ from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.claims import judge as judge_clips
-from experiments.bench.core.store.rows import group
-from experiments.bench.core.verdict import Claim, Outcome, Verdict, together
+from experiments.bench.judging.verdict import Claim, Outcome, Verdict, together
 from experiments.bench.maps.measures import Measure
 from experiments.bench.maps.plan import MapPlan, Share
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.claims import judge as judge_trials
 from experiments.bench.robot.sweep.grid import Point
+from experiments.bench.store.rows import group
 
 Rows = Sequence[Mapping[str, Any]]
 ByTrial = Mapping[tuple[Any, ...], Rows]

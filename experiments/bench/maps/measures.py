@@ -12,11 +12,11 @@ from typing import Any, Literal
 
 from dsnn.stimuli import ClipParams
 from experiments.bench.clips.claims import POTENTIALS
-from experiments.bench.core.claims.numbers import unreadable
-from experiments.bench.core.store.rows import group
+from experiments.bench.judging.numbers import unreadable
 from experiments.bench.robot.claims import flaws
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition
 from experiments.bench.robot.mechanism import peaks
+from experiments.bench.store.rows import group
 
 Rows = Sequence[Mapping[str, Any]]
 

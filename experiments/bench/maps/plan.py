@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.clips.experiment import Showing
-from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.store.parameters import Parameters
-from experiments.bench.core.verdict import Claim
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.judging.verdict import Claim
 from experiments.bench.maps.axes import Axis
 from experiments.bench.maps.measures import Measure
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.sweep.grid import Point
+from experiments.bench.store.parameters import Parameters
 
 
 @dataclass(frozen=True, slots=True)

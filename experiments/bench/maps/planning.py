@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from experiments.bench.clips.experiment import OfflineExperiment
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.maps import clips, robot
 from experiments.bench.maps.plan import Asked, MapPlan
 from experiments.bench.robot.experiment import Experiment

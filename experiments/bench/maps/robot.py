@@ -10,11 +10,9 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import ConfiguredModel, look_up
-from experiments.bench.core.settings import check_counts
-from experiments.bench.core.store import provenance
-from experiments.bench.core.store.parameters import Parameters
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import ConfiguredModel, look_up
+from experiments.bench.engine.settings import check_counts
 from experiments.bench.maps import choice
 from experiments.bench.maps.axes import Axis, Base, check_assignments, columns, expanded, label, ordered
 from experiments.bench.maps.measures import Measure
@@ -24,6 +22,8 @@ from experiments.bench.robot.experiment import Experiment, TrialSpec
 from experiments.bench.robot.plan import Plan, describe, plan, sections
 from experiments.bench.robot.sweep import grid
 from experiments.bench.robot.sweep.grid import Point
+from experiments.bench.store import provenance
+from experiments.bench.store.parameters import Parameters
 
 Claims = choice.Chosen[RobotClaim]
 Measures = Sequence[tuple[Measure, str]]

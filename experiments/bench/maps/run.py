@@ -12,12 +12,12 @@ from experiments.bench.clips.plan import pixels
 from experiments.bench.clips.rows import clip_contents
 from experiments.bench.clips.run import SCHEMAS
 from experiments.bench.clips.show import show_without_frames
-from experiments.bench.core.batch import Batch, Resources
-from experiments.bench.core.store.rows import Failure
+from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.maps.judging import Cell, Number, cells, numbers, table
 from experiments.bench.maps.plan import MapPlan
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
+from experiments.bench.store.rows import Failure
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,7 @@ def run(made: MapPlan, out: Path, resources: Resources, *, resume: bool) -> Map:
     whole = batch(made)
     with resources.pool() as pool, closing(whole.open(out, resources, resume)) as folder:
         failures = whole.fill(folder, pool, resources)
-        from experiments.bench.core.figures import plotting  # not before: workers do without matplotlib
+        from experiments.bench.figures import plotting  # not before: workers do without matplotlib
         from experiments.bench.maps import figure
 
         rows = folder.rows()

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from experiments.bench.core.terminal import out_console, show_places, show_table
+from experiments.bench.engine.terminal import out_console, show_places, show_table
 from experiments.bench.maps.judging import TOGETHER, Cell, Number, by_claim, by_measure, reaches, regions
 from experiments.bench.maps.plan import MapPlan
 from experiments.bench.maps.run import Map

@@ -23,8 +23,8 @@ from colias_sim.metrology import (
     row_time_us,
     unsteadiness,
 )
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.pictures import read_picture
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.store.pictures import read_picture
 
 Images = npt.NDArray[np.uint8]
 ENDINGS = (".pgm", ".png")

@@ -12,16 +12,16 @@ from typing import Any
 
 import pyarrow as pa
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.description import stored_thresholds
-from experiments.bench.core.store.origin import COLUMN, FRAMES_MEASURED, MEASURED
-from experiments.bench.core.store.pictures import pictures, write_pictures
-from experiments.bench.core.store.rows import group
-from experiments.bench.core.terminal import error_console
-from experiments.bench.core.user_code import is_file
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.terminal import error_console
+from experiments.bench.engine.user_code import is_file
 from experiments.bench.measured.columns import ANSWERS, CHANNELS, INDEX, POSES, ROBOT, SIMULATION, TIME
 from experiments.bench.measured.frames import PGM, trial_name
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
+from experiments.bench.store.description import stored_thresholds
+from experiments.bench.store.origin import COLUMN, FRAMES_MEASURED, MEASURED
+from experiments.bench.store.pictures import pictures, write_pictures
+from experiments.bench.store.rows import group
 
 LOG, FRAMES = "log.csv", "frames"
 CAMERA = "camera"

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.pictures import read_picture
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.measured.log import Log, LoggedTrial
+from experiments.bench.store.pictures import read_picture
 
 Images = npt.NDArray[np.uint8]
 PGM, RAW = ".pgm", ".raw"

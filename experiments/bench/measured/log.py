@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn.hints import nearest
-from experiments.bench.core.errors import UsageError, short
+from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.measured.columns import CHANNELS, KNOWN, POSES, SIMULATION, TIME, parse
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition, Experiment
 

@@ -13,9 +13,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from dsnn import ResponseSeries
-from experiments.bench.core.recording import plots, potentials, recorded, timelines, video
 from experiments.bench.measured.log import LoggedTrial
 from experiments.bench.measured.rows import Given
+from experiments.bench.recording import plots, potentials, recorded, timelines, video
 
 Images = npt.NDArray[np.uint8]
 

@@ -15,16 +15,12 @@ from typing import Any
 
 import pyarrow as pa
 
-from experiments.bench.core.batch import tell
-from experiments.bench.core.errors import UsageError, short
-from experiments.bench.core.model_runner import ModelRunner
-from experiments.bench.core.models import ConfiguredModel, ask, choose, rate_notes
-from experiments.bench.core.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
-from experiments.bench.core.store.places import naming, part
-from experiments.bench.core.store.rows import Failure, TrialRecord, recording_of
-from experiments.bench.core.store.run_folder import RunFolder
-from experiments.bench.core.terminal import error_console, progress
-from experiments.bench.core.user_code import is_file, sha256
+from experiments.bench.engine.batch import tell
+from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.engine.model_runner import ModelRunner
+from experiments.bench.engine.models import ConfiguredModel, ask, choose, rate_notes
+from experiments.bench.engine.terminal import error_console, progress
+from experiments.bench.engine.user_code import is_file, sha256
 from experiments.bench.measured.frames import FrameFolder, Images
 from experiments.bench.measured.log import Log, LoggedTrial, read
 from experiments.bench.measured.rows import MEASURED_SCHEMA, Given, frame_table, given, rate_hz, trial_row
@@ -32,6 +28,10 @@ from experiments.bench.robot.experiment import Condition, Experiment
 from experiments.bench.robot.plan import Plan, configure, describe
 from experiments.bench.robot.rows import FRAME_SCHEMA
 from experiments.bench.robot.summary import Report, conclude
+from experiments.bench.store.origin import FRAMES_MEASURED, FRAMES_OF_SIMULATION, LOG_OF_SIMULATION, MEASURED
+from experiments.bench.store.places import naming, part
+from experiments.bench.store.rows import Failure, TrialRecord, recording_of
+from experiments.bench.store.run_folder import RunFolder
 
 EYE = "@"
 """Before the name of an eye, in the labels of `experiments.bench.robot.pictures.eyes`."""

@@ -13,16 +13,16 @@ from typing import Any
 import pyarrow as pa
 
 from experiments.bench.clips.rows import CLIP_SCHEMA, SHOWN
-from experiments.bench.core.errors import UsageError, short
-from experiments.bench.core.models import family
-from experiments.bench.core.statistics import Test, contrast, holm, paired
-from experiments.bench.core.store import provenance
-from experiments.bench.core.store.description import BEGUN, LONGEST, RESUMED, THRESHOLDS
-from experiments.bench.core.store.rows import group
+from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.engine.models import family
+from experiments.bench.judging.statistics import Test, contrast, holm, paired
 from experiments.bench.public.arguments import is_path
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import TRIAL_SCHEMA
+from experiments.bench.store import provenance
+from experiments.bench.store.description import BEGUN, LONGEST, RESUMED, THRESHOLDS
+from experiments.bench.store.rows import group
 
 CLIP_COLUMNS = ("stimulus", "clip", *SHOWN)
 PARAMETER_SCHEMA = pa.schema({name: pa.string() for name in ("parameter", "first", "second")})

@@ -14,10 +14,10 @@ import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from dsnn import Response
-from experiments.bench.core.errors import UsageError, short
-from experiments.bench.core.models import rate_notes, shown_models
-from experiments.bench.core.settings import watchers
-from experiments.bench.core.terminal import progress
+from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.engine.models import rate_notes, shown_models
+from experiments.bench.engine.settings import watchers
+from experiments.bench.engine.terminal import progress
 from experiments.bench.footage.rows import SCHEMA, frame_row
 from experiments.bench.footage.video import SIZES_PX, Footage, Picture, usual_size
 from experiments.bench.footage.watch import Seen, Watcher

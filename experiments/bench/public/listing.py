@@ -10,10 +10,10 @@ from typing import Any
 
 import pyarrow as pa
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.description import NAME, begun, holds_results, short
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.public import arguments
 from experiments.bench.public.result import load
+from experiments.bench.store.description import NAME, begun, holds_results, short
 
 DEEPEST = 3
 """Levels of folders that are looked through: a sweep's parts are one down."""

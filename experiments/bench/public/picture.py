@@ -13,15 +13,15 @@ from matplotlib.figure import Figure
 from dsnn.model import SPIKING
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.clips.experiment import Figure as Drawing
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.figures.plotting import drawing
-from experiments.bench.core.store.description import stored_thresholds
-from experiments.bench.core.terminal import error_console
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.terminal import error_console
+from experiments.bench.figures.plotting import drawing
 from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.mechanism import excitation, excitation_figure
 from experiments.bench.robot.mechanism import figure as mechanism_figure
 from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
 from experiments.bench.robot.rows import caption, drawable
+from experiments.bench.store.description import stored_thresholds
 
 
 def draw(folder: Path, said: Mapping[str, Any], trials: pa.Table, frames: pa.Table) -> Figure:

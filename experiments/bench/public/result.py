@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 import pyarrow as pa
 import pyarrow.csv
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store import parameters, provenance
-from experiments.bench.core.store.description import BEGUN, read_description, short
-from experiments.bench.core.store.files import read_parquet
-from experiments.bench.core.store.places import regular
-from experiments.bench.core.store.rows import Failure
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.judging.verdict import Verdict
 from experiments.bench.public import arguments
+from experiments.bench.store import parameters, provenance
+from experiments.bench.store.description import BEGUN, read_description, short
+from experiments.bench.store.files import read_parquet
+from experiments.bench.store.places import regular
+from experiments.bench.store.rows import Failure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

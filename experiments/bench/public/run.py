@@ -12,19 +12,19 @@ from experiments.bench import registry
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.clips.plan import plan as clips_plan
-from experiments.bench.core.batch import Resources, worker_count
-from experiments.bench.core.errors import UsageError, short
-from experiments.bench.core.models import shown_models
-from experiments.bench.core.store.files import new_folder
-from experiments.bench.core.store.places import check_folder
-from experiments.bench.core.terminal import error_console, tell_troubles
-from experiments.bench.core.verdict import Claim
+from experiments.bench.engine.batch import Resources, worker_count
+from experiments.bench.engine.errors import UsageError, short
+from experiments.bench.engine.models import shown_models
+from experiments.bench.engine.terminal import error_console, tell_troubles
+from experiments.bench.judging.verdict import Claim
 from experiments.bench.public.arguments import assignments, flag, folder, is_path, model_texts, whole
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.pictures.eyes import both
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.plan import plan as robot_plan
+from experiments.bench.store.files import new_folder
+from experiments.bench.store.places import check_folder
 
 if TYPE_CHECKING:
     from experiments.bench.clips.summary import OfflineReport

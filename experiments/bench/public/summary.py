@@ -8,11 +8,11 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.csv
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.statistics import Summary, summarise
-from experiments.bench.core.store.description import short
-from experiments.bench.core.store.rows import group, known, schema_of
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.judging.statistics import Summary, summarise
 from experiments.bench.robot.rows import ConditionRow
+from experiments.bench.store.description import short
+from experiments.bench.store.rows import group, known, schema_of
 
 CLIP_QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
 

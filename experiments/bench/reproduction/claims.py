@@ -9,14 +9,14 @@ from experiments import OFFLINE
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips import summary as clips_summary
 from experiments.bench.clips.summary import OfflineReport
-from experiments.bench.core.claims.replicates import ROBUST_SHARE, counted
-from experiments.bench.core.claims.texts import chosen, claim_texts, tried
-from experiments.bench.core.store.rows import mixture
-from experiments.bench.core.verdict import Outcome, Verdict, together
 from experiments.bench.footage import claims as footage_claims
+from experiments.bench.judging.replicates import ROBUST_SHARE, counted
+from experiments.bench.judging.texts import chosen, claim_texts, tried
+from experiments.bench.judging.verdict import Outcome, Verdict, together
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.replicates import Replicate, judged, pooled, rate, with_note
 from experiments.bench.robot.claims import find
+from experiments.bench.store.rows import mixture
 
 NOTHING_TRIED = "nothing yet: it held when the defaults were chosen"
 EVER_MORE = (

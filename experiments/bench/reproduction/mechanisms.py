@@ -11,9 +11,9 @@ from experiments.bench.clips.constants import COMPARING, SUFFIX, compares_with, 
 from experiments.bench.clips.judging.assumed import ASSUMED
 from experiments.bench.clips.judging.paper import DSNN
 from experiments.bench.clips.summary import OfflineReport
-from experiments.bench.core.claims.replicates import UNKNOWN
-from experiments.bench.core.statistics import proportion_interval
-from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.judging.replicates import UNKNOWN
+from experiments.bench.judging.statistics import proportion_interval
+from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.robot.mechanism.excitation import Course, described
 
 _EXCITATION = "excitation and inhibition over time, and what w_i = 0.9 leaves of symmetric motion"

@@ -16,15 +16,15 @@ from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop.run import BehaviourPlan
-from experiments.bench.core.claims.texts import claim_texts
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store import provenance
-from experiments.bench.core.store.description import THRESHOLDS, to_json
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.footage import claims as footage_claims
+from experiments.bench.judging.texts import claim_texts
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.robot.claims import CLAIMS, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
+from experiments.bench.store import provenance
+from experiments.bench.store.description import THRESHOLDS, to_json
 
 WHOLE = 10
 """Trials of each condition in a whole replicate, as in the paper."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.constants import SPEED
 from experiments.bench.clips.summary import OfflineReport
-from experiments.bench.core.claims.replicates import counted
-from experiments.bench.core.claims.texts import Reading, readings
-from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.judging.replicates import counted
+from experiments.bench.judging.texts import Reading, readings
+from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.mechanism.judges import FALLING, ROBOT_SPEEDS

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from experiments.bench.core.statistics import proportion_interval
-from experiments.bench.core.verdict import Outcome, together
+from experiments.bench.judging.statistics import proportion_interval
+from experiments.bench.judging.verdict import Outcome, together
 from experiments.bench.reproduction.robustness import LOOMING_DETECTORS, MODEL, ROBOT_CLAIMS, Case, judged_in, numbered
 from experiments.bench.robot.claims import find, outcome
 from experiments.bench.robot.experiment import TrialSpec

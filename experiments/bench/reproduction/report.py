@@ -8,11 +8,9 @@ from typing import Any
 
 import jinja2
 
-from experiments.bench.core.claims.paper import cited
-from experiments.bench.core.claims.replicates import UNKNOWN
-from experiments.bench.core.claims.texts import readings_of_all
-from experiments.bench.core.store.description import plain
-from experiments.bench.core.store.files import Files
+from experiments.bench.judging.paper import cited
+from experiments.bench.judging.replicates import UNKNOWN
+from experiments.bench.judging.texts import readings_of_all
 from experiments.bench.reproduction import chapters, robustness
 from experiments.bench.reproduction.page.cards import cards
 from experiments.bench.reproduction.page.drawn import drawing
@@ -22,6 +20,8 @@ from experiments.bench.reproduction.page.sensitivity import moves, sensitivity_f
 from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.plan import WHOLE
 from experiments.bench.reproduction.reproduce import Reproduction
+from experiments.bench.store.description import plain
+from experiments.bench.store.files import Files
 
 
 def write(result: Reproduction) -> Path:

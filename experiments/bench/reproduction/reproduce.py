@@ -15,16 +15,12 @@ from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop import figure as closed_loop_figure
 from experiments.bench.closed_loop import run as closed_loop_run
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import shown_models
-from experiments.bench.core.pool import Pool
-from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.places import inside
-from experiments.bench.core.store.rows import Failure
-from experiments.bench.core.store.run_folder import RunFolder
-from experiments.bench.core.terminal import error_console
-from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import shown_models
+from experiments.bench.engine.pool import Pool
+from experiments.bench.engine.terminal import error_console
+from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import claims, mechanisms, readings, replicates, robustness
 from experiments.bench.reproduction.detectors.summary import with_detectors
 from experiments.bench.reproduction.onboard.formats import BEST, FORMATS
@@ -34,6 +30,10 @@ from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
+from experiments.bench.store.files import Files
+from experiments.bench.store.places import inside
+from experiments.bench.store.rows import Failure
+from experiments.bench.store.run_folder import RunFolder
 
 
 @dataclass(frozen=True, slots=True)

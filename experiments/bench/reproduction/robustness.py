@@ -12,11 +12,9 @@ from typing import Any
 
 from experiments import NAMES
 from experiments.bench import registry
-from experiments.bench.core.batch import Batch, Resources
-from experiments.bench.core.models import ConfiguredModel, choose
-from experiments.bench.core.settings import changed
-from experiments.bench.core.store.places import inside
-from experiments.bench.core.store.rows import Failure
+from experiments.bench.engine.batch import Batch, Resources
+from experiments.bench.engine.models import ConfiguredModel, choose
+from experiments.bench.engine.settings import changed
 from experiments.bench.reproduction.onboard import series
 from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.robot import run as robot_run
@@ -24,6 +22,8 @@ from experiments.bench.robot.claims import CLAIMS, find
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
+from experiments.bench.store.places import inside
+from experiments.bench.store.rows import Failure
 
 SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
 """Experiments without claims that the report shows, at the headline's seed alone."""

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from experiments.bench.core.claims.overall import totals
-from experiments.bench.core.claims.texts import chosen, readings_of_all
-from experiments.bench.core.terminal import coloured, out_console, show_table, stacked
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.engine.terminal import coloured, out_console, show_table, stacked
+from experiments.bench.judging.overall import totals
+from experiments.bench.judging.texts import chosen, readings_of_all
+from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction.eye.fidelity import CELLS, CLAIMS, Fidelity
 
 

@@ -1,6 +1,6 @@
 """What the paper reports of the robot, as checks on a run's trials.
 
-The claims' words are those of ``core/claims.toml``. A judge never bends a bound: a claim that misses it fails, and the
+The claims' words are those of ``claims.toml``. A judge never bends a bound: a claim that misses it fails, and the
 verdict says by how much. A new claim is its words there and an entry of `CLAIMS` here; a user's own file may declare
 one with its words.
 """
@@ -12,17 +12,17 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Literal, get_args
 
-from experiments.bench.core.claims.numbers import is_number, unreadable
-from experiments.bench.core.errors import short
-from experiments.bench.core.models import NO_SPIKES
-from experiments.bench.core.store.origin import is_imported
-from experiments.bench.core.store.rows import group
-from experiments.bench.core.verdict import Claim, Outcome, Verdict
+from experiments.bench.engine.errors import short
+from experiments.bench.engine.models import NO_SPIKES
+from experiments.bench.judging.numbers import is_number, unreadable
+from experiments.bench.judging.verdict import Claim, Outcome, Verdict
 from experiments.bench.robot import judges
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Motion
 from experiments.bench.robot.judges import Rows
 from experiments.bench.robot.mechanism import judges as compared
 from experiments.bench.robot.mechanism.judges import DSNN
+from experiments.bench.store.origin import is_imported
+from experiments.bench.store.rows import group
 
 SPEED_TOLERANCE, PATH_TOLERANCE_MM = 0.02, 1.0
 

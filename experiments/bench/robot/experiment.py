@@ -11,12 +11,12 @@ from typing import Literal, Protocol, get_args
 import numpy as np
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from experiments.bench.core import interrupts
-from experiments.bench.core.claims.declared import check_claims
-from experiments.bench.core.errors import check_declared, plain, short
-from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.user_code import place_of
-from experiments.bench.core.verdict import Claim
+from experiments.bench.engine import interrupts
+from experiments.bench.engine.errors import check_declared, plain, short
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.engine.user_code import place_of
+from experiments.bench.judging.declared import check_claims
+from experiments.bench.judging.verdict import Claim
 from experiments.bench.robot.mechanism.parts import NEEDED
 
 Motion = Literal["translation", "approach", "recession"]

@@ -14,13 +14,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
-from experiments.bench.core.figures.palette import LINES, MARKERS, Mark, level_colours, marks
-from experiments.bench.core.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
-from experiments.bench.core.statistics import summarise
-from experiments.bench.core.store.parameters import in_title
-from experiments.bench.core.store.rows import group
+from experiments.bench.figures.palette import LINES, MARKERS, Mark, level_colours, marks
+from experiments.bench.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
+from experiments.bench.judging.statistics import summarise
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import caption, is_tracked, varying
+from experiments.bench.store.parameters import in_title
+from experiments.bench.store.rows import group
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.core.claims.numbers import is_number
-from experiments.bench.core.statistics import contrast, proportion_interval, summarise, trend
-from experiments.bench.core.verdict import Check, Outcome, decide
+from experiments.bench.judging.numbers import is_number
+from experiments.bench.judging.statistics import contrast, proportion_interval, summarise, trend
+from experiments.bench.judging.verdict import Check, Outcome, decide
 
 Rows = Sequence[Mapping[str, Any]]
 ByLevel = Mapping[float, Sequence[float]]

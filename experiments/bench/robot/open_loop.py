@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from colias_sim.config import RobotConfig
-from experiments.bench.core.claims.numbers import is_number
+from experiments.bench.judging.numbers import is_number
 from experiments.bench.robot.claims import PATH_TOLERANCE_MM, SPEED_TOLERANCE
 
 Rows = Sequence[Mapping[str, Any]]

@@ -9,14 +9,14 @@ from typing import Any
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.motors import TOP_POWER, Motors
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import look_up
-from experiments.bench.core.settings import Parameter, applied, changed, check_counts, collect, described
-from experiments.bench.core.store import provenance
-from experiments.bench.core.store.description import THRESHOLDS
-from experiments.bench.core.store.parameters import Parameters, differing
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import look_up
+from experiments.bench.engine.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.robot.experiment import Condition, Design, Experiment, Settings, TrialSpec, trial_specs
 from experiments.bench.robot.trajectory import clearance_cm, nominal, reach_cm
+from experiments.bench.store import provenance
+from experiments.bench.store.description import THRESHOLDS
+from experiments.bench.store.parameters import Parameters, differing
 from scenes import ARENA_RADIUS_CM
 
 STEERING_SHARE = 0.95

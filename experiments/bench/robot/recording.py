@@ -18,8 +18,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from colias_sim.config import CameraConfig
-from experiments.bench.core.figures.series import LIMIT_COLOUR
-from experiments.bench.core.recording import (
+from experiments.bench.figures.series import LIMIT_COLOUR
+from experiments.bench.recording import (
     ROBOT_RADIUS_CM,
     Floats,
     page,

@@ -9,11 +9,14 @@ from typing import Any, TypedDict, get_type_hints
 import pyarrow as pa
 
 from dsnn import ResponseSeries
-from experiments.bench.core.claims.numbers import is_number
-from experiments.bench.core.store.contents import Contents, planned_trial
-from experiments.bench.core.store.origin import is_imported, origin
-from experiments.bench.core.store.parameters import Parameters
-from experiments.bench.core.store.rows import (
+from experiments.bench.judging.numbers import is_number
+from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
+from experiments.bench.robot.mechanism.windows import InWindows
+from experiments.bench.robot.trial import Answer, FrameColumns, TrialResult
+from experiments.bench.store.contents import Contents, planned_trial
+from experiments.bench.store.origin import is_imported, origin
+from experiments.bench.store.parameters import Parameters
+from experiments.bench.store.rows import (
     OBSERVER,
     Failure,
     FrameRow,
@@ -25,9 +28,6 @@ from experiments.bench.core.store.rows import (
     optional,
     schema_of,
 )
-from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
-from experiments.bench.robot.mechanism.windows import InWindows
-from experiments.bench.robot.trial import Answer, FrameColumns, TrialResult
 
 
 class RobotRow(JobRow):
@@ -88,7 +88,7 @@ class TrialRow(RobotRow, ConditionRow, ModelRow):
     wall_s: float
     """Time that the trial took to compute."""
     code: str
-    """Of what computed the row: see `experiments.bench.core.store.provenance`."""
+    """Of what computed the row: see `experiments.bench.store.provenance`."""
 
 
 class PoseRow(TypedDict):

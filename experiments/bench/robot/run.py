@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 import cv2
 from threadpoolctl import threadpool_limits
 
-from experiments.bench.core.batch import Batch, Resources
-from experiments.bench.core.store.drawing import drawn_here
-from experiments.bench.core.store.rows import TrialRecord, recording_of
+from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished, robot_contents
 from experiments.bench.robot.trajectory import nominal
 from experiments.bench.robot.trial import TrialResult, run_trial
+from experiments.bench.store.drawing import drawn_here
+from experiments.bench.store.rows import TrialRecord, recording_of
 
 if TYPE_CHECKING:
     from experiments.bench.robot.summary import Report

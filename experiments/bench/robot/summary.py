@@ -11,13 +11,10 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from experiments.bench.core.claims.numbers import is_number
-from experiments.bench.core.figures import plotting
-from experiments.bench.core.statistics import holm, paired, summarise
-from experiments.bench.core.store.origin import origin
-from experiments.bench.core.store.rows import Failure, group, mixture
-from experiments.bench.core.store.run_folder import RunFolder
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.figures import plotting
+from experiments.bench.judging.numbers import is_number
+from experiments.bench.judging.statistics import holm, paired, summarise
+from experiments.bench.judging.verdict import Verdict
 from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.claims import find, flaws, judge
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
@@ -28,6 +25,9 @@ from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
 from experiments.bench.robot.open_loop import in_short, why
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import drawable
+from experiments.bench.store.origin import origin
+from experiments.bench.store.rows import Failure, group, mixture
+from experiments.bench.store.run_folder import RunFolder
 
 QUANTITIES = (
     "spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s", "path_error_mm", "drift_mm",
@@ -56,9 +56,9 @@ class Report:
     """Of a run whose figure is about excitation; else empty."""
     open_loop: str = ""
     provenance: str = ""
-    """Where the trials come from, as `experiments.bench.core.store.origin` says it; empty: they are simulated."""
+    """Where the trials come from, as `experiments.bench.store.origin` says it; empty: they are simulated."""
     counted: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    """Model -> the channel that it is told of by: `experiments.bench.core.models.ConfiguredModel.counted`."""
+    """Model -> the channel that it is told of by: `experiments.bench.engine.models.ConfiguredModel.counted`."""
 
 
 def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) -> Report:

@@ -10,13 +10,13 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from experiments.bench.core.claims.numbers import is_number
-from experiments.bench.core.statistics import Summary, summarise
-from experiments.bench.core.store.rows import group
-from experiments.bench.core.terminal import out_console, show_places, show_table, show_verdict
+from experiments.bench.engine.terminal import out_console, show_places, show_table, show_verdict
+from experiments.bench.judging.numbers import is_number
+from experiments.bench.judging.statistics import Summary, summarise
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
+from experiments.bench.store.rows import group
 
 SHORT = {
     "speed_cm_s": "cm/s", "distance_cm": "cm", "far_cm": "far cm", "angle_deg": "deg", "shell_grey": "shell",

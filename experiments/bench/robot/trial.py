@@ -15,8 +15,8 @@ import numpy.typing as npt
 from colias_sim import Frame, Pose, Simulation, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from dsnn import ResponseSeries
-from experiments.bench.core.model_runner import ModelRunner, spike_counts
-from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.engine.model_runner import ModelRunner, spike_counts
+from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.robot.control import Drive
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
 from experiments.bench.robot.mechanism.windows import InWindows, Windows, measure, windows

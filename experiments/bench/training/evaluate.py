@@ -12,10 +12,10 @@ from experiments.bench.closed_loop import run as closed_loop_run
 from experiments.bench.closed_loop.episode import Setting
 from experiments.bench.closed_loop.policy import About, Policy
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.settings import check_counts
-from experiments.bench.core.store.places import replacing
-from experiments.bench.core.store.rows import known
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.settings import check_counts
+from experiments.bench.store.places import replacing
+from experiments.bench.store.rows import known
 
 JUDGED = 20
 """Episodes that a trained policy and each of its opponents are judged by."""

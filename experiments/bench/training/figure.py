@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from colias_sim.envs import ENVS
-from experiments.bench.core.figures import plotting
-from experiments.bench.core.figures.plotting import INCHES_A_ROW, Panel, headline, scoreboard
+from experiments.bench.figures import plotting
+from experiments.bench.figures.plotting import INCHES_A_ROW, Panel, headline, scoreboard
 from experiments.bench.training.scores import of_runs
 from experiments.bench.training.study import Studied
 from experiments.bench.training.table import described

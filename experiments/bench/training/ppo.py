@@ -17,8 +17,8 @@ from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import SubprocVecEnv, VecEnv
 
 from experiments.bench.closed_loop.policy import ROLLOUT, About, Layer, Policy
-from experiments.bench.core.store.provenance import versions
-from experiments.bench.core.workers.local import without_folder, without_interrupts
+from experiments.bench.engine.workers.local import without_folder, without_interrupts
+from experiments.bench.store.provenance import versions
 from experiments.bench.training.env import steered
 
 WORLDS = 2**32

@@ -13,8 +13,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from experiments.bench.core.scores import Score, Standing
-from experiments.bench.core.store.rows import known
+from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.store.rows import known
 from experiments.bench.streams import stream
 
 CUT = 0.25

@@ -14,14 +14,14 @@ from pydantic import TypeAdapter
 
 from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop.policy import ROLLOUT, About
-from experiments.bench.core import interrupts
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.scores import Standing
-from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.places import inside, regular
-from experiments.bench.core.store.rows import Failure
-from experiments.bench.core.terminal import count, error_console, progress
+from experiments.bench.engine import interrupts
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.terminal import count, error_console, progress
+from experiments.bench.judging.scores import Standing
+from experiments.bench.store.files import Files
+from experiments.bench.store.places import inside, regular
+from experiments.bench.store.rows import Failure
 from experiments.bench.training import evaluate, scores
 
 NAME = "training.json"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from rich.table import Table
 
 from colias_sim.envs import ENVS
-from experiments.bench.core.scores import written
-from experiments.bench.core.terminal import count, out_console, show_line, show_places, show_table, stacked
+from experiments.bench.engine.terminal import count, out_console, show_line, show_places, show_table, stacked
+from experiments.bench.judging.scores import written
 from experiments.bench.training.scores import TRAINED
 from experiments.bench.training.study import Studied
 

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from experiments.bench.core.figures.palette import marks
-from experiments.bench.core.figures.plotting import columns_of_key, extra_widths, plain
+from experiments.bench.figures.palette import marks
+from experiments.bench.figures.plotting import columns_of_key, extra_widths, plain
 from experiments.bench.tuning.curves import TuningPoint
 from experiments.bench.tuning.probes import Family
 

@@ -22,7 +22,7 @@ import pyarrow as pa
 from dsnn.looming.grouping import REST
 from dsnn.stimuli import ClipParams, Stimulus
 from dsnn.stimuli.looming import Looming
-from experiments.bench.core.alarms import first_alarm_s
+from experiments.bench.engine.alarms import first_alarm_s
 from experiments.bench.tuning.probes import Family, Probe
 
 NOTHING = 1e-6

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
-from experiments.bench.core.statistics import PERMUTATIONS, SEED
+from experiments.bench.judging.statistics import PERMUTATIONS, SEED
 from experiments.bench.streams import stream
 
 LEVEL = 0.05

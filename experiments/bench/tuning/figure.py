@@ -14,9 +14,9 @@ from matplotlib.lines import Line2D
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from experiments.bench.core.figures.palette import colours, marks
-from experiments.bench.core.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
-from experiments.bench.core.store.parameters import in_title
+from experiments.bench.figures.palette import colours, marks
+from experiments.bench.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
+from experiments.bench.store.parameters import in_title
 from experiments.bench.tuning import approach_figure
 from experiments.bench.tuning.curves import (
     NOTHING,

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from dsnn.hints import nearest
 from experiments.bench.clips.experiment import Clip
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 
 Kind = Literal["curve", "map", "polar", "approach"]
 

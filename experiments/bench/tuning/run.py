@@ -13,17 +13,17 @@ from experiments.bench.clips.experiment import Showing
 from experiments.bench.clips.plan import pixels
 from experiments.bench.clips.rows import CLIP_SCHEMA, SERIES_SCHEMA, clip_contents
 from experiments.bench.clips.show import show
-from experiments.bench.core.batch import Batch, Resources
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.figures import plotting
-from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.pool import Pool
-from experiments.bench.core.settings import check_counts, watchers
-from experiments.bench.core.store import provenance
-from experiments.bench.core.store.description import begun, read_description, vacant
-from experiments.bench.core.store.parameters import differing
-from experiments.bench.core.store.rows import Failure
-from experiments.bench.core.store.run_folder import RunFolder
+from experiments.bench.engine.batch import Batch, Resources
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.engine.pool import Pool
+from experiments.bench.engine.settings import check_counts, watchers
+from experiments.bench.figures import plotting
+from experiments.bench.store import provenance
+from experiments.bench.store.description import begun, read_description, vacant
+from experiments.bench.store.parameters import differing
+from experiments.bench.store.rows import Failure
+from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.tuning import figure as tuning_figure
 from experiments.bench.tuning.curves import TuningPoint, answers
 from experiments.bench.tuning.preferences import Preferences, preferences

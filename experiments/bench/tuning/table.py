@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from rich.table import Table
 
-from experiments.bench.core.terminal import out_console, show_line, show_table
+from experiments.bench.engine.terminal import out_console, show_line, show_table
 from experiments.bench.tuning.defined import SOME
 from experiments.bench.tuning.preferences import Preferences
 from experiments.bench.tuning.run import TuningReport

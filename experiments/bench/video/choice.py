@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from dsnn.hints import nearest
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.video.reading import Reel
 
 MOST_MODELS = 8

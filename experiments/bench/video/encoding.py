@@ -17,8 +17,8 @@ from typing import IO
 import numpy as np
 from PIL import Image
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.places import FULL, replacing
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.store.places import FULL, replacing
 from experiments.bench.video.pictures import Picture
 
 Colour = tuple[int, int, int]

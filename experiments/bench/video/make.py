@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.video.drawing import Drawer
 from experiments.bench.video.encoding import writer
 from experiments.bench.video.layout import lay_out

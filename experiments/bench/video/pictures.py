@@ -12,8 +12,8 @@ import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.places import regular
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.store.places import regular
 
 Floats = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]

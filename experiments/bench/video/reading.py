@@ -19,9 +19,9 @@ import pyarrow as pa
 import rerun as rr
 
 from colias_sim.config import CameraConfig
-from experiments.bench.core.errors import UsageError, explained
-from experiments.bench.core.figures.series import OWNERS
-from experiments.bench.core.store.places import regular
+from experiments.bench.engine.errors import UsageError, explained
+from experiments.bench.figures.series import OWNERS
+from experiments.bench.store.places import regular
 from experiments.bench.video.pictures import Floats, times_of
 
 Colour = tuple[int, int, int]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from experiments.bench.core.errors import UsageError
+from experiments.bench.engine.errors import UsageError
 
 
 def recording(source: Path, trial: int | None) -> Path:

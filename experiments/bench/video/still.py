@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from experiments.bench.core.figures.plotting import STYLE, drawing, plain
+from experiments.bench.figures.plotting import STYLE, drawing, plain
 from experiments.bench.video.layout import KEYS_A_ROW, Layout, Panel, apart, levels_of, moves_on, traces_of
 from experiments.bench.video.pictures import Picture
 from experiments.bench.video.reading import Reel, Trace

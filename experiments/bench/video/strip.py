@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.store.places import replacing
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.store.places import replacing
 from experiments.bench.video.drawing import Drawer
 from experiments.bench.video.layout import LEFT, Layout, Panel, ground, moves_on, trace_panels
 from experiments.bench.video.make import SIZES_PX, aspects, caption_of, pictures_at

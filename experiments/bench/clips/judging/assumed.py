@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from experiments.bench.core.claims.checks import Check, decide
-from experiments.bench.core.verdict import Outcome
+from experiments.bench.judging.checks import Check, decide
+from experiments.bench.judging.verdict import Outcome
 
 _UNREAD = "are neither in the paper nor in any public text or code that could be searched"
 ASSUMED: Mapping[str, str] = {

@@ -21,7 +21,7 @@ from experiments.bench.clips.judging.paper import (
     shown,
     strongest,
 )
-from experiments.bench.core.verdict import Check, Outcome
+from experiments.bench.judging.verdict import Check, Outcome
 
 FEWER = ("dsnn:n_con=1", "dsnn:n_con=2")
 """The DSNN with smaller ensembles, of one and of two connected cells, as ``--model`` names them."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from experiments.bench.clips.judging.assumed import compared
-from experiments.bench.core.verdict import Check, Outcome, decide
+from experiments.bench.judging.verdict import Check, Outcome, decide
 
 Rows = Sequence[Mapping[str, Any]]
 DSNN, EARLIER, EMD = "dsnn", "dsn2017", "emd"

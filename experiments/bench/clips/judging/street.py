@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from experiments.bench.clips.judging.paper import DSNN, SIGNED, Rows, strongest
-from experiments.bench.core.claims.numbers import unreadable
-from experiments.bench.core.verdict import Check, Outcome, decide
+from experiments.bench.judging.numbers import unreadable
+from experiments.bench.judging.verdict import Check, Outcome, decide
 
 OPPOSITE = "opposite"
 """Of the column ``movers``: two in opposite directions, one after the other."""

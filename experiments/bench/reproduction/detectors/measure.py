@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from experiments.bench.core.store.drawing import drawn_here
-from experiments.bench.core.store.rows import TrialRecord
 from experiments.bench.reproduction.detectors.panel import spikes_in_a_row
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished
 from experiments.bench.robot.run import simulated
+from experiments.bench.store.drawing import drawn_here
+from experiments.bench.store.rows import TrialRecord
 
 EDGE = 15
 """Grey levels from one frame to the next, above which a cell counts as moving edge. In both arenas camera noise stays

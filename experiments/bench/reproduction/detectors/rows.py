@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from experiments.bench.core.models import ConfiguredModel
-from experiments.bench.core.statistics import proportion_interval
-from experiments.bench.core.verdict import Judged
+from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.judging.statistics import proportion_interval
+from experiments.bench.judging.verdict import Judged
 from experiments.bench.reproduction.detectors.measure import EDGE_LEVELS, THRESHOLDS
 from experiments.bench.reproduction.detectors.panel import CLAIM, Detector, spikes_in_a_row
 from experiments.bench.robot.claims import outcome

@@ -12,9 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench import registry
-from experiments.bench.core.batch import Batch, Resources
-from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.rows import Failure
+from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.reproduction.detectors.causes import explained
 from experiments.bench.reproduction.detectors.measure import FRAMES, SCHEMA, work
 from experiments.bench.reproduction.detectors.panel import ARENAS, EXPERIMENT, PANEL
@@ -23,6 +21,8 @@ from experiments.bench.reproduction.robustness import Case, numbered, played
 from experiments.bench.robot.plan import describe, plan
 from experiments.bench.robot.rows import robot_contents
 from experiments.bench.robot.run import seconds
+from experiments.bench.store.files import Files
+from experiments.bench.store.rows import Failure
 
 REPLICATES = 20
 FILE, STUDY = "detectors.json", "detectors"

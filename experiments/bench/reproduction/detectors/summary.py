@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction.detectors.panel import CLAIM
 from experiments.bench.reproduction.detectors.study import FILE
 

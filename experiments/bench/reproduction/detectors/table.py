@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from experiments.bench.core.terminal import out_console, show_line, show_table
+from experiments.bench.engine.terminal import out_console, show_line, show_table
 from experiments.bench.reproduction.detectors.rows import Triple
 from experiments.bench.reproduction.detectors.study import Detectors
 

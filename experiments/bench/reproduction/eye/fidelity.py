@@ -14,14 +14,14 @@ from pathlib import Path
 from types import MappingProxyType
 
 from experiments.bench import registry
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.rows import Failure
-from experiments.bench.core.verdict import Outcome
+from experiments.bench.engine.batch import Resources
+from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.replicates import Row, of_model, studied
 from experiments.bench.reproduction.robustness import MODEL, Case
 from experiments.bench.robot.plan import plan
+from experiments.bench.store.files import Files
+from experiments.bench.store.rows import Failure
 
 CLAIMS = ("C13", "C14", "C15", "C16", "C17", "C18", "C19", "C20", "C29")
 """The claims about counts of spikes on the robot."""

@@ -6,7 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.bench.core.figures.plotting import STYLE
+from experiments.bench.figures.plotting import STYLE
 from experiments.bench.reproduction.eye import fidelity
 from experiments.bench.reproduction.eye.fidelity import CELLS, Fidelity
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.judging.paper import SIGNED, Rows
-from experiments.bench.core.claims.of_models import ModelClaim
-from experiments.bench.core.verdict import Check, Outcome, decide
+from experiments.bench.judging.of_models import ModelClaim
+from experiments.bench.judging.verdict import Check, Outcome, decide
 from experiments.bench.leaderboard.scores import answer
 from experiments.bench.reproduction.models.clips import names
 

@@ -14,18 +14,18 @@ from experiments.bench.clips import run as clips_run
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.claims.of_models import ModelClaim, model_claims
-from experiments.bench.core.claims.replicates import counted
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import look_up
-from experiments.bench.core.pool import Pool
-from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.places import inside
-from experiments.bench.core.store.rows import Failure
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import look_up
+from experiments.bench.engine.pool import Pool
+from experiments.bench.judging.of_models import ModelClaim, model_claims
+from experiments.bench.judging.replicates import counted
+from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction.models.clips import GROUPS, RANDOM
 from experiments.bench.reproduction.models.judges import clip_claim
+from experiments.bench.store.files import Files
+from experiments.bench.store.places import inside
+from experiments.bench.store.rows import Failure
 
 EVERY = "all"
 REPLICATES = 5

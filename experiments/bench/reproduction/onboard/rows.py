@@ -8,17 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.core.claims.replicates import counted
-from experiments.bench.core.statistics import proportion_interval
-from experiments.bench.core.store.rows import Failure
-from experiments.bench.core.verdict import Outcome
+from experiments.bench.judging.replicates import counted
+from experiments.bench.judging.statistics import proportion_interval
+from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction.onboard.formats import CLAIMS, FLOAT, FORMATS, Format
 from experiments.bench.reproduction.onboard.series import HS, SPIKES
 from experiments.bench.reproduction.replicates import Replicate, of_model
+from experiments.bench.store.rows import Failure
 
 FILE, STUDY = "onboard.json", "onboard"
 LOST = ("fragile", "never held")
-"""What a claim is that does not survive: `experiments.bench.core.claims.replicates.Replicates.standing`."""
+"""What a claim is that does not survive: `experiments.bench.judging.replicates.Replicates.standing`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pyarrow as pa
 
-from experiments.bench.core.store.contents import Contents
-from experiments.bench.core.store.drawing import drawn_here
-from experiments.bench.core.store.rows import TrialRecord
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.rows import TRIAL_SCHEMA, finished
 from experiments.bench.robot.run import simulated
+from experiments.bench.store.contents import Contents
+from experiments.bench.store.drawing import drawn_here
+from experiments.bench.store.rows import TrialRecord
 
 HS, SPIKES = "hs_series", "hs_spikes_series"
 SCHEMA = TRIAL_SCHEMA.append(pa.field(HS, pa.list_(pa.float32()))).append(pa.field(SPIKES, pa.list_(pa.int32())))

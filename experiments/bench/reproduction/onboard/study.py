@@ -10,14 +10,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from experiments.bench import registry
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.store.files import Files
+from experiments.bench.engine.batch import Resources
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.onboard.formats import CLAIMS, FORMATS, Format
 from experiments.bench.reproduction.onboard.rows import FILE, STUDY, Onboard, tabled
 from experiments.bench.reproduction.replicates import Replicate, replicate
 from experiments.bench.reproduction.robustness import Case
 from experiments.bench.robot.plan import plan
+from experiments.bench.store.files import Files
 
 REPLICATES = 20
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from experiments.bench.core.claims.replicates import LEAST_FOR_STANDING
-from experiments.bench.core.terminal import out_console, show_line, show_table
+from experiments.bench.engine.terminal import out_console, show_line, show_table
+from experiments.bench.judging.replicates import LEAST_FOR_STANDING
 from experiments.bench.reproduction.onboard.formats import CLAIMS
 from experiments.bench.reproduction.onboard.rows import Onboard
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from experiments.bench.clips.constants import COMPARING
 from experiments.bench.clips.judging.assumed import deciding
-from experiments.bench.core.claims.paper import cited
-from experiments.bench.core.claims.texts import Reading, chosen, readings_of_all
-from experiments.bench.core.verdict import Outcome, Verdict
+from experiments.bench.judging.paper import cited
+from experiments.bench.judging.texts import Reading, chosen, readings_of_all
+from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.mechanisms import constants
 from experiments.bench.reproduction.page.overview import Tile, cause_of, tile
 from experiments.bench.reproduction.readings import Chapter, Row

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from experiments.bench.core.claims.overall import MEANINGS, SIGNS, Overall, totals
-from experiments.bench.core.claims.texts import causes, title
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.judging.overall import MEANINGS, SIGNS, Overall, totals
+from experiments.bench.judging.texts import causes, title
+from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.reproduce import Reproduction
 

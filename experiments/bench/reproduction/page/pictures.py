@@ -11,12 +11,12 @@ import cv2
 import numpy as np
 import rerun as rr
 
-from experiments.bench.core.recording import Images
-from experiments.bench.core.store.files import read_parquet
-from experiments.bench.core.store.places import regular
-from experiments.bench.core.store.rows import recording_name
+from experiments.bench.recording import Images
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan
+from experiments.bench.store.files import read_parquet
+from experiments.bench.store.places import regular
+from experiments.bench.store.rows import recording_name
 
 SHARES = (0.1, 0.5, 0.9)
 """Of the time in which the stimulus is in view: where frames are taken."""

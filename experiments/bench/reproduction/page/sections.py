@@ -13,9 +13,8 @@ import numpy as np
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.core.claims.texts import claim_texts
-from experiments.bench.core.store.rows import Failure, group
-from experiments.bench.core.verdict import Verdict
+from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction.claims import is_random
 from experiments.bench.reproduction.page.cards import Card
 from experiments.bench.reproduction.page.pictures import Seen, seen
@@ -23,6 +22,7 @@ from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import varying
 from experiments.bench.robot.summary import Report
+from experiments.bench.store.rows import Failure, group
 
 ALTS: Mapping[Drawing, str] = {
     "spikes": "Spikes of every trial of {name}, and the HS potential over each",

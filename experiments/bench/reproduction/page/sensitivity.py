@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from experiments.bench.core.figures.plotting import STYLE
-from experiments.bench.core.verdict import Outcome
+from experiments.bench.figures.plotting import STYLE
+from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.page.overview import sign
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.core.store.places import regular
 from experiments.bench.reproduction.page.overview import Tile, sign
 from experiments.bench.reproduction.page.sections import Picture, figure_of
+from experiments.bench.store.places import regular
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,8 +24,8 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from experiments.bench.core.store.rows import group
 from experiments.bench.robot.mechanism.parts import BALANCED, EXCITED, NEEDED, OPPOSED, WHOLE
+from experiments.bench.store.rows import group
 
 Floats = npt.NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]

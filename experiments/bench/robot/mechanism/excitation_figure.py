@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from experiments.bench.core.figures.palette import HUES
-from experiments.bench.core.figures.plotting import STYLE, headline
+from experiments.bench.figures.palette import HUES
+from experiments.bench.figures.plotting import STYLE, headline
 from experiments.bench.robot.figure import title
 from experiments.bench.robot.mechanism.excitation import Course, Floats
 from experiments.bench.robot.mechanism.parts import WHOLE

@@ -9,9 +9,9 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.bench.core.figures.palette import HUES, LINES, marks
-from experiments.bench.core.figures.plotting import STYLE, extra_widths, headline, plain
-from experiments.bench.core.statistics import Summary, summarise
+from experiments.bench.figures.palette import HUES, LINES, marks
+from experiments.bench.figures.plotting import STYLE, extra_widths, headline, plain
+from experiments.bench.judging.statistics import Summary, summarise
 from experiments.bench.robot.figure import AXIS_LABELS, title
 from experiments.bench.robot.mechanism.windows import NEAR_AXIS_CM
 from experiments.bench.robot.plan import Plan

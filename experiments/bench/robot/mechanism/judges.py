@@ -10,8 +10,8 @@ import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from experiments.bench.core.statistics import paired
-from experiments.bench.core.verdict import Check, Outcome, decide
+from experiments.bench.judging.statistics import paired
+from experiments.bench.judging.verdict import Check, Outcome, decide
 from experiments.bench.robot.judges import Rows, paper_trials
 from experiments.bench.robot.mechanism import peaks
 from experiments.bench.robot.mechanism.peaks import POTENTIAL, Curve

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from pydantic import ValidationError
 
 from colias_sim.config import CameraConfig
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import ConfiguredModel
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.robot.experiment import Settings
 from experiments.bench.robot.plan import Plan
 

@@ -11,13 +11,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.bench.core.figures.palette import LINES, MARKERS, Mark, level_colours, marks
-from experiments.bench.core.figures.plotting import LETTER, STYLE, headline, plain
-from experiments.bench.core.statistics import summarise
-from experiments.bench.core.store.rows import group, known
+from experiments.bench.figures.palette import LINES, MARKERS, Mark, level_colours, marks
+from experiments.bench.figures.plotting import LETTER, STYLE, headline, plain
+from experiments.bench.judging.statistics import summarise
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.figure import AXIS_LABELS, UNITS, said
 from experiments.bench.robot.rows import varying
+from experiments.bench.store.rows import group, known
 
 Row = Mapping[str, Any]
 PANEL_INCHES = 6.0

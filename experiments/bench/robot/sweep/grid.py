@@ -11,9 +11,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.bench.core.errors import UsageError
-from experiments.bench.core.models import PRESET, ConfiguredModel, Shown, look_up
-from experiments.bench.core.settings import changed, collect
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import PRESET, ConfiguredModel, Shown, look_up
+from experiments.bench.engine.settings import changed, collect
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.plan import Plan, plan, sections
 from experiments.bench.robot.sweep.figure import Row

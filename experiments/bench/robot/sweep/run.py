@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.core.batch import Resources
-from experiments.bench.core.store.files import Files
-from experiments.bench.core.store.parameters import in_title
-from experiments.bench.core.store.places import inside
-from experiments.bench.core.terminal import error_console
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.terminal import error_console
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.sweep.grid import Part, Point
+from experiments.bench.store.files import Files
+from experiments.bench.store.parameters import in_title
+from experiments.bench.store.places import inside
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ def run(parts: Sequence[Part], points: Sequence[Point], varies: str, out: Path, 
     keys = [key for key, _ in points[0].values]
     if not rows:
         return Sweep(out, keys, varies, [], [], None, failed)
-    from experiments.bench.core.figures import plotting  # not before: workers do without matplotlib
+    from experiments.bench.figures import plotting  # not before: workers do without matplotlib
     from experiments.bench.robot.sweep import figure
 
     summary = figure.table(rows, keys)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from rich.table import Table
 
-from experiments.bench.core.store.rows import group
-from experiments.bench.core.terminal import show_places, show_table
+from experiments.bench.engine.terminal import show_places, show_table
 from experiments.bench.robot.sweep.figure import telling
 from experiments.bench.robot.sweep.run import Sweep
 from experiments.bench.robot.table import SHORT
+from experiments.bench.store.rows import group
 
 
 def show(sweep: Sweep) -> None:

@@ -1,0 +1,279 @@
+"""The engine of every kind of run: jobs on a pool of workers, their rows into one folder, with progress and resume.
+
+Trials with the robot, clips, tuning curves, episodes, the leaderboard, sweeps, maps and the studies of a reproduction
+are all a `Batch`. Footage is not: it is a stream without a plan.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Generic, Protocol, TypeVar
+
+import pyarrow as pa
+
+from colias_sim import GLUnavailable
+from colias_sim.gl import require_backend
+from dsnn import forms
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.jobs import Jobs, Workload
+from experiments.bench.engine.models import ConfiguredModel, rate_notes
+from experiments.bench.engine.pool import Pool, open_pool
+from experiments.bench.engine.terminal import count, error_console, progress
+from experiments.bench.store import provenance
+from experiments.bench.store.contents import Contents, Misfit
+from experiments.bench.store.description import begun
+from experiments.bench.store.rows import Failure, TrialRecord
+from experiments.bench.store.run_folder import RunFolder
+
+SHOWN_FAILURES = 10
+"""Failures that are named on the terminal; failures.json has all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resources:
+    """What to run with.
+
+    Parameters
+    ----------
+    workers
+        Number of worker processes on this machine; 0 runs every job in this process.
+    cluster
+        Address of a Dask scheduler, used instead of local workers.
+    quiet
+        Whether to print neither plans nor progress.
+    other_code
+        Whether to go on with a run that other code began.
+    """
+
+    workers: int
+    cluster: str | None = None
+    quiet: bool = False
+    other_code: bool = False
+
+    def where(self) -> str:
+        """On what jobs run, in words: ``on 2 workers``."""
+        return f"on {self.cluster or count(max(self.workers, 1), 'worker')}"
+
+    @contextmanager
+    def pool(self, *, rendering: bool = True) -> Iterator[Pool]:
+        """Open a pool of workers, and close it at the end of the block.
+
+        Raises `GLUnavailable` where ``rendering`` is asked of this machine and it has no OpenGL.
+        """
+        if rendering and self.cluster is None:
+            require_backend()
+        with open_pool(self.workers, self.cluster) as pool:
+            yield pool
+
+
+def worker_count(given: int | None) -> int:
+    """Return the number of worker processes asked for, or one for each core that this process may use."""
+    if given is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if isinstance(given, bool) or not isinstance(given, int) or not 0 <= given <= 256:
+        raise UsageError(f"--workers {given}: legal is a whole number from 0 to 256")
+    return given
+
+
+class Labelled(Protocol):
+    """Something with a name for people."""
+
+    def label(self) -> str:
+        """Return the name."""
+        ...
+
+
+class Spec(Protocol):
+    """One job, wholly determined: a trial, a clip to show, an episode."""
+
+    @property
+    def index(self) -> int:
+        """Its number in the run."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """The seed of all its random draws."""
+        ...
+
+    @property
+    def condition(self) -> Labelled:
+        """What it sets."""
+        ...
+
+    def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
+        """Its models, each with the rate of the frames that it is shown, 1/s."""
+        ...
+
+
+AnySpec = TypeVar("AnySpec", bound=Spec)
+
+
+def equal_size(_: Any) -> float:
+    """Count every job alike."""
+    return 1.0
+
+
+def one_kind(_: Any) -> Hashable:
+    """Take all jobs for one kind."""
+    return None
+
+
+@dataclass(frozen=True, slots=True)
+class Batch(Generic[AnySpec]):
+    """Jobs whose rows go into one folder.
+
+    Parameters
+    ----------
+    name
+        What the run is called on the terminal.
+    specs
+        The jobs. Equal specs give equal rows, in any process.
+    work
+        A job's pure function. It is pickled, so it is a function of a module or a `functools.partial` of one.
+    description
+        What ``experiment.json`` says: every parameter, the seed, and what computes (`provenance.of`).
+    contents
+        What the folder may hold; a run that is gone on with is held against it.
+    schemas
+        Of ``trials.parquet`` and ``frames.parquet``; ``contents.parameters`` get columns beside them.
+    things
+        What a job is called in the plural.
+    amount
+        Says the whole plan in words, where that is printed; without it the number of jobs is.
+    size
+        How much work a job is planned to be, in any unit. The time left is estimated by it.
+    taken
+        How much work a job that is back was, in the same unit, where that may differ from its size: see `Workload`.
+    kind
+        The kind of a job: those of one kind take about the same share of their size.
+    """
+
+    name: str
+    specs: Sequence[AnySpec]
+    work: Callable[[AnySpec], TrialRecord]
+    description: Mapping[str, Any]
+    contents: Contents
+    schemas: tuple[pa.Schema, pa.Schema]
+    things: str = "trials"
+    amount: Callable[[], str] | None = None
+    size: Callable[[AnySpec], float] = equal_size
+    taken: Callable[[TrialRecord], float] | None = None
+    kind: Callable[[AnySpec], Hashable] = one_kind
+
+    def open(self, out: Path, resources: Resources, resume: bool | None = None) -> RunFolder:
+        """Make the run's folder, or reopen it; the caller closes it.
+
+        Parameters
+        ----------
+        out
+            The folder.
+        resources
+            Says whether other code may go on with the run.
+        resume
+            Whether to go on with a run that is there. ``None``: if there is one.
+
+        Raises
+        ------
+        FileExistsError
+            There is a run, and ``resume`` is False.
+        UsageError
+            There is none to go on with, or another one.
+        """
+        folder = RunFolder(out, *self.schemas, self.contents.parameters)
+        folder.enter(self.description, begun(out) if resume is None else resume, self.contents, resources.other_code)
+        return folder
+
+    def fill(self, folder: RunFolder, pool: Pool, resources: Resources) -> list[Failure]:
+        """Do those jobs that ``folder`` lacks, with progress; say how far it got if this is cut short.
+
+        Returns
+        -------
+        list of Failure
+            Everything that ever failed in this run: whole jobs, and single models in jobs that were done.
+        """
+        done = folder.done()
+        if not resources.quiet:
+            amount = self.amount() if self.amount else f"{len(self.specs)} {self.things}"
+            resumed = f"; {len(done)} of them done already" if done else ""
+            self._say(f"{self.name}: {amount}, {resources.where()}{resumed}, into {folder.folder}")
+            if note := forms.note():
+                self._say(f"note: {note}")
+        for note in rate_notes(pair for spec in self.specs for pair in spec.frame_rates()):  # quiet or not: see `tell`
+            self._say(f"note: {note}")
+        left = [spec for spec in self.specs if spec.index not in done]
+        sizes = {spec.index: self.size(spec) for spec in left}
+        load = Workload(sizes, {spec.index: self.kind(spec) for spec in left})
+
+        def on_job(index: int, done: TrialRecord | None) -> None:
+            taken = sizes[index] if self.taken is None else self.taken(done) if done is not None else None
+            advance(load.back(index, taken), load.left())
+
+        with progress(
+            self.name, len(left), resources.quiet, self.things, width=pool.width, whole=sum(sizes.values()),
+            least=min(load.kinds, len(left) // 2),
+        ) as advance:  # fmt: skip
+            try:
+                _run(left, self.work, folder, pool, on_job)
+            except BaseException:
+                have = f"{len(folder.written())} of {len(self.specs)} {self.things}"
+                self._say(f"stopped after {have}; they are in {folder.folder}")
+                raise
+        tell(folder)
+        return folder.failures()
+
+    def _say(self, text: str) -> None:
+        error_console.print(text, soft_wrap=True, markup=False)
+
+
+def _run(
+    specs: Sequence[AnySpec], work: Callable[[AnySpec], TrialRecord], folder: RunFolder, pool: Pool,
+    on_job: Callable[[int, TrialRecord | None], None],
+) -> None:  # fmt: skip
+    """Do the jobs. What was finished stays readable whenever this ends, by an exception or a kill too."""
+    planned = {spec.index: spec for spec in specs}
+
+    def deliver(done: TrialRecord) -> None:
+        spec = planned[done.index]
+        try:
+            folder.add(done, spec.condition.label(), spec.seed)
+        except Misfit as error:  # kept, it would make the folder one that --resume refuses
+            fail(spec, 1, str(error))
+        else:
+            on_job(done.index, done)
+
+    def fail(spec: AnySpec, attempts: int, reason: str) -> None:
+        folder.fail(Failure(spec.index, "", spec.condition.label(), spec.seed, attempts, reason))
+        on_job(spec.index, None)
+
+    try:
+        same = partial(_by_same_code, work, folder.provenance)
+        Jobs(pool, same, deliver, fail, fatal=(GLUnavailable, provenance.OtherCode)).run(specs)
+    finally:
+        folder.flush()
+
+
+def _by_same_code(work: Callable[[AnySpec], TrialRecord], made_by: Mapping[str, Any], spec: AnySpec) -> TrialRecord:
+    """In a worker: do the job, if the worker has the code that the rows will be marked with, before it and after."""
+    if made_by:
+        provenance.check(made_by)
+    done = work(spec)
+    if made_by:  # what the job itself loaded may have been edited since
+        provenance.check(made_by)
+    return done
+
+
+def tell(folder: RunFolder) -> None:
+    """Print what is to be known of a run's tables, and what failed: the first few each."""
+    for note in folder.notes():
+        error_console.print(f"note: {note}", soft_wrap=True, markup=False)
+    failures = folder.failures()
+    for failure in failures[:SHOWN_FAILURES]:
+        error_console.print(str(failure), soft_wrap=True, markup=False)
+    if len(failures) > SHOWN_FAILURES:
+        error_console.print(f"... {len(failures) - SHOWN_FAILURES} more: see failures.json")

@@ -1,0 +1,314 @@
+"""The models of a run: registered ones by name, a user's own by the path of the file that declares it."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal
+
+from dsnn import MODELS, ModelEntry, VisionModel, model_entry
+from dsnn.hints import nearest
+from dsnn.model import SPIKING
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.user_code import declared, is_file
+
+
+@dataclass(frozen=True, slots=True)
+class ConfiguredModel:
+    """A model with its parameters, under the ``label`` that tables and figures show.
+
+    It crosses to other processes as its source and the values of its parameters, so that a user's own file is
+    found there too.
+    """
+
+    label: str
+    source: str
+    """A registered name, or the absolute path of a .py file."""
+    network: Any
+    """Its parameters, a frozen dataclass."""
+    entry: ModelEntry | None = field(default=None, compare=False, repr=False)
+    """What its source declared when it was chosen, so that a run has one model even if its file is edited meanwhile."""
+
+    @property
+    def declared(self) -> ModelEntry:
+        """What its source declares."""
+        return self.entry or load_model(self.source)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels it declares: any of ``hs``, ``vs``, ``looming``, ``azimuth``."""
+        return self.declared.channels
+
+    @property
+    def counted(self) -> str:
+        """The channel whose spikes are those of a trial: ``hs``, or ``looming`` where no direction is declared."""
+        own = self.channels
+        return next((channel for channel in SPIKING if channel in own), "")
+
+    @property
+    def thresholds(self) -> dict[str, float | None]:
+        """Each declared channel's spiking threshold on its potential; ``None`` where it has none."""
+        entry = self.declared
+        return {channel: entry.threshold(channel, self.network) for channel in entry.channels}
+
+    @property
+    def spiking(self) -> tuple[str, ...]:
+        """The declared channels that have a spiking threshold: only their spikes are counted."""
+        return tuple(channel for channel, threshold in self.thresholds.items() if threshold is not None)
+
+    @property
+    def threshold(self) -> float | None:
+        """The spiking threshold of the `counted` channel; ``None`` where it has none."""
+        return self.thresholds.get(self.counted)
+
+    @property
+    def fps(self) -> float | None:
+        """The frame rate that its parameters assume; ``None`` where none of them is called ``fps``."""
+        rate = getattr(self.network, "fps", None)
+        return float(rate) if isinstance(rate, int | float) else None
+
+    def build(self, shape: tuple[int, int]) -> VisionModel:
+        """The model itself, for frames of ``shape`` (R, C)."""
+        return self.declared.build(shape, self.network)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        fields = {
+            field.name: getattr(self.network, field.name) for field in dataclasses.fields(self.network) if field.init
+        }
+        return rebuilt, (self.label, self.source, fields)
+
+
+def rebuilt(label: str, source: str, fields: Mapping[str, Any]) -> ConfiguredModel:
+    """Return a model with the values of its parameters: what crossed to a worker, or ``experiment.json`` tells."""
+    entry = load_model(source)
+    return ConfiguredModel(label, source, dataclasses.replace(entry.robot, **fields), entry)
+
+
+NO_SPIKES = "this model does not spike: it has no threshold called t_sp, nor one that ModelEntry.thresholds names"
+"""Why a count, or a claim about counts, says nothing of a model. ``colias check`` tells where a model spikes anyway."""
+RATE_TOLERANCE = 0.002
+"""Share by which a frame rate may differ from what a model assumes without a note: 29.97 frames/s are 30."""
+MOST_NAMED = 6
+"""Models that a note names."""
+
+
+def rate_notes(shown: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
+    """Say which models assume another frame rate than that of the frames that they are shown.
+
+    Parameters
+    ----------
+    shown
+        Models, each with a rate of frames that it is shown, 1/s.
+
+    Returns
+    -------
+    list of str
+        A line for each assumed rate and the rates shown instead.
+    """
+    other: dict[tuple[str, float], set[float]] = {}
+    for model, rate in shown:
+        assumed = model.fps
+        if assumed is not None and abs(rate - assumed) > RATE_TOLERANCE * assumed:
+            other.setdefault((model.label, assumed), set()).add(rate)
+    lines: dict[tuple[float, tuple[float, ...]], list[str]] = {}
+    for (label, assumed), rates in other.items():
+        lines.setdefault((assumed, tuple(sorted(rates))), []).append(label)
+    notes = []
+    for (assumed, different), labels in lines.items():
+        names = ", ".join(labels[:MOST_NAMED])
+        if len(labels) > MOST_NAMED:
+            names += f" and {len(labels) - MOST_NAMED} more"
+        assume, are = ("assume", "are") if len(labels) > 1 else ("assumes", "is")
+        given = ", ".join(f"{rate:g}" for rate in different)
+        notes.append(f"{names} {assume} {assumed:g} frames/s and {are} shown {given}")
+    return notes
+
+
+def load_model(source: str) -> ModelEntry:
+    """The registered model called ``source``, or the one that the file ``source`` declares as ``MODEL``.
+
+    Raises `UsageError` on an unknown name, and on a file that declares no `dsnn.ModelEntry`.
+    """
+    if not is_file(source):
+        try:
+            return model_entry(source)
+        except ValueError as error:
+            raise UsageError(f"--model {source}: {error}, or a .py file") from None
+    entry = declared(Path(source), "MODEL")
+    if not isinstance(entry, ModelEntry):
+        raise UsageError(f"{source}: MODEL is a {type(entry).__name__}, expected a dsnn.ModelEntry")
+    for preset in (entry.robot, entry.offline or entry.robot):
+        for channel in entry.channels:
+            try:
+                entry.threshold(channel, preset)
+            except (TypeError, ValueError):
+                name = entry.thresholds.get(channel, "t_sp")
+                raise UsageError(f"{source}: MODEL's parameter {name} is a threshold: legal is a number") from None
+    return entry
+
+
+def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> ConfiguredModel:
+    """The model ``source`` with its parameters for the robot's tests, or for the off-line ones."""
+    entry = load_model(source)
+    absolute = str(Path(source).resolve()) if is_file(source) else source
+    return ConfiguredModel(entry.name, absolute, entry.preset(tests), entry)
+
+
+def family(name: str) -> str:
+    """The section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``.
+
+    ``name`` may be a label with settings (``dsnn:w_i=1``). A registered model whose parameters are not those of the
+    model that its name begins with is a family of its own: ``lplc2-gf`` is none of the ``lplc2``.
+    """
+    own = name.partition(":")[0]
+    first = own.split("-")[0]
+    kinds = [type(MODELS[each].robot) if each in MODELS else None for each in (own, first)]
+    return own if kinds[0] is not None and kinds[0] is not kinds[1] else first
+
+
+LEFT_OUT = ("dsnn-reference",)
+"""It answers as the DSNN does, slowly: to test against."""
+
+COMPARED = tuple(name for name in MODELS if name not in LEFT_OUT)
+"""The own models of the commands that compare models."""
+
+PRESET = "preset"
+"""``SECTION.preset=NAME`` sets several parameters at once: to one of the ``presets()`` of their class."""
+
+FORM = "expected NAME:PARAM=VALUE or NAME:PARAM=VALUE,PARAM=VALUE, for example dsnn:w_i=1"
+_PARAM = r"[A-Za-z_]\w*="
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A model as it was typed: ``source``, a name or a path, and the text after the colon, empty without one."""
+
+    text: str
+    source: str
+    settings: str
+    own: Mapping[str, str]
+    """The settings, name -> text."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A model to show: with its default parameters, its section of ``--set``, and what was asked of it."""
+
+    chosen: ConfiguredModel
+    section: str
+    asked: Asked
+
+
+def shown_models(own: Sequence[str], given: Sequence[str] | None, only: bool) -> list[str]:
+    """The texts of the models that a command shows, each once: its ``own``, unless ``only``, then those ``given``."""
+    if only and not given:
+        raise UsageError("--only: shows just the models of --model; name them by --model")
+    return list(dict.fromkeys([*(() if only else own), *(given or ())]))
+
+
+def ask(text: str) -> Asked:
+    """Take a text of ``--model`` apart; `UsageError` for settings that are not of the form.
+
+    A path ends at its ``.py``, so that it may have colons; a comma begins another setting only before ``NAME=``, so
+    that a value may have commas.
+    """
+    source, colon, settings = _split(text)
+    if not colon:
+        return Asked(text, text, "", MappingProxyType({}))
+    own: dict[str, str] = {}
+    for part in re.split(rf",(?={_PARAM})", settings):
+        name, _, value = part.partition("=")
+        if not re.match(_PARAM, part) or not value:
+            raise UsageError(f"--model {text}: {FORM}")
+        if name in own:
+            raise UsageError(f"--model {text}: {name} is there twice")
+        own[name] = value
+    return Asked(text, source, settings, MappingProxyType(own))
+
+
+def beside(declaring: Path, text: str, where: str) -> str:
+    """A text of a model in a user's file, with a relative path made absolute: it is looked for beside that file.
+
+    Parameters
+    ----------
+    declaring
+        The user's file.
+    text
+        A model, as after ``--model``.
+    where
+        What in the file has the text, for the message.
+
+    Raises
+    ------
+    UsageError
+        There is no such file.
+    """
+    asked = ask(text)
+    if not is_file(asked.source):
+        return text
+    path = declaring.resolve().parent / asked.source
+    if not path.is_file():
+        raise UsageError(f"{declaring}: {where}: {path}: no such file (a path is relative to the file that has it)")
+    return f"{path}:{asked.settings}" if asked.settings else str(path)
+
+
+def _split(text: str) -> tuple[str, str, str]:
+    """Source, colon and settings; a source alone has no colon."""
+    if text.endswith(".py") and Path(text).is_file():
+        return text, "", ""
+    after = re.search(rf"\.py:(?={_PARAM})", text)
+    if after is None and text.endswith(".py"):
+        return text, "", ""
+    end = after.start() if after else text.rfind(".py:")
+    if end < 0:
+        return text.partition(":")
+    return text[: end + 3], ":", text[end + 4 :]
+
+
+def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") -> list[Shown]:
+    """The models called ``texts``, with their default parameters for these tests.
+
+    The same model under the same settings is taken once. Raises `UsageError` for one that there is not, a parameter
+    that it does not have, two models of one name, and a name that is a section of ``--set``.
+    """
+    found: dict[str, tuple[ConfiguredModel, Asked]] = {}
+    for text in texts:
+        asked = ask(text)
+        chosen = choose(asked.source, tests)
+        _check_names(asked, chosen)
+        if asked.settings:
+            chosen = dataclasses.replace(chosen, label=f"{chosen.label}:{asked.settings}")
+        before = found.setdefault(chosen.label, (chosen, asked))[0]
+        if (before.source, before.network) != (chosen.source, chosen.network):
+            raise UsageError(f"--model {text}: another model shown is called {chosen.label} too; rename one of them")
+    named = sections([chosen for chosen, _ in found.values()])
+    return [Shown(chosen, section, asked) for (chosen, asked), section in zip(found.values(), named, strict=True)]
+
+
+def _check_names(asked: Asked, chosen: ConfiguredModel) -> None:
+    known = [field.name for field in dataclasses.fields(chosen.network)]
+    if hasattr(type(chosen.network), "presets"):
+        known.append(PRESET)
+    for name in asked.own:
+        if name not in known:
+            listed = f"{nearest(name, known, after='; ')}all: colias parameters --only --model {asked.source}"
+            raise UsageError(f"--model {asked.text}: {chosen.label} has no parameter '{name}' ({listed})")
+
+
+def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
+    """The section of each model: its family's name, or its own if another of the family has other parameters."""
+    kinds: dict[str, type] = {}
+    names = []
+    for model in chosen:
+        own = model.declared.name  # a sweep's labels do not begin with it
+        kind, name = type(model.network), family(own)
+        if kinds.setdefault(name, kind) is not kind:
+            name = own
+        if name in ("robot", "camera", "scene", "experiment"):
+            raise UsageError(f"--model {model.label}: that name is a section of --set; give it another")
+        names.append(name)
+    return names

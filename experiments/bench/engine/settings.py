@@ -1,0 +1,241 @@
+"""``--set SECTION.NAME=VALUE``: reach any parameter by its dotted name, with the legal range in every refusal."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from dsnn import MODELS
+from dsnn.hints import closest
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import PRESET as PRESET
+from experiments.bench.engine.models import Asked, ConfiguredModel, Shown, family, look_up
+
+LISTED_BY = "colias parameters"
+SECTIONS = frozenset(map(family, MODELS))
+"""Those of the registered models."""
+
+
+def applied(shown: Sequence[Shown], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
+    """The models with what ``--set`` says of their families, then with what was asked of each of them."""
+    made = []
+    for model in shown:
+        common = changed(model.section, model.chosen.network, collected.get(model.section, {}))
+        network = changed(model.section, common, model.asked.own, _after_colon(model.asked))
+        made.append(dataclasses.replace(model.chosen, network=network))
+    return tuple(made)
+
+
+def _after_colon(asked: Asked) -> Callable[[str, str], str]:
+    return lambda name, text: f"--model {asked.text}: {name}={text}"
+
+
+def watchers(
+    models: Sequence[str],
+    assignments: Iterable[str],
+    others: Mapping[str, Any] = MappingProxyType({}),
+    listed_by: str = LISTED_BY,
+    fps: float | None = None,
+) -> tuple[tuple[ConfiguredModel, ...], dict[str, dict[str, str]]]:
+    """Models with their off-line parameters, and what was assigned: section -> name -> text.
+
+    ``others`` are sections beside the models' own; ``fps`` is the models' frame rate where none is assigned.
+    Raises `UsageError` as `configure` does.
+    """
+    shown = look_up(models, "offline")
+    values = dict(others)
+    for model in shown:
+        if model.section in others:
+            raise UsageError(f"--model {model.asked.text}: that name is a section of --set; give it another")
+        values.setdefault(model.section, model.chosen.network)
+    collected = collect(assignments, values, listed_by)
+    if fps is not None:
+        for section, value in values.items():
+            if section not in others and hasattr(value, "fps"):
+                collected[section] = {"fps": str(fps), **collected.get(section, {})}
+    return applied(shown, collected), collected
+
+
+MOST_JOBS = 100_000
+"""Trials, clips or episodes of one run. More would take days, and their tables more memory than most machines have."""
+MOST_SEED = 4 * 10**18
+"""Seeds stand in tables as 64-bit integers, and so do the seeds that a run counts up from its own."""
+
+
+def check_counts(seed: int, repeats: int = 1, option: str = "--repeats", jobs: int = 1, things: str = "trials") -> None:
+    """Raise `UsageError` for a seed or a number of repeats that no run can have.
+
+    Parameters
+    ----------
+    seed
+        Of the whole run.
+    repeats
+        The number that was typed as ``option``.
+    jobs, things
+        How many trials, clips or episodes each repeat has, and which of these they are.
+    """
+    most = max(MOST_JOBS // max(jobs, 1), 1)
+    if not 1 <= repeats <= most:
+        each = f" ({jobs:,} {things} each; a run has up to {MOST_JOBS:,})" if repeats > most and jobs > 1 else ""
+        raise UsageError(f"{option} {repeats}: legal is a whole number from 1 to {most}{each}")
+    if not 0 <= seed <= MOST_SEED:
+        raise UsageError(f"--seed {seed}: legal is a whole number from 0 to {MOST_SEED}")
+
+
+def collect(
+    assignments: Iterable[str], values: Mapping[str, Any], listed_by: str = LISTED_BY, option: str = "--set"
+) -> dict[str, dict[str, str]]:
+    """Section -> name -> text; each key checked, the last of two values for one key counting.
+
+    ``values`` has the sections there are; ``listed_by`` is the command that lists their parameters, ``option`` the
+    option that the texts were typed after.
+    """
+    known = [f"{section}.{name}" for section, value in values.items() for name in names(value)]
+    collected: dict[str, dict[str, str]] = {}
+    for assignment in assignments:
+        key, equals, text = assignment.partition("=")
+        if not equals:
+            raise UsageError(f"{option} {assignment}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
+        section, _, name = key.partition(".")
+        if key not in known:
+            if LISTED_BY in listed_by and section not in values and section in SECTIONS:
+                raise UsageError(f"{option} {assignment}: no model shown has '{key}': add --model {section}")
+            meant = _meant(key, known)
+            near = f"nearest: {meant}; " if meant else ""
+            raise UsageError(f"{option} {assignment}: no parameter '{key}' ({near}all: {listed_by})")
+        collected.setdefault(section, {})[name] = text
+    return collected
+
+
+def _meant(key: str, known: Sequence[str]) -> str:
+    """The known key that may have been meant by one, by its name rather than its section; empty where there is none."""
+    section, _, name = key.rpartition(".")
+    inside = [each for each in known if each.startswith(f"{section}.")]
+    if alike := closest(name, [each.partition(".")[2] for each in inside]):
+        return f"{section}.{alike}"
+    elsewhere = [each for each in known if each.partition(".")[2] == name]
+    if elsewhere:
+        return closest(key, elsewhere) or elsewhere[0]
+    return "" if inside else closest(key, known)
+
+
+def changed(
+    section: str, value: Any, changes: Mapping[str, str], typed: Callable[[str, str], str] | None = None
+) -> Any:
+    """``value`` with ``changes`` (name -> text) applied together and validated; `UsageError` if one is not legal.
+
+    A preset, where the class has some, counts first, whatever the order: the other changes are made to it.
+    ``typed`` is how a name and its text were typed, where that was not by ``--set``.
+    """
+    say = typed or (lambda name, text: f"--set {section}.{name}={text}")
+    if PRESET in changes and _presets(value):
+        value = _preset(value, changes[PRESET], say)
+        changes = {name: text for name, text in changes.items() if name != PRESET}
+    if not changes:
+        return value
+    properties = _properties(type(value))
+    parsed = {name: _split(text, properties[name]) for name, text in changes.items()}
+    present = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    try:  # by the adapter, not the constructor: it checks a design that is a plain dataclass too
+        return TypeAdapter(type(value)).validate_python({**present, **parsed})
+    except ValidationError as error:
+        problem = error.errors()[0]
+        name = str(problem["loc"][0]) if problem["loc"] else ""
+        legal = _legal(properties[name]) if name else ""
+        said = problem["msg"].removeprefix("Value error, ")
+        reason = f"legal is {legal}" if legal else said
+        where = [say(name, changes.get(name, ""))] if name else [say(*change) for change in changes.items()]
+        raise UsageError(f"{', '.join(where)}: {' '.join(reason.split())}") from None
+
+
+def preset_of(value: Any) -> str | None:
+    """The name of the preset that a section's values are; ``None`` if they are none."""
+    return next((name for name, preset in _presets(value).items() if preset == value), None)
+
+
+def _presets(value: Any) -> Mapping[str, Any]:
+    """The presets of a value's class, by name; empty where it has none."""
+    presets: Mapping[str, Any] = value.presets() if hasattr(type(value), "presets") else {}
+    return presets
+
+
+def _preset(value: Any, name: str, say: Callable[[str, str], str]) -> Any:
+    if name not in _presets(value):
+        raise UsageError(f"{say(PRESET, name)}: legal is {', '.join(_presets(value))}")
+    return _presets(value)[name]
+
+
+def names(value: Any) -> Iterator[str]:
+    """What ``--set`` can change of ``value``."""
+    yield from (field.name for field in dataclasses.fields(value))
+    if _presets(value):
+        yield PRESET
+
+
+def _split(text: str, schema: Mapping[str, Any]) -> Any:
+    """A sequence is typed with commas; pydantic turns the parts into numbers, but none into one of listed numbers."""
+    if schema.get("type") == "array":
+        return text.split(",")
+    return next((value for value in schema.get("enum", ()) if str(value) == text), text)
+
+
+def _properties(cls: type) -> dict[str, dict[str, Any]]:
+    schema = TypeAdapter(cls).json_schema()
+    properties: dict[str, dict[str, Any]] = schema["properties"]
+    return properties
+
+
+def _legal(schema: Mapping[str, Any]) -> str:
+    """The legal values of a field in words, from its JSON schema; empty if only a validator knows."""
+    if "anyOf" in schema:  # a value that may be left open
+        return _legal(schema["anyOf"][0])
+    if schema.get("type") == "array":
+        parts = schema.get("prefixItems") or [schema["items"]]
+        count = f"{len(parts)} values" if "prefixItems" in schema else "one or more values"
+        return f"{count}, separated by commas, each {_legal(parts[0])}"
+    if "enum" in schema:
+        return ", ".join(map(str, schema["enum"]))
+    if schema.get("type") == "boolean":
+        return "true or false"
+    if schema.get("type") in ("number", "integer"):
+        kind = "a whole number" if schema["type"] == "integer" else "a number"
+        return " ".join([kind, *_bounds(schema)])
+    return ""
+
+
+def _bounds(schema: Mapping[str, Any]) -> Iterator[str]:
+    words = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "exclusiveMaximum": "below"}
+    return (f"{word} {_plain(schema[bound])}" for bound, word in words.items() if bound in schema)
+
+
+def _plain(bound: float) -> str:
+    """A bound in full where it is a whole number, so that it can be typed as it is read."""
+    return str(bound) if isinstance(bound, int) else f"{bound:g}"
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Parameter:
+    """A row of ``colias parameters``."""
+
+    key: str
+    value: str
+    legal: str
+    description: str
+
+
+def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
+    """Every parameter of the sections ``values``."""
+    for section, value in values.items():
+        if _presets(value):
+            said = "sets several parameters of this section at once; others given beside it change that"
+            yield Parameter(f"{section}.{PRESET}", preset_of(value) or "", ", ".join(_presets(value)), said)
+        properties = _properties(type(value))
+        for field in dataclasses.fields(value):
+            present = getattr(value, field.name)
+            text = ",".join(f"{v:g}" for v in present) if isinstance(present, tuple) else str(present)
+            schema = properties[field.name]
+            yield Parameter(f"{section}.{field.name}", text, _legal(schema), schema.get("description", ""))

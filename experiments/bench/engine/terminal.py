@@ -1,0 +1,305 @@
+"""What commands print: the two consoles, progress with the time left, verdicts, and where results are.
+
+The time left is estimated from a run's own first jobs, on this machine.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import sys
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from typing import Protocol
+
+from rich.cells import cell_len
+from rich.console import Console
+from rich.measure import Measurement
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
+from rich.table import Table
+from rich.text import Text
+
+from experiments.bench.judging.verdict import Verdict
+
+LINE_EVERY_S = 60.0
+"""How often to tell where there is no terminal to draw a bar on."""
+MINUTES_FROM_S = 150.0
+
+PIPE_WIDTH = 100
+"""Columns of tables and sentences where there is no terminal, and ``COLUMNS`` does not say how many there are."""
+WHOLE_WIDTH = 100_000
+"""Columns in which everything fits."""
+RECORD_INDENT, BETWEEN = 4, "   "
+"""Of a row that is no table's: what its other lines are moved in by, and what is between two of its cells."""
+
+
+class _Console(Console):
+    """Prints texts as they are: brackets in them are no markup. What has a style is a `rich.text.Text`."""
+
+    def __init__(self, *, stderr: bool = False) -> None:
+        columns = os.environ.get("COLUMNS", "")
+        self.width_known = columns.isdigit() and int(columns) > 0
+        """Whether lines are to be broken at all: in a pipe without ``COLUMNS`` only tables and sentences are."""
+        stream = sys.stderr if stderr else sys.stdout
+        self.width_known |= stream is not None and stream.isatty()
+        width = None if self.width_known else PIPE_WIDTH
+        super().__init__(stderr=stderr, highlight=False, emoji=False, markup=False, width=width)
+
+
+out_console = _Console()
+error_console = _Console(stderr=True)
+
+VERDICT_COLOURS: Mapping[str, str] = {
+    "holds": "green", "fails": "red", "vacuous": "yellow", "untestable": "yellow", "untested": "yellow",
+    "fragile": "yellow", "mixed": "yellow",
+}  # fmt: skip
+
+
+def count(number: int, thing: str) -> str:
+    """Return ``1 trial``, ``2 trials``."""
+    return f"{number} {thing}{'s' * (number != 1)}"
+
+
+def coloured(verdict: str) -> Text:
+    """Return a verdict's word in its colour."""
+    return Text(verdict, VERDICT_COLOURS[verdict])
+
+
+def stacked(upper: str, lower: str) -> Text:
+    """Return a text, and another below it, dimmed."""
+    return Text.assemble(f"{upper}\n", (lower, "dim"))
+
+
+def show_line(line: str | Text, indent: int = 0) -> None:
+    """Print a line, broken between words where the width is known; its other lines begin ``indent`` to the right."""
+    line = Text(line) if isinstance(line, str) else line
+    starts, room = [0], out_console.width if out_console.width_known else WHOLE_WIDTH
+    for word in re.finditer(r"\S+", line.plain):
+        before = line.plain[starts[-1] : word.start()]
+        if before.strip() and cell_len(before) + cell_len(word[0]) > room:
+            starts.append(word.start())
+            room = out_console.width - indent
+    for place, (start, end) in enumerate(pairwise([*starts, len(line)])):
+        part = line[start:end]
+        part.rstrip()
+        out_console.print(Text.assemble(" " * indent if place else "", part), soft_wrap=True)
+
+
+def show_table(table: Table) -> None:
+    """Print a table whose words are whole.
+
+    Where the width is known and too small for that, each cell stands behind its column's name instead.
+    """
+    everything = out_console.options.update(width=WHOLE_WIDTH)
+    least, most = [], []
+    for column in table.columns:
+        ranges = [Measurement.get(out_console, everything, cell) for cell in (column.header, *column.cells)]
+        widest = min(max(each.maximum for each in ranges), column.max_width or WHOLE_WIDTH)
+        widest = max(widest, column.min_width or 0)
+        least.append(widest if column.no_wrap else min(max(each.minimum for each in ranges), widest))
+        most.append(widest)
+    between = Measurement.get(out_console, everything, table).maximum - sum(most)
+    room = out_console.width - between
+    if sum(least) > room and out_console.width_known:
+        _show_records(table)
+        return
+    for column, width in zip(table.columns, _shared(least, most, room), strict=True):
+        column.width = width
+    width = out_console.width
+    try:
+        out_console.width = max(width, sum(least) + between)  # wider than a pipe's usual width, where words need it
+        out_console.print(table)
+    finally:
+        out_console.width = width
+
+
+def _shared(least: Sequence[int], most: Sequence[int], room: int) -> list[int]:
+    """Widths of columns, from ``least`` up to ``most``: what ``room`` has beside the least is shared out alike."""
+    widths = list(least)
+    while (spare := room - sum(widths)) > 0:
+        short = [place for place, width in enumerate(widths) if width < most[place]][:spare]
+        if not short:
+            break
+        for place in short:
+            widths[place] += 1
+    return widths
+
+
+def _show_records(table: Table) -> None:
+    """Print each row of a table as ``NAME: CELL   NAME: CELL``, in as many lines as it takes."""
+    if table.title:
+        show_line(str(table.title))
+    names = [" ".join(str(column.header).split()) for column in table.columns]
+    for row in zip(*(column.cells for column in table.columns), strict=True):
+        lines = [Text()]
+        for name, cell in zip(names, row, strict=True):
+            words = Text(" ").join((cell if isinstance(cell, Text) else Text(str(cell))).split())
+            item = Text.assemble((f"{name}: " if name else "", table.header_style), words)
+            room = out_console.width - (RECORD_INDENT if len(lines) > 1 else 0)
+            if words and lines[-1] and cell_len(lines[-1].plain) + len(BETWEEN) + cell_len(item.plain) > room:
+                lines.append(Text())
+            if words:
+                lines[-1].append_text(Text.assemble(BETWEEN if lines[-1] else "", item))
+        for place, line in enumerate(lines):
+            show_line(Text.assemble(" " * RECORD_INDENT if place else "", line), RECORD_INDENT)
+
+
+def show_verdict(verdict: Verdict, *, model: bool) -> None:
+    """Print a verdict: the claim, the number that decided, everything measured, the effect.
+
+    ``model`` says whether to name the model that it is about.
+    """
+    who = f" ({verdict.model})" if model and verdict.model else ""
+    found = Text.assemble(coloured(verdict.verdict), f" [{verdict.provenance}]" if verdict.provenance else "")
+    if (verdict.replicates or 0) > 1:
+        found = Text.assemble(f"{verdict.held} (replicate 0: ", found, ")")
+    out_console.print(Text.assemble("\n", (verdict.id, "b"), f"{who} ", found, f": {verdict.says}"))
+    decided = f"decided by: {verdict.decided}" if verdict.decided else ""
+    for line in filter(None, (decided, verdict.measured, verdict.effect)):
+        out_console.print(f"    {line}", markup=False)
+
+
+def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:
+    """Print a line for each claim whose judge, a user's own, went wrong.
+
+    Parameters
+    ----------
+    judged
+        The claims' ids, and what went wrong; empty where nothing did.
+
+    Returns
+    -------
+    bool
+        Whether one did.
+    """
+    lines = dict.fromkeys(f"claim {claim}: {trouble}" for claim, trouble in judged if trouble)
+    for line in lines:
+        error_console.print(line, soft_wrap=True, markup=False)
+    return bool(lines)
+
+
+def show_places(places: Mapping[str, object]) -> None:
+    """Print where results are: a line for each name and path."""
+    for name, place in places.items():
+        out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
+
+
+class Advance(Protocol):
+    """Called as each job is done or has failed, with its ``size`` in whatever unit the whole is told in.
+
+    ``left`` is what the other jobs will take, where that is not the whole less the sizes so far.
+    """
+
+    def __call__(self, size: float = 1.0, left: float | None = None) -> None:
+        """Count one more."""
+
+
+class Pace:
+    """How fast jobs come back, ``width`` at a time, the first of each worker aside: it has the worker's start in it.
+
+    ``whole`` is the sum of the jobs' sizes. Nothing is said before ``least`` jobs are back.
+    """
+
+    def __init__(self, whole: float, width: int, least: int = 0) -> None:
+        self._left, self._width, self._least = whole, max(width, 1), least
+        self._since_s: float | None = None
+        self._size = self._before = 0.0
+        self.count = 0
+
+    def add(self, size: float, now_s: float, left: float | None = None) -> None:
+        """A job of that size is back, and so much work is ``left``; without it, the whole less all sizes so far."""
+        self.count += 1
+        self._size += size
+        self._left = self._left - size if left is None else left
+        if self.count == self._width:
+            self._since_s, self._before = now_s, self._size
+        self._now_s = now_s
+
+    @property
+    def known(self) -> bool:
+        """Whether as many jobs again are back as there are workers, and no fewer than the least."""
+        return self.count >= max(2 * self._width, self._least)
+
+    def left_s(self) -> float | None:
+        """Seconds that the rest will take, as of the last job; ``None`` before that is known."""
+        if not self.known or self._since_s is None or self._size <= self._before:
+            return None
+        return max(self._left, 0.0) * (self._now_s - self._since_s) / (self._size - self._before)
+
+    def said(self) -> str:
+        """``about 40 s left``; empty before that is known."""
+        left = self.left_s()
+        if left is None:
+            return ""
+        return f"about {left:.0f} s left" if left < MINUTES_FROM_S else f"about {left / 60:.0f} min left"
+
+
+class _Left(ProgressColumn):
+    """The rate, and the time left."""
+
+    def __init__(self, pace: Pace) -> None:
+        super().__init__()
+        self._pace = pace
+
+    def render(self, task: Task) -> Text:
+        rate = f"{task.speed:.1f}/s  " if task.speed else ""
+        return Text(rate + self._pace.said())
+
+
+@contextmanager
+def progress(
+    name: str, total: int, quiet: bool, things: str = "trials", *, width: int = 1, whole: float | None = None,
+    least: int = 0,
+) -> Iterator[Advance]:  # fmt: skip
+    """Show how far ``total`` jobs have got, ``width`` under way at a time; yields what to call for each.
+
+    On a terminal that is a bar with the time left. Elsewhere it is a line as soon as the time left is known, and one a
+    minute. ``whole`` is the sum of the sizes that the calls will give; without it all jobs count alike.
+    The time left is told once ``least`` jobs are back.
+    """
+    pace = Pace(float(total) if whole is None else whole, width, least)
+    if quiet or not error_console.is_terminal:
+        yield _lines(pace, total, quiet, things)
+        return
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), _Left(pace))
+    with Progress(*columns, console=error_console, transient=True) as bar:
+        task = bar.add_task(f"{name}: {things}", total=total)
+
+        def advance(size: float = 1.0, left: float | None = None) -> None:
+            pace.add(size, time.monotonic(), left)
+            bar.advance(task)
+
+        yield advance
+
+
+def _lines(pace: Pace, total: int, quiet: bool, things: str) -> Advance:
+    began_s = time.monotonic()
+    told_s: float | None = None
+
+    def advance(size: float = 1.0, left: float | None = None) -> None:
+        nonlocal told_s
+        now_s = time.monotonic()
+        pace.add(size, now_s, left)
+        if quiet or pace.count >= total or not pace.known:
+            return
+        if told_s is None:
+            told_s = now_s
+            error_console.print(f"{pace.said()}, by the first {pace.count} {things}", markup=False)
+        elif now_s - told_s > LINE_EVERY_S:
+            told_s = now_s
+            rate = pace.count / (now_s - began_s)
+            error_console.print(f"{pace.count} of {total} {things}, {rate:.1f}/s, {pace.said()}", markup=False)
+
+    return advance
+
+
+def program() -> list[str]:
+    """Rerun's viewer as a command: the program itself, which its Python package would leave running when ended."""
+    found = importlib.util.find_spec("rerun_cli")
+    own = os.environ.get("RERUN_CLI_PATH")
+    binary = Path(own) if own else Path(found.origin).parent / "rerun" if found and found.origin else None
+    return [str(binary)] if binary is not None and binary.is_file() else [sys.executable, "-P", "-m", "rerun_cli"]

@@ -1,0 +1,314 @@
+"""How figures look: style, colours, and how they are saved."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import textwrap
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib import font_manager
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator, NullFormatter
+from matplotlib.transforms import ScaledTranslation
+
+from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.store.places import replacing
+
+STYLE: dict[Any, Any] = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
+    "svg.hashsalt": "colias-sim",  # equal runs, equal bytes
+    "svg.fonttype": "none",
+}
+
+
+BOX = "\N{WHITE SQUARE}"
+"""What stands in a figure for a character that cannot be printed."""
+
+
+@contextlib.contextmanager
+def drawing(style: Mapping[Any, Any] = STYLE) -> Iterator[None]:
+    """Draw in a style, and without a warning for each character of a user's text that the font has not.
+
+    In pixels such a character is an empty box. In an SVG file the text is whole, and the viewer's font may have it.
+    """
+    with warnings.catch_warnings(), mpl.rc_context(dict(style)):
+        warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font", UserWarning)
+        yield
+
+
+def without_glyph(text: str) -> list[str]:
+    """Return the characters of ``text`` that the figures' font cannot draw, each once."""
+    odd = [character for character in dict.fromkeys(text) if character != "\n" and not " " <= character <= "~"]
+    if not odd:
+        return []
+    families = [font_manager.FontProperties(family=[name]) for name in font_manager.FontProperties().get_family()]
+    fonts = [font_manager.get_font(font_manager.findfont(family)) for family in families]
+    return [each for each in odd if not any(font.get_char_index(ord(each)) for font in fonts)]
+
+
+def plain(text: str) -> str:
+    """Words as they are: a dollar sign in a label of the user's begins no formula, and nothing steers a viewer."""
+    return "".join(each if each.isprintable() or each == "\n" else BOX for each in text).replace("$", r"\$")
+
+
+LETTER = 0.58
+"""Mean width of a letter of titles and keys, as a share of the type's size."""
+
+
+def headline(place: Figure | SubFigure, text: str, size: float = 10.0) -> None:
+    """Write ``text`` as the title of a figure, from its left edge, in as many lines as it takes."""
+    whole = place.figure if isinstance(place, SubFigure) else place
+    assert isinstance(whole, Figure)
+    place.suptitle(plain(wrapped(text, whole.get_size_inches()[0], size)), fontsize=size, x=0.01, ha="left")
+
+
+def wrapped(text: str, inches: float, size: float) -> str:
+    """Break ``text`` into lines of at most ``inches``, in type of ``size`` points."""
+    most = max(int(inches * 72.0 / (LETTER * size)), 8)
+    return "\n".join(
+        part for line in text.split("\n") for part in textwrap.wrap(line, most, break_on_hyphens=False) or [""]
+    )
+
+
+WIDER = 2.4
+"""Points by which a curve is drawn wider for each later curve that lies on it, so that both are seen."""
+
+
+def extra_widths(curves: Sequence[Sequence[float]], tolerance: float) -> list[float]:
+    """Return by how many points to draw each curve wider, so that no later one hides it.
+
+    Parameters
+    ----------
+    curves
+        Values at the same places along the axis, in the order in which they are drawn.
+    tolerance
+        Largest difference of two curves that look like one.
+    """
+    return [
+        WIDER * sum(len(one) == len(other) and bool(np.allclose(one, other, rtol=0.0, atol=tolerance))
+                    for other in curves[place + 1 :])
+        for place, one in enumerate(curves)
+    ]  # fmt: skip
+
+
+def grid_of_panels(drawn: Figure | SubFigure, blocks: int, each: int, across: int, **options: Any) -> list[list[Axes]]:
+    """Return panels for ``blocks`` of ``each`` panels, at most ``across`` side by side; each block begins a row.
+
+    The lowest panel of each column has the numbers of the axis below it; see `lowest`.
+    """
+    across = min(each, across)
+    down = -(-each // across)
+    places = drawn.subplots(blocks * down, across, squeeze=False, **options)
+    for axes in places.flat:
+        axes.set_visible(False)
+    found = []
+    for block in range(blocks):
+        own = list(places[block * down : (block + 1) * down].flat)[:each]
+        for axes in own:
+            axes.set_visible(True)
+        found.append(own)
+    for axes in lowest(found):
+        axes.tick_params(labelbottom=True)
+    return found
+
+
+def lowest(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
+    """Return the lowest panel of each column."""
+    columns: dict[int, Axes] = {}
+    for block in panels:
+        for axes in block:
+            spec = axes.get_subplotspec()
+            assert spec is not None
+            columns[spec.colspan.start] = axes
+    return list(columns.values())
+
+
+def leftmost(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
+    """Return the panels at the left edge."""
+    return [axes for block in panels for axes in block if (spec := axes.get_subplotspec()) and spec.is_first_col()]
+
+
+def columns_of_key(labels: Sequence[str], inches: float, size: float) -> int:
+    """Return into how many columns a key of ``labels`` fits that is ``inches`` wide, in type of ``size`` points."""
+    longest = max((len(label) for label in labels), default=1)
+    return max(1, min(len(labels), int(inches * 72.0 / size / (LETTER * longest + 4.5))))
+
+
+def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
+    """Write ``NAME.svg`` and ``NAME.png`` atomically; return the path of the latter."""
+    with drawing():
+        _settle(drawn)
+        for kind in ("svg", "png"):
+            with replacing(folder / f"{name}.{kind}") as partial:
+                drawn.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
+    return folder / f"{name}.png"
+
+
+def _settle(drawn: Figure) -> None:
+    """Lay a figure out, and put its panels at whole millionths of it.
+
+    The order in which the layout's solver takes its terms depends on addresses in memory, so its last bits differ from
+    run to run, and with them the names of clip paths in an SVG file.
+    """
+    engine = drawn.get_layout_engine()
+    if engine is None:
+        return
+    engine.execute(drawn)
+    drawn.set_layout_engine(None)  # "none" sets one that does nothing, for which each `savefig` draws twice
+    for axes in drawn.axes:
+        axes.set_position(tuple(round(part, 6) for part in axes.get_position(original=True).bounds))
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """One panel of a scoreboard.
+
+    Parameters
+    ----------
+    title
+        Its heading.
+    measures
+        Measures drawn together: one, or two, the second open.
+    keys
+        What tells the measures apart, in words; none for a single measure without a legend.
+    chance
+        What guessing gets; a dotted line.
+    log, share
+        Whether the axis is logarithmic, or goes from 0 to 1.
+    filled
+        Whether the first measure's dots are filled.
+    column
+        The column of each row's value, drawn as a tick; empty where the measure is of all rows together.
+    """
+
+    title: str
+    measures: tuple[str, ...]
+    keys: tuple[str, ...] = ()
+    chance: float | None = None
+    log: bool = False
+    share: bool = False
+    filled: bool = True
+    column: str = ""
+
+
+APART = 0.17
+"""Of the dots of one row, from its middle."""
+INCHES_A_ROW = 0.34
+"""Height of a row of a scoreboard."""
+TICKS_INCHES = 0.22
+"""Height of the numbers below an axis; the keys stand under them."""
+MISSING = "#777777"
+NOT_APPLYING = "does not apply"
+
+
+def scoreboard(
+    axes: Sequence[Axes], panels: Sequence[Panel], standings: Sequence[Standing], tints: Mapping[str, str]
+) -> None:
+    """Draw a row for each standing, the first on top, and a panel for each kind of measure.
+
+    Parameters
+    ----------
+    axes
+        One for each panel, side by side, with a common y axis.
+    panels, standings
+        What is drawn: dots with 95 % intervals; words where a measure does not apply or is infinite.
+    tints
+        Standing -> its colour.
+    """
+    for place, panel in zip(axes, panels, strict=True):
+        _panel(place, panel, standings, tints)
+    axes[0].set_yticks(range(len(standings)), [plain(standing.name) for standing in standings])
+    axes[0].set_ylim(len(standings) - 0.5, -0.5)
+
+
+def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mapping[str, str]) -> None:
+    if panel.chance is not None:
+        axes.axvline(panel.chance, color="black", ls=":", lw=0.8, zorder=1)
+    for row in range(0, len(standings), 2):
+        axes.axhspan(row - 0.5, row + 0.5, color="black", alpha=0.04, lw=0)
+    for row, standing in enumerate(standings):
+        _row(axes, panel, row, standing, tints[standing.name])
+    if panel.log:
+        axes.set_xscale("log")
+        ticks = log_ticks(*axes.get_xlim())
+        axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    elif panel.share:
+        axes.set_xlim(-0.04, 1.04)
+        axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "¼", "½", "¾", "1"])
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(3))
+    axes.tick_params(axis="y", length=0)
+    axes.set_title(panel.title, fontsize=9, loc="left")
+    if panel.keys:
+        _keys(axes, panel)
+
+
+def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str) -> None:
+    found = [standing.scores.get(measure) for measure in panel.measures]
+    if not any(score is not None and math.isfinite(score.value) for score in found):
+        said = "none" if any(score is not None and math.isinf(score.value) for score in found) else NOT_APPLYING
+        axes.annotate(said, (0.02, row), xycoords=("axes fraction", "data"), ha="left", va="center", color=MISSING,
+                      fontsize=7, fontstyle="italic")  # fmt: skip
+    if panel.column:
+        each = [value for one in standing.rows if (value := one[panel.column]) is not None]
+        axes.plot(each, [row + 0.3] * len(each), "|", color=tint, alpha=0.45, ms=5)
+    shifts = (-APART, APART) if len(found) > 1 else (0.0,)
+    for place, (score, shift) in enumerate(zip(found, shifts, strict=True)):
+        if score is not None and math.isfinite(score.value):
+            _dot(axes, score, row + shift, tint, filled=panel.filled and place == 0)
+
+
+def _dot(axes: Axes, score: Score, height: float, tint: str, *, filled: bool) -> None:
+    """A score with its interval; an infinite end is left out."""
+    ends = [end if math.isfinite(end) else score.value for end in (score.low, score.high)]
+    axes.plot(ends, [height, height], color=tint, lw=1.4, solid_capstyle="butt", zorder=2)
+    face = tint if filled else "white"
+    axes.plot(score.value, height, "o", ms=5, mfc=face, mec=tint, mew=1.2, zorder=3, clip_on=False)
+
+
+def log_ticks(low: float, high: float) -> list[float]:
+    """Return three to five round numbers from ``low`` to ``high``, both above 0, for a logarithmic axis."""
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    ticks: list[float] = []
+    for steps in ((1.0,), (1.0, 3.0), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)):
+        ticks = [tick for decade in decades for step in steps if low <= (tick := step * 10.0**decade) <= high]
+        if len(ticks) >= LEAST_TICKS:
+            break
+    every = -(-len(ticks) // MOST_TICKS)
+    return ticks[:: max(every, 1)] if len(ticks) > 1 else [float(f"{low:.2g}"), float(f"{high:.2g}")]
+
+
+LEAST_TICKS, MOST_TICKS = 3, 5
+"""Of a logarithmic axis."""
+
+
+def _keys(axes: Axes, panel: Panel) -> None:
+    """Which dots are which, below the numbers of the axis."""
+    whole = axes.get_figure(root=True)
+    assert whole is not None
+    below = ScaledTranslation(0.0, -TICKS_INCHES, whole.dpi_scale_trans)
+    grey = "#444444"
+    keys = [
+        Line2D(
+            [], [], ls="", marker="o", ms=5, color=grey, mfc=grey if panel.filled and not place else "white", label=key
+        )
+        for place, key in enumerate(panel.keys)
+    ]
+    axes.legend(
+        handles=keys, ncols=2, fontsize=8, frameon=False, loc="upper center", borderaxespad=0.0,
+        bbox_to_anchor=(0.5, 0.0), bbox_transform=axes.transAxes + below, handletextpad=0.1, columnspacing=1.0,
+    )  # fmt: skip

@@ -1,0 +1,22 @@
+"""What an experiment may declare as its claims."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from experiments.bench.engine.errors import short
+from experiments.bench.judging.verdict import Claim
+
+
+def check_claims(experiment: str, claims: Any) -> None:
+    """Raise ``ValueError`` for claims that no experiment can declare: a tuple of ids, and of claims of one's own."""
+    where = f"experiment {experiment}: claims={short(claims)}"
+    if not isinstance(claims, tuple) or not all(isinstance(claim, str | Claim) for claim in claims):
+        raise ValueError(f"{where}: legal is a tuple of names, and of claims of your own")
+    for claim in claims:
+        if isinstance(claim, Claim) and not claim.own:
+            raise ValueError(f"experiment {experiment}: claim {claim.id} is the paper's: declare it by its id alone")
+    ids = [claim.id for claim in claims if isinstance(claim, Claim)]
+    twice = next((each for each in ids if ids.count(each) > 1), None)
+    if twice is not None:
+        raise ValueError(f"experiment {experiment}: two claims are called '{twice}'")

@@ -1,0 +1,321 @@
+"""``experiment.json``: what a run is. Written once, whole and never over another; read by every kind of run alike."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import datetime
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from dsnn import CHANNELS
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import family, rebuilt
+from experiments.bench.engine.user_code import is_file
+from experiments.bench.judging.verdict import Claim
+from experiments.bench.store import provenance
+from experiments.bench.store.places import fresh, naming, regular
+
+NAME = "experiment.json"
+RESUMED = "resumed_with"
+"""The entry that lists what computed the run after `--other-code` let it go on with something else."""
+RENDERERS = "renderers"
+"""The entry that lists what drew the frames, as `colias_sim.gl.renderer` says it in the processes that did.
+
+It is known when the first trial is over. It is a note: it is no part of the rows' mark, and a run may be gone on with
+by another renderer, as all that were tried drew equal pixels.
+"""
+PIXELS = "reference_frames"
+"""The entry that lists the hashes of the reference frame (`colias_sim.reference`) where the frames were drawn.
+
+It is a note like `RENDERERS`. A second hash means that the machines' pixels differ, and a command says so.
+"""
+THRESHOLDS = "thresholds"
+"""The entry with the channels that each model declares, and their spiking thresholds: label -> channel -> number.
+
+It is there for those who read the folder, who do not run the file that declares a model. It is no parameter of the run:
+it follows from the model's own, and from its file, whose digest is noted.
+"""
+OWN_FILES = ("trials.parquet", "frames.parquet", "failures.json")
+BEGUN = "begun"
+"""The entry that says when the run was begun: ISO 8601, UTC. It is a note like `RENDERERS`."""
+NOTED = (BEGUN, RESUMED, RENDERERS, PIXELS)
+"""Entries that a run adds to its parameters and to what computes it. They are compared with nothing."""
+LONGEST = 300
+"""Characters of a parameter's value in a comparison."""
+FEW, MOST_TOLD = 60, 3
+"""Characters of a value, and parameters, that a refusal to go on names."""
+LABELS = "labels"
+"""Where `_by_label` has the labels of models."""
+NAMES = ("id", "name", "label", "behaviour")
+"""Entries that name an object of a list, the first that it has."""
+EXPERIMENT, BEHAVE = "the experiment", "behave"
+OF_BEHAVIOUR = {"behaviour": "the behaviour", "env": "--env", "options": "--set"}
+"""The same of each behaviour of a run."""
+OPTIONS = {
+    "repeats": "--repeats", "seed": "--seed", "recordings": "--recordings", "replicates": "--replicates",
+    "claims": "--claims", "measures": "--measure", "curves": "--curve",
+}  # fmt: skip
+"""Entry of a description -> the option that sets it."""
+DERIVED = ("trials", "changed", "clips")
+DERIVED_SETTINGS = (("settings", "pose_sd_mm"), ("settings", "heading_sd_deg"))
+"""Entries that follow from others."""
+
+
+def to_json(value: Any) -> str:
+    """Indented JSON; dataclasses become objects."""
+    return json.dumps(value, indent=2, default=plain) + "\n"
+
+
+def begun(folder: Path) -> bool:
+    """Whether ``folder`` holds a run's description, readable or not."""
+    return os.path.lexists(folder / NAME)
+
+
+def vacant(folder: Path) -> bool:
+    """Whether all that ``folder`` holds, if it is there, is what a run that never began leaves."""
+    if not folder.exists():
+        return True
+    recordings = folder / "recordings"
+    left = [path for path in folder.iterdir() if path.name != ".lock" and path.suffix != ".part" and path != recordings]
+    return not left and not _recorded(recordings)
+
+
+def holds_results(folder: Path) -> bool:
+    """Whether ``folder`` holds tables or recordings of a run, whatever it was."""
+    return any(os.path.lexists(folder / name) for name in OWN_FILES) or _recorded(folder / "recordings")
+
+
+def _recorded(recordings: Path) -> bool:
+    return recordings.is_dir() and any(path.suffix != ".part" for path in recordings.iterdir())
+
+
+def write_new(folder: Path, description: Mapping[str, Any]) -> None:
+    """Write the description and the time, whole or not at all.
+
+    Raises ``FileExistsError`` if there is a description, also of a run begun just now.
+    """
+    now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    partial = fresh(folder / f"{NAME}.{os.getpid()}.part")
+    try:
+        with naming(folder / NAME):
+            partial.write_text(to_json({BEGUN: now, **description}), encoding="utf-8")
+            with partial.open("rb") as file:
+                os.fsync(file.fileno())
+        try:
+            os.link(partial, folder / NAME)  # never over another, as renaming would
+        except FileExistsError:
+            raise
+        except (OSError, AttributeError, NotImplementedError):  # a file system without links
+            if begun(folder):
+                raise FileExistsError(folder / NAME) from None
+            partial.rename(folder / NAME)
+    finally:
+        with contextlib.suppress(OSError):
+            partial.unlink(missing_ok=True)
+
+
+def read_description(folder: Path) -> dict[str, Any]:
+    """The description in ``folder``; `UsageError` in one line that names the file where there is none, or no whole."""
+    try:
+        value = json.loads(regular(folder / NAME).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UsageError(f"{folder}: no readable {NAME} there ({error.strerror})") from None
+    except (ValueError, RecursionError) as error:
+        raise UsageError(f"{folder}: {NAME} cannot be read ({short(error)})") from None
+    if not isinstance(value, dict):
+        raise UsageError(f"{folder}: {NAME} cannot be read (it holds a {type(value).__name__}, expected an object)")
+    return value
+
+
+def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -> dict[str, Any]:
+    """The description in ``folder``, for a run that ``description`` tells of to go on with.
+
+    Where other code goes on, as ``other_code`` allows it to, it is among those listed. Raises `UsageError` that
+    names the first parameters that differ, or what computes otherwise.
+    """
+    there, here = read_description(folder), json.loads(to_json(description))
+    try:
+        differing = differences(_parameters(there), _parameters(here))
+    except RecursionError:
+        raise UsageError(f"{folder}: {NAME} cannot be read (nested too deeply)") from None
+    if differing:
+        more = f"; {len(differing) - MOST_TOLD} more differ" if len(differing) > MOST_TOLD else ""
+        text = "; ".join(differing[:MOST_TOLD])
+        advice = ": repeat the first command's options" if "--" in text else ""
+        raise UsageError(f"{folder}: {text}{more}{advice}")
+    try:
+        for entry in (RENDERERS, PIXELS):
+            noted(there, entry)
+    except ValueError as error:
+        raise UsageError(f"{folder}: {NAME} cannot be read ({error})") from None
+    if "source" not in here:
+        return there
+    others = there.setdefault(RESUMED, []) if RESUMED in there else []
+    if not isinstance(others, list) or not all(isinstance(other, dict) for other in others):
+        raise UsageError(f"{folder}: {NAME} cannot be read ({RESUMED} should be a list of objects)")
+    said = [provenance.difference(known, here) for known in (there, *others)]
+    if all(said):
+        if not other_code:
+            raise UsageError(f"{folder}: {said[0]}; --other-code goes on all the same, and marks the rows")
+        there[RESUMED] = [*others, {key: here[key] for key in provenance.KEYS}]
+    return there
+
+
+def _parameters(description: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in description.items() if name not in (*provenance.KEYS, *NOTED, THRESHOLDS)}
+
+
+def stored_thresholds(description: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, float | None] | None:
+    """Find the channels that a model of a stored run declares, and their spiking thresholds. No file is run for it.
+
+    Parameters
+    ----------
+    description
+        The run's ``experiment.json``.
+    model
+        The model's entry there: ``label``, ``source`` and ``network``.
+
+    Returns
+    -------
+    dict of str to float or None, or None
+        As `ConfiguredModel.thresholds`. ``None`` where nothing tells: a run of an older version stored none, and its
+        model is no registered one.
+    """
+    stored = description.get(THRESHOLDS)
+    own = stored.get(model["label"]) if isinstance(stored, Mapping) else None
+    if isinstance(own, Mapping):
+        return {
+            channel: float(own[channel]) if isinstance(own[channel], int | float) else None
+            for channel in CHANNELS if channel in own
+        }  # fmt: skip
+    source = model["source"]
+    if not isinstance(source, str) or is_file(source):
+        return None
+    try:
+        return rebuilt(model["label"], source, model["network"]).thresholds
+    except (UsageError, ValueError, TypeError):
+        return None
+
+
+def noted(description: Mapping[str, Any], entry: str) -> list[str]:
+    """Return what an entry of `NOTED` lists so far. Raises ``ValueError`` where it is no list of texts."""
+    listed = description.get(entry, [])
+    if not isinstance(listed, list) or not all(isinstance(each, str) for each in listed):
+        raise ValueError(f"{entry} should be a list of texts")
+    return listed
+
+
+def codes(description: Mapping[str, Any]) -> frozenset[str]:
+    """The marks that rows of a run may have: of the code it was begun with, and of others that went on with it."""
+    return frozenset(
+        code for each in (description, *description.get(RESUMED, ())) if isinstance(code := each.get("code", ""), str)
+    )
+
+
+def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
+    """Return what two descriptions have otherwise, each parameter once, by the option that sets it where there is one.
+
+    Of a run of another experiment, nothing else is told.
+    """
+    named: dict[str, str] = {}
+    derived = []
+    for path, before, now in _differing(_by_label(there), _by_label(here), ()):
+        name = _option(path, here)
+        text = f"{name} is {_words(before)} there and {_words(now)} now"
+        if path[0] in DERIVED or path in DERIVED_SETTINGS:
+            derived.append(text)
+        else:
+            named.setdefault(name, text)
+    return [named[EXPERIMENT]] if EXPERIMENT in named else list(named.values()) or derived
+
+
+def _by_label(value: Any) -> Any:
+    """Lists of models as tables, so that the models of two runs are compared by their labels."""
+    if isinstance(value, dict):
+        return {key: _by_label(each) for key, each in value.items()}
+    labels = (
+        [each.get("label") if isinstance(each, dict) else None for each in value] if isinstance(value, list) else []
+    )
+    if not labels or not all(isinstance(label, str) for label in labels) or len(set(labels)) < len(labels):
+        return value
+    return {LABELS: labels, **{label: _by_label(each) for label, each in zip(labels, value, strict=True)}}
+
+
+def _differing(there: Any, here: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any, Any]]:
+    """Path and both values of everything that differs; of two lists of models, those that both have."""
+    if isinstance(there, dict) and isinstance(here, dict):
+        both = [key for key in there if key in here]
+        models = LABELS in both
+        for key in both if models else [*there, *(key for key in here if key not in there)]:
+            yield from _differing(there.get(key), here.get(key), (*path, key))
+    elif isinstance(there, list) and isinstance(here, list) and len(there) == len(here) and _nested(there):
+        for index, (a, b) in enumerate(zip(there, here, strict=True)):
+            yield from _differing(a, b, (*path[:-1], f"{path[-1]}[{index}]"))
+    elif there != here:
+        yield path, there, here
+
+
+def _nested(values: Sequence[Any]) -> bool:
+    return any(isinstance(each, dict | list) for each in values)
+
+
+def _option(path: tuple[str, ...], here: Mapping[str, Any]) -> str:
+    """The option that sets what is at ``path``; the path itself where none does so alone."""
+    name = ".".join(path)
+    match path[1:] if path[0] == "settings" else path:
+        case ("experiment",) | ("experiment", "name"):
+            return EXPERIMENT
+        case ("experiment", "design", *rest):
+            return f"--set experiment.{'.'.join(rest)}"
+        case ("models", label, "network", *rest):
+            return f"--set {family(label.partition('@')[0])}.{'.'.join(rest)}"
+        case ("models", key) if key == LABELS:
+            return "--model"
+        case ("robot" | "camera" | "scene" as section, *rest):
+            return f"--set {section}.{'.'.join(rest)}"
+        case ("axes", *axis):
+            return f"--over {'.'.join(axis)}"
+        case ("repeats",) if here.get("experiment") == BEHAVE:
+            return "--episodes"
+        case (_, key) if here.get("experiment") == BEHAVE and key in OF_BEHAVIOUR:
+            return OF_BEHAVIOUR[key]
+        case () if here.get("experiment") == BEHAVE:
+            return "the list of behaviours"
+        case (key,) if key in OPTIONS:
+            return OPTIONS[key]
+    return name
+
+
+def _words(value: Any) -> str:
+    """A value in a few words: of a list its items, of objects their names."""
+    if isinstance(value, list):
+        names = [next((each[key] for key in NAMES if key in each), each) if isinstance(each, dict) else each
+                 for each in value]  # fmt: skip
+        text = ", ".join(name if isinstance(name, str) else _item(name) for name in names) or "none"
+    else:
+        text = _item(value)
+    return text if len(text) <= FEW else f"{text[: FEW - 3]}..."
+
+
+def _item(value: Any) -> str:
+    """A value as JSON, a whole number without a decimal point."""
+    return f"{value:.0f}" if isinstance(value, float) and value.is_integer() else json.dumps(value)
+
+
+def short(error: BaseException) -> str:
+    """What an error says, in one line that fits a terminal's."""
+    return " ".join(str(error).split())[:200] or type(error).__name__
+
+
+def plain(value: Any) -> Any:
+    """What JSON does not know: dataclasses become objects, anything else text; of a claim its words, not its judge."""
+    if isinstance(value, Claim):
+        return value.described()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        # A field that makes no two values differ is no parameter.
+        return {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.compare}
+    return str(value)

@@ -1,0 +1,93 @@
+"""Files that are whole at every moment: each is written beside its place, then renamed into it."""
+
+from __future__ import annotations
+
+import datetime
+import os
+import threading
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+from experiments.bench.store.description import to_json
+from experiments.bench.store.places import regular, replacing
+
+_NAMING = threading.Lock()
+_given: set[Path] = set()
+"""Folders that this process has been told of: another thread may not have made its own yet."""
+
+
+def new_folder(name: str) -> Path:
+    """Return the path of a folder that is not there yet, under ``runs``: a run's name, and the time."""
+    first = Path("runs") / f"{name}-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
+    path, number = first, 1
+    with _NAMING:
+        while path.exists() or path.absolute() in _given:  # of another run begun in the same second
+            number += 1
+            path = first.with_name(f"{first.name}-{number}")
+        _given.add(path.absolute())
+    return path
+
+
+def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
+    """Read a Parquet file, or the named columns of it.
+
+    Arrow opens the file itself, and reads it in this thread. Of a Python file its threads hold references, and one that
+    lets go of its own while the interpreter ends aborts the process ("terminate called without an active exception").
+    A folder called ``a=1`` above the file becomes no column, as it would by the file's path alone.
+
+    Parameters
+    ----------
+    path
+        The file.
+    columns
+        Names of the columns to read; all if left out.
+
+    Raises
+    ------
+    OSError
+        The file cannot be opened.
+    Exception
+        Any, of bytes that are no table.
+    """
+    with pa.OSFile(os.fspath(regular(path)), "rb") as file:
+        opened = pq.ParquetFile(file, pre_buffer=False, page_checksum_verification=True)
+        return opened.read(columns, use_threads=False)
+
+
+class Files:
+    """The files of a folder. Every method raises ``OSError`` where the folder cannot be written."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def path(self, name: str) -> Path:
+        """Return the path of a file in the folder."""
+        return self.folder / name
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write a text file."""
+        self.write_bytes(self.path(name), text.encode())
+
+    def write_json(self, name: str, value: Any) -> None:
+        """Write a JSON file, indented for reading; dataclasses become objects."""
+        self.write_text(name, to_json(value))
+
+    def write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
+        """Write rows as CSV."""
+        with replacing(self.path(name)) as partial:
+            pa.csv.write_csv(pa.Table.from_pylist(list(rows)), partial)
+
+    def write_table(self, name: str, table: pa.Table) -> None:
+        """Write a table as Parquet."""
+        with replacing(self.path(name)) as partial:
+            pq.write_table(table, partial, write_page_checksum=True)
+
+    def write_bytes(self, path: Path, data: bytes) -> None:
+        """Write a file at ``path``, in the folder or below it."""
+        with replacing(path) as partial:
+            partial.write_bytes(data)

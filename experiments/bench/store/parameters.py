@@ -1,0 +1,116 @@
+"""Parameters that a run has otherwise than by default: what they are, and their columns in ``trials.parquet``."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import pyarrow as pa
+
+from experiments.bench.engine.models import ConfiguredModel, sections
+
+Parameters = Mapping[str, Mapping[str, Any]]
+"""Key, as ``--set`` has it -> label of a model -> its value; ``None`` of a model that has no such parameter."""
+
+
+def differing(
+    models: Sequence[ConfiguredModel], *, offline: bool = False, others: Mapping[str, tuple[Any, Any]] | None = None
+) -> Parameters:
+    """Find the parameters that some model of a run has otherwise than by default.
+
+    Parameters
+    ----------
+    models
+        The run's models.
+    offline
+        Whether their defaults are those for off-line tests.
+    others
+        Section of ``--set`` -> its defaults and its values, of what all models share.
+
+    Returns
+    -------
+    Parameters
+        In order of section, then as declared. A column has one type: texts where the values are of several kinds.
+        A sequence is the text that ``--set`` takes.
+    """
+    named = sections(models)
+    defaults = [model.declared.preset("offline" if offline else "robot") for model in models]
+    keys: dict[str, None] = {}
+    for section, default, model in zip(named, defaults, models, strict=True):
+        keys |= dict.fromkeys(f"{section}.{name}" for name in _differing(default, model.network))
+    found: dict[str, dict[str, Any]] = {}
+    for key in keys:
+        section, _, name = key.partition(".")
+        found[key] = {
+            model.label: getattr(model.network, name, None) if own == section else None
+            for own, model in zip(named, models, strict=True)
+        }
+    for section, (default, value) in (others or {}).items():
+        for name in _differing(default, value):
+            found[f"{section}.{name}"] = {model.label: getattr(value, name) for model in models}
+    return {key: _of_one_kind(values) for key, values in found.items()}
+
+
+def _differing(default: Any, value: Any) -> Iterable[str]:
+    """The fields of a dataclass that differ from those of another of its class."""
+    names = [field.name for field in dataclasses.fields(value) if field.init]
+    return [name for name in names if getattr(default, name, None) != getattr(value, name)]
+
+
+def _of_one_kind(values: Mapping[str, Any]) -> dict[str, Any]:
+    cells = {label: _cell(value) for label, value in values.items()}
+    kinds = {type(cell) for cell in cells.values() if cell is not None}
+    if len(kinds) < 2:
+        return cells
+    whole = float if kinds == {int, float} else str
+    return {label: None if cell is None else whole(cell) for label, cell in cells.items()}
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, tuple | list):
+        return ",".join(_number(each) for each in value)
+    return value if value is None or isinstance(value, bool | int | float | str) else str(value)
+
+
+def _number(value: Any) -> str:
+    short = f"{value:g}" if isinstance(value, float) else str(value)
+    return short if not isinstance(value, float) or float(short) == value else str(value)
+
+
+_TYPES = {bool: pa.bool_(), int: pa.int64(), float: pa.float64()}
+
+
+def with_columns(schema: pa.Schema, parameters: Parameters) -> pa.Schema:
+    """Return the schema of a table with a column more for each parameter."""
+    for key, values in parameters.items():
+        kind = next((type(value) for value in values.values() if value is not None), str)
+        schema = schema.append(pa.field(key, _TYPES.get(kind, pa.string())))
+    return schema
+
+
+def of_model(parameters: Parameters, model: str) -> dict[str, Any]:
+    """Return what a row of ``model`` has in those columns."""
+    return {key: values.get(model) for key, values in parameters.items()}
+
+
+MOST_SAID = 8
+"""Parameters that a figure's title names."""
+
+
+def in_title(parameters: Mapping[str, Any]) -> str:
+    """Return what a figure's title says of the parameters that are not at their defaults; empty if all are."""
+    keys = list(parameters)
+    shown = said({key: parameters[key] for key in keys[:MOST_SAID]})
+    more = f" and {len(keys) - MOST_SAID} more" if len(keys) > MOST_SAID else ""
+    return f"; set: {shown}{more}" if keys else ""
+
+
+def said(parameters: Mapping[str, Any]) -> str:
+    """Return parameters, as ``experiment.json`` tells them, in a line: ``dsnn.n_con=4|6, camera.read_noise=0``."""
+    parts = []
+    for key, values in parameters.items():
+        known = values.values() if isinstance(values, Mapping) else [values]
+        shown = dict.fromkeys(_number(value) for value in known if value is not None)
+        parts.append(f"{key}={'|'.join(shown)}")
+    return ", ".join(parts)

@@ -1,0 +1,102 @@
+"""The pictures of a recording, read back from its .rrd file, and pictures as files."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from experiments.bench.engine.errors import UsageError, explained
+from experiments.bench.store.places import regular
+
+Images = npt.NDArray[np.uint8]
+SEEN = ("camera", "clip", "picture")
+"""Entities of what models saw: in trials and episodes, in clips, in footage."""
+_ENTITY = re.compile(rf"({'|'.join(SEEN)})(_\w+)?")
+"""Such an entity's name, of further eyes with the eye's. It becomes a folder's name, so it holds no ``/``."""
+
+
+def pictures(recording: Path) -> dict[str, Images]:
+    """Read the frames of a recording.
+
+    Parameters
+    ----------
+    recording
+        An .rrd file of a trial, a clip, an episode or of footage.
+
+    Returns
+    -------
+    dict
+        Entity (``camera``, ``clip``, ``picture``; of further eyes ``camera_ov7670``) -> its frames, (T, R, C) uint8,
+        in order of time. Those of episodes and footage went through JPEG. Empty where nothing was seen.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be read, or holds pictures that cannot.
+    """
+    import rerun as rr  # not before: it takes its time to load
+
+    try:
+        chunks = [(str(chunk.entity_path).strip("/"), chunk.to_record_batch())
+                  for chunk in rr.chunk.RrdReader(regular(recording)).stream().to_chunks()]  # fmt: skip
+    except Exception as error:  # bytes that are no recording can make the library raise anything
+        raise UsageError(f"{recording}: no recording ({explained(error)})") from None
+    sizes: dict[str, tuple[int, int]] = {}
+    found: dict[str, list[tuple[int, Any]]] = {}
+    for entity, batch in chunks:
+        if not _ENTITY.fullmatch(entity):
+            continue
+        for name in batch.schema.names:
+            if name == "Image:format":
+                (form,) = batch[name][0].as_py()
+                sizes[entity] = form["height"], form["width"]
+            elif name in ("Image:buffer", "EncodedImage:blob"):
+                numbers = batch["frame"].to_pylist()
+                found.setdefault(entity, []).extend(
+                    (number, row.values[0].values.to_numpy())
+                    for number, row in zip(numbers, batch[name], strict=True) if row.is_valid
+                )  # fmt: skip
+    return {entity: _stacked(recording, own, sizes.get(entity)) for entity, own in sorted(found.items())}
+
+
+def _stacked(recording: Path, found: list[tuple[int, Any]], size: tuple[int, int] | None) -> Images:
+    pixels = [own for _, own in sorted(found, key=lambda each: each[0])]
+    if size is None:
+        decoded = [cv2.imdecode(each, cv2.IMREAD_GRAYSCALE) for each in pixels]
+    else:
+        decoded = [each.reshape(size) for each in pixels]
+    whole = [np.asarray(each, np.uint8) for each in decoded if each is not None]
+    if len(whole) < len(decoded):
+        raise UsageError(f"{recording}: a picture in it cannot be decoded")
+    return np.stack(whole)
+
+
+def write_pictures(folder: Path, frames: Images, ending: str) -> None:
+    """Write frames (T, R, C) as ``000000.png`` and so on into a new folder; ``ending`` is that of the files."""
+    folder.mkdir(parents=True)
+    for index, frame in enumerate(frames):
+        done, encoded = cv2.imencode(ending, frame)
+        assert done, f"OpenCV does not write {ending}"
+        (folder / f"{index:06d}{ending}").write_bytes(encoded.tobytes())
+
+
+def read_picture(path: Path, what: str = "") -> Images:
+    """Read an 8-bit grey picture, (R, C); `UsageError` in one line for anything else."""
+    try:
+        data = np.frombuffer(regular(path).read_bytes(), np.uint8)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
+    try:
+        picture = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    except cv2.error:  # a header that tells of more pixels than OpenCV takes
+        picture = None
+    if picture is None:
+        raise UsageError(f"{path}: no picture that can be read{what}")
+    if picture.ndim != 2 or picture.dtype != np.uint8:
+        raise UsageError(f"{path}: expected 8-bit grey, found {picture.dtype} of shape {picture.shape}{what}")
+    return np.asarray(picture, np.uint8)

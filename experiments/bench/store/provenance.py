@@ -1,0 +1,232 @@
+"""What computed a run: the project's own code, the user's files, the libraries. Every kind of run notes it alike."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.metadata
+import json
+import os
+import platform
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from dsnn import forms
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.user_code import as_loaded, closure, is_own, sha256
+from experiments.bench.engine.user_modules import is_users, package_folders
+from experiments.bench.judging.verdict import Claim
+
+LIBRARIES = (
+    "colias-sim", "mujoco", "mujoco-core", "numpy", "opencv-python-headless", "gymnasium", "rerun-sdk", "scipy",
+    "pyarrow", "pydantic", "threadpoolctl",
+)  # fmt: skip
+"""Every library that a number, a table or a recording depends on. What OpenGL draws by is noted apart, as no version
+of a package tells it (`description.RENDERERS`)."""
+KEYS = ("files", "versions", "source", "code")
+"""What `of` tells, but for the form; every other entry of an ``experiment.json`` is a parameter of the run, and has to
+be the same wherever it is gone on with."""
+SHOWS = (".pyc", ".j2")
+"""Endings of the packages' files that no number depends on."""
+GIT_S = 20.0
+"""How long git may take to answer."""
+
+
+class OtherCode(UsageError):
+    """A process would compute with other code than the run was begun with."""
+
+
+def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]:
+    """What ``experiment.json`` holds about what computes a run.
+
+    Parameters
+    ----------
+    sources
+        Models, behaviours and policies; those that are files of the user's own count.
+    experiment
+        The experiment; the file that declares it counts if it is the user's own.
+
+    Returns
+    -------
+    dict
+        ``files``: SHA-256, by path, of the user's files and of the modules that they import (`user_code.closure`).
+        ``versions``: of Python and the libraries. ``source``: see `source`. ``form``: of the network, in C or in NumPy
+        (`dsnn.forms`), which a run never mixes. ``code``: 12 hex digits of a digest of it all, which mark the rows;
+        neither the commit nor Python's own version enters it.
+
+    Raises
+    ------
+    UsageError
+        The environment asks for a form that is not known, or not built.
+    """
+    files: dict[str, str] = {}
+    for path in (*filter(is_own, sources), *_declaring(experiment)):
+        if not any(Path(path).resolve().is_relative_to(folder) for folder in package_folders().values()):
+            files |= _hashes(path)  # a file of the project's, asked for by its path, is part of its source
+    made: dict[str, Any] = {"files": files, "versions": versions(), "source": source(), "form": form()}
+    return {**made, "code": _code(made)}
+
+
+def _hashes(path: str) -> Mapping[str, str]:
+    """Of a file and the modules that it imports: of a Python file that has been run, as it was then."""
+    return as_loaded(path) or closure(Path(path))
+
+
+def _declaring(experiment: object) -> Iterator[str]:
+    """The user's files that declare the experiment, its design's class and its claims' judges; none need be one."""
+    if experiment is None:
+        return
+    if file := getattr(experiment, "file", ""):
+        yield file
+    judges = [claim.judge for claim in getattr(experiment, "claims", ()) if isinstance(claim, Claim)]
+    for thing in (type(getattr(experiment, "design", None)), *judges):  # of a script or of a notebook's own modules too
+        while isinstance(thing, functools.partial):
+            thing = thing.func
+        module_name = getattr(thing, "__module__", None) or type(thing).__module__
+        file = getattr(sys.modules.get(module_name), "__file__", None)
+        if isinstance(file, str) and is_users(Path(file).resolve()):
+            yield str(Path(file).resolve())
+
+
+def _code(made: Mapping[str, Any]) -> str:
+    """The mark of the rows."""
+    files = sorted((Path(path).name, digest) for path, digest in made["files"].items())
+    libraries = {name: version for name, version in made["versions"].items() if name != "python"}
+    text = json.dumps([made["source"]["digest"], made["form"], files, libraries], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def form() -> str:
+    """Return the form of the network that runs here; `UsageError` where the environment asks for one that cannot."""
+    try:
+        return forms.chosen()
+    except forms.FormError as error:
+        raise UsageError(str(error)) from None
+
+
+def versions() -> dict[str, str]:
+    """Of Python and the libraries that compute the numbers; ``unknown`` where a library does not tell."""
+    return {"python": platform.python_version(), **{name: _version(name) for name in LIBRARIES}}
+
+
+def _version(name: str) -> str:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:  # another build of it, under another name
+        return "unknown"
+
+
+def source() -> dict[str, Any]:
+    """The project's own code: ``digest`` of its packages' files, git's ``commit``, and whether they differ from it.
+
+    ``commit`` and ``dirty`` are ``None`` where the packages are in no git checkout, or there is no git.
+    """
+    commit, dirty = checkout()
+    return {"digest": digest(), "commit": commit, "dirty": dirty}
+
+
+@functools.cache
+def digest() -> str:
+    """SHA-256 over names and contents of the packages' files, in sorted order; computed once a process."""
+    whole = hashlib.sha256()
+    for package, folder in sorted(package_folders().items()):
+        for name, file in sorted((file.relative_to(folder).as_posix(), file) for file in _computing(folder)):
+            whole.update(f"{package}/{name} {sha256(file)}\n".encode())
+    return whole.hexdigest()
+
+
+def _computing(folder: Path) -> Iterator[Path]:
+    for file in folder.rglob("*"):
+        hidden = any(part.startswith(".") or part == "__pycache__" for part in file.relative_to(folder).parts)
+        if not hidden and not file.name.endswith((*SHOWS, "~")) and file.is_file():
+            yield file
+
+
+@functools.cache
+def checkout() -> tuple[str | None, bool | None]:
+    """The commit that the packages are checked out of, and whether their files differ from it."""
+    folders = package_folders()
+    root = folders["experiments"].parent
+    # A checkout may hold an environment with the packages in it: then they are not of its commit.
+    if not _git(root, "ls-files", "--", "experiments/__init__.py"):
+        return None, None
+    commit = _git(root, "rev-parse", "HEAD")
+    changed = _git(root, "status", "--porcelain", "--", *folders)
+    return (commit.strip() or None) if commit else None, None if changed is None else bool(changed.strip())
+
+
+def _git(root: Path, *arguments: str) -> str | None:
+    """What git says; ``None`` where it fails, or is not there."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    command = ["git", "--no-optional-locks", "-C", str(root), *arguments]
+    try:
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=GIT_S, check=True)
+    except (OSError, subprocess.SubprocessError, ValueError):
+        return None
+    return done.stdout
+
+
+def difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
+    """What computes now otherwise than ``there``, in words; empty if nothing that numbers depend on does."""
+    files, own = _table(there, "files"), here["files"]
+    for path in sorted({*files, *own}):
+        if path not in files:
+            return f"{path} is new among its files"
+        if path not in own:
+            return f"{path} is no longer among its files"
+        if files[path] != own[path]:
+            return f"{path} has changed"
+    return _of_source(_table(there, "source"), here["source"]) or _of_versions(_table(there, "versions"), here)
+
+
+def _of_source(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
+    if there.get("digest") == here["digest"]:
+        return ""
+    return f"colias-sim's own source has changed ({_named(there)} there and {_named(here)} now)"
+
+
+def _of_versions(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
+    for name in sorted({*there, *here["versions"]} - {"python"}):  # another patch of Python changes no number
+        versions = [table.get(name) for table in (there, here["versions"])]
+        if versions[0] != versions[1]:
+            return f"versions.{name} is {json.dumps(versions[0])[:60]} there and {json.dumps(versions[1])} now"
+    return ""
+
+
+def commit(source: Mapping[str, Any]) -> str | None:
+    """Return the commit of a state of the source, for people; ``None`` where it is of none."""
+    name = source.get("commit")
+    return f"{str(name)[:12]}{' with changes' if source.get('dirty') else ''}" if name else None
+
+
+def _named(source: Mapping[str, Any]) -> str:
+    """A state of the source, for people."""
+    of_commit = f", commit {name}" if (name := commit(source)) else ""
+    return f"digest {str(source.get('digest'))[:12]}{of_commit}"
+
+
+def _table(there: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    value = there.get(name)
+    return value if isinstance(value, dict) else {}
+
+
+def check(made: Mapping[str, Any]) -> None:
+    """In a worker: raise `OtherCode` where this process computes with other code than ``made`` tells of.
+
+    Of the user's files those count that this process has loaded, as they were then, and policies, which are read
+    again for every episode.
+    """
+    if made["source"]["digest"] != digest():
+        raise OtherCode("colias-sim's own source here is not that which the run was begun with")
+    if made["form"] != form():
+        raise OtherCode(f"the network's form is {form()} here, and {made['form']} where the run was begun")
+    for path in {path for loaded in map(as_loaded, made["files"]) for path in loaded} - made["files"].keys():
+        raise OtherCode(f"{path}: is loaded here, and was not where the run was begun")
+    for path, expected in made["files"].items():
+        if any(loaded.get(path, expected) != expected for loaded in map(as_loaded, made["files"])) or (
+            path.endswith(".npz") and sha256(Path(path)) != expected
+        ):
+            raise OtherCode(f"{path}: was edited after the run was begun, or a worker still has what it was before")

@@ -1,0 +1,181 @@
+"""What a job leaves in a run's folder: rows of a declared type, frames, failures; and how rows are grouped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypedDict, get_args, get_type_hints
+
+from experiments.bench.store.places import told
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+MOST_LISTED = 10
+"""Numbers of trials in a message."""
+
+RECORDING = "(recording)"
+"""What stands for the model in the failure of a trial's recording. No model's label has parentheses."""
+
+OBSERVER = "observer"
+"""The robot that sees and, in an env, behaves: today's only value of the column ``robot``."""
+
+
+class JobRow(TypedDict):
+    """What every row of a ``trials.parquet`` begins with."""
+
+    experiment: str
+    trial: int
+    """The job's number in the run."""
+    repeat: int
+    seed: int
+    """Of all its random draws."""
+    model: str
+    """What answered: a vision model's label, or a behaviour's name."""
+
+
+class ModelRow(TypedDict):
+    """What one vision model made of a trial or a clip. A count is null where the channel does not spike."""
+
+    spikes: int | None
+    """Accumulated count of HS, or of looming where no direction is declared."""
+    hs_spikes: int | None
+    vs_spikes: int | None
+    looming_spikes: int | None
+
+
+class FrameRow(TypedDict):
+    """What every row of a ``frames.parquet`` begins with."""
+
+    trial: int
+    model: str
+    frame: int
+    """From 0 up."""
+
+
+class ResponseRow(TypedDict):
+    """A `dsnn.ResponseSeries` at one frame."""
+
+    hs: float
+    vs: float
+    hs_spikes: int
+    vs_spikes: int
+    looming: float
+    looming_spikes: int
+    azimuth: float
+
+
+_ARROW = {int: "int64", float: "float64", str: "string", bool: "bool_"}
+"""Type of a key -> the name of the function of PyArrow that makes the column's."""
+
+
+def schema_of(*rows: type) -> pa.Schema:
+    """Return the table of typed rows: a column for each key of the ``rows``' types, in their order.
+
+    A key declared again by a later type keeps its place.
+    """
+    import pyarrow as pa  # not before, nor in `read_trials`: declarations of claims import this module
+
+    columns: dict[str, pa.DataType] = {}
+    for row in rows:
+        for name, kind in get_type_hints(row).items():
+            own = [part for part in get_args(kind) or (kind,) if part is not type(None)]
+            columns[name] = getattr(pa, _ARROW[own[0]])()
+    return pa.schema(columns)
+
+
+def optional(*rows: type) -> frozenset[str]:
+    """Return the columns of typed rows that may be null: those declared ``| None``."""
+    kinds = {name: kind for row in rows for name, kind in get_type_hints(row).items()}
+    return frozenset(name for name, kind in kinds.items() if type(None) in get_args(kind))
+
+
+@dataclass(frozen=True, slots=True)
+class TrialRecord:
+    """What a worker returns of a job: rows ready for the tables, and the bytes of its recording."""
+
+    index: int
+    rows: tuple[dict[str, Any], ...]
+    frames: pa.Table
+    recording: bytes | str | None
+    """Bytes of an .rrd file, or why there is none; ``None`` where none is kept."""
+    failures: tuple[Failure, ...] = ()
+    """Those of single models, which the others' answers outlive."""
+    renderer: str = ""
+    """What drew its frames (`colias_sim.gl.renderer`); empty where none were drawn."""
+    pixels: str = ""
+    """Hash of the reference frame where they were drawn (`colias_sim.reference`); empty where none were."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A trial that could not be finished, or a ``model`` or a recording of one that otherwise was, and why."""
+
+    trial: int
+    model: str
+    """Empty for a whole trial, `RECORDING` for its recording."""
+    condition: str
+    seed: int
+    attempts: int
+    reason: str
+
+    def __str__(self) -> str:
+        what = f"{self.model} failed in trial {self.trial}" if self.model else f"trial {self.trial} failed"
+        if self.model == RECORDING:
+            what = f"trial {self.trial} has no recording"
+        times = f" after {self.attempts} attempts" if self.attempts > 1 else ""
+        return f"{what}{times} ({self.condition}): {self.reason}"
+
+
+def recording_of(make: Callable[[], bytes]) -> bytes | str:
+    """Make the recording of a trial, or say why there is none: the trial's rows do not go with it."""
+    try:
+        return make()
+    except Exception as error:  # Rerun's, or too little memory
+        return told(error)
+
+
+def recording_name(index: int) -> str:
+    """File name of the recording of trial ``index``."""
+    return f"trial-{index:04d}.rrd"
+
+
+def read_trials(folder: Path) -> list[dict[str, Any]]:
+    """The rows of a run's ``trials.parquet``; ``FileNotFoundError`` where there is none."""
+    from experiments.bench.store.files import read_parquet
+
+    rows: list[dict[str, Any]] = read_parquet(folder / "trials.parquet").to_pylist()
+    return rows
+
+
+def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...], list[Mapping[str, Any]]]:
+    """Rows by the values of ``keys``, groups in order of first appearance."""
+    groups: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
+    for row in rows:
+        groups.setdefault(tuple(row[key] for key in keys), []).append(row)
+    return groups
+
+
+def known(value: float) -> float | None:
+    """The value for a table: empty instead of NaN."""
+    return None if math.isnan(value) else value
+
+
+def mixture(rows: Iterable[Mapping[str, Any]]) -> str:
+    """In words, of how many trials each code computed the rows, if more than one did; otherwise empty."""
+    trials: dict[str, set[int]] = {}
+    for row in rows:
+        if "code" in row:
+            trials.setdefault(row["code"], set()).add(row["trial"])
+    if len(trials) < 2:
+        return ""
+    return f"rows of {len(trials)} codes ({', '.join(f'{code}: {len(own)} trials' for code, own in trials.items())})"
+
+
+def listed_trials(trials: Iterable[int]) -> str:
+    """Return the numbers of trials in words, the first few of many."""
+    numbers = sorted(trials)
+    more = f" and {len(numbers) - MOST_LISTED} more" if len(numbers) > MOST_LISTED else ""
+    return f"trials {', '.join(map(str, numbers[:MOST_LISTED]))}{more}"
