@@ -39,13 +39,13 @@ docs: $(READY) ## The documentation, into build/site: tutorials executed, warnin
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train
-	$(BIN)/python -m pytest tests/test_train.py
+	$(BIN)/python -m pytest tests/bench/training/test_train.py
 
 attack: $(READY) ## Bad models, trees of users' files, data that name code, links, damaged folders, full disks, copies, Ctrl-C; COLIAS_ATTACK_FULL=1: all there are
 	$(BIN)/python -m pytest -m attack -n 2 --dist worksteal tests/attack
 
 fuzz: $(READY) ## The network in C under the sanitizers: 2,000 cases
-	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/test_native.py -k every_build
+	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py -k every_build
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -48,7 +48,7 @@ OFFLINE = (
 
 # Names are looked up when they are first asked for, so that importing this package loads no simulator, no plotting and
 # no recorder. They are texts, not imports: modules of the bench import this package for `NAMES`, and an import back
-# would be a circle (tests/test_imports.py reads imports alone). Type checkers and editors read ``__init__.pyi``.
+# would be a circle (tests/package/test_imports.py reads imports alone). Type checkers and editors read the .pyi file.
 _PLACES = {
     "run": "public.run",
     "load": "public.result",

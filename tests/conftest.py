@@ -16,7 +16,7 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from dsnn import DSNNParams, forms, native
-from tests.warm import Warm
+from tests.helpers.warm import Warm
 
 os.environ["COLUMNS"] = "100"  # the consoles are made when the first test imports them, and are the same in every order
 
@@ -94,7 +94,7 @@ def own_core() -> set[int]:
 class Colias:
     """The command line as a user runs it: a process of its own, in an empty folder.
 
-    ``warm`` starts it as a copy of one that has the large libraries (`tests.warm`), otherwise Python itself starts.
+    ``warm`` starts it as a copy of one that has the large libraries (`tests.helpers.warm`), otherwise Python starts.
     """
 
     def __init__(self, folder: Path, timeout_s: float = 300.0, *, warm: bool = True) -> None:

@@ -3,7 +3,7 @@
 ``colias reproduce`` leaves its design, verdicts and scores in its folder. This writes what the README and the chapters
 of docs/ quote of them into ``docs/results.json``, with the design they were measured by, and renews the pages between
 their markers. Nothing outside the markers, nor in ``experiments/bench/judging/tried.toml``, quotes a measured figure.
-`tests/test_numbers.py` holds the pages against the file, and the file's design against that of the code.
+`tests/tools/test_numbers.py` holds the pages against the file, and the file's design against that of the code.
 """
 
 from __future__ import annotations

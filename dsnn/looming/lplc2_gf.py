@@ -132,7 +132,7 @@ class LPLC2GF(Detector):
 
     Reproduced: for a black square of l / v = 5 ms at 100 frames/s the authors count 676 and 2116 active cells, squares
     of 26 and 46, in the last two frames. Here they are 625 and 2025, squares of 25 and 45: between two pixels there is
-    one corner less than there are pixels (tests/test_looming_models.py).
+    one corner less than there are pixels (tests/dsnn/test_looming_models.py).
 
     Assumed where the source leaves it open: cells lie at the corners between pixels, so that a mirrored picture gives
     the mirrored answer; ``t_off`` is subtracted (one of the authors' programs adds it, with which their 676 becomes

@@ -1,6 +1,6 @@
 /* Runs cases from standard input and writes the answers, both as plain bytes in this machine's order: for tests.
  *
- * tests/native_cases.py writes the input. Each case's memory is asked for with its exact size, at an odd address, so
+ * tests/helpers/native_cases.py writes the input. Each case's memory is asked for with its exact size, at an odd address, so
  * that a sanitizer sees every byte that is read or written beside it.
  */
 #include <stdio.h>

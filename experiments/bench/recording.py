@@ -78,7 +78,7 @@ def send_layout(stream: rr.RecordingStream, layout: rrb.Blueprint) -> None:
 
     That call leaves it alive, with two threads, in every recording made: a worker would collect thousands. It cannot
     be reached from outside. So this does the same by the functions that Rerun 0.41 itself does it by, which are not
-    meant for others; ``tests/test_recording.py`` tells when they have moved.
+    meant for others; ``tests/bench/engine/test_recording.py`` tells when they have moved.
     """
     own = rr.RecordingStream._from_native(
         rerun_bindings.new_blueprint(

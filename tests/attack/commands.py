@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from experiments.bench.reproduction.plan import ENOUGH
 from tests.attack.models import LOOMING_TWIN, TWIN
 from tests.attack.processes import Ended, colias, python
-from tests.footage import write
+from tests.helpers.footage import write
 
 Rows = list[dict[str, Any]]
 Tables = dict[str, Rows]

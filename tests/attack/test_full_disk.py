@@ -1,6 +1,6 @@
 """Small disks, mounted: every command ends, nothing cut has a final name, and no row is lost for its recording.
 
-Where nothing may be mounted these are skipped; tests/test_full_disk.py has the same laws on files of limited size.
+Where nothing may be mounted these are skipped. tests/bench/store/test_full_disk.py has the same laws on small files.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from tests.attack.interrupts import JOBS, Job, furnish, unreadable
 from tests.attack.judging import expect_none
 from tests.attack.processes import Ended, colias
 from tests.attack.scale import FULL
-from tests.disks import small_disk, whole_recording
+from tests.helpers.disks import small_disk, whole_recording
 
 pytestmark = pytest.mark.attack
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from colias_sim.envs import ENVS
+from tests.docs.test_docstrings import CLASSES, FUNCTIONS, page
 from tests.site.test_links import SITE
-from tests.test_docstrings import CLASSES, FUNCTIONS, page
 from tools.pages import docstrings, surface
 
 pytestmark = pytest.mark.site
@@ -79,7 +79,7 @@ def test_only_types_are_aliases():
 
 @pytest.mark.parametrize("name", DOCUMENTED)
 def test_numpydoc_reads_a_docstring_as_the_other_tests_do(name):
-    """tests/test_docstrings.py has a parser of its own, as numpydoc is installed for these pages alone."""
+    """tests/docs/test_docstrings.py has a parser of its own, as numpydoc is installed for these pages alone."""
     from numpydoc.docscrape import NumpyDocString
 
     own = page(DOCUMENTED[name])

@@ -1,6 +1,6 @@
 """Code blocks of the chapters as the tests read them, turned into what Sphinx knows.
 
-A chapter is read in two ways: by people on GitHub, and by tests/chapters.py, which runs its blocks. A block with
+People read a chapter on GitHub. tests/helpers/chapters.py reads it too, and runs its blocks. A block with
 ``title=NAME`` is a file, and gets its name as a caption; comments that are for the tests are left out.
 """
 

@@ -24,7 +24,7 @@ def main(pipe_fd: int, memory_fd: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # blocked until here by the process that started this one
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     # The documentation of the standard library does not tell how a `Connection` is made from a file descriptor;
-    # `tests.test_private_names` fails when that changes.
+    # `tests.colias_sim.test_private_names` fails when that changes.
     pipe = Connection(pipe_fd)
     try:
         sys.path[:], content = pipe.recv()

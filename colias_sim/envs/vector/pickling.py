@@ -17,7 +17,8 @@ PackedError = tuple[bytes | None, str, str]
 SPAWNED_MAIN = "__mp_main__"
 """The name under which the processes of `multiprocessing` run the user's script.
 
-This name is not in the documentation of the standard library. `tests.test_private_names` fails when it changes.
+This name is not in the documentation of the standard library.
+`tests.colias_sim.test_private_names` fails when it changes.
 """
 
 

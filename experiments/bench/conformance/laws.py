@@ -1,6 +1,6 @@
 """The laws that every vision model keeps, tried on one model: what `colias check` asks.
 
-The registered models are held to more, by `tests/test_models.py`. These are what trials, clips and envs take for
+The registered models are held to more, by `tests/dsnn/test_models.py`. These are what trials, clips and envs take for
 granted of any model, and what goes wrong without a message where it is broken.
 """
 

@@ -1,8 +1,8 @@
 """How the models of a figure are told apart: a colour, a marker and a line style for each.
 
 The ten hues were found by a search for colours that stay apart in normal vision and under simulated deuteranopia and
-protanopia (Machado, Oliveira and Fernandes 2009); `tests/test_palette.py` holds them to it. More than ten series share
-hues, and differ in line style. Greys are of baselines alone.
+protanopia (Machado, Oliveira and Fernandes 2009); `tests/bench/figures/test_palette.py` holds them to it. More than
+ten series share hues, and differ in line style. Greys are of baselines alone.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ class ModelClaim:
 @cache
 def model_claims() -> Mapping[str, tuple[ModelClaim, ...]]:
     """Registered model -> the claims of its own paper, in their order."""
-    text = files("experiments.bench.engine").joinpath(FILE).read_text(encoding="utf-8")
+    text = files("experiments.bench.judging").joinpath(FILE).read_text(encoding="utf-8")
     return {
         model: tuple(
             ModelClaim(**{"model": model, "source": room["source"], **_tuples(each)}) for each in room["claims"]

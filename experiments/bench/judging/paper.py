@@ -14,7 +14,7 @@ KINDS: Mapping[str, str] = {"figures": "Fig.", "equations": "Eq."}
 @cache
 def numbers() -> Mapping[str, str]:
     """Label -> what the paper calls it, such as ``Fig. 12``; ``paper.toml`` says how the numbers are derived."""
-    table = tomllib.loads(files("experiments.bench.engine").joinpath("paper.toml").read_text(encoding="utf-8"))
+    table = tomllib.loads(files("experiments.bench.judging").joinpath("paper.toml").read_text(encoding="utf-8"))
     return {
         label: f"{short} {number}" for kind, short in KINDS.items() for number, label in enumerate(table[kind], start=1)
     }

@@ -138,4 +138,4 @@ def causes() -> Mapping[str, str]:
 
 @cache
 def _table(name: str) -> dict[str, Any]:
-    return tomllib.loads(files("experiments.bench.engine").joinpath(f"{name}.toml").read_text(encoding="utf-8"))
+    return tomllib.loads(files("experiments.bench.judging").joinpath(f"{name}.toml").read_text(encoding="utf-8"))

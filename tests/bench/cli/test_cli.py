@@ -1,0 +1,402 @@
+"""The command line through real processes, and what it leaves behind."""
+
+import csv
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import rerun as rr
+from matplotlib.image import imread
+
+from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from tests.conftest import Colias
+from tests.helpers.chapters import README, blocks, titled
+from tests.helpers.processes import WITHOUT_GL
+
+REPOSITORY = Path(__file__).parents[3]
+QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2")
+RERUN = [sys.executable, "-m", "rerun"]
+
+COLD = True
+"""The fixture `colias` starts Python itself here, as a user does; `warm` does not."""
+
+
+@pytest.fixture
+def warm(tmp_path: Path) -> Colias:
+    """The command line where its start and end are not what is tested."""
+    return Colias(tmp_path)
+
+
+def verify(*recordings: Path) -> None:
+    subprocess.run([*RERUN, "rrd", "verify", *map(str, recordings)], check=True, capture_output=True, timeout=60)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """One small run with recordings, both directions, and what it printed."""
+    folder = tmp_path_factory.mktemp("run")
+    command = [sys.executable, str(REPOSITORY / "experiments" / "speed.py"), *QUICK, "--out", "out", "--seed", "3"]
+    command += ["--set", "experiment.direction=both"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=True)
+    return folder / "out", done.stdout
+
+
+def test_a_run_prints_conditions_verdicts_and_paths(finished):
+    _, printed = finished
+    assert "rightward" in printed and "leftward" in printed
+    assert "C15 untested" in printed
+    assert "figure.png" in printed and "colias view" in printed
+
+
+def test_tables_hold_every_trial_and_frame(finished):
+    folder, _ = finished
+    trials, frames = pq.read_table(folder / "trials.parquet"), pq.read_table(folder / "frames.parquet")
+    set_otherwise = [pa.field(f"experiment.{name}", pa.string()) for name in ("speeds_cm_s", "direction")]
+    assert (trials.schema, frames.schema) == (pa.schema([*TRIAL_SCHEMA, *set_otherwise]), FRAME_SCHEMA)
+    assert trials["trial"].to_pylist() == list(range(8))
+    assert frames.num_rows == sum(trials["frames"].to_pylist())
+    for row in trials.to_pylist():
+        mine = frames.filter(np.asarray(frames["trial"]) == row["trial"])
+        assert mine["frame"].to_pylist() == list(range(row["frames"]))
+        assert row["spikes"] == np.abs(mine["hs_spikes"]).sum()
+        assert row["peak_hs"] == np.max(mine["hs"])
+        assert row["achieved_speed_cm_s"] == pytest.approx(row["speed_cm_s"], rel=0.02)
+        assert row["path_error_mm"] < 1
+
+
+def test_summary_agrees_with_the_trials(finished):
+    folder, _ = finished
+    trials = pq.read_table(folder / "trials.parquet").to_pylist()
+    with (folder / "summary.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["quantity"] == "spikes"]
+    assert len(rows) == 4
+    for row in rows:
+        spikes = [
+            t["spikes"]
+            for t in trials
+            if (t["direction"], t["speed_cm_s"]) == (row["direction"], float(row["speed_cm_s"]))
+        ]
+        assert (int(row["n"]), float(row["mean"])) == (2, np.mean(spikes))
+        assert float(row["ci_low"]) <= float(row["mean"]) <= float(row["ci_high"])
+
+
+def test_experiment_json_holds_every_parameter(finished):
+    folder, _ = finished
+    said = json.loads((folder / "experiment.json").read_text())
+    assert (said["seed"], said["repeats"], said["trials"]) == (3, 2, 8)
+    assert said["settings"]["models"][0]["network"]["tau_s"] == [10.0, 200.0]
+    assert said["settings"]["camera"]["read_noise"] == 0.64
+    assert said["experiment"]["design"]["direction"] == "both"
+    assert {"mujoco", "numpy", "colias-sim"} <= said["versions"].keys()
+
+
+def test_figures_are_drawn(finished):
+    folder, _ = finished
+    picture = imread(folder / "figure.png")
+    assert picture.shape[0] > 400 and picture.std() > 0.02
+    drawn = (folder / "figure.svg").read_text()
+    assert "spikes per trial" in drawn and "leftward" in drawn
+
+
+def test_no_half_written_file_is_left(finished):
+    assert not list(finished[0].rglob("*.part"))
+
+
+def entity(recording: Path, path: str):
+    """The temporal rows of one entity, read back from disk."""
+    store = rr.chunk.RrdReader(recording).stream().filter(content=path, is_static=False)
+    return [chunk.to_record_batch() for chunk in store.to_chunks()]
+
+
+def test_recordings_verify_and_read_back(finished):
+    folder, _ = finished
+    recordings = sorted((folder / "recordings").glob("*.rrd"))
+    assert len(recordings) == 8
+    verify(*recordings)
+    frames = pq.read_table(folder / "frames.parquet")
+    first = frames.filter(np.asarray(frames["trial"]) == 0)
+    (potential,) = entity(recordings[0], "/potential/dsnn/hs")
+    column = next(name for name in potential.schema.names if "Scalars" in name)
+    np.testing.assert_array_equal(np.concatenate(potential[column].to_pylist()), first["hs"])
+    times = potential["sim_time"].cast("int64").to_numpy() / 1e9
+    np.testing.assert_allclose(times, first["sim_time_s"], atol=1e-8)
+    assert potential["frame"].to_pylist() == list(range(first.num_rows))
+    for path in ("/camera", "/maps/p", "/maps/la", "/maps/f_on", "/maps/f_off"):
+        (images,) = entity(recordings[0], path)
+        buffers = images[next(name for name in images.schema.names if "buffer" in name)].to_pylist()
+        assert len(buffers) == first.num_rows
+        assert len(np.ravel(buffers[0])) == 72 * 99
+    (moving,) = entity(recordings[0], "/scene/stimulus")
+    places = moving[next(name for name in moving.schema.names if "translation" in name)].to_pylist()
+    np.testing.assert_allclose([p[0][0] for p in places], first["stimulus_x_cm"], atol=1e-4)
+
+
+def test_recordings_stay_small(finished):
+    """At most 15 KB a frame over a default run: 0.2 MB a file of layout and scene, the rest images."""
+    folder, _ = finished
+    frames = pq.read_table(folder / "trials.parquet")["frames"].to_pylist()
+    for trial, count in enumerate(frames):
+        size = (folder / "recordings" / f"trial-{trial:04d}.rrd").stat().st_size
+        assert size < 220_000 + 13_500 * count
+
+
+def test_equal_seeds_equal_numbers_and_recordings_change_none(finished, warm):
+    arguments = (*QUICK, "--set", "experiment.direction=both", "--no-recordings")
+    assert warm("run", "speed", *arguments, "--seed", "3", "--out", "again").returncode == 0
+    assert warm("run", "speed", *arguments, "--seed", "4", "--workers", "0", "--out", "other").returncode == 0
+    folder = finished[0]
+    tables = {
+        name: pq.read_table(path).drop_columns(["wall_s"])
+        for name, path in (
+            ("first", folder / "trials.parquet"),
+            ("again", warm.folder / "again" / "trials.parquet"),
+            ("other", warm.folder / "other" / "trials.parquet"),
+        )
+    }
+    assert tables["first"].equals(tables["again"])
+    assert not tables["first"].equals(tables["other"])
+    assert not list((warm.folder / "again" / "recordings").iterdir())
+    assert (folder / "figure.svg").read_bytes() == (warm.folder / "again" / "figure.svg").read_bytes()
+
+
+WRONG = {
+    "experiment": (("run", "spede"), "nearest: speed"),
+    "key": (("run", "speed", "--set", "dsnn.n_kon=3"), "nearest: dsnn.n_con"),
+    "range": (("run", "speed", "--set", "dsnn.n_con=0"), "from 1 to 64"),
+    "speed": (("run", "speed", "--set", "experiment.speeds_cm_s=-2"), "from 0.5 to 35"),
+    "repeats": (("run", "speed", "--repeats", "0"), "from 1 to 25000"),
+    "number": (("run", "speed", "--repeats", "two"), "--repeats"),
+    "seed": (("run", "speed", "--seed", "-1"), "from 0 to 4"),
+    "model": (("run", "speed", "--model", "dsn"), "nearest: dsnn"),
+    "folder": (("run", "speed", "--out", "/dev/null/x"), "/dev/null/x"),
+    "twice": (("run", "speed", "--set", "experiment.speeds_cm_s=6,6"), "is there twice"),
+    "top speed": (("run", "speed", "--set", "robot.max_speed_cm_s=10"), "up to 9.5 cm/s"),
+    "touch": (("run", "distance", "--set", "experiment.distances_cm=3", "--set", "camera.forward_cm=0.5"), "touch"),
+    "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "arena ends"),
+    "file": (("run", "absent.py"), "no such file"),
+    "view": (("view", "absent"), "absent"),
+    "screen": (("view", "bright"), "needs a screen"),
+    "command": (("rum",), "run"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_uses_end_in_one_line(warm, case):
+    arguments, says = WRONG[case]
+    done = warm(*arguments)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1, done.stderr
+    assert says in done.stderr
+    assert not (warm.folder / "runs").exists()
+
+
+OWN = """from experiments.bench.robot.experiment import Experiment
+from experiments.bench.robot.designs import Translation
+EXPERIMENT = Experiment(name="mine", summary="", varies="speed_cm_s", {more},
+    design=Translation(speeds_cm_s=(20,), distances_cm=(8,)))
+""".replace(", {more}", ", **dict({more})")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("EXPERIMENT = (\n", "mine.py, line 1"),
+        ("import math\nmath.sqrt(-1)\n", "mine.py, line 2: ValueError"),
+        ("x = 1\n", "declares no EXPERIMENT"),
+        ("EXPERIMENT = 3\n", "expected an Experiment"),
+        ("import sys\nsys.exit('no')\n", "mine.py, line 2: SystemExit: no"),
+        (OWN.format(more="repeats=0"), "mine.py, line 3: ValueError: experiment mine: repeats=0"),
+        (OWN.format(more="claims='C15'"), "legal is a tuple"),
+        (OWN.format(more="claims=('C99',)"), "unknown claim 'C99'"),
+        (OWN.format(more="repeats=2.5"), "a whole number from 1 up"),
+        (OWN.replace("speed_cm_s", "angle_deg", 1).format(more=""), "no value of it in every condition"),
+        (OWN.replace("Translation(speeds_cm_s=(20,), distances_cm=(8,))", "7").format(more=""), "design=7"),
+    ],
+)
+def test_a_broken_experiment_file_is_one_line(warm, text, says):
+    (warm.folder / "mine.py").write_text(text)
+    done = warm("run", "mine.py")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert says in done.stderr
+
+
+def test_an_experiment_file_of_one_s_own_runs_by_path(warm):
+    """The example of docs/your-own-experiment.md, as pasted."""
+    (warm.folder / "my_experiment.py").write_text(titled("my_experiment.py"))
+    done = warm("run", "my_experiment.py", "--repeats", "1", "--no-recordings", "--out", "out")
+    assert done.returncode == 0, done.stderr
+    trials = pq.read_table(warm.folder / "out" / "trials.parquet")
+    assert set(trials["experiment"].to_pylist()) == {"my_experiment"}
+
+
+PLAIN_DESIGN = """from __future__ import annotations
+from dataclasses import dataclass
+from beside import SPEED
+from experiments.bench.robot.experiment import Condition, Experiment
+
+@dataclass(frozen=True)
+class Fast:
+    count: int = 1
+    pose_sd_mm: float = 1.0
+    heading_sd_deg: float = 1.0
+
+    def conditions(self):
+        return tuple(Condition("translation", "rightward", SPEED - i, 8.0) for i in range(self.count))
+
+EXPERIMENT = Experiment("mine", "fast", Fast(), "speed_cm_s", repeats=1)
+"""
+
+
+def test_a_design_of_one_s_own_may_be_a_plain_dataclass(warm):
+    """Beside another module of the user's; in a folder whose name looks like markup."""
+    (warm.folder / "beside.py").write_text("SPEED = 30.0\n")
+    (warm.folder / "mine.py").write_text(PLAIN_DESIGN)
+    done = warm("run", "mine.py", "--set", "experiment.count=2", "--no-recordings", "--out", "[b]out")
+    assert done.returncode == 0, done.stderr
+    assert "[b]out/figure.png" in done.stdout
+    assert pq.read_table(warm.folder / "[b]out" / "trials.parquet")["speed_cm_s"].to_pylist() == [30.0, 29.0]
+    wrong = warm("run", "mine.py", "--set", "experiment.count=two")
+    assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)
+    assert "experiment.count=two: legal is a whole number" in wrong.stderr
+
+
+def test_one_trial_of_a_condition_has_no_interval(warm):
+    one = ("--repeats", "1", "--no-recordings", "--workers", "0", "--out", "one")
+    assert warm("run", "speed", *QUICK[:2], *one).returncode == 0
+    with (warm.folder / "one" / "summary.csv").open() as file:
+        assert {(row["n"], row["sd"], row["ci_low"]) for row in csv.DictReader(file)} == {("1", "", "")}
+
+
+def test_the_readme_s_python_example_runs(tmp_path):
+    """As a script, with worker processes; `tests.docs.test_docs` runs it in its own process."""
+    (example,) = [block.text for block in blocks(README) if block.language == "python"]
+    (tmp_path / "example.py").write_text(example)
+    command = [sys.executable, "-W", "error", "example.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert "emd 6.0 " in done.stdout and "C15 dsnn untested" in done.stdout
+    assert (tmp_path / "speed.png").exists()
+
+
+def test_a_run_is_never_overwritten(finished, colias):
+    copy = colias.folder / "copy"
+    shutil.copytree(finished[0], copy)
+    done = colias("run", "speed", *QUICK, "--out", "copy")
+    assert done.returncode == 2
+    assert "already holds a run" in done.stderr
+    assert (copy / "trials.parquet").read_bytes() == (finished[0] / "trials.parquet").read_bytes()
+
+
+@pytest.mark.parametrize("blow", [signal.SIGINT, signal.SIGKILL])
+def test_an_interrupted_run_leaves_its_finished_trials(tmp_path, blow):
+    command = [sys.executable, "-m", "experiments.bench.cli", "run", "speed", "--out", "out"]
+    command += ["--set", "experiment.speeds_cm_s=20,30", "--repeats", "200"]
+    # A shell that starts tests in the background has interrupts ignored, and its children inherit that.
+    heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    trials, deadline = tmp_path / "out" / "trials.parquet", time.monotonic() + 60
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=heed) as process:
+        try:
+            while not (trials.exists() and pq.read_table(trials).num_rows >= 3):
+                assert process.poll() is None and time.monotonic() < deadline
+                time.sleep(0.05)
+            process.send_signal(blow)
+            _, said = process.communicate(timeout=20)
+        finally:
+            process.kill()
+    table, frames = pq.read_table(trials), pq.read_table(tmp_path / "out" / "frames.parquet")
+    count, there = table.num_rows, table["trial"].to_pylist()
+    assert 3 <= count < 400
+    assert there == sorted(set(there)), "each once; two workers need not finish in order"
+    assert set(there) <= set(frames["trial"].to_pylist())
+    recordings = [tmp_path / "out" / "recordings" / f"trial-{i:04d}.rrd" for i in there]
+    verify(*recordings)
+    json.loads((tmp_path / "out" / "experiment.json").read_text())
+    if blow == signal.SIGINT:
+        assert process.returncode == 130
+        assert f"stopped after {count} of 400 trials" in said
+        assert "Traceback" not in said
+
+
+RUN_WITHOUT_GL = (
+    WITHOUT_GL
+    + """
+import sys
+sys.argv = ["colias", *sys.argv[1:]]
+from experiments.bench.cli.entry import run as main
+main()
+"""
+)
+
+
+@pytest.mark.parametrize("chosen", [None, "egl"])
+def test_missing_opengl_names_the_package(tmp_path, chosen):
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "MUJOCO_GL")}
+    environment |= {"MUJOCO_GL": chosen} if chosen else {}
+    command = [sys.executable, "-c", RUN_WITHOUT_GL, "run", "speed", "--repeats", "1"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2
+    assert "apt-get install libegl1 libgl1" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_dry_run_checks_and_writes_nothing(warm):
+    plan = (
+        "run",
+        "speed",
+        "--set",
+        "experiment.speeds_cm_s=6,30",
+        "--no-recordings",
+        "--workers",
+        "0",
+        "--repeats",
+        "1",
+    )
+    said = warm(*plan, "--dry-run").stdout
+    assert "speed: 2 trials" in said and "30 cm/s at 8 cm" in said and "nothing was run" in said
+    assert list(warm.folder.iterdir()) == []
+    assert "-0.5" in warm("run", "speed", "--set", "dsnn.w_i=-0.5", "--dry-run").stderr
+    assert warm(*plan, "--out", "out", "-q").returncode == 0
+    before = sorted(path.name for path in (warm.folder / "out").rglob("*"))
+    assert "2 of 2 are done already" in warm(*plan, "--resume", "out", "--dry-run").stdout
+    other = warm(*plan[:-1], "2", "--resume", "out", "--dry-run")
+    assert (other.returncode, other.stderr) == (
+        2,
+        "colias: out: --repeats is 1 there and 2 now: repeat the first command's options\n",
+    )
+    assert warm(*plan, "--out", "out", "--dry-run").returncode == 2
+    assert sorted(path.name for path in (warm.folder / "out").rglob("*")) == before
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_names_commands_and_experiments(tmp_path, shell):
+    """As the shells' own scripts ask for it."""
+    said = []
+    for words in ("colias le", "colias run spe"):
+        asked = {"COMP_WORDS": words, "COMP_CWORD": str(words.count(" ")), "_TYPER_COMPLETE_ARGS": words}
+        asked |= {"_COLIAS_COMPLETE": f"complete_{shell}", "_TYPER_COMPLETE_FISH_ACTION": "get-args"}
+        command = [str(Path(sys.executable).with_name("colias"))]
+        done = subprocess.run(
+            command, env=os.environ | asked, cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        said.append(done.stdout)
+    assert "leaderboard" in said[0] and "speed" in said[1]
+
+
+def test_help_and_lists(colias):
+    said = colias("--help").stdout
+    assert all(word in said for word in ("colias run speed", "trials.parquet", "parameters", "view"))
+    assert max(map(len, said.splitlines())) <= 100
+    listed = colias("list").stdout
+    assert all(name in listed for name in ("speed", "distance", "dsnn", "bright", "plain", "dim"))
+    assert "dsnn.n_con=8" in colias("parameters").stdout

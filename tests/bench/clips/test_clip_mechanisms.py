@@ -1,0 +1,286 @@
+"""The claims about mechanisms (C22 to C27) and those along the background's speed: the judges, and the experiments."""
+
+import json
+
+import numpy as np
+import pytest
+
+from dsnn import DSNN, DSNNParams
+from dsnn.stimuli import stimulus
+from experiments.background import SPEEDS
+from experiments.bench import registry
+from experiments.bench.clips.axis import along_background, c7_rises
+from experiments.bench.clips.claims import CLAIMS, judge
+from tests.bench.clips.test_offline import BLOCKED, FEWER, WITHOUT, T, greys, row
+
+DIRECTIONS = ("rightward", "leftward")
+PAIRS = ("on-on", "off-off", "on-off", "off-on")
+
+
+def signed(motion, hs):
+    """HS that goes the way of the motion."""
+    return {"peak_hs": hs} if motion == "rightward" else {"trough_hs": -hs}
+
+
+def edges(driven=0.0, other=0.2, whole=0.2):
+    """One edge of either polarity both ways, with the pathway that it drives blocked, and with the other."""
+    drives = {"on": BLOCKED, "off": BLOCKED[::-1]}
+    return [
+        row(f"{polarity} {motion}", model, stimulus="edge", polarity=polarity, motion=motion, **signed(motion, hs))
+        for polarity, (own, beside) in drives.items()
+        for motion in DIRECTIONS
+        for model, hs in (("dsnn", whole), (own, driven), (beside, other))
+    ]
+
+
+def strokes(same=0.2, opposite=0.01, **changed):
+    """Two steps of every pair both ways; ``changed`` has the answers of one clip, by its name with underscores."""
+    rows = []
+    for polarity in PAIRS:
+        for motion in DIRECTIONS:
+            hs = signed(motion, same) if polarity in PAIRS[:2] else {"peak_hs": opposite}
+            hs = changed.get(f"{polarity}_{motion}".replace("-", "_"), hs)
+            rows.append(row(f"{polarity} {motion}", stimulus="apparent", polarity=polarity, motion=motion, **hs))
+    return rows
+
+
+def ensembles(fewer=0.1):
+    """Peaks of 0.16 and more in some clips, and a share of them with fewer connected cells."""
+    whole = greys(lambda g, s: (abs(g - 128) + 10) * s / 6e4)
+    return whole + [{**each, "model": model, "peak_hs": fewer * each["peak_hs"]} for model in FEWER for each in whole]
+
+
+def speed_responses(middle=lambda s: 0.3, ends=lambda s: 0.3 + s / 1e4):
+    """The EMD answers the background by HS to the left; only with a black or a white object does |HS| rise."""
+    own = greys(lambda g, s: s / 1e3)
+    answers = {grey: ends if grey in (0.0, 255.0) else middle for grey in (0.0, 64.0, 128.0, 191.0, 255.0)}
+    other = {"model": "emd", "peak_hs": 0.0}
+    return own + [{**each, **other, "trough_hs": -answers[each["grey"]](each["speed"])} for each in own]
+
+
+def alone(factor=2.5):
+    """The background alone at the paper's five speeds."""
+    return [
+        row(f"alone {behind}", model, object="absent", background_speed=behind, peak_hs=0.001 * times,
+            trough_vs=-0.002 * times)
+        for behind in (-2.0, -4.0, -6.0, -8.0, -10.0)
+        for model, times in (("dsnn", 1.0), *((model, factor) for model in WITHOUT))
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rows", "verdict"),
+    [
+        (edges(), "holds"),
+        (edges(driven=0.0099), "holds"),
+        (edges(driven=0.0101), "fails"),
+        (edges(other=0.189), "fails"),
+        (edges(driven=0.2, other=0.0), "fails"),  # the pathways exchanged
+        (edges(whole=0.0, driven=0.0, other=0.0), "fails"),  # silence is no driven pathway
+        (edges(other=0.2)[:3], "untested"),
+    ],
+)
+def test_c22(rows, verdict):
+    assert judge("C22", rows, T).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("rows", "verdict"),
+    [
+        (strokes(), "holds"),
+        (strokes(opposite=0.0199), "holds"),
+        (strokes(opposite=0.021), "fails"),
+        (strokes(opposite=-0.021), "holds"),  # a peak below 0 is none: HS starts at rest
+        (strokes(on_off_leftward={"trough_hs": -0.03}), "fails"),  # in its direction or against it
+        (strokes(on_off_leftward={"peak_hs": 0.03}), "fails"),
+        (strokes(on_on_leftward={"peak_hs": 0.2}), "fails"),  # the wrong way
+        (strokes(on_on_leftward={"peak_hs": 0.2, "trough_hs": -0.19}), "fails"),  # the flash outweighs the direction
+        (strokes(off_off_rightward={"peak_hs": 0.05}), "fails"),  # the weaker of both is what it is a share of
+        (strokes(same=0.0, opposite=0.0), "fails"),
+        (strokes()[:-1], "untested"),
+        ([*strokes(), {**strokes()[0], "clip": "more"}], "untested"),
+    ],
+)
+def test_c23(rows, verdict):
+    assert judge("C23", rows, T).verdict == verdict
+
+
+def test_c23_tells_how_much_of_it_is_direction():
+    """A flash answer to either side is no answer of direction; it fails the words all the same."""
+    found = judge("C23", strokes(opposite=0.05), T)
+    assert found.verdict == "fails" and "25% of 0.200 for one sign (needs under 10%)" in found.decided
+    assert "on-on +0.2000" in found.measured and "on-off +0.0000" in found.measured
+    assert found.effect == "opposite signs: 0.0% of the part that tells direction"
+
+
+@pytest.mark.parametrize(("fewer", "verdict"), [(0.1, "holds"), (0.5, "holds"), (1.0, "fails"), (1.2, "fails")])
+def test_c24_off_line(fewer, verdict):
+    found = judge("C24", ensembles(fewer), T)
+    assert found.verdict == verdict and found.measured.startswith("off-line part")
+
+
+def test_c24_is_of_every_clip_and_of_how_many_pass():
+    rows = ensembles()
+    lost = rows.index(next(each for each in rows if each["model"] == FEWER[0] and each["clip"] == "128.0 40.0"))
+    found = judge("C24", [*rows[:lost], {**rows[lost], "peak_hs": 0.2}, *rows[lost + 1 :]], T)
+    assert found.verdict == "fails" and found.decided.startswith("128.0 40.0: peak HS")
+    none = [{**each, "peak_hs": each["peak_hs"] / 10} for each in rows]
+    assert judge("C24", none, T).decided == "passes T in 0 clips (needs more than 0 of dsnn:n_con=1)"
+
+
+@pytest.mark.parametrize(
+    ("changes", "verdict"),
+    [
+        ({}, "holds"),
+        ({"middle": lambda s: 0.3 - s / 1e4}, "holds"),
+        ({"middle": lambda s: 0.3 + s / 1e4}, "untestable"),  # for the others too
+        ({"middle": lambda s: 0.3 + min(s, 100.0) / 1e4}, "holds"),  # not at every step
+        ({"ends": lambda s: 0.3}, "untestable"),
+    ],
+)
+def test_c26(changes, verdict):
+    assert judge("C26", speed_responses(**changes), T).verdict == verdict
+
+
+def test_c26_is_of_the_dsnn_at_all_greys():
+    rows = speed_responses()
+    flat = [{**each, "peak_hs": 0.1} if (each["model"], each["grey"]) == ("dsnn", 64.0) else each for each in rows]
+    found = judge("C26", flat, T)
+    assert found.verdict == "fails" and found.decided.startswith("dsnn, grey 64")
+
+
+@pytest.mark.parametrize(("factor", "verdict"), [(2.5, "holds"), (2.0, "holds"), (1.99, "fails"), (0.0, "fails")])
+def test_c27(factor, verdict):
+    assert judge("C27", alone(factor), T).verdict == verdict
+
+
+def test_c27_is_of_each_filter_and_each_system():
+    for model in WITHOUT:
+        for column in ("peak_hs", "trough_vs"):
+            rows = alone()
+            index = next(i for i, each in enumerate(rows) if each["model"] == model)
+            rows[index] = {**rows[index], column: 0.0}
+            found = judge("C27", rows, T)
+            assert found.verdict == "fails" and model in found.decided
+    nothing = [{**each, "peak_hs": 0.0, "trough_vs": 0.0} for each in alone()]
+    assert judge("C27", nothing, T).verdict == "fails", "nothing cannot be twice nothing"
+
+
+# --- along the background's speed -------------------------------------------------------------------------------------
+
+
+def crossings(vs_at, hs=0.2):
+    """Clips of C6 and C8 at every speed; VS as a function of it."""
+    return [
+        row(f"{grey} {speed} {behind}", model, grey=grey, speed=speed, background_speed=-behind, peak_hs=hs,
+            peak_vs=0.9 if model == "dsn2017" else vs_at(behind))
+        for grey in (0.0, 255.0)
+        for speed in (40.0, 80.0, 120.0)
+        for behind in SPEEDS
+        for model in ("dsnn", "dsn2017")
+    ]  # fmt: skip
+
+
+def test_a_claim_says_at_which_speed_it_breaks():
+    for claim in ("C6", "C8"):
+        own = along_background(claim, SPEEDS)
+        assert judge(own, crossings(lambda behind: 0.0), T).verdict == "holds"
+        found = judge(own, crossings(lambda behind: behind / 300.0), T)
+        assert found.verdict == "fails" and found.effect == "4 of 7 speeds"
+        assert "holds at 0.067, 0.27, 0.5, 1; fails at 2, 5, 10; breaks first at 2 px a frame: " in found.measured
+        slow = [each for each in crossings(lambda behind: 0.0) if each["background_speed"] > -300.0]
+        lacking = judge(own, slow, T)
+        assert lacking.verdict == "untested" and "before -300 px/s" in lacking.measured
+
+
+def test_c7_along_the_axis_is_of_the_object_s_speed_alone():
+    rows = [{**each, "peak_hs": each["speed"] / 1e3} for each in crossings(lambda behind: 0.0)]
+    assert judge(along_background("C7", SPEEDS), rows, T).verdict == "holds"
+    flat = [{**each, "peak_hs": 0.1} if each["background_speed"] == -300.0 else each for each in rows]
+    found = judge(along_background("C7", SPEEDS), flat, T)
+    assert found.verdict == "fails" and "fails at 10;" in found.measured
+
+
+def test_the_axis_is_declared():
+    experiment = registry.find("background")
+    assert [claim.id for claim in experiment.claims] == [f"C{i}-background" for i in range(5, 12)]
+    shown = {abs(dict(clip.changes)["background_speed"]) for clip in experiment.clips}
+    assert shown == set(SPEEDS)
+    assert (min(SPEEDS) / 30, max(SPEEDS) / 30) == (pytest.approx(0.07, abs=0.005), 10.0)
+    for claim in experiment.claims:
+        paper = claim.id.removesuffix("-background")
+        assert claim.own and claim.judge.args[0] is (c7_rises if paper == "C7" else CLAIMS[paper].judge)
+
+
+@pytest.mark.parametrize(
+    ("claim", "speeds", "says"),
+    [("C4", (8.0,), "claim='C4'"), ("C6", (), r"speeds=\(\)"), ("C6", (8.0, -2.0), "above 0, one or more")],
+)
+def test_an_axis_that_cannot_be_judged_is_refused(claim, speeds, says):
+    with pytest.raises(ValueError, match=says):
+        along_background(claim, speeds)
+
+
+# --- the mechanisms themselves ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("motion", DIRECTIONS)
+@pytest.mark.parametrize("w_i", [0.9, 1.0])
+def test_a_pathway_never_mixes_signs(motion, w_i):
+    """Steps of opposite signs answer as their flashes do, alike in both directions; with w_i = 1 not at all."""
+    same, opposite = (
+        DSNN((60, 120), DSNNParams.offline(w_i=w_i)).run(
+            frame.luma for frame in stimulus("apparent", motion=motion, polarity=polarity, rows=60, columns=120)
+        )
+        for polarity in ("on-on", "on-off")
+    )
+    sign = 1 if motion == "rightward" else -1
+    assert (sign * same.hs).max() > 0.1
+    flashes = 0.35 if w_i < 1 else 0.03
+    assert np.abs(opposite.hs).max() < flashes * (sign * same.hs).max()
+    assert (opposite.hs.max() > 0.02) == (w_i < 1)
+
+
+@pytest.mark.parametrize("name", ["edges", "apparent", "background-alone", "background"])
+def test_the_experiments_run_from_the_command_line(colias, name):
+    """One small clip of each model and claim: the declaration cut down, the rest as it ships."""
+    every = 29 if name == "background" else 1
+    text = f"""
+import dataclasses
+
+from experiments.{name.replace("-", "_")} import EXPERIMENT as WHOLE
+
+SMALL = (("rows", 48), ("columns", 80))
+EXPERIMENT = dataclasses.replace(
+    WHOLE, name="small", repeats=1,
+    clips=[dataclasses.replace(clip, changes=(*clip.changes, *SMALL)) for clip in WHOLE.clips[::{every}]],
+)
+"""
+    (colias.folder / "small.py").write_text(text)
+    done = colias("run", "small.py", "--no-recordings", "--workers", "0", "--out", "out")
+    assert done.returncode == 0, done.stderr
+    verdicts = json.loads((colias.folder / "out" / "claims.json").read_text())
+    assert [each["id"] for each in verdicts] == [
+        claim if isinstance(claim, str) else claim.id for claim in registry.find(name).claims
+    ]
+    assert (colias.folder / "out" / "figure.png").stat().st_size > 10_000
+
+
+def test_fdsr_prefers_objects_to_background_and_the_dog_does_not():
+    """What the documentation says of C27: the share of an object's HS to that of the background alone.
+
+    With a sigmoid so wide that potentials stay linear, and from when the background's start has died away.
+    """
+
+    def strongest_hs(present, **switches):
+        field = {"rows": 60, "columns": 160, "height": 40.0, "grey": 255.0, "object": present}
+        clip = stimulus("cluttered", background_speed=-30.0, **field)
+        answer = DSNN(clip.shape, DSNNParams.offline(k_sig=1000.0, **switches)).run(frame.luma for frame in clip)
+        return np.abs(answer.hs[12:]).max() if present == "absent" else answer.hs[12:].max()
+
+    share = {
+        switch: strongest_hs("present", **changes) / strongest_hs("absent", **changes)
+        for switch, changes in {"intact": {}, "dog": {"dog": False}, "fdsr": {"fdsr": False}}.items()
+    }
+    assert share["dog"] > 1.5 * share["intact"], "without the DoG an object stands out more"
+    assert share["fdsr"] < share["intact"] / 1.5, "without FDSR less"

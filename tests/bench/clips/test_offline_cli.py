@@ -1,0 +1,192 @@
+"""The commands for stimuli, through real processes: what they write is what was painted, and what they refuse."""
+
+import csv
+import itertools
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+import rerun as rr
+
+from dsnn import DSNN, DSNNParams
+from dsnn.stimuli import STIMULI, Jittered, stimulus
+from experiments.bench.cli import clips as cli_clips
+from experiments.bench.clips import export
+from experiments.bench.clips.play import play
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import choose
+from tests.helpers.chapters import FOOTAGE, blocks
+
+
+def decoded(path):
+    """Every frame of a video, (T, R, C); its three channels must be one and the same grey."""
+    video = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    frames = []
+    while (read := video.read())[0]:
+        np.testing.assert_array_equal(read[1], read[1][:, :, :1].repeat(3, axis=2))
+        frames.append(read[1][:, :, 0])
+    return np.stack(frames)
+
+
+def table(path):
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("name", STIMULI)
+def test_a_clip_on_disk_is_the_stimulus_byte_for_byte(name, tmp_path):
+    clip = stimulus(name, seed=2, rows=46, columns=70, fps=15)
+    told = []
+    written = export.write(clip, tmp_path / "clip.avi", lambda: told.append(1))
+    np.testing.assert_array_equal(decoded(tmp_path / "clip.avi"), [frame.luma for frame in clip])
+    assert cv2.VideoCapture(str(tmp_path / "clip.avi")).get(cv2.CAP_PROP_FPS) == 15
+    assert len(table(written)) == len(clip) == len(told)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["clip.avi", "clip.csv"]
+
+
+def test_the_table_is_the_truth(tmp_path):
+    clip = stimulus("cluttered", rows=48, columns=80, width=10, height=12, background_speed=3.5)
+    for row, (index, frame) in zip(
+        table(export.write(clip, tmp_path / "a.avi", lambda: None)), enumerate(clip), strict=True
+    ):
+        assert (int(row["frame"]), row["motion"]) == (index, frame.truth.motion)
+        assert float(row["time_s"]) == pytest.approx(index / 30, abs=1e-6)
+        assert float(row["background_x_px_s"]) == 3.5
+        if frame.truth.box is None:
+            assert row["left_px"] == row["velocity_x_px_s"] == ""
+        else:
+            assert float(row["left_px"]) == pytest.approx(frame.truth.box.left, abs=1e-6)
+            assert float(row["velocity_x_px_s"]) == frame.truth.velocity.x
+
+
+def test_a_broken_off_clip_leaves_nothing(tmp_path):
+    def stop():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        export.write(stimulus("plain", rows=48, columns=80), tmp_path / "a.avi", stop)
+    assert not list(tmp_path.iterdir())
+
+
+def test_stimulus_writes_what_python_paints(colias):
+    done = colias("stimulus", "cluttered", "--out", "sub/a.avi", "--set", "cluttered.speed=240", "--seed", "4",
+                  "--set", "cluttered.columns=120", "--jitter", "0.25")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    clip = Jittered(stimulus("cluttered", seed=4, speed=240, columns=120), 0.25, seed=4)
+    np.testing.assert_array_equal(decoded(colias.folder / "sub" / "a.avi"), [frame.luma for frame in clip])
+    before = (colias.folder / "sub" / "a.avi").read_bytes()
+    (colias.folder / "sub" / "a.csv").unlink()
+    again = colias("stimulus", "plain", "--out", "sub/a.avi")
+    assert (again.returncode, again.stderr) == (
+        2, "colias: sub/a.avi is there already: choose another name, or remove it\n"
+    )  # fmt: skip
+    assert (colias.folder / "sub" / "a.avi").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["stimulus", "plane"], "unknown stimulus 'plane'"),
+        (["stimulus", "plain", "--set", "plain.grey=300"], "plain.grey=300: legal is a number from 0 to 255"),
+        (["stimulus", "plain", "--set", "plain.gray=30"], "nearest: plain.grey; all: colias stimulus plain"),
+        (["stimulus", "plain", "--set", "grey"], "expected SECTION.NAME=VALUE"),
+        (["stimulus", "plain", "--set", "plain.motion=up"], "legal is rightward, leftward, downward, upward"),
+        (["stimulus", "plain", "--set", "plain.enters=no", "--set", "plain.width=500"], "below the frame's 320"),
+        (["stimulus", "plain", "--seed", "-1"], "seed=-1: legal is a whole number from 0 up"),
+        (["stimulus", "plain", "--jitter", "11"], "sd_px=11: legal is a number from 0 to 10"),
+        (["stimulus", "plain", "--out", "a.mp4"], "should end in .avi"),
+        (["stimulus", "plain", "--set", "plain.columns=99"], "even rows and columns, not 180 and 99"),
+        (["play", "plain"], "needs a screen"),
+        (["play", "plain", "--no-view"], "give a file to --record"),
+        (["play", "plain", "--no-view", "--record", "a.avi"], "should end in .rrd"),
+        (["play", "plain", "--no-view", "--record", "a.rrd", "--model", "nosuch"], "unknown model 'nosuch'"),
+        (["play", "plain", "--no-view", "--record", "a.rrd", "--set", "dsnn.n_con=99"], "dsnn.n_con=99: legal is"),
+    ],
+)
+def test_a_wrong_use_is_told_in_one_line(colias, arguments, says):
+    done = colias(*arguments)
+    assert (done.returncode, done.stderr.count("\n"), done.stdout) == (2, 1, "")
+    assert says in done.stderr
+    assert not list(colias.folder.iterdir())
+
+
+def test_list_and_parameters_name_the_stimuli(colias):
+    listed = colias("list").stdout
+    assert all(name in listed for name in STIMULI)
+    said = colias("stimulus", "grating", "--parameters").stdout
+    assert "grating.period_px=20.0  (a number from 2 to 10000)" in said
+    assert not list(colias.folder.iterdir())
+
+
+def test_play_shows_the_model_what_the_stimulus_paints():
+    clip = stimulus("plain", rows=60, columns=80, width=20, height=30)
+    played = play("plain", clip, [choose("dsnn", "offline"), choose("dsn2017", "offline")])
+    assert [answer.thresholds for answer in played.answers] == [{"hs": 0.16, "vs": 0.16}] * 2
+    for answer, params in zip(played.answers, (DSNNParams.offline(), DSNNParams.offline(fdsr=False)), strict=True):
+        expected = DSNN(clip.shape, params).run(frame.luma for frame in clip)
+        np.testing.assert_array_equal(answer.series.hs, expected.hs)
+        np.testing.assert_array_equal(answer.series.vs_spikes, expected.vs_spikes)
+    assert played.truths == tuple(frame.truth for frame in clip)
+
+
+def entity(recording, path):
+    store = rr.chunk.RrdReader(recording).stream().filter(content=path, is_static=False)
+    return [chunk.to_record_batch() for chunk in store.to_chunks()]
+
+
+def column(batch, part):
+    return batch[next(name for name in batch.schema.names if part in name)].to_pylist()
+
+
+def test_play_records_frames_object_potentials_and_thresholds(colias):
+    small = [f"plain.{name}" for name in ("rows=60", "columns=80", "width=20", "height=30")]
+    arguments = [part for each in small for part in ("--set", each)]
+    done = colias("play", "plain", *arguments, "--record", "a.rrd", "--no-view", "--set", "dsnn.t_sp=0.3")
+    assert done.returncode == 0, done.stderr
+    assert "HS +0.00" in done.stdout
+    recording = colias.folder / "a.rrd"
+    subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", str(recording)], check=True, capture_output=True)
+    clip = stimulus("plain", rows=60, columns=80, width=20, height=30)
+    (shown,) = entity(recording, "/clip")
+    images = np.array(column(shown, "buffer"), np.uint8).reshape(len(clip), 60, 80)
+    np.testing.assert_array_equal(images, [frame.luma for frame in clip])
+    (boxes,) = entity(recording, "/clip/object")
+    centres = [frame.truth.box and [frame.truth.box.left + 10, 30.0] for frame in clip]
+    for drawn, centre in zip(column(boxes, "centers"), centres, strict=True):
+        assert (drawn == []) if centre is None else np.allclose(drawn, [centre], atol=1e-4)
+    (hs,) = entity(recording, "/potential/dsnn/hs")
+    expected = DSNN(clip.shape, DSNNParams.offline(t_sp=0.3)).run(frame.luma for frame in clip)
+    np.testing.assert_array_equal(np.concatenate(column(hs, "Scalars")), expected.hs)
+    (threshold,) = entity(recording, "/potential/threshold/minus_0_3")
+    assert column(threshold, "Scalars") == [[-0.3], [-0.3]]
+    again = colias("play", "plain", "--record", "a.rrd", "--no-view")
+    assert (again.returncode, again.stderr.count("\n")) == (2, 1)
+    assert "is there already" in again.stderr
+
+
+def test_progress_is_told_after_two_seconds_and_now_and_then(monkeypatch, capsys):
+    seconds = itertools.count()
+    monkeypatch.setattr(cli_clips.time, "monotonic", lambda: next(seconds))
+    with cli_clips._progress("clip: frames", 30) as advance:
+        for _ in range(30):
+            advance()
+    assert capsys.readouterr().err.splitlines() == [f"clip: frames: {n} of 30" for n in (3, 14, 25)]
+
+
+def test_clips_are_not_written_over(tmp_path):
+    (tmp_path / "a.csv").write_text("mine")
+    with pytest.raises(UsageError, match=r"a\.csv is there already"):
+        export.write(stimulus("plain"), tmp_path / "a.avi", lambda: None)
+    assert (tmp_path / "a.csv").read_text() == "mine"
+
+
+def test_the_example_of_the_documentation_runs(tmp_path):
+    (example,) = [block.text for block in blocks(FOOTAGE) if 'stimulus("cluttered"' in block.text]
+    done = subprocess.run([sys.executable, "-c", example], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert len(lines) > 50
+    assert any("rightward" in line for line in lines)

@@ -1,0 +1,137 @@
+"""``colias doctor`` on healthy and on broken machines, and the reference frame."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from colias_sim import gl, reference
+from dsnn import native
+from experiments.bench.doctor import installed, machine
+from experiments.bench.doctor.finding import Finding
+from experiments.bench.doctor.run import examine
+from tests.helpers.processes import WITHOUT_GL
+
+
+def doctored(colias, *options, **environment):
+    """``colias doctor --json``, by the name of what was looked at."""
+    command = [sys.executable, "-m", "experiments.bench.cli", "doctor", "--json", *options]
+    known = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "MUJOCO_GL", "DSNN_FORM")}
+    done = subprocess.run(
+        command, cwd=colias.folder, env=known | environment, capture_output=True, text=True, timeout=120, check=False
+    )
+    said = json.loads(done.stdout)
+    assert done.stderr == "" and said["ok"] == (done.returncode == 0)
+    assert all(each["remedy"] for each in said["findings"] if each["status"] == "fails")
+    return done.returncode, {each["name"]: each for each in said["findings"]}
+
+
+def test_a_healthy_machine(colias):
+    status, found = doctored(colias)
+    assert status == 0, [each for each in found.values() if each["status"] == "fails"]
+    assert {"python", "packages", "lock", "renderer", "reference frame", "robot's camera", "rerun viewer"} <= set(found)
+    assert found["renderer"]["said"].startswith(reference_renderer())
+    assert ("llvmpipe" in found["renderer"]["said"]) <= ("software" in found["renderer"]["said"])
+    assert found["reference frame"]["status"] in ("ok", "notice")
+    assert "ms a frame" in found["robot's camera"]["said"] and "ms a frame" in found["network, numpy"]["said"]
+    assert not (colias.folder / "runs").exists(), "what it made to try the disk is gone"
+
+
+def reference_renderer():
+    reference.reference_frame()
+    return gl.renderer()
+
+
+@pytest.mark.parametrize(
+    "environment, said, remedy",
+    [
+        ({"MUJOCO_GL": "quark"}, "no backend", "unset MUJOCO_GL"),
+        ({"PYTHONPATH": "without-egl"}, "no OpenGL library", "apt-get install libegl1 libgl1"),
+    ],
+    ids=["broken MUJOCO_GL", "no EGL"],
+)
+def test_what_cannot_draw_is_told_with_its_remedy(colias, environment, said, remedy):
+    site = colias.folder / "without-egl"
+    site.mkdir()
+    (site / "sitecustomize.py").write_text(WITHOUT_GL)
+    paths = (str(site), os.environ.get("PYTHONPATH", ""), str(installed.Path(__file__).parents[3]))
+    if "PYTHONPATH" in environment:
+        environment = {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
+    status, found = doctored(colias, **environment)
+    assert (status, found["rendering"]["status"]) == (1, "fails")
+    assert said in found["rendering"]["said"] and remedy in found["rendering"]["remedy"]
+    assert found["run folder runs"]["status"] == "ok", "the other checks still answer"
+
+
+def test_without_the_native_network_it_says_what_that_costs(monkeypatch):
+    monkeypatch.setattr(native, "missing", lambda: "is not built")
+    monkeypatch.delenv("DSNN_FORM", raising=False)
+    found = {each.name: each for each in installed.network()}
+    assert found["network, native"].status == "notice" and "make setup" in found["network, native"].remedy
+    assert found["network, chosen"].said == "numpy"
+    monkeypatch.setenv("DSNN_FORM", "native")
+    assert installed.network()[-1].status == "fails"
+
+
+def test_a_run_folder_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    assert machine.run_folder(tmp_path / "file" / "runs").status == "fails"
+    closed = tmp_path / "closed"
+    closed.mkdir(mode=0o555)
+    if os.geteuid():  # root may write everywhere
+        assert machine.run_folder(closed / "runs").status == "fails"
+    assert machine.run_folder(tmp_path / "a" / "b").status in ("ok", "notice")
+
+
+def test_an_old_lock_names_what_differs(tmp_path, monkeypatch):
+    for folder in ("experiments/bench/doctor", "lock"):
+        (tmp_path / folder).mkdir(parents=True)
+    monkeypatch.setattr(installed, "__file__", str(tmp_path / "experiments" / "bench" / "doctor" / "installed.py"))
+    assert installed.lock().status == "ok", "not a checkout"
+    lock = tmp_path / "requirements.lock"
+    lock.write_text("numpy==1.0.0 \\\n    --hash=sha256:00\nnosuch==2 ; sys_platform == 'nowhere'\nnosuch-2==3\n")
+    found = installed.lock()
+    assert found.status == "notice" and "2 of 2 differ" in found.said
+    assert f"numpy is {np.__version__}, locked is 1.0.0" in found.said and "nosuch-2 is missing" in found.said
+    lock.write_text("numpy>=1\n")
+    assert installed.lock().status == "fails"
+
+
+def test_packages_outside_their_ranges_fail(monkeypatch):
+    assert installed.packages().status == "ok"
+    monkeypatch.setattr(installed.importlib.metadata, "requires", lambda _: ["numpy<1", "nosuch; extra == 'train'"])
+    found = installed.packages()
+    assert found.status == "fails" and f"numpy is {np.__version__}" in found.said and "nosuch" not in found.said
+
+
+def test_a_check_that_breaks_is_a_finding(monkeypatch, tmp_path):
+    monkeypatch.setattr(installed, "viewer", lambda: 1 / 0)
+    monkeypatch.setattr("experiments.bench.doctor.picture.drawing", list)
+    found = {each.name: each for each in examine(tmp_path)}
+    assert found["rerun viewer"].status == "fails" and "ZeroDivisionError" in found["rerun viewer"].said
+    assert found["cores"].status == "ok"
+    with pytest.raises(ValueError, match="needs a remedy"):
+        Finding("x", "fails", "broken")
+
+
+def test_the_reference_frame_is_the_one_that_is_kept():
+    """Equal pixels wherever they were compared; another renderer may round some otherwise, and draws the same scene."""
+    kept = reference.expected_frame()
+    assert reference.digest(kept) == next(iter(reference.KNOWN))
+    drawn = reference.reference_frame()
+    assert drawn.shape == (72, 99, 3) and np.array_equal(drawn, reference.reference_frame())
+    assert np.abs(drawn.astype(int) - kept).mean() < 2.0
+
+
+def test_its_hash_is_kept_in_the_cache(tmp_path, monkeypatch):
+    drawn = reference.digest(reference.reference_frame())
+    for place in (tmp_path, tmp_path / "file" / "closed"):
+        (tmp_path / "file").touch()
+        monkeypatch.setenv("XDG_CACHE_HOME", str(place))
+        reference.reference_hash.cache_clear()
+        assert reference.reference_hash() == drawn
+    assert [path.read_text() for path in (tmp_path / "colias-sim").iterdir()] == [drawn]
+    reference.reference_hash.cache_clear()

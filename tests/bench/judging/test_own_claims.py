@@ -1,0 +1,163 @@
+"""Claims of a person's own: judged as they say, refused in one line, and never the end of a run."""
+
+import re
+
+import pytest
+
+from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation, decide
+from experiments.bench import registry
+from experiments.bench.clips import claims as clips_claims
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.public.run import Asked, missing_models, planned
+from experiments.bench.robot.claims import judge
+from experiments.bench.store.description import to_json
+from tests.bench.robot.test_claims import rows
+
+HOLDS = Outcome("holds", "as measured")
+
+
+def claim(found=HOLDS, **changes):
+    return Claim(**{"id": "mine", "says": "as I say", "judge": lambda rows, threshold: found, **changes})
+
+
+def clip_claim(found=HOLDS, **changes):
+    return ClipClaim(**{"id": "mine", "says": "as I say", "judge": lambda rows, threshold: found, **changes})
+
+
+def experiment(*claims):
+    return Experiment("mine", "mine", Translation((30.0,), (8.0,)), "speed_cm_s", claims=claims)
+
+
+def clips(*claims):
+    return OfflineExperiment("mine", "mine", (Clip("right", "plain"),), ("dsnn",), claims)
+
+
+WRONG = {
+    "the paper's id": (lambda: claim(id="C13"), "claim C13: one of the paper's claims has that id"),
+    "the paper's id for clips": (lambda: clip_claim(id="C1"), "claim C1: one of the paper's claims has that id"),
+    "no words": (lambda: claim(says=""), "claim mine: says='': a claim of your own needs words"),
+    "words that are none": (lambda: claim(says=3), "says=3: legal is a text"),
+    "an id with blanks": (lambda: claim(id="my claim"), "claim 'my claim': legal in a name"),
+    "no judge": (lambda: claim(judge="mine"), "judge='mine': legal is a function"),
+    "a motion that there is not": (lambda: claim(motions=("flight",)), "legal are translation, approach, recession"),
+    "motions as a text": (lambda: claim(motions="approach"), "legal is a tuple of texts"),
+    "a kind that there is not": (lambda: claim(about="time"), "about='time': legal is direction or looming"),
+    "a negative number": (lambda: claim(least=-1), "least=-1: legal is a whole number"),
+    "models as a text": (lambda: clip_claim(models="dsnn"), "models='dsnn': legal is a set of labels"),
+    "conditions as a list": (lambda: clip_claim(conditions=[1]), "legal is a mapping of columns"),
+    "a value alone": (lambda: clip_claim(conditions={"motion": "rightward"}), "legal is a mapping of columns"),
+    "twice": (lambda: experiment(claim(), claim()), "experiment mine: two claims are called 'mine'"),
+    "the paper's object": (lambda: clips(clips_claims.CLAIMS["C1"]), "claim C1 is the paper's: declare it by its id"),
+    "no verdict": (lambda: Outcome("yes", ""), "verdict='yes': legal is holds, fails, vacuous, untestable, untested"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_is_no_claim(what):
+    make, said = WRONG[what]
+    with pytest.raises(ValueError) as refused:
+        make()
+    assert said in str(refused.value) and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (lambda: experiment(clip_claim()), "expected experiments.Claim here"),
+        (lambda: clips(claim()), "expected experiments.ClipClaim here"),
+    ],
+)
+def test_a_claim_of_the_other_kind(made, said):
+    with pytest.raises(UsageError, match=said):
+        registry.check_claims(made(), "mine.py")
+
+
+def test_a_judge_decides():
+    def faster(own, threshold):
+        mean = sum(row["spikes"] for row in own) / len(own)
+        holds, decided = decide([Check(f"{mean} spikes (needs above 1)", mean - 1)])
+        return Outcome("holds" if holds else "fails", f"{mean} spikes", decided=decided)
+
+    trials = rows({6: [9] * 4}, "speed_cm_s") + rows({6: [9] * 3}, "speed_cm_s", far_cm=1.0)
+    whole = [{"far_cm": None, "acceleration_cm_s2": 100.0, **row} for row in trials]
+    found = judge(claim(judge=faster, least=3), whole, 0.2)
+    assert (found.verdict, found.n, found.says, found.decided) == ("holds", 7, "as I say", "9.0 spikes (needs above 1)")
+    few = judge(claim(judge=faster), whole, 0.2)
+    assert few.verdict == "untested" and "needs at least 4 trials of each condition (has 3)" in few.measured
+
+
+def broken(own, threshold):
+    return own[0]["no such column"]
+
+
+ANSWERS = {
+    "an exception": (broken, r"its judge failed: .*line \d+: KeyError"),
+    "a text": (lambda own, threshold: "holds", r"its judge answered 'holds', expected an Outcome"),
+    "another verdict": (
+        lambda own, threshold: Outcome("perhaps", ""),
+        r"its judge failed: .*line \d+: ValueError: outcome: verdict",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", ANSWERS)
+def test_a_judge_that_breaks_leaves_its_claim_untested(what):
+    own, said = ANSWERS[what]
+    trials = rows({6: [9] * 5}, "speed_cm_s")
+    found = judge(claim(judge=own), trials, 0.2)
+    assert found.verdict == "untested" and re.match(said, found.measured)
+    shown = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
+              **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)}]  # fmt: skip
+    assert re.match(said, clips_claims.judge(clip_claim(judge=own), shown, {"dsnn": 0.1}).measured)
+
+
+def test_columns_that_there_are_not():
+    trials = rows({6: [9] * 5}, "speed_cm_s")
+    assert judge(claim(reads=("spike",)), trials, 0.2).measured == "trials have no column spike"
+    shown = [{"model": "dsnn", "clip": "a", "object": "present"}]
+    found = clips_claims.judge(clip_claim(conditions={"speed_px": (1.0,)}), shown, {"dsnn": 0.1})
+    assert found.measured == "clips have no column speed_px"
+
+
+def test_clips_that_a_claim_is_about():
+    asked = []
+    potentials = dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)
+    shown = [{"model": model, "clip": clip, "object": clip, "motion": clip, **potentials}
+             for model in ("emd", "dsnn") for clip in ("absent", "present")]  # fmt: skip
+
+    def heed(own, threshold):
+        asked.append(([(row["model"], row["clip"]) for row in own], threshold))
+        return HOLDS
+
+    thresholds = {"dsnn": 0.1, "emd": 0.3}
+    assert clips_claims.judge(clip_claim(judge=heed), shown, thresholds).verdict == "holds"
+    of_emd = clip_claim(judge=heed, models={"emd"}, conditions={"motion": ("present",)})
+    assert clips_claims.judge(of_emd, shown, thresholds).verdict == "holds"
+    assert asked == [([("dsnn", "absent"), ("dsnn", "present")], 0.1), ([("emd", "present")], 0.3)]
+    assert clips_claims.judge(clip_claim(models=("flow",)), shown, thresholds).measured == "needs flow"
+
+
+def test_the_description_has_no_address():
+    said = to_json(experiment("C14", claim(source="my notebook")))
+    assert "function" not in said and " at 0x" not in said
+    assert '"says": "as I say"' in said and '"source": "my notebook"' in said
+
+
+def test_a_judge_that_breaks_is_told_by_its_line_and_the_nearest_column(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("def judge(rows, threshold):\n    return rows[0]['spiks']\n")
+    names: dict = {}
+    exec(compile(file.read_text(), str(file), "exec"), names)
+    found = judge(claim(judge=names["judge"]), rows({6: [9] * 5}, "speed_cm_s"), 0.2)
+    assert found.measured == "its judge failed: mine.py, line 2: KeyError: 'spiks' (nearest column: spikes)"
+
+
+def test_models_that_are_not_shown_are_told_before_the_first_trial():
+    def told(made, *models):
+        return missing_models(planned(made, Asked(models, only=bool(models))))
+
+    two = {"models": {"dsnn", "centroid2"}}
+    note = "note: claim mine needs the models centroid2, which are not shown; shown are dsnn"
+    assert told(experiment(claim(**two))) == told(clips(clip_claim(**two))) == [note]
+    assert told(experiment(claim(), "C24")) == told(clips(clip_claim())) == []
+    assert told(clips(clip_claim()), "emd") == [note.replace("centroid2", "dsnn").replace("are dsnn", "are emd")]

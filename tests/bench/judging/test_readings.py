@@ -1,0 +1,208 @@
+"""The readings of the paper beside each other, and claims that hang on what is not known of another model."""
+
+import dataclasses
+from pathlib import Path
+
+import pyarrow as pa
+import pytest
+
+from experiments import Figure
+from experiments.bench import registry
+from experiments.bench.clips import plan as clips_plan
+from experiments.bench.clips.claims import CLAIMS, judge
+from experiments.bench.clips.constants import COMPARING, along_constants
+from experiments.bench.clips.figure import draw
+from experiments.bench.clips.judging.assumed import ASSUMED, compared
+from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.judging import texts
+from experiments.bench.judging.texts import chosen, claim_texts, readings
+from experiments.bench.judging.verdict import Check, Outcome
+from experiments.bench.reproduction import claims, mechanisms, replicates, robustness
+from experiments.bench.reproduction.readings import NOT_RUN, Evidence, chapters, with_readings
+from experiments.bench.robot.mechanism.judges import FALLING
+from tests.bench.clips.test_clip_judges import enough
+from tests.bench.clips.test_clip_mechanisms import speed_responses
+from tests.bench.judging.test_replicates import made
+
+T = {"dsnn": 0.16, "dsn2017": 0.16, "emd": None}
+SUDDEN, SOFT = "sudden starts, 100 cm/s2", "soft starts, 10 cm/s2"
+COUNTS = {2.0: 10, 4.0: 30, 6.0: 60, 10.0: 40}
+"""Spikes of a crossing: C15 holds of them."""
+
+
+def peaked(rows, model, counts):
+    """The rows with a model's spikes at each speed, in the experiments that C15 is judged on."""
+    return [
+        {**row, "spikes": counts[row["speed_cm_s"]]}
+        if row["model"] == model and row["experiment"] in ("speed", "ensembles") and row["speed_cm_s"] in counts
+        else row
+        for row in rows
+    ]
+
+
+def frames(*repeats):
+    """Clips of the experiment clutter-frames: one set of rows a repeat."""
+    plan = clips_plan.plan(registry.find("clutter-frames"), (), (), len(repeats), 0)
+    rows = [{**row, "speed_unit": "px/frame", "repeat": r} for r, own in enumerate(repeats) for row in own]
+    return OfflineReport(plan, Path("clutter-frames"), rows, [], [])
+
+
+@pytest.fixture(scope="module")
+def evidence():
+    """Two replicates: C15 holds, and with falling delays it does in the second alone. C8 fails at the first seed."""
+    cases, rows = made(2)
+    rows = peaked(rows, "dsnn", COUNTS)
+    second = len(cases[0].specs)
+    fails = [row for row in rows if row["trial"] < second]
+    holds = [row for row in rows if row["trial"] >= second]
+    rows = peaked(fails, FALLING, {**COUNTS, 10.0: 90}) + peaked(holds, FALLING, COUNTS)
+    every = replicates.studied(cases, rows)
+    c8 = enough("C8")
+    shows = [frames([*({**row, "peak_vs": 0.3} for row in c8[:1]), *c8[1:]], c8)]
+    moved = {SUDDEN: {"C13": Outcome("fails", "m", n=20, decided="9 of 10 fire"), "C19": Outcome("holds", "m", n=50)}}
+    verdicts = claims.verdicts(every, [])
+    return Evidence({each.id: each for each in verdicts}, every, shows, moved), verdicts
+
+
+def row_of(made, reading, claim):
+    return next(row for chapter in made if chapter.reading.id == reading for row in chapter.rows if row.claim == claim)
+
+
+def test_every_reading_that_was_chosen_is_told_with_each_of_its_claims(evidence):
+    told = {reading.id: reading for reading in readings()}
+    for claim, names in chosen().items():
+        for name in names:
+            reading = told[name.replace(" ", "_")]
+            assert reading.used and (reading.of_all or claim in reading.own)
+            assert all((reading.says, reading.taken, reading.others, reading.note))
+    for chapter in chapters(evidence[0]):
+        assert [row.claim for row in chapter.rows] == list(chapter.reading.own)
+        assert all(len(row.others) == len(chapter.reading.others) for row in chapter.rows)
+        assert chapter.rows or chapter.reading.of_all
+
+
+def test_both_readings_of_the_delays_are_judged_in_every_replicate(evidence):
+    row = row_of(chapters(evidence[0]), "tau_s_rises_with_spacing", "C15")
+    assert (row.taken.verdict, row.taken.held) == ("holds", "held in 2 of 2 replicates so far")
+    (falling,) = row.others
+    assert (falling.verdict, falling.held) == ("fails", "held in 1 of 2 replicates so far")
+    assert falling.decided.startswith("60.0 spikes at 6 cm/s (needs more than at 10: 90.0)")
+    assert falling.n == row.taken.n > 0, "the same design: the paper's four speeds"
+
+
+def test_a_lost_trial_of_the_variant_leaves_its_replicate_untested(evidence):
+    own, _ = evidence
+    first = dataclasses.replace(own.replicates[0], lost={("ensembles", FALLING): 1})
+    lost = dataclasses.replace(own, replicates=[first, own.replicates[1]])
+    (falling,) = row_of(chapters(lost), "tau_s_rises_with_spacing", "C15").others
+    assert falling.verdict == "untested" and "not judged in 1" in falling.held
+
+
+def test_speeds_in_px_a_frame_are_judged_at_every_seed_of_their_clips(evidence):
+    made = chapters(evidence[0])
+    (c8,) = row_of(made, "speeds_in_px_per_second", "C8").others
+    assert c8.verdict == "fails" and c8.held.startswith("held in 1 of 2 replicates") and "0.300" in c8.decided
+    (c6,) = row_of(made, "speeds_in_px_per_second", "C6").others
+    assert c6.verdict == "untested", "no clip of the model of 2017"
+
+
+def test_start_accelerations_are_of_one_replicate_each_where_they_were_run(evidence):
+    c13 = row_of(chapters(evidence[0]), "start_acceleration", "C13")
+    sudden, soft = c13.others
+    assert (sudden.verdict, sudden.held, sudden.n) == ("fails", "held in 0 of 1 replicate so far", 20)
+    assert sudden.decided == "9 of 10 fire" and soft.verdict == NOT_RUN
+    reading = next(each for each in readings() if each.id == "start_acceleration")
+    assert set(reading.others) == {SUDDEN, SOFT} <= set(robustness.APPARATUS_MOVES)
+
+
+def test_nothing_run_of_the_other_readings_is_said_so(evidence):
+    own, _ = evidence
+    without = [
+        dataclasses.replace(each, rows=tuple(row for row in each.rows if row["model"] != FALLING))
+        for each in own.replicates
+    ]
+    bare = dataclasses.replace(own, shows=[], moved={}, replicates=without)
+    for chapter in chapters(bare):
+        for row in chapter.rows:
+            if chapter.reading.id != "whole_crossing":
+                assert all(side.verdict == NOT_RUN and side.held for side in row.others)
+
+
+def test_no_claim_lacks_a_field_that_its_card_shows(evidence):
+    own, verdicts = evidence
+    told = with_readings(mechanisms.explained(verdicts, ["ensembles"], [], {}), chapters(own))
+    assert [claim.id for claim in told] == list(claim_texts())
+    for claim in told:
+        assert claim.other_reading and claim.used_to_choose and claim.interval and claim.mechanism
+        assert bool(claim.assumed) == (claim.id in COMPARING)
+        assert claim.n > 0 or claim.verdict == "untested"
+    by_id = {claim.id: claim for claim in told}
+    assert "falling with spacing, 200 to 10 ms: held in 1 of 2" in by_id["C15"].other_reading
+    assert by_id["C15"].mechanism.startswith("ensembles: ") and "16% to 100%" in by_id["C15"].interval
+    assert by_id["C17"].mechanism.startswith("angular-approach: "), "approach-mechanism is not there"
+    assert by_id["C12"].interval.startswith("none")
+
+
+def test_a_mechanism_is_named_where_its_experiment_was_run(evidence):
+    c17 = next(claim for claim in evidence[1] if claim.id == "C17")
+    said = mechanisms.mechanism(c17, ["approach-mechanism"], {})
+    assert said.startswith("approach-mechanism: excitation and inhibition")
+
+
+def test_a_reading_without_words_is_refused(monkeypatch):
+    monkeypatch.setattr(texts, "_table", lambda name: {"chosen": {"a_reading": ["C1"]}} if name == "claims" else {})
+    with pytest.raises(ValueError, match="it lacks a_reading"):
+        texts.readings.__wrapped__()
+
+
+# Constants of other models.
+
+
+@pytest.mark.parametrize(
+    ("own", "other", "verdict"), [(1, 1, "holds"), (1, -1, "untestable"), (-1, 1, "fails"), (-1, -1, "fails")]
+)
+def test_only_the_dsnn_s_own_part_can_refute_a_claim(own, other, verdict):
+    found = compared([Check("own part", own)], [Check("other part", other)], "emd", "m", "", 3)
+    assert (found.verdict, found.n) == (verdict, 3)
+    assert found.decided == {"holds": "own part", "untestable": "", "fails": "own part"}[verdict]
+    assert ("other part" in found.measured) == (verdict == "untestable")
+
+
+def test_the_claims_about_other_models_are_those_that_take_them():
+    assert set(COMPARING) == {claim for claim, each in CLAIMS.items() if each.models & set(ASSUMED)}
+    asked = {claim.id for name in ("constants-2017", "constants-emd") for claim in registry.find(name).claims}
+    assert asked == {f"{claim}-constants" for claim in COMPARING}
+
+
+def test_a_claim_along_constants_says_with_which_it_holds():
+    """The EMD as it should be, and one whose peak does not rise with speed for the darkest and lightest object."""
+    good, flat = speed_responses(), speed_responses(ends=lambda speed: 0.3)
+    rows = [row for row in good if row["model"] == "dsnn"]
+    for label, source in (("emd:spacing=4", good), ("emd:spacing=1", flat)):
+        rows += [{**row, "model": label} for row in source if row["model"] == "emd"]
+    thresholds = {**T, "emd:spacing=4": None, "emd:spacing=1": None}
+    found = judge(along_constants("C26", ("emd:spacing=4", "emd:spacing=1")), rows, thresholds)
+    assert found.verdict == "holds" and found.decided.startswith("spacing=4: ")
+    assert "1 of 2 choices of the constants tried let it hold" in found.measured
+    assert "it holds with spacing = 4; it does not with spacing = 1" in found.measured
+    alone = [row for row in rows if row["model"] != "emd:spacing=4"]
+    assert judge(along_constants("C26", ("emd:spacing=1",)), alone, thresholds).verdict == "fails"
+
+
+@pytest.mark.parametrize(("claim", "variants"), [("C9", ("emd",)), ("C7", ()), ("C7", ("emd:spacing=2",))])
+def test_constants_of_what_a_claim_is_not_about(claim, variants):
+    with pytest.raises(ValueError, match=r"along_constants: .*legal"):
+        along_constants(claim, variants)
+
+
+def test_the_figure_of_ranges_has_a_bar_for_each_model_and_both_kinds_of_clip():
+    rows = [*speed_responses(), *enough("C11")]
+    drawn = draw(Figure("ranges"), rows, pa.table({}), {"dsnn": 0.16, "emd": None}, "constants-emd")
+    (axes,) = drawn.axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["dsnn", "emd"]
+    bars = [line for line in axes.lines if line.get_marker() == "|"]
+    assert len(bars) == 4, "an object crosses, and the background alone"
+    across = [
+        max(row["peak_hs"], -row["trough_hs"]) for row in rows if row["model"] == "emd" and row["object"] != "absent"
+    ]
+    assert list(bars[1].get_xdata()) == [min(across), max(across)]

@@ -1,0 +1,227 @@
+"""``colias export``: the tables of every kind of run for other programs, and frames as pictures."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+
+import cv2
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import rerun as rr
+import rerun.blueprint as rrb
+from scipy import io
+
+import experiments
+from experiments.bench.cli import main
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.recording import jpegs, recorded, timelines, video
+from experiments.bench.store.convert import array, fields, tables_of, write
+from experiments.bench.store.pictures import pictures
+from experiments.bench.video import encoding
+from tests.conftest import Colias
+from tests.helpers.h264 import decoded
+
+
+def colias(*arguments) -> int:
+    return main.command([str(each) for each in arguments])
+
+
+SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
+SHOWN = experiments.OfflineExperiment("small", "small", (experiments.Clip("right", "plain", SMALL),), ("dsnn",))
+
+
+@pytest.fixture(scope="module")
+def clips(tmp_path_factory):
+    """A run of one small clip, a parameter of it changed."""
+    folder = tmp_path_factory.mktemp("clips") / "small"
+    return experiments.run(SHOWN, settings={"dsnn.n_con": 4}, repeats=3, quiet=True, workers=0, out=folder)
+
+
+@pytest.mark.parametrize("kind", ["csv", "npz", "mat"])
+def test_the_tables_come_out_whole(clips, tmp_path, kind):
+    assert colias("export", clips.folder, "--to", kind, "--out", tmp_path / "out", "--quiet") == 0
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [f"frames.{kind}", f"trials.{kind}"]
+    rows = clips.trials.to_pylist()
+    place = tmp_path / "out" / f"trials.{kind}"
+    if kind == "csv":
+        with place.open() as file:
+            read = list(csv.DictReader(file))
+        assert list(read[0]) == clips.trials.column_names
+        assert [float(row["peak_hs"]) for row in read] == [row["peak_hs"] for row in rows]
+        assert [row["dsnn.n_con"] for row in read] == ["4"] * len(rows)
+    elif kind == "npz":
+        with np.load(place, allow_pickle=False) as read:
+            assert list(read) == clips.trials.column_names
+            np.testing.assert_array_equal(read["peak_hs"], clips.trials["peak_hs"])
+            assert read["model"].tolist() == clips.trials["model"].to_pylist()
+            known = [value if value is not None else np.nan for value in clips.trials["hs_rightward"].to_pylist()]
+            np.testing.assert_array_equal(read["hs_rightward"], known)
+    else:
+        read = io.loadmat(place, simplify_cells=True)["trials"]
+        np.testing.assert_array_equal(read["peak_hs"], clips.trials["peak_hs"])
+        assert list(read["model"]) == clips.trials["model"].to_pylist()
+        assert set(read["dsnn_n_con"]) == {4}
+
+
+def test_what_is_there_is_kept_unless_forced(clips, tmp_path):
+    """Nor is anything replaced before what replaces it is whole."""
+    place = tmp_path / "out"
+    place.mkdir()
+    (place / "mine").write_text("kept")
+    with pytest.raises(FileExistsError, match=r"out is there already: .* --force"):
+        colias("export", clips.folder, "--to", "csv", "--out", place)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(UsageError, match="no recordings"):
+        colias("export", tmp_path / "empty", "--frames", place, "--force")
+    (tmp_path / "empty").rmdir()
+    assert (place / "mine").read_text() == "kept" and len(list(tmp_path.iterdir())) == 1
+    assert colias("export", clips.folder, "--to", "csv", "--out", place, "--force", "--quiet") == 0
+    assert not (place / "mine").exists() and (place / "trials.csv").exists()
+    with pytest.raises(UsageError, match="holds what is to be exported"):
+        colias("export", clips.folder, "--to", "csv", "--out", clips.folder, "--force")
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["--to", "xlsx"], "--to xlsx: legal is csv, npz, mat, mp4, log"),
+        ([], "give --to, --frames, or both"),
+        (["--to", "csv", "--tracked"], "--tracked: only --to log"),
+        (["--to", "csv", "--trial", "1"], "--trial 1: --to mp4 and --frames take one trial"),
+        (["--to", "log"], "--to log: legal is a run of trials with the robot"),
+    ],
+)
+def test_what_cannot_be_exported(clips, tmp_path, monkeypatch, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError, match=said):
+        colias("export", clips.folder, *arguments)
+    with pytest.raises(UsageError, match="no such run"):
+        colias("export", tmp_path / "nothing", "--to", "csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_parts_of_a_run_and_single_tables(tmp_path):
+    """A leaderboard's parts are folders of their own; a table of footage is a file."""
+    table = pa.table({"frame": [0, 1], "time_s": [0.0, 0.1], "hs": [None, 0.5]})
+    for part in ("robot", "clips"):
+        (tmp_path / "run" / part).mkdir(parents=True)
+        pq.write_table(table, tmp_path / "run" / part / "trials.parquet")
+    assert list(tables_of(tmp_path / "run")) == ["clips/trials", "robot/trials"]
+    assert colias("export", tmp_path / "run", "--to", "npz", "--out", tmp_path / "out", "--quiet") == 0
+    with np.load(tmp_path / "out" / "robot" / "trials.npz", allow_pickle=False) as read:
+        np.testing.assert_array_equal(read["hs"], [np.nan, 0.5])
+    pa.csv.write_csv(table, tmp_path / "seen.csv")
+    assert tables_of(tmp_path / "seen.csv")["seen"].equals(table)
+    (tmp_path / "bad.parquet").write_bytes(b"PAR1")
+    with pytest.raises(UsageError, match=r"bad\.parquet: cannot be read"):
+        tables_of(tmp_path / "bad.parquet")
+    with pytest.raises(UsageError, match=r"no trials\.parquet or frames\.parquet there"):
+        tables_of(tmp_path / "out")
+
+
+def test_columns_have_one_type_and_no_pickles(tmp_path):
+    table = pa.table({"n": [1, None], "word": ["a", None], "yes": [True, False], "none": pa.nulls(2), "1.x": [1, 2]})
+    kinds = {name: array(table[name]).dtype.kind for name in table.column_names}
+    assert kinds == {"n": "f", "word": "U", "yes": "b", "none": "f", "1.x": "i"}
+    assert fields(["dsnn.n_con", "dsnn-n_con", "1.x", "_y"]) == ["dsnn_n_con", "dsnn_n_con_2", "c_1_x", "c__y"]
+    for kind in ("csv", "npz", "mat"):
+        (made,) = write({"odd": table}, tmp_path, kind)
+        assert made.stat().st_size
+
+
+@pytest.fixture
+def filmed(tmp_path):
+    """A run with two recordings, one of them of a part, of three and of five frames."""
+    for place, frames in (("recordings/trial-0003", 3), ("part/recordings/trial-0000", 5)):
+        own = np.full((frames, 12, 16), 40 * frames, np.uint8)
+        times = timelines(np.arange(frames) / 30, np.arange(frames))
+        path = tmp_path / "run" / f"{place}.rrd"
+        path.parent.mkdir(parents=True)
+        data = recorded(lambda s, o=own, t=times: video(s, "camera", o, t), rrb.Blueprint(rrb.Spatial2DView()), "x")
+        path.write_bytes(data)
+    return tmp_path / "run"
+
+
+@pytest.mark.skipif(importlib.util.find_spec("imageio_ffmpeg") is None, reason="needs the extra [video]")
+def test_a_video_of_every_recording_or_of_one(filmed, tmp_path):
+    def made(*more):
+        assert colias("export", filmed, "--to", "mp4", "--out", tmp_path / "out", "--force", "--quiet", *more) == 0
+        found = sorted((tmp_path / "out").rglob("*.*"))
+        return {str(path.relative_to(tmp_path / "out")): len(decoded(path)) for path in found}
+
+    assert made() == {"part/trial-0000.mp4": 5, "trial-0003.mp4": 3}
+    assert made("--trial", "3") == {"trial-0003.mp4": 3}
+    with pytest.raises(UsageError, match=r"--trial 7: .* no recording of it \(recorded: 3"):
+        made("--trial", "7")
+
+
+def test_one_trial_s_frames(filmed, tmp_path):
+    assert colias("export", filmed, "--frames", tmp_path / "out", "--trial", "3", "--quiet") == 0
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["trial-0003"]
+
+
+def test_videos_need_recordings_and_an_encoder(filmed, tmp_path, monkeypatch):
+    """Each is one line and exit status 2, and nothing is left."""
+    (tmp_path / "empty").mkdir()
+    done = Colias(tmp_path)("export", "empty", "--to", "mp4")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert "--to mp4" in done.stderr and "no recordings (.rrd)" in done.stderr
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        encoding.importlib.util, "find_spec", lambda name, *more: None if "ffmpeg" in name else find(name, *more)
+    )
+    with pytest.raises(UsageError, match=r"^--to mp4: needs the extra \[video\] .* pip install 'colias-sim\[video\]'$"):
+        colias("export", filmed, "--to", "mp4", "--out", filmed.parent / "out")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["empty", "run"]
+
+
+def test_frames_are_the_pictures_of_the_recordings(tmp_path):
+    """A folder a recording, one more below it for each eye; frames are numbered from 0, and exact where they were."""
+    frames = np.random.default_rng(0).integers(0, 256, (3, 12, 16), np.uint8)
+    times = timelines(np.arange(3) / 30, np.arange(3))
+
+    def two_eyes(stream):
+        video(stream, "camera", frames, times)
+        video(stream, "camera_ov7670", frames[::-1], times)
+
+    (tmp_path / "run" / "recordings").mkdir(parents=True)
+    for name, write_to in (("trial-0000", two_eyes), ("trial-0001", lambda s: jpegs(s, "clip", frames, times, 95))):
+        data = recorded(write_to, rrb.Blueprint(rrb.Spatial2DView()), name)
+        (tmp_path / "run" / "recordings" / f"{name}.rrd").write_bytes(data)
+    assert colias("export", tmp_path / "run", "--frames", tmp_path / "out", "--quiet") == 0
+    made = sorted(str(path.relative_to(tmp_path / "out")) for path in (tmp_path / "out").rglob("*.png"))
+    folders = ("trial-0000/camera", "trial-0000/camera_ov7670", "trial-0001")
+    assert made == [f"{folder}/{number:06d}.png" for folder in folders for number in range(3)]
+    read = [cv2.imread(str(tmp_path / "out" / path), cv2.IMREAD_UNCHANGED) for path in made]
+    np.testing.assert_array_equal(read[:3], frames)
+    np.testing.assert_array_equal(read[3:6], frames[::-1])
+    single = tmp_path / "run" / "recordings" / "trial-0001.rrd"
+    assert colias("export", single, "--frames", tmp_path / "one", "--quiet") == 0
+    assert len(list((tmp_path / "one" / "trial-0001").iterdir())) == 3
+    single.write_bytes(b"no recording")
+    with pytest.raises(UsageError, match="no recording"):
+        pictures(single)
+
+
+def test_no_name_in_a_recording_leads_out_of_the_folder(tmp_path):
+    """A recording that was handed over names its entities as it likes."""
+    image = rr.Image(np.zeros((4, 5), np.uint8))
+    stream = rr.RecordingStream("colias")
+    stream.save(tmp_path / "a.rrd")
+    for entity in (["camera"], ["camera_x", "..", "..", "..", "outside"], ["camera_", "inside"]):
+        stream.set_time("frame", sequence=0)
+        stream.log(entity, image)
+    stream.disconnect()
+    assert list(pictures(tmp_path / "a.rrd")) == ["camera"]
+    assert colias("export", tmp_path / "a.rrd", "--frames", tmp_path / "b" / "frames", "--quiet") == 0
+    there = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file())
+    assert there == ["a.rrd", "b/frames/a/000000.png"]
+
+
+def test_the_folder_one_is_in_is_not_replaced(clips, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError, match=r"^\.: legal is a path that ends in the name"):
+        colias("export", clips.folder, "--to", "csv", "--out", ".", "--force")

@@ -1,0 +1,365 @@
+"""The report's page: every claim has its tile and evidence, links lead somewhere, and its colours can be read."""
+
+import dataclasses
+import json
+import re
+from html.parser import HTMLParser
+from importlib.resources import files
+
+import pyarrow as pa
+import pytest
+
+from colias_sim.reference import KNOWN
+from experiments.bench import registry
+from experiments.bench.clips import figure as clips_figure
+from experiments.bench.closed_loop.run import Played
+from experiments.bench.judging.overall import MEANINGS, SIGNS
+from experiments.bench.judging.paper import cited, numbers
+from experiments.bench.judging.replicates import Replicates
+from experiments.bench.judging.scores import Standing
+from experiments.bench.judging.texts import causes, claim_texts, readings, readings_of_all, title
+from experiments.bench.judging.verdict import Outcome, Verdict
+from experiments.bench.reproduction import mechanisms, report, robustness
+from experiments.bench.reproduction.chapters import TITLES
+from experiments.bench.reproduction.page.overview import NO_CAUSE, SILENT
+from experiments.bench.reproduction.page.stored import read, stored
+from experiments.bench.reproduction.plan import FULL
+from experiments.bench.reproduction.readings import Evidence, chapters, with_readings
+from experiments.bench.reproduction.replicates import Replicate
+from experiments.bench.reproduction.reproduce import Reproduction
+from experiments.bench.reproduction.table import show_claims
+from experiments.bench.robot.plan import plan
+from experiments.bench.robot.summary import Report
+from experiments.bench.store.description import to_json
+from tests.bench.judging.test_replicates import rows_of
+from tools.numbers import CLAIM_FIELDS, blocks
+
+COUNTS = {
+    "holds": Replicates(20),
+    "fragile": Replicates(12, 8),
+    "mixed": Replicates(3, 2),
+    "fails": Replicates(0, 20),
+    "vacuous": Replicates(0, vacuous=20),
+    "untestable": Replicates(0, untestable=20),
+}
+FIRST = {"fragile": "fails", "mixed": "holds"}
+"""Word -> the verdict of replicate 0, where that is another word."""
+
+
+def verdict(claim, word):
+    says, source = claim_texts().get(claim, ("words of our own", "ours"))
+    if word == "untested":
+        return Verdict(claim, says, source, "untested", "needs more", overall="untested")
+    fields = COUNTS[word].fields()
+    return Verdict(claim, says, source, FIRST.get(word, word), "0.1 | measured", decided="0.1 (needs 0.2)", n=20,
+                   experiment="speed", **fields)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    """A reproduction as `reproduce` returns it, without runs, with claims of every word in turn."""
+    words = list(MEANINGS)
+    told = {claim: verdict(claim, words[place % len(words)]) for place, claim in enumerate(claim_texts())}
+    told = {claim.id: claim for claim in mechanisms.explained(list(told.values()), (), (), {})}
+    made = chapters(Evidence(told, (Replicate((), {}, {}),), (), {}))
+    moved = {name: {claim: Outcome(word, "m") for claim in robustness.ROBOT_CLAIMS}
+             for name, word in ((robustness.MODEL, "holds"), ("no FDSR", "vacuous"))}  # fmt: skip
+    own = [dataclasses.replace(verdict("B1", "untested"), verdict="fails", overall="")]
+    return Reproduction(
+        tmp_path_factory.mktemp("report"), FULL, 0, with_readings(list(told.values()), made), [], [], moved, [], own,
+        {}, {"versions": {"colias-sim": "0"}}, made,
+    )  # fmt: skip
+
+
+class Page(HTMLParser):
+    """Elements of a page: (tag, attributes, text up to the next tag)."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append([tag, dict(attrs), ""])
+
+    def handle_data(self, data):
+        if self.elements:
+            self.elements[-1][2] += data
+
+    def of(self, name):
+        """Places of the elements of a class."""
+        return [at for at, (_, attrs, _) in enumerate(self.elements) if name in attrs.get("class", "").split()]
+
+
+@pytest.fixture(scope="module")
+def text(result):
+    return report.page(result)
+
+
+@pytest.fixture(scope="module")
+def page(text):
+    return Page(text)
+
+
+def tiles(page):
+    """Claim -> (sign and word of its tile, its class, where it leads)."""
+    found = {}
+    for at in page.of("tile"):
+        _, attrs, _ = page.elements[at]
+        claim, word = (page.elements[at + offset][2].strip() for offset in (2, 3))
+        found[claim] = (word, attrs["class"], attrs["href"])
+    return found
+
+
+def test_tiles_claims_json_terminal_and_readme_show_the_same_verdicts(result, page, capsys):
+    words = {claim.id: claim.word for claim in result.claims}
+    assert set(words.values()) == set(MEANINGS)
+    assert {claim: said.split()[1] for claim, (said, *_) in tiles(page).items() if claim in words} == words
+    kept = json.loads(to_json(result.claims))
+    assert {claim["id"]: claim["overall"] for claim in kept} == words
+    show_claims(result.claims)
+    shown = capsys.readouterr().out
+    in_table = dict(re.findall(r"^(C\d+) +(\w+)  ", shown, re.MULTILINE))
+    judged = {claim.id: claim.word for claim in result.claims if claim.experiment}
+    assert in_table == judged
+    scale = dataclasses.asdict(result.scale)
+    results = {"design": {"scale": scale, "seed": 0}, "behaviours": [], "scores": [],
+               "claims": [{name: claim[name] for name in CLAIM_FIELDS} for claim in kept]}  # fmt: skip
+    readme = blocks(results)["verdicts"]
+    assert dict(re.findall(r"^\| (C\d+) \| .* \| (\w+) \| [^|]* \| \w+ \|$", readme, re.MULTILINE)) == words
+    (total,) = {readme.partition(". A replicate")[0], " ".join(shown.partition("\n\n")[2].split("\n\n")[0].split())}
+    lead = " ".join(re.sub("<[^>]*>", "", re.search(r'<p class="lead">(.*?)</p>', report.page(result))[1]).split())
+    assert lead == f"{total}."
+
+
+def test_every_claim_has_a_tile_that_leads_to_its_evidence(result, page):
+    found = tiles(page)
+    assert list(found) == [claim.id for claim in (*result.claims, *result.own_claims)]
+    cards = {page.elements[at][1]["id"]: page.elements[at][1]["class"] for at in page.of("claim")}
+    for claim, (said, style, target) in found.items():
+        word = said.split()[1]
+        assert said == f"{SIGNS[word]} {word}" and style.split() == ["tile", word]
+        assert target == f"#{claim}" and cards[claim].split() == ["claim", word]
+    assert list(cards) == list(found)
+
+
+def test_the_first_screen_says_why_claims_do_not_hold(result, text):
+    first = text.partition('id="claims"')[0]
+    for claim in result.claims:
+        if claim.word not in ("holds", "untested"):
+            known = SILENT if claim.word == "vacuous" else causes().get(claim.id, NO_CAUSE)
+            assert known in first.replace("&#39;", "'"), claim.id
+    assert "6,200" not in first and "What the robot saw" in first, "trials are counted from the runs: here are none"
+
+
+def test_links_lead_somewhere_and_no_id_comes_twice(text, page):
+    ids = [attrs["id"] for _, attrs, _ in page.elements if "id" in attrs]
+    assert len(ids) == len(set(ids))
+    targets = {attrs["href"] for tag, attrs, _ in page.elements if tag == "a"}
+    assert {target[1:] for target in targets if target.startswith("#")} <= set(ids)
+    contents = re.search(r'<nav aria-label="Contents">(.*?)</nav>', text, re.DOTALL)[1]
+    assert {"claims", "readings", "behaviours", "sensitivity", "robot", "glossary"} <= set(
+        re.findall(r'href="#([^"]*)"', contents)
+    )
+    sections = {attrs["aria-labelledby"] for tag, attrs, _ in page.elements if "aria-labelledby" in attrs}
+    assert sections <= set(re.findall(r'href="#([^"]*)"', contents)), "every chapter is in the contents"
+
+
+def own_experiment(folder, name):
+    """A run of an experiment of one's own, with a figure."""
+    made = plan(dataclasses.replace(registry.load("speed"), name=name), ["dsnn"], (), 1, 0)
+    (folder / name).mkdir(parents=True)
+    (folder / name / "figure.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
+    return made, Report(folder / name, "speed_cm_s", "spikes", rows_of(made.specs()), [], [], [], "", [], [])
+
+
+def test_an_own_experiment_may_be_called_like_anything_on_the_page(result, page, tmp_path):
+    """As every id that the page has without it, as a chapter of another study, and as a map or a behaviour's figure."""
+    taken = {attrs["id"] for _, attrs, _ in page.elements if "id" in attrs}
+    names = sorted(name for name in taken | {*TITLES, "map-a", "behave-a"} if re.fullmatch(r"[A-Za-z0-9][\w-]*", name))
+    assert {"claims", "top", "onboard", "C1"} <= set(names)
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "map.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
+    own = [own_experiment(tmp_path, name) for name in names]
+    played = Played(own[0][1].folder.with_name("behave-a"), "colias_sim/Fixation-v0", [Standing("still", {}, [])],
+                    pa.table({}), [])  # fmt: skip
+    shown = Page(report.page(dataclasses.replace(result, folder=tmp_path, runs=own, behaviours=[played])))
+    ids = [attrs["id"] for _, attrs, _ in shown.elements if "id" in attrs]
+    assert sorted(each for each in set(ids) if ids.count(each) > 1) == []
+    assert {f"experiment-{name}" for name in names} <= set(ids)
+    assert sum(attrs.get("class") == "plate" for _, attrs, _ in shown.elements) == len(names) + 2
+    targets = {attrs["href"][1:] for tag, attrs, _ in shown.elements if tag == "a" and attrs["href"].startswith("#")}
+    assert targets <= set(ids)
+
+
+def test_the_page_needs_no_script_and_every_picture_has_words(text, page):
+    assert "<script" not in text and "javascript:" not in text
+    assert not [name for _, attrs, _ in page.elements for name in attrs if name.startswith("on")]
+    assert all(attrs.get("alt") for tag, attrs, _ in page.elements if tag == "img")
+    assert "prefers-color-scheme: dark" in text and "@media print" in text
+
+
+def test_a_reading_that_all_claims_share_is_told_once_outside_its_chapter(text):
+    (common,) = readings_of_all()
+    claims = text[text.index('id="claims"') : text.index('id="readings"')]
+    assert claims.count(common) == 1
+    assert text.count(next(reading.note for reading in readings() if reading.name == common)) == 1
+
+
+@pytest.mark.parametrize("claim", claim_texts())
+def test_sources_are_the_paper_s_own_numbers(claim, text):
+    _, source = claim_texts()[claim]
+    said = cited(source)
+    assert re.search(r"(Fig|Eq)\. \d", said) and not any(label in said for label in numbers() if "-" in label)
+    assert f"The paper ({said})" in text and f"({source})" not in text
+    assert 0 < len(title(claim)) <= 40
+
+
+def test_figures_are_numbered_in_the_paper_s_order():
+    """What its text says of single figures: 17 of them, the robot's results last, and the model's diagram third."""
+    kinds = [name.split()[0] for name in numbers().values()]
+    assert (kinds.count("Fig."), kinds.count("Eq.")) == (17, 16)
+    assert cited("robot-sys-ar, robot-sys-trans; dsn (c)") == "Fig. 17, Fig. 16; Fig. 3 (c)"
+    assert cited("a dsnn, dsn2017 and my-dsn") == "a dsnn, dsn2017 and my-dsn"
+
+
+# Colours.
+
+STYLE = files("experiments.bench.reproduction").joinpath("page/style.css").read_text(encoding="utf-8")
+
+
+def schemes():
+    """The named colours of the light and of the dark scheme."""
+    light, dark = re.findall(r":root \{(.*?)\}", STYLE, re.DOTALL)
+    return {name: dict(re.findall(r"--([\w-]+): (#\w{6})", own)) for name, own in (("light", light), ("dark", dark))}
+
+
+def luminance(colour):
+    """Relative luminance of sRGB, as WCAG 2 defines it."""
+    parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return sum(weight * part for weight, part in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+def contrast(one, other):
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_can_be_read_in_both_schemes(scheme):
+    colours = schemes()[scheme]
+    assert colours.keys() == schemes()["light"].keys()
+    grounds = {
+        "plate-text": ("plate",),
+        "plate-link": ("plate",),
+        **dict.fromkeys(("text", "quiet", "link"), ("ground", "panel")),
+    }
+    for word in MEANINGS:
+        grounds[f"{word}-ink"] = (f"{word}-ground", "ground")
+    grounds["text"] += tuple(f"{word}-ground" for word in MEANINGS)
+    for ink, own in grounds.items():
+        for ground in own:
+            assert contrast(colours[ink], colours[ground]) >= 4.5, (scheme, ink, ground)
+
+
+def test_rules_use_named_colours_alone():
+    rules = re.sub(r":root \{.*?\}", "", STYLE, flags=re.DOTALL)
+    assert not re.findall(r"#[0-9a-fA-F]{3,8}\b|rgba?\(|hsl", rules)
+    edges = re.findall(r"^\.(\w+) \{ --ink: .* --edge: (\w+); \}$", STYLE, re.MULTILINE)
+    assert [word for word, _ in edges] == list(MEANINGS)
+    assert dict(edges)["holds"] not in {edge for word, edge in edges if word != "holds"}, "not by colour alone"
+
+
+# What other commands left in the folder.
+
+
+def test_maps_eyes_and_models_claims_in_the_folder_are_shown(result, tmp_path):
+    for name in ("a-map", "eyes", "models"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "a-map" / "map.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
+    eyes = [{"eye": "default", "drive": drive, "claim": claim, "held": held, "vacuous": 0, "replicates": 20}
+            for drive, held in (("pose feedback", 20), ("open loop", 3)) for claim in ("C13", "C14")]  # fmt: skip
+    (tmp_path / "eyes" / "fidelity.json").write_text(json.dumps(eyes))
+    models = [dataclasses.asdict(dataclasses.replace(verdict("LPLC2-1", "fails"), model="lplc2"))]
+    (tmp_path / "models" / "model_claims.json").write_text(json.dumps(models))
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "fidelity.json").write_text("{")
+    text = report.page(dataclasses.replace(result, folder=tmp_path))
+    assert 'id="figure-map-a-map"' in text and 'href="#maps"' in text
+    assert re.search(r"default eye, open loop</td><td[^>]*>3 of 20<", text)
+    assert re.search(r"lplc2</td><td[^>]*>LPLC2-1</td><td[^>]*><span class=\"chip fails\">", text)
+    found = stored(tmp_path)
+    assert (len(found.maps), len(found.models)) == (1, 1) and found.eyes is not None
+    assert read(tmp_path / "models", "model_claims") == models and read(tmp_path, "nothing") is None
+
+
+# What drew the frames.
+
+LLVMPIPE = "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 (Compatibility Profile) Mesa 22.3.6, by egl"
+CARD = "NVIDIA GeForce RTX 3060/PCIe/SSE2, OpenGL 4.6.0 NVIDIA 535.183.01, by egl"
+(SEEN,) = KNOWN
+
+
+def drawn_section(result, folder, parts):
+    """What the report says of parts that note these renderers and reference frames, without its tags."""
+    for name, (renderers, frames) in parts.items():
+        (folder / name).mkdir(parents=True)
+        entries = {"renderers": renderers, "reference_frames": frames}
+        (folder / name / "experiment.json").write_text(json.dumps({k: v for k, v in entries.items() if v is not None}))
+    text = report.page(dataclasses.replace(result, folder=folder))
+    section = text[text.index("What drew the frames") :].partition("<details")[0]
+    return " ".join(re.sub("<[^>]*>", "", section).split())
+
+
+def test_the_report_names_the_renderer_and_its_reference_frame(result, tmp_path):
+    said = drawn_section(result, tmp_path, {"speed": ([LLVMPIPE], [SEEN]), "replicates": ([LLVMPIPE], [SEEN])})
+    assert said.count(LLVMPIPE) == 1 and "software" in said and "differ" not in said
+    assert f"reference frame {SEEN}, known from {KNOWN[SEEN]}" in said
+
+
+def test_a_card_s_frames_are_not_called_software_and_an_unknown_hash_is_told(result, tmp_path):
+    said = drawn_section(result, tmp_path, {"speed": ([CARD], ["0123456789abcdef"])})
+    assert CARD in said and "software" not in said
+    assert "reference frame 0123456789ab, not known" in said
+
+
+@pytest.mark.parametrize(
+    "hash_, told",
+    [("0123456789ab", "drawn with pixels that differ: 2 reference frames"), (SEEN, "drawn by 2 renderers, with equal")],
+)
+def test_parts_that_were_drawn_differently_are_told_apart(result, tmp_path, hash_, told):
+    parts = {"distance": ([LLVMPIPE], [SEEN]), "speed": ([CARD], [hash_]), "a/map": ([LLVMPIPE], [SEEN])}
+    said = drawn_section(result, tmp_path, parts)
+    assert said.count(told) == 1
+    assert f"a/map, distance: {LLVMPIPE}" in said and f"speed: {CARD}" in said
+
+
+def test_one_part_that_two_machines_drew_is_told_too(result, tmp_path):
+    said = drawn_section(result, tmp_path, {"speed": ([LLVMPIPE, CARD], [SEEN, "0123456789ab"])})
+    assert "2 reference frames" in said and LLVMPIPE in said and CARD in said
+
+
+def test_notes_that_are_not_there_or_damaged_are_left_out(result, tmp_path):
+    parts = {"clips": (None, None), "damaged": ([3], "llvmpipe")}
+    assert "No part of this reproduction notes what drew its frames." in drawn_section(result, tmp_path, parts)
+
+
+# Figures.
+
+
+def test_panels_of_a_row_have_equal_scales_with_all_curves_inside():
+    """A weak model beside one at its ceiling: neither is stretched, and neither leaves its panel."""
+    rows = [
+        {"object": "dark", "speed_unit": "px/s", "model": model, "speed": speed, "grey": grey, "background_speed": -8.0,
+         "peak_hs": largest * speed / 120, "trough_hs": 0.0, "peak_vs": 0.0, "trough_vs": 0.0}
+        for model, largest in (("dsnn", 0.2), ("dsn2017", 1.0)) for speed in (40.0, 120.0) for grey in (0.0, 255.0)
+    ]  # fmt: skip
+    drawing = registry.find("clutter-speed").figure
+    drawn = clips_figure.draw(drawing, rows, pa.table({}), {"dsnn": 0.16}, "clutter-speed")
+    drawn.draw_without_rendering()
+    weak, strong = drawn.axes[:2]
+    assert weak.get_ylim() == strong.get_ylim()
+    for axes in drawn.axes:
+        low, high = axes.get_ylim()
+        assert low == 0.0 and all(max(line.get_ydata()) <= high for line in axes.lines)

@@ -1,0 +1,306 @@
+"""The reproduction as a user runs it, with a model and an experiment of their own, and its page in a browser."""
+
+import json
+import re
+import shutil
+import subprocess
+import types
+from dataclasses import fields
+
+import pyarrow.parquet as pq
+import pytest
+
+from experiments import NAMES
+from experiments.bench import registry
+from experiments.bench.cli import main
+from experiments.bench.engine.models import choose
+from experiments.bench.judging.texts import claim_texts
+from experiments.bench.reproduction import claims as paper_claims
+from experiments.bench.reproduction import replicates, robustness
+from experiments.bench.reproduction.detectors import study as detectors_study
+from experiments.bench.reproduction.detectors import table as detectors_table
+from experiments.bench.reproduction.onboard import study as onboard_study
+from experiments.bench.reproduction.onboard import table as onboard_table
+from experiments.bench.reproduction.onboard.formats import BEST
+from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, WHOLE, planned
+from experiments.bench.reproduction.report import sensitivity_figure
+from tests.bench.judging.test_replicates import rows_of
+from tests.conftest import Colias
+from tests.helpers.chapters import titled
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+@pytest.fixture(scope="module")
+def reproduced(tmp_path_factory):
+    """``colias reproduce --quick`` with the examples of docs/, pasted."""
+    colias = Colias(tmp_path_factory.mktemp("reproduce"), timeout_s=1200)  # minutes, on one core
+    for name in ("my_experiment.py", "my_model.py"):
+        (colias.folder / name).write_text(titled(name))
+    own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
+    done = colias("reproduce", "--quick", "--out", "out", *own)
+    assert done.returncode == 0, done.stderr
+    return colias, done
+
+
+def test_every_claim_is_answered(reproduced):
+    colias, done = reproduced
+    claims = json.loads((colias.folder / "out" / "claims.json").read_text())
+    assert [claim["id"] for claim in claims] == list(claim_texts())
+    left_out = {"C7", "C8", "C9", "C10", "C11", "C12", "C24", "C26", "C28"}
+    judged = [claim for claim in claims if claim["id"] not in left_out]
+    assert all(claim["verdict"] == "untested" for claim in claims if claim["id"] in left_out)
+    assert "--quick" in claims[6]["measured"]
+    assert all(claim["verdict"] in ("holds", "fails") and claim["n"] > 0 for claim in judged)
+    robot = [claim for claim in judged if claim["id"] in robustness.judged_in()]
+    assert all(claim["replicates"] == 2 and claim["standing"] == "so far" for claim in robot)
+    for claim in robot:
+        assert claim["held"] == f"held in {claim['replicates_held']} of 2 short replicates so far"
+    assert all(claim["replicates"] == 1 for claim in judged if claim not in robot)
+    assert {claim["standing"] for claim in claims[:4]} == {"deterministic"}, "nothing in their clips is random"
+    assert all(claim["pooled"].startswith(("holds: ", "fails: ")) for claim in robot)
+    assert all(claim["tried"] for claim in robot if claim["replicates_held"] < 2)
+    assert [claim["id"] for claim in claims if claim["rate"]] == ["C13", "C14"], "those about every single trial"
+    assert "of 20 trials break it" in claims[12]["rate"]
+    assert all(claim["used_to_choose"] for claim in claims)
+    assert "not checked against translation" not in str(claims), "the clips of other experiments have translations"
+    assert all(claim["decided"] for claim in judged), "the number that decided stands beside every verdict"
+    assert not any(claim["decided"] for claim in claims if claim["verdict"] == "untested")
+    assert "colias watch" in claims[11]["measured"] and claims[11]["verdict"] == "untested"
+    assert {"says", "measured"} <= claims[0].keys()
+    own = json.loads((colias.folder / "out" / "behaviours.json").read_text())
+    assert [(claim["id"], claim["verdict"]) for claim in own] == [(f"B{i}", "untested") for i in range(1, 5)]
+    assert "C20" in done.stdout and "report.html" in done.stdout
+    assert "not judged: C7, C8, C9, C10, C11, C12, C24, C26, C28" in done.stdout
+    page = (colias.folder / "out" / "report.html").read_text()
+    assert "C7, C8, C9, C10, C11, C12, C24, C26, C28, B1, B2, B3, B4. Each says below" in page
+    assert "Nothing was moved in this run" in page
+    assert "replicates with the robot here are short: 5 trials of each condition instead of 10" in page
+    note = json.loads((colias.folder / "out" / "speed" / "experiment.json").read_text())
+    assert note["renderers"][0] in page and note["reference_frames"][0] in page
+    assert "start acceleration" in page and not re.search(r"(holds|fails|untested)\W+(at|in) \d+ of", page)
+
+
+def test_the_looming_detectors_see_the_approaches(reproduced):
+    colias, _ = reproduced
+    trials = pq.read_table(colias.folder / "out" / "angular-approach" / "trials.parquet").to_pylist()
+    assert {row["model"] for row in trials} == {"dsnn", "dsn2017", "gradient", "lgmd1", "lgmd2"}
+    assert all(row["peak_looming"] > 0.5 for row in trials if row["model"].startswith("lgmd"))
+
+
+def test_own_model_and_experiment_are_in_the_report(reproduced):
+    colias, _ = reproduced
+    page = (colias.folder / "out" / "report.html").read_text()
+    assert 'id="experiment-my_experiment"' in page and ">gradient<" in page
+    trials = pq.read_table(colias.folder / "out" / "my_experiment" / "trials.parquet")
+    assert set(trials["model"].to_pylist()) == {"dsnn", "dsn2017", "gradient"}
+    rightward = [row for row in trials.to_pylist() if row["model"] == "gradient"]
+    assert all(row["peak_hs"] > -row["trough_hs"] for row in rightward), "the example knows right from left"
+
+
+def test_the_page_needs_nothing_from_outside(reproduced):
+    colias, _ = reproduced
+    folder = colias.folder / "out"
+    page = (folder / "report.html").read_text()
+    for target in re.findall(r'(?:src|href)="([^"]*)"', page):
+        inside = target.startswith(("data:", "#"))
+        assert inside or (folder / target).is_file(), target
+    assert "@import" not in page and "url(" not in page
+    anchors = set(re.findall(r'id="([^"]*)"', page))
+    assert {t[1:] for t in re.findall(r'href="(#[^"]*)"', page)} <= anchors
+    ids = re.findall(r'\bid="([^"]*)"', page)
+    assert len(ids) == len(set(ids))
+    assert all(re.search(r'\balt="[^"]+"', picture) for picture in re.findall(r"<img [^>]*>", page))
+
+
+def test_again_in_the_same_folder_runs_nothing(reproduced):
+    colias, _ = reproduced
+    before = (colias.folder / "out" / "replicates" / "trials.parquet").read_bytes()
+    own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
+    done = colias("reproduce", "--quick", "--out", "out", *own)
+    assert done.returncode == 0
+    assert "other replicates: 155 trials, on 1 worker; 155 of them done already" in done.stderr
+    assert (colias.folder / "out" / "replicates" / "trials.parquet").read_bytes() == before
+    other = colias("reproduce", "--quick", "--out", "out", *own, "--seed", "3")
+    assert (other.returncode, other.stderr.splitlines()[-1].count("seed is 0 there and 3 now")) == (2, 1)
+
+
+PROBE = """<!doctype html><title>waiting</title>
+<iframe id="page" src="report.html" width="{width}" height="900"></iframe>
+<script>
+document.getElementById("page").onload = event => {{
+  const page = event.target.contentDocument, body = page.documentElement;
+  const pictures = [...page.images], overflow = body.scrollWidth - {width};
+  const wide = [...page.querySelectorAll("body *")].filter(
+    e => e.getBoundingClientRect().right > {width} + 1 && !e.closest(".wide, pre"));
+  const figure = page.querySelector(".plate"), before = figure.querySelector("img").getBoundingClientRect().width;
+  event.target.contentWindow.location.hash = figure.id;
+  const after = figure.querySelector("img").getBoundingClientRect().width;
+  document.title = JSON.stringify({{
+    heading: page.querySelector("h1").innerText, overflow, wide: wide.map(e => e.outerHTML.slice(0, 80)),
+    pictures: pictures.length, drawn: pictures.filter(p => p.complete && p.naturalWidth > 0).length,
+    claims: page.querySelectorAll(".claim").length, tiles: page.querySelectorAll(".tile").length,
+    figures: page.querySelectorAll(".plate").length, seen: page.querySelectorAll("#overview .strip").length,
+    before, after, scrolls: figure.scrollWidth > figure.clientWidth,
+  }});
+}};
+</script>"""
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian run 'apt-get install chromium'")
+@pytest.mark.parametrize("width", [390, 1280])
+def test_the_page_in_a_browser(reproduced, width, tmp_path):
+    """In Chromium, without a network, as wide as a phone and as a desk: everything drawn, nothing sticks out."""
+    colias, _ = reproduced
+    probe = colias.folder / "out" / f"probe-{width}.html"
+    probe.write_text(PROBE.format(width=width))
+    command = [
+        CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+        "--disable-background-networking", "--disable-component-update", "--disable-sync",
+        "--host-resolver-rules=MAP * ~NOTFOUND", "--allow-file-access-from-files", f"--user-data-dir={tmp_path}",
+        "--window-size=1400,1000", "--virtual-time-budget=20000", "--dump-dom", probe.as_uri(),
+    ]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    seen = json.loads(re.search(r"<title>(.*?)</title>", done.stdout).group(1).replace("&quot;", '"'))
+    assert "claims hold" in seen["heading"]
+    assert seen["overflow"] <= 0 and not seen["wide"]
+    assert seen["claims"] == seen["tiles"] == len(claim_texts()) + 4  # the paper's, and our own of behaviours
+    # A figure for each experiment, one's own too, and each of three envs.
+    assert seen["figures"] == len(planned(QUICK, 0).plans) + 1 + len(QUICK.offline) + 3
+    assert seen["drawn"] == seen["pictures"] > seen["figures"]
+    assert seen["seen"] == 4, "frames of the four conditions of the first experiment"
+    assert seen["before"] <= width and seen["after"] >= 1024, "a figure's link opens it large"
+    assert seen["scrolls"] == (width < 1024)
+
+
+@pytest.mark.parametrize("name", ["replicates", "sensitivity", "speed"])
+def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
+    text = titled("my_experiment.py").replace('"my_experiment"', f'"{name}"')
+    (colias.folder / "mine.py").write_text(text)
+    done = colias("reproduce", "--quick", "--experiment", "mine.py", "--out", "out")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert f"--experiment {name}: that name is taken" in done.stderr
+    assert not (colias.folder / "out").exists()
+
+
+def test_moves_change_what_they_name_and_nothing_else():
+    """Each case of the sensitivity study differs from the defaults in its own parameter, and in no seed."""
+    network, *apparatus = robustness.sensitivity_cases(1, 0)
+    onboard = [BEST.label, *(f"{BEST.label}, {name}" for name in robustness.NETWORK_MOVES)]
+    assert network.moved == (*robustness.NETWORK_MOVES, *onboard)
+    (first,) = robustness.replicate_cases([0], 1)
+    defaults = first.specs[0].settings
+    assert [s.seed for s in first.specs if s.experiment in robustness.moved()] == [s.seed for s in network.specs]
+    for case, (name, changes) in zip(apparatus, robustness.APPARATUS_MOVES.items(), strict=True):
+        assert case.name == name
+        assert [s.seed for s in case.specs] == [s.seed for s in network.specs]
+        assert len(case.specs[0].settings.models) == 1
+        if not changes[0].startswith("experiment."):
+            assert (case.specs[0].settings.camera, case.specs[0].settings.scene) != (defaults.camera, defaults.scene)
+    (base,) = defaults.models
+    float_, *moved = network.specs[0].settings.models
+    assert float_ == base and all(model.network != base.network for model in moved)
+    plain = choose(BEST.label).network
+    pairs = zip(moved[: len(onboard) - 1], moved[len(onboard) :], strict=True)
+    for own, ours in pairs:
+        changed = {
+            f.name for f in fields(base.network) if getattr(own.network, f.name) != getattr(base.network, f.name)
+        }
+        assert changed == {f.name for f in fields(plain) if getattr(ours.network, f.name) != getattr(plain, f.name)}
+
+
+def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
+    """Replicate 0, other replicates and moves: the experiment that declares it, and no other one's trials."""
+    where = robustness.judged_in()
+    assert where["C13"] == where["C14"] == "general"
+    for claim, name in where.items():
+        assert claim in registry.load(name).claims
+    assert set(robustness.ROBOT_CLAIMS) <= set(where)
+    cases = robustness.replicate_cases([0], 5)
+    assert {spec.experiment for spec in cases[0].specs} == set(robustness.paper())
+
+    def found(rows):
+        (own,) = replicates.studied(cases, rows)
+        return replicates.judged("C13", own).verdict, replicates.pooled("C13", [own, own]).verdict
+
+    silent = rows_of(robustness.numbered(cases))
+    assert found(silent) == ("holds", "holds")
+    for place, verdict in (("angular-recession", "holds"), ("general", "fails")):
+        spiking = [row | ({"spikes": 3} if row["experiment"] == place else {}) for row in silent]
+        assert found(spiking) == (verdict, verdict)
+
+
+def test_every_experiment_that_declares_a_claim_of_the_paper_is_run():
+    declared = {name: registry.load(name).claims for name in NAMES}
+    assert robustness.paper() == tuple(name for name in NAMES if declared[name])
+    first = planned(QUICK, 0).plans
+    assert [plan.experiment.name for plan in first] == [*robustness.paper(), *robustness.SHOWN]
+    assert set(robustness.paper()) - set(robustness.moved()) == {"ensembles"}, "it compares moves of the network"
+
+
+def test_each_scale_is_of_whole_replicates_but_the_quick_one():
+    assert [scale.replicates for scale in (USUAL, FULL)] == [5, 20]
+    assert all(scale.whole and scale.repeats == WHOLE and scale.moves for scale in (USUAL, FULL))
+    assert not QUICK.whole and QUICK.name == "short replicate"
+    made = planned(USUAL, 7)
+    assert [case.name for case in made.others] == ["8", "9", "10", "11"], "replicate 0 is not run twice"
+    whole = sum(len(plan.specs()) for plan in made.paper())
+    moved = sum(len(plan.specs()) for plan in made.paper() if plan.experiment.name in robustness.moved())
+    assert {len(case.specs) for case in made.others} == {whole}
+    assert {len(case.specs) for case in made.moves} == {moved}
+    shown = sum(len(plan.specs()) for plan in made.plans) - whole
+    every = whole * 5 + moved * len(made.moves) + shown
+    assert made.amount().startswith(f"{every} trials with the robot ({whole} in replicate 0, ")
+    assert {plan.repeats for plan in made.offline} == {1, 5}
+
+
+def test_the_page_of_sensitivity_has_replicate_0_in_its_first_row():
+    cases = robustness.replicate_cases([0], 1)
+    (first,) = replicates.studied(cases, rows_of(robustness.numbered(cases)))
+    moves = robustness.sensitivity_cases(1, 0)
+    found = replicates.survival(moves, rows_of(robustness.numbered(moves)), first)
+    assert list(found) == ["dsnn", *moves[0].moved, *robustness.APPARATUS_MOVES]
+    assert found["dsnn"] == {claim: replicates.judged(claim, first) for claim in robustness.ROBOT_CLAIMS}
+    assert "<svg" in sensitivity_figure(found)
+
+
+def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
+    """And not that it needs footage."""
+    monkeypatch.setattr(robustness, "judged_in", dict)
+    said = {claim.id: claim.measured for claim in paper_claims.verdicts([], [])}
+    assert "footage" in said["C12"] and "footage" not in said["C15"]
+    assert said["C15"] == "none of the experiments here declares this claim"
+
+
+def test_a_case_with_no_trial_is_untested():
+    cases = robustness.replicate_cases([0], 1)
+    (own,) = replicates.studied(cases, [])
+    assert {replicates.judged(claim, own).verdict for claim in robustness.judged_in()} == {"untested"}
+
+
+@pytest.mark.parametrize(
+    ("name", "study", "table"),
+    [("onboard", onboard_study, onboard_table), ("detectors", detectors_study, detectors_table)],
+    ids=["onboard", "detectors"],
+)
+@pytest.mark.parametrize(("quick", "failures"), [(True, ()), (False, ("a failure",))])
+def test_each_study_has_its_own_table(name, study, table, quick, failures, tmp_path, monkeypatch, capsys):
+    """It runs into a folder of its own, as large as was asked for, is shown, and its failures are the exit status."""
+    asked, shown = [], []
+
+    def run(folder, replicates, repeats, seed, resources, show):
+        asked.append((folder, replicates, repeats, seed))
+        show("the table")
+        return types.SimpleNamespace(failures=failures)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(study, "run", run)
+    monkeypatch.setattr(table, "show", shown.append)
+    monkeypatch.setattr(detectors_table, "show_causes", lambda result: print("the causes"))
+    options = ["--quick"] if quick else []
+    assert main.command(["reproduce", f"--{name}", "--seed", "7", "--workers", "0", *options]) == bool(failures)
+    ((folder, *size),) = asked
+    assert folder.name.startswith(f"{name}-") and shown == ["the table"]
+    assert size == ([QUICK.replicates, QUICK.repeats, 7] if quick else [study.REPLICATES, WHOLE, 7])
+    said = " ".join(capsys.readouterr().out.split())
+    assert str(folder / study.FILE) in said and ("the causes" in said) == (name == "detectors")

@@ -1,0 +1,90 @@
+"""What experiment.json tells of what computed a run: every library that does, and what drew the frames."""
+
+import json
+import re
+import shutil
+import tomllib
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from colias_sim import reference
+from experiments.bench.store import provenance
+from tests.conftest import Colias
+
+ROOT = Path(__file__).parents[3]
+COMPUTE_NOTHING = {
+    "matplotlib": "figures", "typer": "the command line", "rich": "the terminal", "jinja2": "the report's page",
+    "cloudpickle": "carries functions to processes", "filelock": "keeps two runs apart",
+    "packaging": "compares versions for colias doctor", "pyopengl": "asks OpenGL for its name",
+    "cffi": "hands arrays to the network in C",
+}  # fmt: skip
+RUN = ("run", "speed", "--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--no-recordings", "--workers", "1")
+
+
+def test_every_dependency_that_computes_is_noted():
+    said = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
+    depends = {re.split(r"[<>=\[ ]", line)[0] for line in said}
+    assert depends <= {*provenance.LIBRARIES, *COMPUTE_NOTHING}
+    assert not depends & set(COMPUTE_NOTHING) & set(provenance.LIBRARIES)
+    assert "unknown" not in provenance.versions().values()
+
+
+def described(folder: Path) -> dict:
+    return json.loads((folder / "experiment.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """The folder of a run; it is not written to."""
+    colias = Colias(tmp_path_factory.mktemp("finished"))
+    assert colias(*RUN, "--out", "out", "-q").returncode == 0
+    return colias.folder / "out"
+
+
+@pytest.fixture
+def out(finished, colias):
+    """A copy of it."""
+    return shutil.copytree(finished, colias.folder / "out")
+
+
+def test_what_drew_is_noted_and_refuses_nothing(colias, out):
+    first = described(out)
+    (drew,) = first["renderers"]
+    assert re.fullmatch(r".+, OpenGL \d.+, by (egl|osmesa|glfw|cgl)", drew)
+    rows = pq.read_table(out / "trials.parquet")
+    # The same run, begun where something else draws.
+    (out / "experiment.json").write_text(json.dumps(first | {"renderers": ["another"]}))
+    pq.write_table(rows.slice(1), out / "trials.parquet")
+    again = colias(*RUN, "--resume", "out", "-q")
+    assert (again.returncode, again.stderr) == (0, "")
+    assert described(out) == first | {"renderers": ["another", drew]}
+    assert first["reference_frames"] == [reference.digest(reference.reference_frame())]
+    now = pq.read_table(out / "trials.parquet")
+    assert now.drop_columns(["wall_s"]).equals(rows.drop_columns(["wall_s"])), "the code that marks the rows too"
+
+
+def test_a_resume_where_pixels_differ_says_so(colias, out):
+    first = described(out)
+    (out / "experiment.json").write_text(json.dumps(first | {"reference_frames": ["0123456789ab"]}))
+    pq.write_table(pq.read_table(out / "trials.parquet").slice(1), out / "trials.parquet")
+    again = colias(*RUN, "--resume", "out", "-q")
+    assert again.returncode == 0
+    both = f"reference frames 0123456789ab, {first['reference_frames'][0]}"
+    assert "pixels that differ" in again.stderr and both in again.stderr
+
+
+@pytest.mark.parametrize("wrong", [3, [3], "llvmpipe"])
+def test_a_damaged_note_is_refused_in_a_line(colias, out, wrong):
+    (out / "experiment.json").write_text(json.dumps(described(out) | {"renderers": wrong}))
+    done = colias(*RUN, "--resume", "out")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert "experiment.json cannot be read (renderers should be a list of texts)" in done.stderr
+
+
+def test_a_run_that_draws_nothing_notes_nothing(colias):
+    short = ("--repeats", "1", "--only", "--model", "emd", "--no-recordings", "--workers", "0")
+    done = colias("run", "clean", *short, "--out", "out", "-q")
+    assert done.returncode == 0, done.stderr
+    assert "renderers" not in described(colias.folder / "out")

@@ -1,0 +1,377 @@
+"""Maps: claims over a grid of whole replicates."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+from itertools import product
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+import typer
+
+from experiments.bench import registry
+from experiments.bench.cli import main
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.maps import figure, plan, planning
+from experiments.bench.maps.axes import Axis
+from experiments.bench.maps.judging import TOGETHER, cells, regions
+from tests.helpers.chapters import CHAPTERS, blocks
+
+BOTH = ("general", "angular-recession")
+FEW = ("--repeats", "5", "--workers", "0", "-q")
+
+
+def planned(names, *over, **more):
+    return planning.planned([registry.find(name) for name in names], plan.Asked(over, **more))
+
+
+def table(folder):
+    with (folder / "map.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def trials(folder):
+    return pq.read_table(folder / "trials.parquet").to_pylist()
+
+
+# --- as a user runs it ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A map of two claims, judged on two experiments, over a threshold that few and that all potentials pass."""
+    from tests.conftest import Colias
+
+    colias = Colias(tmp_path_factory.mktemp("map"))
+    arguments = ("map", ",".join(BOTH), "--over", "dsnn.t_sp=0.2,0.01", "--claims", "C13,C19", "--repeats", "5")
+    done = colias(*arguments, "--out", "out")
+    assert done.returncode == 0, done.stderr
+    return colias.folder / "out", done.stdout
+
+
+def test_counts_are_those_of_judging_by_hand(whole):
+    folder, _ = whole
+    rows, found = trials(folder), table(folder)
+    assert [(row["dsnn.t_sp"], row["claim"]) for row in found] == list(
+        product(["0.01", "0.2"], ["C13", "C19", TOGETHER])
+    )
+    for level in (0.2, 0.01):
+        held = {row["claim"]: row["held"] for row in found if float(row["dsnn.t_sp"]) == level}
+        own = [row for row in rows if row["dsnn.t_sp"] == level]
+        straight = [row["spikes"] for row in own if row["experiment"] == "general" and row["angle_deg"] == 0.0]
+        assert len(straight) == 10
+        mean = {
+            angle: np.mean(
+                [r["spikes"] for r in own if r["experiment"] == "angular-recession" and r["angle_deg"] == angle]
+            )
+            for angle in (-30.0, -15.0, 0.0, 15.0, 30.0)
+        }
+        silent = not any(straight)
+        fewest = mean[0.0] < min(v for a, v in mean.items() if a)
+        wider = mean[-30.0] > mean[-15.0] and mean[30.0] > mean[15.0]
+        by_hand = {"C13": silent, "C19": fewest and wider, TOGETHER: silent and fewest and wider}
+        assert held == {claim: str(int(holds)) for claim, holds in by_hand.items()}
+    assert {row["held"] for row in found} == {"0", "1"}  # the thresholds tell the points apart
+
+
+def test_the_terminal_says_how_large_the_region_is(whole):
+    folder, printed = whole
+    for claim in ("C13", "C19"):
+        held = sum(row["held"] == "1" for row in table(folder) if row["claim"] == claim)
+        assert f"{claim} holds in the one replicate at {held} of 2 points ({held / 2:.0%})" in printed
+    held = sum(row["held"] == "1" for row in table(folder) if row["claim"] == TOGETHER)
+    assert f"all claims together hold in the one replicate at {held} of 2 points" in printed
+    assert (folder / "map.png").read_bytes()[:4] == b"\x89PNG" and (folder / "map.svg").exists()
+
+
+def test_the_deciding_number_is_that_of_the_trials(whole):
+    folder, _ = whole
+    rows = [r for r in trials(folder) if r["experiment"] == "general" and r["dsnn.t_sp"] == 0.01]
+    firing = {kind: sum(r["spikes"] > 0 for r in rows if r["motion"] == kind) for kind in ("approach", "recession")}
+    (row,) = [r for r in table(folder) if r["claim"] == "C13" and r["dsnn.t_sp"] == "0.01"]
+    assert any(f"{kind}: spikes in {n} of 5 trials" in row["decided"] for kind, n in firing.items())
+    assert all(f"{kind}: spikes in {n} of 5 trials" in row["measured"] for kind, n in firing.items())
+
+
+def test_a_map_goes_on_where_it_was_cut_short(whole, tmp_path, monkeypatch):
+    folder, _ = whole
+    monkeypatch.chdir(tmp_path)
+    arguments = ["map", ",".join(BOTH), "--over", "dsnn.t_sp=0.2,0.01", "--claims", "C13,C19", *FEW]
+    rows = pq.read_table(folder / "trials.parquet")
+    cut = tmp_path / "cut"
+    cut.mkdir()
+    (cut / "experiment.json").write_bytes((folder / "experiment.json").read_bytes())
+    pq.write_table(rows.slice(0, 41), cut / "trials.parquet")  # 20 trials of two rows, and half a trial
+    pq.write_table(pq.read_table(folder / "frames.parquet"), cut / "frames.parquet")
+    with pytest.raises(UsageError, match=r"--over dsnn\.t_sp is 0\.01, 0\.2 there and 0\.02, 0\.2 now"):
+        main.command([*arguments[:3], "dsnn.t_sp=0.2,0.02", *arguments[4:], "--resume", "cut"])
+    assert main.command([*arguments, "--resume", "cut"]) == 0
+    assert (cut / "map.csv").read_bytes() == (folder / "map.csv").read_bytes()
+    aside = ["wall_s"]
+    assert pq.read_table(cut / "trials.parquet").drop(aside).equals(rows.drop(aside))
+
+
+def test_points_of_the_network_have_the_rows_of_separate_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    over = ["--over", "dsnn.n_con=4,8", "--over", "dsnn.tau_s.first=10,100"]
+    made = ["map", "general", *over, "--claims", "C14", "--replicates", "2", "--out", "map", *FEW]
+    assert main.command(made) == 0
+    rows = trials(tmp_path / "map")
+    assert len({row["trial"] for row in rows}) == 20 and len(rows) == 20 * 4  # four points share each rendering
+    columns = ("motion", "direction", "spikes", "vs_spikes", "peak_hs", "trough_hs", "peak_vs", "frames")
+    for replicate, seed in enumerate((0, 1)):
+        alone = ["--set", "dsnn.n_con=4", "--set", "dsnn.tau_s=100,200", "--no-recordings", "--seed", str(seed)]
+        assert main.command(["run", "general", *alone, "--out", f"alone{seed}", *FEW]) == 0
+        by_seed = {row["seed"]: row for row in trials(tmp_path / f"alone{seed}")}
+        own = [r for r in rows if (r["dsnn.n_con"], r["dsnn.tau_s.first"], r["repeat"] // 5) == (4, 100, replicate)]
+        assert len(own) == 10
+        for row in own:
+            assert [row[name] for name in columns] == [by_seed[row["seed"]][name] for name in columns]
+
+
+# --- counting ---------------------------------------------------------------------------------------------------------
+
+
+def rows_of(made, spikes):
+    """Rows as trials would leave them, where ``spikes`` says of a spec and a label how many there are."""
+    flat = {"hs_spikes": 0, "path_error_mm": 0.0}
+    return [
+        {
+            **dataclasses.asdict(spec.condition), **flat, "achieved_speed_cm_s": spec.condition.speed_cm_s,
+            "experiment": spec.experiment, "trial": spec.index,
+            "model": model.label, "spikes": count, "peak_hs": 0.1 + (count > 0) * 0.4 * _sign(spec),
+            "trough_hs": -0.1 + (count > 0) * 0.4 * min(_sign(spec), 0),
+        }
+        for spec in made.specs
+        for model in spec.settings.models
+        for count in [spikes(spec, model.label)]
+    ]  # fmt: skip
+
+
+def _sign(spec):
+    return {"rightward": 1, "leftward": -1, "straight": 1}[spec.condition.direction]
+
+
+def test_all_together_is_counted_by_replicate():
+    """A claim that breaks in the first replicate and another that breaks in the second leave none that is whole."""
+    made = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), replicates=2, repeats=5)
+
+    def spikes(spec, label):
+        replicate, depth = spec.repeat // 5, spec.condition.motion != "translation"
+        if label == "dsnn.t_sp=0.3":
+            return int(not depth)  # as the paper has it
+        return 1 if replicate == 0 else int(spec.condition.direction == "rightward")  # in depth too; then none leftward
+
+    found = cells(made, rows_of(made, spikes))
+    counts = {(cell.point.values[0][1], cell.claim): cell.held for cell in found}
+    assert counts[("0.2", "C13")] == 1
+    assert counts[("0.2", "C14")] == 1
+    assert counts[("0.2", TOGETHER)] == 0
+    assert counts[("0.3", "C13")] == counts[("0.3", "C14")] == counts[("0.3", TOGETHER)] == 2
+    lines = regions(found)
+    assert "C13 holds in 2 of 2 replicates at 1 of 2 points (50%)" in lines
+    assert "all claims together hold in 2 of 2 replicates at 1 of 2 points (50%)" in lines
+
+
+def test_silence_everywhere_does_not_count_as_holding():
+    made = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), repeats=5)
+    found = {(cell.point.values[0][1], cell.claim): cell for cell in cells(made, rows_of(made, lambda *_: 0))}
+    c13 = found["0.2", "C13"]
+    assert (c13.held, c13.vacuous, c13.untested, c13.of) == (0, 1, 0, 1)
+    assert found["0.2", TOGETHER].vacuous == 0, "C14 fails"
+    assert any(line.startswith("C13 holds") and line.endswith("; vacuous in a replicate at 2") for line in
+               regions(list(found.values())))  # fmt: skip
+
+
+def test_lost_trials_leave_a_claim_untested():
+    made = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13",), replicates=2)
+    rows = [row for row in rows_of(made, lambda *_: 0) if (row["trial"], row["model"]) != (3, "dsnn.t_sp=0.3")]
+    found = {cell.point.values[0][1]: cell for cell in cells(made, rows)}
+    assert (found["0.2"].held, found["0.2"].untested) == (2, 0)
+    assert (found["0.3"].held, found["0.3"].untested) == (1, 1)
+    assert not found["0.3"].holds and "1 of 20 trials" in found["0.3"].measured
+    figure.draw(made, list(found.values()))
+
+
+# --- the plan ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_replicate_has_the_trials_of_a_run_with_its_seed():
+    from experiments.bench.robot.plan import plan as robot_plan
+
+    made = planned(["general"], "camera.read_noise=0,0.64", claims=("C13",), replicates=3, seed=4)
+    runs = [robot_plan(registry.load("general"), ["dsnn"], (), None, 4 + k).specs() for k in range(3)]
+    seeds = [spec.seed for run in runs for _ in range(2) for spec in run if spec.condition.motion != "translation"]
+    assert [spec.seed for spec in made.specs] == seeds
+    assert [spec.index for spec in made.specs] == list(range(3 * 2 * 20))
+
+
+def test_an_experiment_that_an_axis_cannot_move_is_run_once():
+    made = planned(["general", "distance"], "experiment.acceleration_cm_s2=10,17,50", claims=("C13", "C16"), repeats=5)
+    counts = {name: sum(spec.experiment == name for spec in made.specs) for name in ("general", "distance")}
+    assert counts == {"general": 3 * 2 * 5, "distance": len(registry.load("distance").conditions()) * 5}
+    assert len({made.share(point, "distance", 0) for point in made.points}) == 1
+    assert len({made.share(point, "general", 0) for point in made.points}) == 3
+
+
+def test_the_order_of_values_changes_nothing():
+    one, other = (planned(["general"], f"camera.read_noise={values}", "dsnn.d=2,1") for values in ("0.64,0", "0,0.64"))
+    assert one == other
+
+
+def test_keys_that_move_together_and_ends_of_pairs():
+    together = "experiment.pose_sd_mm+experiment.heading_sd_deg=0,0.5"
+    made = planned(["general"], together, "dsnn.tau_s.last=100,300", claims=("C14",))
+    spreads = {(spec.settings.pose_sd_mm, spec.settings.heading_sd_deg) for spec in made.specs}
+    assert spreads == {(0.0, 0.0), (0.5, 0.5)}
+    for spec in made.specs:
+        assert [model.network.tau_s for model in spec.settings.models] == [(10.0, 100.0), (10.0, 300.0)]
+    spread, delay = made.axes
+    assert (spread.default, spread.unit) == (1.0, "mm, degrees")
+    assert (delay.default, delay.unit) == (200.0, "ms")
+
+
+def test_a_claim_is_judged_on_the_first_experiment_that_declares_it():
+    judged = {claim.id: name for claim, name in planned(BOTH, "dsnn.d=1,2").claims}
+    assert judged == {"C13": "general", "C14": "general", "C19": "angular-recession", "C20": "angular-recession"}
+    assert dict((c.id, n) for c, n in planned(BOTH[::-1], "dsnn.d=1,2").claims)["C13"] == "angular-recession"
+
+
+def documented():
+    """The maps of docs/maps.md that its test does not run."""
+    (page,) = [page for page in CHAPTERS if page.name == "maps.md"]
+    return [words[1:] for block in blocks(page) if block.skipped for words in block.commands()]
+
+
+@pytest.mark.parametrize("words", documented(), ids=" ".join)
+def test_the_documented_maps_can_be_made(words):
+    group = typer.main.get_command(main.app)
+    name, command, rest = group.resolve_command(group.make_context("colias", list(words)), list(words))
+    given = command.make_context(name, rest).params
+    asked = {name: (given[option] or "").split(",") for name, option in (("claims", "claims"), ("measures", "measure"))}
+    asked = {name: list(filter(None, values)) for name, values in asked.items()}
+    more = {"assignments": given["assignments"] or (), "replicates": given["replicates"]}
+    made = planned(given["experiment"].split(","), *given["over"], **asked, **more)
+    assert len(made.axes) == 2 and [claim.id for claim, _ in made.claims] == asked["claims"]
+    assert [measure.name for measure, _ in made.measures] == asked["measures"]
+    assert all(figure.place(axis) is not None for axis in made.axes if axis.default is not None)  # it is on the map
+    assert made.things == "clips" or all(axis.default is not None for axis in made.axes)
+
+
+def test_the_page_s_counts_at_the_default_are_those_that_were_measured():
+    (page,) = [page for page in CHAPTERS if page.name == "maps.md"]
+    claims = json.loads((page.parent / "results.json").read_text())["claims"]
+    held = {claim["id"]: (claim["replicates_held"], claim["replicates"]) for claim in claims}
+    eight = [f"C{number}" for number in range(13, 21)]
+    (of,) = {held[claim][1] for claim in eight}
+    (c13, _), (c19, _) = held["C13"], held["C19"]
+    assert all(held[claim][0] == of for claim in eight if claim not in ("C13", "C19"))
+    text = page.read_text()
+    assert f"keeps C14, C15, C16, C17, C18 and C20 in all {of}, C13 in {c13} and C19 in {c19}" in text
+    assert f"at least {c13 + c19 - of} and at most {min(c13, c19)} of these {of}" in text
+    assert f"C6 holds in {held['C6'][0]} of {held['C6'][1]} replicates" in text
+
+
+@pytest.mark.parametrize(
+    ("default", "levels", "where"),
+    [
+        (17.0, "10,17,50", 1.0),
+        (17.0, "10,20", 0.7),
+        (17.0, "20,50", None),
+        (None, "1,2", None),
+        ("bright", "dim,bright", 1.0),
+        ("bright", "dim,plain", None),
+        ("true", "false,true", 1.0),
+    ],
+)
+def test_the_place_of_the_default_is_between_its_neighbours(default, levels, where):
+    found = figure.place(Axis("x", tuple(levels.split(",")), default))
+    assert found == (where if where is None else pytest.approx(where))
+
+
+OWN = """
+from experiments import Check, Claim, Experiment, Outcome, Translation, decide
+
+
+def judge(rows, threshold):
+    most = max(row["spikes"] for row in rows)
+    holds, decided = decide([Check(f"{most} spikes (needs more than 0)", most)])
+    return Outcome("holds" if holds else "fails", decided, decided=decided)
+
+
+CLAIM = Claim(id="fires-NAME", says="it fires", judge=judge)
+EXPERIMENT = Experiment("NAME", "crossings", Translation((20,), (6,)), "speed_cm_s", repeats=5, claims=(CLAIM,))
+"""
+
+
+def test_experiments_and_claims_of_a_users_own(tmp_path):
+    files = [tmp_path / f"{name}.py" for name in ("alpha", "beta")]
+    for file in files:
+        file.write_text(OWN.replace("NAME", file.stem))
+    made = planned(map(str, files), "dsnn.t_sp=0.1,0.2")
+    assert [(claim.id, name) for claim, name in made.claims] == [("fires-alpha", "alpha"), ("fires-beta", "beta")]
+    assert {str(file) for file in files} <= made.description["files"].keys()  # --resume notices a change of either
+    found = cells(made, rows_of(made, lambda spec, label: int(spec.experiment == "alpha" or label.endswith("0.1"))))
+    held = {(cell.point.values[0][1], cell.claim): cell.held for cell in found}
+    assert held["0.1", "fires-beta"] == held["0.2", "fires-alpha"] == held["0.1", TOGETHER] == 1
+    assert held["0.2", "fires-beta"] == held["0.2", TOGETHER] == 0
+
+
+# --- wrong uses -------------------------------------------------------------------------------------------------------
+
+OVER = ("--over", "dsnn.n_con=4,8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("general",), "--over"),
+        (("general", *OVER, "--claims", "C99"), "--claims C99: unknown claim; declared there are C13, C14"),
+        (("general", *OVER, "--claims", "C13,C15"), "--claims C15: not declared by general"),
+        (("general", *OVER, "--claims", ","), "C13,C19"),
+        (("angular-approach", *OVER, "--claims", "C21"), "looming"),
+        (("general", *OVER, "--over", "dsnn.d=1,2", "--over", "dsnn.n_p=0,2"), "3 axes; a map has 1 or 2"),
+        (("general", "--over", "dsnn.n_kon=4,8"), "no parameter 'dsnn.n_kon'"),
+        (("general", "--over", "experiment.angles_deg=15"), "no parameter 'experiment.angles_deg'"),
+        (("general", "--over", "dsnn.n_con=4,99"), "from 1 to 64"),
+        (("general", "--over", "dsnn.d.first=1,2"), "dsnn.d has one value"),
+        (("general", "--over", "dsnn.tau_s.last=100,x"), "number"),
+        (("general", "--over", "dsnn.d=1,2", "--over", "dsnn.d+dsnn.n_p=1,2"), "moved twice"),
+        (("general", "--over", "dsnn.tau_s=1", "--over", "dsnn.tau_s.first=1,2"), "moved twice"),
+        (("general", "--over", "scene.arena=bright,brigth"), "nearest: bright"),
+        (("general", *OVER, "--over", "dsnn.n_con=6"), "twice"),
+        (("general", *OVER, "--set", "dsnn.n_con=6"), "--set dsnn.n_con=6: --over dsnn.n_con=4,8 sets that"),
+        (("general", "--over", "dsnn.d+dsnn.n_con=1,2", "--set", "dsnn.n_con=6"), "--set dsnn.n_con=6: --over"),
+        (
+            ("clutter-contrast", "--over", "cluttered.grey=9,99", "--set", "cluttered.grey=5"),
+            "--set cluttered.grey=5: ",
+        ),
+        (("general", *OVER, "--model", "dsnn:n_con=6"), "--model dsnn:n_con=6 has settled that"),
+        (("general", *OVER, "--repeats", "4"), "--repeats 4: C13 needs at least 5 trials of each condition"),
+        (("general", *OVER, "--replicates", "0"), "--replicates 0"),
+        (("general", *OVER, "--set", "experiment.nothing=1"), "no parameter 'experiment.nothing'"),
+        (("general,general", *OVER), "experiment general: it is there twice"),
+        ((",", *OVER), "EXPERIMENT"),
+        (("general", *OVER, "--resume", "nowhere"), "nowhere"),
+        (("general", *OVER, "--out", "a", "--resume", "b"), "one of them"),
+        (("general", "--over", "experiment.acceleration_cm_s2=5,17", "--set", "experiment.speed_cm_s=15"), "cm/s"),
+    ],
+)
+def test_wrong_uses_end_in_one_line(arguments, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError) as caught:
+        main.command(["map", *arguments, "--workers", "0"])
+    said = str(caught.value)
+    assert says in said and "\n" not in said, said
+    assert not list(tmp_path.rglob("experiment.json"))
+
+
+def test_a_folder_that_holds_a_map_is_not_written_over(whole, colias):
+    folder, _ = whole
+    before = (folder / "map.csv").read_bytes()
+    done = colias("map", "general", *OVER, "--claims", "C14", "--out", str(folder))
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert (folder / "map.csv").read_bytes() == before

@@ -1,0 +1,320 @@
+"""Videos, GIFs and strips: they show what was recorded, when it was, and no file is left that is not whole."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from colias_sim import CameraConfig, RobotConfig, SceneConfig
+from dsnn import Response
+from experiments.bench.cli import main
+from experiments.bench.closed_loop.episode import play_entry
+from experiments.bench.closed_loop.find import load_behaviour
+from experiments.bench.closed_loop.recording import record as record_episode
+from experiments.bench.engine import settings
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import choose, shown_models
+from experiments.bench.footage.recording import LiveLog
+from experiments.bench.footage.video import Picture
+from experiments.bench.robot.experiment import Condition, Settings
+from experiments.bench.robot.recording import record
+from experiments.bench.robot.trial import TrialResult, TrialSpec, forget_simulations, run_trial
+from experiments.bench.video import encoding, make
+from experiments.bench.video import pictures as reading
+from experiments.bench.video.drawing import Drawer
+from experiments.bench.video.layout import LONGEST_WHOLE_S, WINDOW_S, Layout, Panel, lay_out
+from experiments.bench.video.make import Film, frames
+from experiments.bench.video.pictures import pictures
+from experiments.bench.video.reading import Reel, read
+from experiments.bench.video.still import draw_still
+from tests.helpers.h264 import decoded, report
+
+SIZE = 480, 270
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("video")
+
+
+@pytest.fixture(scope="module")
+def trial(folder) -> tuple[TrialResult, Path]:
+    own = Settings((choose("dsnn"),), RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
+    condition = Condition("translation", "rightward", 15.0, 8.0)
+    result = run_trial(TrialSpec("speed", 7, 0, 7, condition, own), keep_media=True)
+    forget_simulations()
+    path = folder / "recordings" / "trial-0007.rrd"
+    path.parent.mkdir()
+    path.write_bytes(record(result))
+    return result, path
+
+
+@pytest.fixture(scope="module")
+def footage(folder) -> Path:
+    """A minute of footage in which a bar stands where the time says."""
+    path = folder / "footage.rrd"
+    chosen, _ = settings.watchers(shown_models(["dsnn"], None, False), (), fps=2.0)
+    log = LiveLog.to_file(path, chosen, (64, 48))
+    for i in range(120):
+        luma = np.full((48, 64), 30, np.uint8)
+        luma[:, i % 64] = 250
+        log.add(
+            Picture(luma=luma, time_s=i / 2, frame=i, decode_s=0.0, resize_s=0.0),
+            [Response(hs=0.5 * np.sin(i / 5), hs_spikes=int(i % 10 == 0))],
+        )
+    log.close()
+    return path
+
+
+def film(reel: Reel) -> tuple[Drawer, Layout, np.ndarray]:
+    """What draws its frames, where everything is, and what does not move."""
+    layout = lay_out(reel, make.aspects(reel), *SIZE)
+    base = draw_still(reel, layout, "caption")
+    return Drawer(reel, layout, base), layout, base
+
+
+def drawn(frame: np.ndarray, base: np.ndarray, panel: Panel) -> np.ndarray:
+    """The columns of a panel that are not as they were."""
+    rows = slice(int(panel.top) + 2, int(panel.top + panel.height) - 2)
+    return np.flatnonzero((frame[rows] != base[rows]).any(-1).any(0))
+
+
+# What a recording has.
+
+
+def test_a_trial_is_read_back_as_it_was(trial):
+    result, path = trial
+    reel = read(path)
+    (answer,) = result.answers
+    traces = {(trace.place, trace.name): trace.values for trace in reel.traces}
+    np.testing.assert_array_equal(traces["potential", "HS"], answer.series.hs)
+    np.testing.assert_array_equal(traces["spikes", "HS"], answer.series.hs_spikes)
+    dotted = {(trace.place, trace.name): trace.dotted for trace in reel.traces}
+    assert dotted == {("potential", "HS"): False, ("potential", "VS"): True, ("spikes", "HS"): False,
+                      ("spikes", "VS"): True}, "every channel has its name, and its look in the recording"  # fmt: skip
+    threshold = answer.thresholds["hs"]
+    assert reel.levels == (-threshold, threshold)
+    np.testing.assert_allclose(reel.time_s, result.columns.sim_time_s, atol=1e-8)
+    assert [track.name for track in reel.tracks] == ["observer", "stimulus"]
+    own = result.columns
+    expected = np.column_stack([own.stimulus_x_cm, own.stimulus_y_cm, np.radians(own.stimulus_heading_deg)])
+    np.testing.assert_allclose(reel.tracks[1].poses, expected, atol=1e-5)
+    assert reel.view_deg == pytest.approx(result.spec.settings.camera.hfov_deg, abs=1e-3)
+    seen = [picture for _, picture in pictures(path, "camera")]
+    np.testing.assert_array_equal(np.stack(seen)[..., 0], result.media.pictures[""])
+
+
+def test_an_episode_is_read_back_as_it_was(folder):
+    episode = play_entry(load_behaviour("fixation"), "colias_sim/Fixation-v0", {}, 0, steps=8, images=True)
+    path = folder / "episode.rrd"
+    path.write_bytes(record_episode(episode))
+    reel = read(path)
+    assert len(reel.time_s) == 8 and len(list(pictures(path, "camera"))) == 8
+    for track in reel.tracks:
+        own = episode.paths[track.name]
+        np.testing.assert_allclose(track.poses[:, :2], own[:, :2], atol=1e-4)
+        turned = np.angle(np.exp(1j * (track.poses[:, 2] - np.radians(own[:, 2]))))
+        np.testing.assert_allclose(turned, 0.0, atol=1e-4)
+    (azimuth,) = (trace for trace in reel.traces if trace.place == "azimuth")
+    np.testing.assert_array_equal(azimuth.values, episode.series.azimuth)
+
+
+# What a frame shows.
+
+
+def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
+    result, path = trial
+    reel = read(path)
+    drawer, layout, base = film(reel)
+    (eye,), plan, panel = layout.eyes, layout.plan, layout.traces["potential"]
+    for k in (2, result.frames // 2, result.frames - 1):
+        time_s = float(reel.time_s[k])
+        (frame,) = frames(reel, drawer, np.array([time_s]))
+        shown = frame[int(eye.top) : int(eye.top + eye.height), int(eye.left) : int(eye.left + eye.width)]
+        expected = cv2.resize(result.media.pictures[""][k], shown.shape[1::-1], interpolation=cv2.INTER_NEAREST)
+        np.testing.assert_array_equal(shown[..., 0], expected)
+        x, y, heading = reel.tracks[1].poses[k]
+        behind = plan.pixels(np.array([x - 1.2 * np.cos(heading)]), np.array([y - 1.2 * np.sin(heading)]))[0]
+        np.testing.assert_array_equal(frame[round(behind[1]), round(behind[0])], reel.tracks[1].colour)
+        now, columns = panel.pixels(np.array([time_s]), np.array([0.0]))[0, 0], drawn(frame, base, panel)
+        assert columns.max() <= now + 3, "a trace goes beyond now"
+        assert len(columns) >= 0.9 * (now - panel.left), "a trace goes up to now"
+
+
+def test_a_long_recording_s_axis_moves_on(footage):
+    reel = read(footage)
+    drawer, layout, base = film(reel)
+    assert np.ptp(reel.time_s) > LONGEST_WHOLE_S and layout.moving
+    assert layout.traces["potential"].x == (-WINDOW_S, 0.0)
+    early, late = frames(reel, drawer, np.array([5.0, 55.0]))
+    panel = layout.traces["potential"]
+    first = [int(drawn(frame, base, panel)[0]) for frame in (early, late)]
+    assert first[0] == pytest.approx(panel.left + panel.width * (1 - 5.0 / WINDOW_S), abs=3)
+    assert first[1] == pytest.approx(panel.left, abs=0.5 / WINDOW_S * panel.width + 3)
+
+
+def test_the_picture_shown_is_the_last_one_that_was_taken(footage):
+    """At every time: the bar's column says which picture it is."""
+    reel = read(footage)
+    times = np.array([0.0, 0.49, 0.5, 7.2, 31.0])
+    columns = [int(shown[24, :, 0].argmax()) for shown in make.pictures_at(reel, "picture", times.tolist())]
+    assert columns == [0, 0, 1, 14, 62]
+
+
+def test_pictures_are_read_as_they_are_needed(footage, monkeypatch):
+    """Memory does not grow with length: no picture is decoded before the frame that it is for."""
+    reel, decoded = read(footage), 0
+
+    def counted(*given):
+        nonlocal decoded
+        decoded += 1
+        return imdecode(*given)
+
+    imdecode = reading.cv2.imdecode
+    drawer, *_ = film(reel)
+    monkeypatch.setattr(reading.cv2, "imdecode", counted)
+    for number, _ in enumerate(frames(reel, drawer, reel.time_s[:40]), 1):
+        assert decoded <= number + 1
+
+
+# Files.
+
+
+def test_an_mp4_is_h264_with_every_frame(trial, folder):
+    pytest.importorskip("imageio_ffmpeg")
+    result, path = trial
+    reel, out = read(path), folder / "all.mp4"
+    assert make.make(reel, Film(out, *SIZE)) == result.frames
+    assert re.search(r"Video: h264 .*yuv420p.* 480x270.* 30 fps", report(out))
+    shown = decoded(out)
+    assert len(shown) == result.frames
+    drawer, *_ = film(reel)
+    for k in (0, result.frames // 2, result.frames - 1):
+        (expected,) = frames(reel, drawer, reel.time_s[[k]])
+        apart = np.abs(shown[k][30:].astype(int) - expected[30:]).mean()  # the caption above differs
+        assert apart < 3.0, f"frame {k}"
+    assert sorted(file.name for file in folder.glob("*all*")) == ["all.mp4"]
+
+
+@pytest.mark.parametrize(("speed", "rate", "times"), [(1.0, 15.0, 0.5), (0.5, None, 1.0), (0.5, 30.0, 2.0)])
+def test_speed_and_rate_decide_how_many_frames_there_are(trial, speed, rate, times):
+    result, path = trial
+    reel = read(path)
+    wanted = Film(Path("x.mp4"), *SIZE, rate=rate, speed=speed)
+    shown = wanted.times(reel)
+    assert len(shown) == pytest.approx(times * result.frames, abs=2)
+    length_s = len(shown) / wanted.frames_per_second(reel)
+    assert length_s == pytest.approx(np.ptp(reel.time_s) / speed, abs=0.2)
+    assert reel.time_s[0] == shown[0] and shown[-1] <= reel.time_s[-1] + 1e-6
+
+
+def test_a_gif_has_its_frames_and_colours(trial, folder):
+    pytest.importorskip("imageio_ffmpeg")
+    reel, out = read(trial[1]), folder / "own.gif"
+    count = make.make(reel, Film(out, 321, 181))
+    with Image.open(out) as gif:
+        assert gif.size == (321, 181) and gif.n_frames <= count
+        length_ms = 0
+        for k in range(gif.n_frames):
+            gif.seek(k)
+            length_ms += gif.info["duration"]
+        assert length_ms == pytest.approx(80 * count, abs=90)
+        colours = np.asarray(gif.convert("RGB")).reshape(-1, 3).astype(int)
+    for track in reel.tracks:
+        assert np.abs(colours - track.colour).max(1).min() < 2, f"no pixel has the colour of {track.name}"
+
+
+def test_a_strip_shows_its_moments(trial, folder):
+    result, path = trial
+    out = folder / "strip.png"
+    assert main.command(["video", str(path), "--out", str(out), "--frames", "4", "--quiet"]) == 0
+    picture = np.asarray(Image.open(out).convert("L")).astype(int)
+    assert picture.shape[1] == 1800
+    width = (1800 - 2 * 19.6 - 3 * 11.2) / 4
+    for k, index in enumerate(np.rint(np.linspace(0, result.frames - 1, 4)).astype(int)):
+        left, top = round(19.6 + k * (width + 11.2)), round(62 * 1.4)
+        high = round(width / 99 * 72)
+        shown = cv2.resize(picture[top : top + high, left : left + round(width)].astype(np.uint8), (99, 72))
+        apart = [np.abs(shown.astype(int) - frame).mean() for frame in result.media.pictures[""]]
+        assert abs(int(np.argmin(apart)) - index) <= 1
+
+
+def test_a_caption_that_the_font_has_not_is_drawn_with_a_note_and_no_warning(trial, folder, capsys):
+    """Warnings are errors here."""
+    out = folder / "boxes.png"
+    assert main.command(["video", str(trial[1]), "--out", str(out), "--caption", "\u3042 [b]x[/b] $a \x1b ±"]) == 0
+    note = capsys.readouterr().err
+    assert note == "note: --caption: the font has no \u3042 \\x1b: an empty box stands there\n"
+    assert out.stat().st_size
+
+
+def test_an_error_in_the_middle_leaves_no_file(trial, folder):
+    pytest.importorskip("imageio_ffmpeg")
+    out = folder / "broken.mp4"
+    before = set(folder.iterdir())
+
+    def stop() -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make.make(read(trial[1]), Film(out, *SIZE), stop)
+    assert set(folder.iterdir()) == before
+
+
+# Refusals.
+
+
+def refused(*arguments: str) -> str:
+    with pytest.raises(UsageError) as caught:
+        main.command(["video", *arguments])
+    said = str(caught.value)
+    assert "\n" not in said
+    return said
+
+
+def test_refusals_name_the_value_and_what_is_legal(trial, folder):
+    run, out = str(folder), str(folder / "new.mp4")
+    cases = [
+        ([run, "--out", out, "--trial", "3"], r"--trial 3: .* no recording of it \(recorded: 7 \.\. 7, 1 of them\)"),
+        ([str(trial[1]), "--out", out, "--trial", "7"], "--trial 7: .* is one recording"),
+        ([str(folder / "nothing"), "--out", out], "no such file or folder"),
+        ([run, "--out", str(folder / "new.webm")], r"should end in \.mp4, \.gif or \.png"),
+        ([run, "--out", str(trial[1].with_suffix(".mp4") / "x.mp4")], "no such folder"),
+        ([run, "--trial", "7", "--out", out, "--size", "641x360"], "--size 641x360: H.264 has even sizes.*642x360"),
+        ([run, "--trial", "7", "--out", out, "--size", "64x36"], "legal is WIDTHxHEIGHT, each from 160 to 3840"),
+        ([run, "--trial", "7", "--out", out, "--size", "large"], "--size large: legal is WIDTHxHEIGHT"),
+        ([run, "--trial", "7", "--out", out, "--fps", "1000"], r"--fps 1000: legal is 0.1 \.\. 120"),
+        ([run, "--trial", "7", "--out", out, "--speed", "0"], r"--speed 0: legal is 0.01 \.\. 100"),
+        ([run, "--trial", "7", "--out", out, "--frames", "4"], "--frames 4: .*--out NAME.png"),
+        ([run, "--trial", "7", "--out", out[:-3] + "png", "--frames", "40"], r"--frames 40: legal is 1 \.\. 12"),
+        ([run, "--trial", "7", "--out", out[:-3] + "png", "--size", "900x200"], "--size 900x200: the panels of 6"),
+    ]  # fmt: skip
+    for arguments, said in cases:
+        told = refused(*arguments)
+        assert re.search(said, told), (arguments, told)
+    (folder / "empty").mkdir()
+    assert "no .rrd recordings" in refused(str(folder / "empty"), "--out", out)
+    (folder / "there.mp4").write_bytes(b"")
+    assert "is there already" in refused(run, "--out", str(folder / "there.mp4"))
+    (folder / "text.rrd").write_text("no recording")
+    assert "no recording that can be read" in refused(str(folder / "text.rrd"), "--out", out)
+
+
+def test_a_missing_encoder_is_told_in_one_line_with_its_remedy(trial, folder, monkeypatch):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        encoding.importlib.util,
+        "find_spec",
+        lambda name, *more: None if name == "imageio_ffmpeg" else find(name, *more),
+    )
+    said = refused(str(trial[1]), "--out", str(folder / "none.mp4"))
+    assert "pip install 'colias-sim[video]'" in said and "--out" in said
+    assert main.command(["video", str(trial[1]), "--out", str(folder / "none.png"), "--quiet"]) == 0, (
+        "a strip needs none"
+    )

@@ -1,0 +1,332 @@
+"""The envs against physics and geometry: drive, walls, drum, push, other robots, and what the camera shows of them."""
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from colias_sim import CameraConfig, Pose, RobotConfig
+from colias_sim.robot import EASE
+from tests.helpers.envs import NAMES, bare, robots_at_ends
+
+FOCAL = CameraConfig().focal_px
+TRACK = RobotConfig().track_cm
+HULL, RADIUS = 2.0, 45.0  # cm
+FULL = 35.0  # cm/s
+
+
+def rolling(*wheels: float, steps: int = 45) -> list[dict[str, Any]]:
+    """The infos of an observer alone, from rest in the arena's middle, under one command."""
+    env = bare("colias_sim/Optomotor-v0", observation="state", slowest_deg_s=0.0, fastest_deg_s=1e-9)
+    env.reset(seed=1)
+    env._sim.reset({"observer": Pose(0.0, 0.0, 0.0)}, np.random.default_rng(0))
+    infos = [env.step(list(wheels))[-1] for _ in range(steps)]
+    env.close()
+    return infos
+
+
+def test_achieved_speed_is_the_commanded():
+    infos = rolling(0.3, 0.3)
+    for info in infos[10:]:
+        assert info["driven_cm"] * 30 == pytest.approx(10.5, rel=0.02)
+    assert abs(infos[-1]["y_cm"]) < 0.1 and abs(infos[-1]["heading_deg"]) < 0.5
+
+
+def test_the_speed_does_not_jump():
+    """From rest, never much above the ramp that the motors are led by."""
+    speeds = [info["driven_cm"] * 30 for info in rolling(1.0, 1.0, steps=12)]
+    for frame, speed in enumerate(speeds[:5], 1):
+        assert 0.4 < speed / (100 * EASE * frame / 30) < 1.25
+    assert speeds[-1] == pytest.approx(FULL, rel=0.03)
+
+
+def test_opposite_wheels_turn_on_the_spot():
+    infos = rolling(-0.3, 0.3)
+    assert infos[-1]["turn_deg_s"] == pytest.approx(math.degrees(2 * 0.3 * FULL / TRACK), rel=0.02)
+    assert max(math.hypot(info["x_cm"], info["y_cm"]) for info in infos) < 0.05
+    assert rolling(0.3, -0.3)[-1]["turn_deg_s"] == pytest.approx(-infos[-1]["turn_deg_s"], rel=0.01)
+
+
+def test_mirrored_wheels_mirror_the_path():
+    left, right = rolling(0.1, 0.3), rolling(0.3, 0.1)
+    assert left[-1]["y_cm"] > 3.0
+    for one, two in zip(left, right, strict=True):
+        assert (one["x_cm"], one["y_cm"]) == pytest.approx((two["x_cm"], -two["y_cm"]), abs=0.15)
+        assert math.remainder(one["heading_deg"] + two["heading_deg"], 360) == pytest.approx(0.0, abs=1.5)
+
+
+def test_backwards_is_the_same_way_back():
+    assert rolling(-0.3, -0.3)[-1]["x_cm"] == pytest.approx(-rolling(0.3, 0.3)[-1]["x_cm"], rel=0.03)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("frame_skip", [1, 30])
+def test_no_action_throws_the_robot_over_or_through_anything(name, frame_skip):
+    """Wheels flung from end to end: everybody stays upright, on the floor, in the arena, outside of the others."""
+    follow = {"follow": True} if name == "colias_sim/Fixation-v0" else {}
+    robots = max(robots_at_ends(name)[0], 4)
+    env = bare(name, observation="state", frame_skip=frame_skip, robots=robots, **follow)
+    fling = np.random.default_rng(0)
+    for seed in range(3):
+        env.reset(seed=seed)
+        for _ in range(150 // frame_skip):
+            terminated = env.step(fling.choice([-1.0, 1.0], 2))[2]
+            poses = env.poses
+            for here, there in itertools.combinations(poses.values(), 2):
+                assert math.hypot(here.x - there.x, here.y - there.y) > 0.038
+            assert max(math.hypot(pose.x, pose.y) for pose in poses.values()) < (RADIUS - HULL + 0.5) / 100
+            for robot in env._sim.robots.values():
+                assert abs(robot.height) < 0.002
+                _, qx, qy, _ = robot._qpos[3:]
+                assert math.degrees(math.acos(1 - 2 * (qx**2 + qy**2))) < 8.0
+            if terminated:
+                break
+    assert env._sim.data.warning.number.sum() == 0
+    env.close()
+
+
+def test_touching_a_parked_robot_terminates():
+    env = bare("colias_sim/Avoidance-v0", observation="state", robots=1, moving=0)
+    env.reset(seed=0)
+    env._sim.reset({"parked1": Pose(0.1, 0.005, 0.0)}, np.random.default_rng(0))
+    for steps in range(60):  # noqa: B007
+        *_, terminated, _, info = env.step([0.3, 0.3])
+        if terminated:
+            break
+    assert terminated and 100 * math.hypot(0.1 - info["x_cm"] / 100, 0.005 - info["y_cm"] / 100) == pytest.approx(
+        2 * HULL, abs=0.1
+    )
+    assert steps > 10 and env.poses["parked1"] == Pose(0.1, 0.005, 0.0)
+    env.close()
+
+
+def test_a_graze_that_begins_and_ends_within_a_frame_terminates():
+    """A parked robot half a millimetre too near to the path: before and after that frame nothing touches."""
+    env = bare("colias_sim/Avoidance-v0", observation="state", robots=1, moving=0)
+    within = 0
+    for start in (-8.0, -8.4, -8.8):
+        env.reset(seed=0, options={"poses": {"observer": (start, 0.0, 0.0), "parked1": (0.0, 2 * HULL - 0.05, 0.0)}})
+        apart, terminated = [], False
+        while not terminated and len(apart) < 25:
+            *_, terminated, _, info = env.step([1.0, 1.0])
+            apart.append(math.hypot(info["x_cm"], info["y_cm"] - 2 * HULL + 0.05))
+        assert terminated and info["touched"]
+        within += min(apart[-2:]) > 2 * HULL
+    assert within, "one of them at least touches neither at the frame's beginning nor at its end"
+    env.close()
+
+
+def test_being_run_into_terminates():
+    """Pursuit's target does not heed who follows: stand in its way."""
+    env = bare("colias_sim/Pursuit-v0", observation="state")
+    env.reset(seed=0)
+    env._sim.reset({"observer": Pose(0.08, 0.0, 0.0), "target": Pose(-0.02, 0.0, 0.0)}, np.random.default_rng(0))
+    for _ in range(90):
+        *_, terminated, _, info = env.step([0.0, 0.0])
+        if terminated:
+            break
+    assert terminated and info["touched"] and info["gap_cm"] == pytest.approx(0.0, abs=0.1)
+    env.close()
+
+
+# The drum and the push.
+
+
+def drum(rate_deg_s: float, **options: Any) -> Any:
+    return bare(
+        "colias_sim/Optomotor-v0", slowest_deg_s=rate_deg_s, fastest_deg_s=rate_deg_s, noise=0.0, **options
+    )  # fmt: skip
+
+
+def shift(before: np.ndarray, after: np.ndarray) -> float:
+    """Columns by which the middle of the picture went to the right, sub-pixel, by least squares about zero."""
+    columns = np.arange(30, 70)
+    fine = np.arange(-8.0, 8.01, 0.05)
+    row0, row1 = before[20:34].mean(0), after[20:34].mean(0)
+    errors = [np.square(np.interp(columns - s, np.arange(99), row0) - row1[30:70]).sum() for s in fine]
+    return float(fine[int(np.argmin(errors))])
+
+
+@pytest.mark.parametrize("rate", [30.0, 90.0])
+def test_the_drum_turns_the_picture_at_the_commanded_rate(rate):
+    env = drum(rate)
+    for seed in range(3):
+        env.reset(seed=seed)
+        for _ in range(4):
+            before = env.luma.astype(float)
+            *_, info = env.step([0.0, 0.0])
+            # A drum that turns left (drift negative) takes the picture to the left; the lens is nearer than its axis.
+            nearer = RADIUS / (RADIUS - CameraConfig().forward_cm)
+            expected = FOCAL * math.radians(info["drift_deg_s"]) / 30 * nearer
+            assert shift(before, env.luma.astype(float)) == pytest.approx(expected, rel=0.08, abs=0.1)
+            assert abs(info["drift_deg_s"]) == pytest.approx(rate) and info["turn_deg_s"] == pytest.approx(0, abs=0.1)
+            assert info["slip_deg_s"] == pytest.approx(info["drift_deg_s"], abs=0.1)
+    env.close()
+
+
+def test_a_robot_that_turns_with_the_drum_sees_it_stand():
+    env, rate = drum(60.0), math.radians(60.0)
+    env.reset(seed=0)
+    difference = rate * TRACK / 2 / FULL
+    still, slipping = [], []
+    for step in range(40):
+        before, side = env.luma.astype(int), -np.sign(env.state.drift)
+        *_, info = env.step(np.array([-1.0, 1.0]) * side * difference)
+        if step > 10:
+            slipping.append(abs(info["slip_deg_s"]))
+            still.append(abs(shift(before, env.luma.astype(float))))
+    assert np.mean(slipping) < 3.0 and np.mean(still) < 0.2 < FOCAL * rate / 30
+    assert info["reward_hold"] > 0.9
+    env.close()
+
+
+@pytest.mark.parametrize("rate", [20.0, 60.0, 90.0, 140.0, 180.0])
+def test_a_push_turns_a_robot_that_does_nothing_as_it_says(rate):
+    env = drum(rate, disturbance="push", observation="state")
+    for seed in range(3):
+        env.reset(seed=seed)
+        for _ in range(12):
+            *_, info = env.step([0.0, 0.0])
+        for _ in range(20):
+            *_, info = env.step([0.0, 0.0])
+            assert info["turn_deg_s"] == pytest.approx(info["drift_deg_s"], rel=0.1)
+            assert info["slip_deg_s"] == info["turn_deg_s"], "the wall stands"
+    env.close()
+
+
+# The others.
+
+
+@pytest.mark.parametrize("orbit_cm", [8.0, 15.0, 35.0])
+def test_the_target_stays_on_its_circle_and_reverses(orbit_cm):
+    env = bare("colias_sim/Fixation-v0", observation="state", orbit_cm=orbit_cm, robots=6)
+    for seed in range(2):
+        env.reset(seed=seed)
+        angles = []
+        for _ in range(600):
+            terminated = env.step([0.0, 0.0])[2]
+            target = env.poses["target"]
+            assert not terminated
+            assert 100 * math.hypot(target.x, target.y) == pytest.approx(orbit_cm, abs=1.0)
+            angles.append(math.atan2(target.y, target.x))
+        rates = np.degrees(np.diff(np.unwrap(angles))) * 30
+        assert rates.min() < -8 and rates.max() > 8 and np.abs(rates).max() < 36.5
+    env.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("Pursuit", {"robots": 8}),
+        ("Pursuit", {"target_speed_cm_s": 20.0}),
+        ("Avoidance", {}),
+        ("Avoidance", {"robots": 12, "moving": 12, "speed_cm_s": 20.0}),
+    ],
+    ids=str,
+)
+def test_those_that_drive_about_touch_nothing_and_get_about(name, options):
+    """Hull to hull and hull to wall; the observer, put away behind the rest, stands still."""
+    env = bare(f"colias_sim/{name}-v0", observation="state", **options)
+    movers = [mover for mover in env._sim.robots if mover != "observer"]
+    driven, frames = 0.0, 0
+    for seed in range(3):
+        env.reset(seed=seed)
+        for _ in range(300):
+            before = env.poses
+            terminated = env.step([0.0, 0.0])[2]
+            if terminated:  # Pursuit's target does not heed the observer
+                assert name == "Pursuit"
+                break
+            poses = env.poses
+            for mover in movers:
+                here = poses[mover]
+                assert math.hypot(here.x, here.y) < (RADIUS - HULL - 0.4) / 100, "the panels are 0.4 cm nearer"
+                for other, there in poses.items():
+                    assert other in (mover, "observer") or math.hypot(here.x - there.x, here.y - there.y) > 0.0401
+                frames += 1
+                driven += math.hypot(here.x - before[mover].x, here.y - before[mover].y)
+    speed = env.options.target_speed_cm_s if name == "Pursuit" else env.options.speed_cm_s
+    assert frames > 100 and 100 * driven > 0.3 * speed * frames / 30
+    env.close()
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("robots", [1, 7, 20])
+def test_nobody_stands_in_another_at_the_start(name, robots):
+    env = bare(name, observation="state", robots=robots)
+    starts = set()
+    for seed in range(15):
+        _, info = env.reset(seed=seed)
+        poses = list(env.poses.values())
+        starts.update((round(pose.x, 3), round(pose.heading, 3)) for pose in poses)
+        assert not info["touched"] and len(poses) == robots + 1
+        for here, there in itertools.combinations(poses, 2):
+            assert math.hypot(here.x - there.x, here.y - there.y) > 2 * HULL / 100 + 0.005
+        assert max(math.hypot(pose.x, pose.y) for pose in poses) < (RADIUS - HULL - 1.0) / 100
+    assert len(starts) > 10, "each episode another"
+    env.close()
+
+
+# What is told of the others is what the camera shows.
+
+
+@pytest.mark.parametrize("name", ["Fixation", "Pursuit"])
+def test_the_target_stands_in_the_picture_where_its_bearing_says(name):
+    env = bare(f"colias_sim/{name}-v0", arena="plain", noise=0.0)
+    for seed in range(6):
+        _, info = env.reset(seed=seed)
+        # The two edges of its silhouette, from the lens: at the bearing, half asin(r / d) to each side.
+        eye, target = env.poses["observer"], env.poses["target"]
+        lens = CameraConfig().forward_cm / 100
+        x, y = eye.x + lens * math.cos(eye.heading), eye.y + lens * math.sin(eye.heading)
+        half = math.asin(HULL / 100 / math.hypot(target.x - x, target.y - y))
+        bearing = math.radians(info["bearing_deg"])
+        edges = [49.5 - FOCAL * math.tan(bearing + side * half) for side in (1, -1)]
+        dark = np.flatnonzero(env.luma[36] < 100)
+        assert [dark[0], dark[-1] + 1] == pytest.approx(edges, abs=1.2)
+        assert info["in_view"]
+    env.close()
+
+
+def test_the_state_tells_where_the_others_are():
+    """Geometry by hand: a target 10 cm to the left of where the observer looks, a wall behind it."""
+    env = bare("colias_sim/Pursuit-v0", observation="state", robots=3)
+    env.reset(seed=0)
+    env._sim.reset(
+        {
+            "observer": Pose(0.3, 0.0, math.pi / 2), "target": Pose(0.2, 0.0, 1.0), "parked1": Pose(0.3, 0.2, 0.0),
+            "parked2": Pose(0.3, -0.1, 0.0),
+        },
+        np.random.default_rng(0),
+    )  # fmt: skip
+    state = env.state
+    target, near, far = state.others
+    assert (target.distance, target.bearing) == pytest.approx((0.06, math.pi / 2), abs=1e-3)
+    assert (near.distance, abs(near.bearing)) == pytest.approx((0.06, math.pi), abs=1e-3)
+    assert (far.distance, far.bearing) == pytest.approx((0.16, 0.0), abs=1e-3)
+    assert (state.wall_distance, state.wall_bearing) == pytest.approx((0.13, -math.pi / 2), abs=1e-3)
+    for _ in range(8):
+        env.step([0.1, 0.1])
+    assert env.state.speed == pytest.approx(0.035, rel=0.03)
+    still = env.state.others[1]
+    assert (still.ahead, still.left) == pytest.approx((-0.035, 0.0), abs=2e-3), "the parked goes back at our speed"
+    env.close()
+
+
+def test_randomised_wheels_light_and_shells_differ_and_without_it_do_not():
+    def seen(randomise: float) -> np.ndarray:
+        env = bare("colias_sim/Fixation-v0", observation="pixels", randomise=randomise, noise=0.0, arena="plain")
+        rows = []
+        for seed in range(6):
+            env.reset(seed=seed)
+            rows.append(
+                (env.luma[:20].mean(), env.luma.min(), *env._wheel_gains, *env._sim.model.camera("observer/eye").quat)
+            )
+        env.close()
+        return np.array(rows)
+
+    plain, wide = seen(0.0).std(0), seen(1.0).std(0)
+    assert wide[0] > plain[0] and wide[1] > plain[1] + 5
+    assert (plain[2:] == 0.0).all() and (wide[2:] > 0.0).sum() >= 5

@@ -1,0 +1,136 @@
+"""Pictures of the envs: modes, views, and that every OpenGL context is freed."""
+
+import math
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from colias_sim import GLUnavailable
+from tests.helpers.envs import NAMES, bare, every_env
+
+
+@every_env
+def test_rgb_array(name, contexts):
+    env = bare(name, observation="state", render_mode="rgb_array", render_width=80, render_height=60)
+    env.reset(seed=0)
+    first = env.render()
+    assert first.shape == (60, 80, 3) and first.dtype == np.uint8 and first.std() > 10
+    kept = first.copy()
+    for _ in range(8):
+        env.step([1.0, -1.0])
+    second = env.render()
+    assert np.abs(second.astype(int) - first).max() > 30, "the robot has turned"
+    np.testing.assert_array_equal(first, kept)
+    env.close()
+
+
+def test_rgb_array_list_holds_what_came_since_the_last_call(contexts):
+    env = gym.make(NAMES[0], observation="state", render_mode="rgb_array_list", render_width=48, render_height=32)
+    env.reset(seed=0)
+    for _ in range(3):
+        env.step([0.0, 0.0])
+    assert len(env.render()) == 4
+    assert env.render() == []
+    env.step([0.0, 0.0])
+    (one,) = env.render()
+    assert one.shape == (32, 48, 3)
+    env.step([0.0, 0.0])
+    env.reset()
+    assert len(env.render()) == 1, "of this episode"
+    env.close()
+
+
+def test_the_observer_s_view_is_what_its_camera_sees(contexts):
+    env = bare(
+        "colias_sim/Pursuit-v0", noise=0.0, render_mode="rgb_array", render_view="observer",
+        render_width=99, render_height=72,
+    )  # fmt: skip
+    env.reset(seed=0)
+    shown = env.render().astype(float) @ (0.299, 0.587, 0.114)
+    luma = env.luma.astype(float)
+    env.close()
+    alike = np.corrcoef(shown.ravel(), luma.ravel())[0, 1]
+    assert alike > 0.98
+    for other in (shown[:, ::-1], shown[::-1], np.roll(shown, 3, 0), np.roll(shown, 3, 1)):
+        assert np.corrcoef(other.ravel(), luma.ravel())[0, 1] < alike - 0.01
+
+
+def test_the_views_differ_and_the_top_one_looks_down(contexts):
+    pictures = {}
+    for view in ("arena", "top", "observer"):
+        env = bare(
+            "colias_sim/Fixation-v0", observation="state", render_mode="rgb_array", render_view=view,
+            render_width=120, render_height=120,
+        )  # fmt: skip
+        env.reset(seed=0)
+        pictures[view] = env.render().astype(int)
+        target = env.poses["target"]
+        env.close()
+    assert len({picture.tobytes() for picture in pictures.values()}) == 3
+    # The black robot from above: right in the picture is +x, up is +y.
+    dark = pictures["top"].max(-1) < 40
+    rows, columns = np.nonzero(dark[20:100, 20:100])
+    towards = math.atan2(39.5 - rows.mean(), columns.mean() - 39.5)
+    assert math.remainder(towards - math.atan2(target.y, target.x), 2 * math.pi) == pytest.approx(0.0, abs=0.3)
+
+
+SIZES = [(480, 360), (180, 135), (150, 150), (190, 80), (90, 150)]
+
+
+@pytest.mark.parametrize("view", ["arena", "top"])
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_the_whole_arena_is_in_the_picture_and_a_robot_is_seen_everywhere(view, width, height, contexts):
+    """A target that is put all along the wall has its marker inside the picture; no part of the picture is black."""
+    env = bare(
+        "colias_sim/Fixation-v0", observation="state", render_mode="rgb_array", render_view=view,
+        render_width=width, render_height=height,
+    )  # fmt: skip
+    for turn in np.arange(0.0, 2 * math.pi, math.pi / 4):
+        target = 42.0 * math.cos(turn), 42.0 * math.sin(turn), 90.0
+        env.reset(seed=0, options={"poses": {"target": target, "observer": (0.0, 0.0, 0.0)}, "light": 1.0})
+        picture = env.render().astype(int)
+        red, green, blue = np.moveaxis(picture, -1, 0)
+        marker = (red > 180) & (green > 80) & (green < 0.8 * red) & (blue < 0.5 * red)
+        rows, columns = np.nonzero(marker)
+        assert len(rows) > (0.012 * min(width, height)) ** 2 * math.pi, "a marker of some size"
+        assert rows.min() > 0 and rows.max() < height - 1 and columns.min() > 0 and columns.max() < width - 1
+        corners = picture[[0, 0, -1, -1], [0, -1, 0, -1]]
+        assert corners.max(-1).min() > 50, "black corners"
+    env.close()
+
+
+def test_insets_show_the_observer_near_and_what_it_sees(contexts):
+    """The right one is the view ``observer``; in the left one the robot is larger than in the arena."""
+    pictures = {}
+    for view, size in (("arena", (480, 360)), ("observer", (125, 91))):
+        env = bare("colias_sim/Pursuit-v0", render_mode="rgb_array", render_view=view,
+                   render_width=size[0], render_height=size[1], observation="state")  # fmt: skip
+        env.reset(seed=0)
+        pictures[view] = env.render().astype(int)
+        env.close()
+    eye = pictures["arena"][1:90, -124:-1]
+    assert np.abs(eye - pictures["observer"][1:90, 1:124]).mean() < 3.0
+
+    def green(picture: np.ndarray) -> int:
+        red, leaf, blue = np.moveaxis(picture, -1, 0)
+        return int(((leaf > 1.4 * red) & (leaf > 1.3 * blue)).sum())
+
+    assert green(pictures["arena"][:90, :125]) > 2 * green(pictures["arena"][91:])
+
+
+def test_without_a_screen_a_window_is_refused(monkeypatch, contexts):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with pytest.raises(GLUnavailable, match="rgb_array") as told:
+        gym.make(NAMES[0], render_mode="human")
+    assert "\n" not in str(told.value)
+
+
+@every_env
+def test_closing_frees_every_context(name, contexts):
+    env = gym.make(name, render_mode="rgb_array")
+    env.reset(seed=0)
+    env.render()
+    assert len(contexts) == 2
+    env.close()

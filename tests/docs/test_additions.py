@@ -1,0 +1,161 @@
+"""A model, an experiment, clips, a claim, a behaviour of one's own: one short file each, found by its path, and run.
+
+Each imports from `experiments`, `dsnn` and `colias_sim` alone. (Envs: tests/colias_sim/envs/test_envs_own.py.)
+"""
+
+import ast
+import json
+
+import pyarrow.parquet as pq
+import pytest
+
+import experiments
+
+MODEL = """
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from dsnn import ModelEntry, Response
+
+
+@dataclass(frozen=True)
+class Params:
+    gain: float = Field(default=1.0, ge=0.0, le=9.0, description="of the mean")
+    t_sp: float = 0.2
+
+
+class Mean:
+    def __init__(self, shape, params):
+        self.params = params
+
+    def step(self, frame):
+        return Response(hs=self.params.gain * float(frame.mean()) / 2550)
+
+    def reset(self):
+        pass
+
+
+MODEL = ModelEntry("mean", "the mean of the frame", Mean, Params(), channels=("hs",))
+"""
+
+ROBOT = """
+from dataclasses import dataclass
+
+from experiments import Check, Claim, Condition, Experiment, Outcome, decide
+
+
+@dataclass(frozen=True)
+class Crossings:
+    speed: float = 30.0
+    pose_sd_mm: float = 0.0
+    heading_sd_deg: float = 0.0
+
+    def conditions(self):
+        return [Condition("translation", way, self.speed, 8.0) for way in ("rightward", "leftward")]
+
+
+def spikes_both_ways(rows, threshold):
+    fewest = min(row["spikes"] for row in rows)
+    holds, decided = decide([Check(f"{fewest} spikes (needs above 0)", fewest)])
+    return Outcome("holds" if holds else "fails", f"{fewest} spikes or more", decided=decided)
+
+
+EXPERIMENT = Experiment(
+    name="mine",
+    summary="fast crossings both ways",
+    design=Crossings(),
+    varies="direction",
+    repeats=1,
+    claims=("C14", Claim(id="both-ways", says="it spikes both ways", source="me", judge=spikes_both_ways, least=1)),
+)
+"""
+
+CLIPS = """
+from experiments import Check, Clip, ClipClaim, OfflineExperiment, Outcome, decide
+
+SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
+
+
+def sees(rows, threshold):
+    peak = max(row["peak_hs"] for row in rows)
+    holds, decided = decide([Check(f"HS up to {peak:.2f} (needs above {threshold:g})", peak - threshold)])
+    return Outcome("holds" if holds else "fails", f"HS up to {peak:.2f}", decided=decided)
+
+
+EXPERIMENT = OfflineExperiment(
+    name="clips",
+    summary="a small crossing",
+    clips=[Clip("right", "plain", SMALL)],
+    models=["dsnn"],
+    claims=("C2", ClipClaim(id="sees", says="HS passes T", judge=sees, conditions={"motion": ("rightward",)})),
+)
+"""
+
+BEHAVIOUR = """
+from experiments import Behaviour
+
+
+def balance(seen):
+    return 0.25 - 0.1 * seen.hs, 0.25 + 0.1 * seen.hs
+
+
+BEHAVIOUR = Behaviour.reflex("balance", "balances the flow", "Avoidance", balance)
+"""
+
+FILES = {"my_model.py": MODEL, "mine.py": ROBOT, "clips.py": CLIPS, "my_reflex.py": BEHAVIOUR}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_nothing_of_the_bench_is_needed(name):
+    modules = [node.module for node in ast.walk(ast.parse(FILES[name])) if isinstance(node, ast.ImportFrom)]
+    assert {module.split(".")[0] for module in modules} <= {"dataclasses", "pydantic", "dsnn", "experiments"}
+    assert all("bench" not in module for module in modules)
+
+
+def test_a_model_in_an_experiment_with_a_claim(folder):
+    run = experiments.run(
+        "mine.py", models=["my_model.py"], settings={"mean.gain": 2}, workers=0, recordings=False, quiet=True, out="out"
+    )
+    assert run.models == ["dsnn", "mean"]
+    verdicts = {(row["id"], row["model"]): row["verdict"] for row in run.claims.to_pylist()}
+    assert verdicts[("both-ways", "dsnn")] == "holds"
+    assert {claim for claim, _ in verdicts} == {"C14", "both-ways"}
+    rows = pq.read_table(folder / "out" / "trials.parquet").to_pylist()
+    assert {(row["model"], row["mean.gain"]) for row in rows} == {("dsnn", None), ("mean", 2.0)}
+    said = json.loads((folder / "out" / "experiment.json").read_text())
+    own = {"id": "both-ways", "says": "it spikes both ways", "source": "me"}
+    assert said["experiment"]["claims"] == ["C14", own]
+    assert sorted(said["files"]) == sorted(str(folder / name) for name in ("mine.py", "my_model.py"))
+
+
+def test_the_command_line_judges_a_claim_and_goes_on(colias):
+    (colias.folder / "mine.py").write_text(ROBOT)
+    quick = ("--workers", "0", "--no-recordings")
+    done = colias("run", "mine.py", *quick, "--out", "out")
+    assert done.returncode == 0, done.stderr
+    assert "both-ways holds: it spikes both ways" in done.stdout
+    before = pq.read_table(colias.folder / "out" / "trials.parquet")
+    again = colias("run", "mine.py", *quick, "--resume", "out")
+    assert again.returncode == 0 and "2 of them done already" in again.stderr, again.stderr
+    assert pq.read_table(colias.folder / "out" / "trials.parquet") == before
+
+
+def test_clips_with_a_claim(folder):
+    run = experiments.run("clips.py", models=["my_model.py"], workers=0, recordings=False, quiet=True)
+    assert run.folder.parent.name == "runs" and run.offline
+    found = {row["id"]: row for row in run.claims.to_pylist()}
+    assert set(found) == {"C2", "sees"} and found["sees"]["verdict"] in ("holds", "fails")
+    assert found["sees"]["replicates"] == 1 and found["sees"]["n"] == 1
+
+
+def test_a_behaviour(folder):
+    scores = experiments.score("my_reflex.py", episodes=1)
+    assert scores and all(isinstance(score, experiments.Score | None) for score in scores.values())

@@ -1,0 +1,121 @@
+"""README.md and docs/: short, whole, in step with the code. Each long chapter runs in a test_docs_*.py of its own."""
+
+from __future__ import annotations
+
+import ast
+import re
+
+import pytest
+import typer
+
+from experiments.bench.cli import main
+from tests.helpers.chapters import CHAPTERS, PAGES, QUESTIONS, README, ROOT, SKIPPED, blocks, called, chapter
+from tests.package.test_imports import LEVELS
+
+__all__ = ["chapter"]
+
+JOURNEYS = {
+    "architecture.md", "back-from-the-robot.md", "behaviours-and-training.md", "eye.md", "footage.md",
+    "from-bench-to-robot.md", "guides.md", "index.md", "install.md", "looming.md", "maps.md",
+    "reinforcement-learning.md", "robot-trials.md", "video.md", "what-the-numbers-mean.md", "your-own-experiment.md",
+    "your-own-model.md",
+}  # fmt: skip
+LISTS = {"guides.md", "index.md"}
+OWN_TESTS = {
+    "back-from-the-robot.md",
+    "eye.md",
+    "robot-trials.md",
+    "your-own-model.md",
+    "your-own-experiment.md",
+    "behaviours-and-training.md",
+    "footage.md",
+    "reinforcement-learning.md",
+    "video.md",
+    "from-bench-to-robot.md",
+}
+LONGEST_README = 120
+
+
+@pytest.mark.parametrize("name", sorted({called(page) for page in PAGES if page not in QUESTIONS} - OWN_TESTS))
+def test_a_page_runs_as_pasted(name, chapter):
+    chapter(name)
+
+
+def test_every_journey_has_a_chapter_that_the_readme_names():
+    assert {page.name for page in CHAPTERS} == JOURNEYS
+    text = README.read_text()
+    assert all(f"(docs/{name})" in text for name in JOURNEYS - LISTS)
+    assert all(f"({name})" in (ROOT / "docs" / "index.md").read_text() for name in JOURNEYS - LISTS)
+
+
+def test_every_command_is_shown():
+    shown = {words[1] for page in PAGES for block in blocks(page) if block.language == "sh"
+             for words in block.commands() if words[0] == "colias"}  # fmt: skip
+    assert shown >= set(typer.main.get_command(main.app).commands)
+
+
+def test_the_readme_is_short():
+    text = README.read_text()
+    assert len(text.splitlines()) <= LONGEST_README
+    assert text.count("![") == 2, "a figure, and a picture that moves"
+    assert "make run" in text and "make test" in text
+
+
+def test_few_blocks_are_skipped_and_each_has_a_reason():
+    found = {called(page): tuple(block.skipped for block in blocks(page) if block.skipped) for page in PAGES}
+    assert {name: reasons for name, reasons in found.items() if reasons} == SKIPPED
+
+
+@pytest.mark.parametrize("page", PAGES, ids=called)
+def test_every_code_fence_is_understood(page):
+    """A typing error in a comment before a block, or in its first line, would leave it out."""
+    text = page.read_text()
+    assert len(re.findall(r"^```", text, re.MULTILINE)) == 2 * len(blocks(page))
+    assert text.count("<!-- test:") == sum(bool(block.added or block.skipped or block.status) for block in blocks(page))
+    assert {block.language for block in blocks(page)} <= {"python", "sh", "text"}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=called)
+def test_snippets_need_the_public_packages_alone(page):
+    for block in (block for block in blocks(page) if block.language == "python"):
+        for node in ast.walk(ast.parse(block.text)):
+            names = [node.module] if isinstance(node, ast.ImportFrom) else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            assert not any("bench" in name for name in names), block.where
+
+
+def headings(text: str) -> set[str]:
+    """The anchors of a page's headings, as GitHub makes them."""
+    titles = re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=called)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)]+)\)", page.read_text()):
+        if target.startswith(("https:", "generated/")):  # tests/site follows those into pages made in the build
+            continue
+        path, _, anchor = target.partition("#")
+        there = page.parent / path if path else page
+        assert there.exists(), target
+        assert not anchor or anchor in headings(there.read_text()), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=called)
+def test_files_and_names_of_the_code_that_are_named_exist(page):
+    """``path.py`` is a file of the repository; a name after it, as in "`path.py`, `name`", is defined in it."""
+    plain = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
+    own = {block.title for each in PAGES for block in blocks(each)}
+    for path, name in re.findall(r"`([\w/]+\.(?:py|toml|lock|j2))`(?:, `(\w+)`)?", plain):
+        assert path in own or (ROOT / path).exists() or ("/" not in path and list(ROOT.rglob(path))), path
+        if name:
+            text = (ROOT / path).read_text()
+            assert re.search(rf"^\s*(def|class) {name}\b|^{name}\b.*=", text, re.MULTILINE), (path, name)
+    for folder in re.findall(r"`((?:scenes|colias_sim|dsnn|experiments|tests|tools|docs|benchmarks)/[\w/]*)`", plain):
+        assert (ROOT / folder).is_dir(), folder
+
+
+def test_the_table_of_wings_is_that_of_the_imports():
+    rows = re.findall(r"^\| (\d) \| `([\w/]+)/` \|", (ROOT / "docs" / "architecture.md").read_text(), re.MULTILINE)
+    folders = {name: level for name, level in LEVELS.items() if (ROOT / name.replace(".", "/")).is_dir()}
+    assert {path.replace("/", "."): int(level) for level, path in rows} == folders

@@ -1,0 +1,13 @@
+"""Everything that docs/footage.md shows runs as it is pasted; `tests.helpers.chapters` says how."""
+
+from pathlib import Path
+
+from tests.helpers.chapters import chapter
+from tests.helpers.footage import Walker, street, write
+
+__all__ = ["chapter"]
+
+
+def test_the_chapter_runs_as_pasted(chapter):
+    write(Path("street.mp4"), street([Walker(6.0)], 75), codec="mp4v")
+    chapter("footage.md")

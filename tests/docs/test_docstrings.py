@@ -1,0 +1,195 @@
+"""Docstrings of the public names: each names exactly its parameters, what it returns, and what it raises."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import dataclasses
+import doctest
+import importlib
+import inspect
+import re
+import textwrap
+import types
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from tests.helpers.chapters import PAGES, ROOT, blocks
+from tools.pages import docstrings, surface
+
+EXPORTED, PUBLIC = surface.exported(), surface.public()
+API = ROOT / "docs" / "reference" / "api"
+
+
+def is_ours(cls: type) -> bool:
+    return cls.__module__.partition(".")[0] in surface.OURS
+
+
+def find(name: str) -> Any:
+    owner, _, last = name.rpartition(".")
+    return PUBLIC[name] if name in PUBLIC else getattr(PUBLIC[owner], last)
+
+
+def functions() -> Iterator[tuple[str, Callable[..., Any]]]:
+    """Public functions, and the public methods and properties of public classes."""
+    for name, thing in PUBLIC.items():
+        if inspect.isfunction(thing):
+            yield name, thing
+        for base in filter(is_ours, thing.__mro__) if inspect.isclass(thing) else ():
+            for method, value in vars(base).items():
+                plain = (
+                    getattr(value, "__func__", None) or getattr(value, "fget", None) or getattr(value, "func", value)
+                )
+                if not method.startswith("_") and isinstance(plain, types.FunctionType):
+                    yield f"{name}.{method}", plain
+
+
+FUNCTIONS = dict(functions())
+CLASSES = {name: thing for name, thing in PUBLIC.items() if inspect.isclass(thing)}
+
+
+def is_property(name: str) -> bool:
+    owner, _, last = name.rpartition(".")
+    if owner not in CLASSES:
+        return False
+    value = inspect.getattr_static(CLASSES[owner], last)
+    return not isinstance(value, types.FunctionType | classmethod | staticmethod)
+
+
+def page(thing: Any, text: str | None = None) -> docstrings.Sections:
+    said = "\n".join(docstrings.completed(thing, text or inspect.getdoc(thing) or "", find))
+    return docstrings.sections(said)
+
+
+def raised(function: Any) -> set[str]:
+    """The exceptions that a function's own body raises by name; those of functions inside of it are not its own."""
+    (tree,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
+    waiting, found = list(ast.iter_child_nodes(tree)), set()
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.FunctionDef | ast.Lambda | ast.ClassDef):
+            continue
+        if isinstance(node, ast.Raise) and node.exc is not None:
+            cause = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
+            found.add(ast.unparse(cause).rpartition(".")[2])
+        waiting += ast.iter_child_nodes(node)
+    return {name for name in found if name[0].isupper()}
+
+
+def documented(own: docstrings.Sections, function: Any) -> set[str]:
+    """The exceptions of a section ``Raises``, and those that are special cases of them."""
+    names = {line.strip().rpartition(".")[2] for line in own.get("Raises", ()) if line and not line[0].isspace()}
+    known = {**vars(builtins), **getattr(function, "__globals__", {})}
+    kinds = tuple(known[name] for name in names if isinstance(known.get(name), type))
+    special = {name for name, kind in known.items() if isinstance(kind, type) and issubclass(kind, kinds or ())}
+    return names | special
+
+
+def expected(function: Any) -> list[str]:
+    return [name for name in inspect.signature(function).parameters if name not in ("self", "cls")]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_function_documents_what_it_takes_and_gives(name):
+    function = FUNCTIONS[name]
+    own = page(function)
+    assert docstrings.names_in(own.get("Parameters", [])) == expected(function)
+    gives = inspect.signature(function).return_annotation not in ("None", None, inspect.Signature.empty)
+    assert bool({"Returns", "Yields"} & set(own)) == (gives and not is_property(name))
+    assert raised(function) <= documented(own, function)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_no_section_is_empty(name):
+    for title, lines in page(FUNCTIONS[name]).items():
+        assert not title or any(map(str.strip, lines)), title
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_a_class_documents_how_it_is_made(name):
+    cls = CLASSES[name]
+    own = page(cls)
+    listed = [each for title in docstrings.LISTS for each in docstrings.names_in(own.get(title, []))]
+    if dataclasses.is_dataclass(cls):
+        assert set(listed) == set(docstrings.fields(cls))
+        told = docstrings.sections(inspect.getdoc(cls) or "")
+        assert set(docstrings.LISTS) & set(told) or all(docstrings.fields(cls).values()), "a field is not described"
+    elif getattr(cls, "_is_protocol", False):
+        return
+    elif isinstance(cls.__init__, types.FunctionType):
+        assert docstrings.names_in(own.get("Parameters", [])) == expected(cls.__init__)
+    if not hasattr(cls, "__pydantic_fields__"):  # pydantic's error is the only one then
+        made = "__post_init__" if dataclasses.is_dataclass(cls) else "__init__"
+        makers = (vars(base)[made] for base in cls.__mro__ if made in vars(base) and is_ours(base))
+        for maker in makers:
+            assert raised(maker) <= documented(own, maker)
+
+
+@pytest.mark.parametrize("name", [name for name in CLASSES if hasattr(CLASSES[name], "__pydantic_fields__")])
+def test_validated_parameters_say_what_a_wrong_one_raises(name):
+    assert "pydantic.ValidationError" in page(CLASSES[name]).get("Raises", [])
+
+
+def test_constants_are_described():
+    for name, thing in PUBLIC.items():
+        if surface.is_constant(thing):
+            assert docstrings.constant(name, thing), name
+
+
+def test_the_pages_list_every_name_once():
+    text = "\n".join(path.read_text(encoding="utf-8") for path in sorted(API.glob("*.md")))
+    listed = re.findall(r"^   ([\w.]+)$", text, re.MULTILINE)
+    assert sorted(listed) == sorted(PUBLIC)
+
+
+def test_what_chapters_import_is_public():
+    exported = list(EXPORTED.values())
+    for where in PAGES:
+        for block in (block for block in blocks(where) if block.language == "python"):
+            for node in ast.walk(ast.parse(block.text)):
+                if isinstance(node, ast.ImportFrom) and str(node.module).partition(".")[0] in surface.OURS:
+                    module = importlib.import_module(str(node.module))
+                    for alias in node.names:
+                        assert any(getattr(module, alias.name) is each for each in exported), (block.where, alias.name)
+
+
+# --- examples --------------------------------------------------------------------------------------------------------
+
+NOT_RUN = {
+    "experiments.run": "takes half a minute: tests/bench/public/test_public.py",
+    "experiments.load": "needs a run",
+    "experiments.runs": "needs a folder of runs",
+    "experiments.compare": "takes minutes",
+    "experiments.watch": "needs a film",
+    "experiments.score": "takes a minute",
+    "colias_sim.envs.options.keyword_arguments": "a part of a file: docs/reinforcement-learning.md has the whole",
+}
+"""Name -> why its example is not run."""
+EXAMPLES = [name for name, thing in PUBLIC.items() if ">>>" in (inspect.getdoc(thing) or "")]
+
+
+def test_examples_that_are_not_run_are_there():
+    assert set(NOT_RUN) <= set(EXAMPLES)
+
+
+@pytest.mark.parametrize("name", sorted(set(EXAMPLES) - set(NOT_RUN)))
+def test_an_example_runs_as_shown(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    test = doctest.DocTestParser().get_doctest(inspect.getdoc(PUBLIC[name]) or "", {}, name, None, None)
+    said: list[str] = []
+    assert test.examples
+    doctest.DocTestRunner(verbose=False).run(test, out=said.append)
+    assert not said, "".join(said)
+
+
+# --- the helper itself -----------------------------------------------------------------------------------------------
+
+
+def test_sections_are_split_and_joined():
+    text = "One line.\n\nParameters\n----------\nx, y\n    Where.\n*rest\n    More.\n\nReturns\n-------\nint\n    It."
+    parts = docstrings.sections(text)
+    assert list(parts) == ["", "Parameters", "Returns"]
+    assert docstrings.names_in(parts["Parameters"]) == ["x", "y", "rest"]
+    assert docstrings.sections("\n".join(docstrings.joined(parts)))["Returns"] == ["int", "    It."]

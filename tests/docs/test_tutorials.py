@@ -1,0 +1,147 @@
+"""The tutorials: notebooks in text form, which the documentation's build executes. Here without Sphinx, and quickly."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+import experiments
+from tests.docs.test_docs import headings
+from tests.helpers.chapters import ROOT, check_options
+
+FOLDER = ROOT / "docs" / "tutorials"
+INDEX = FOLDER / "index.md"
+TUTORIALS = sorted(path for path in FOLDER.glob("*.md") if path != INDEX)
+POLICY = ROOT / "experiments" / "policies" / "optomotor-policy.npz"
+PUBLIC = {"experiments", "dsnn", "colias_sim"}
+LIBRARIES = {"numpy", "matplotlib", "gymnasium", "cv2", "IPython"}
+STANDARD = {"csv", "dataclasses", "importlib", "json"}
+FEWEST_CELLS, MOST_CELLS = 4, 12
+WIDEST = 76
+"""Columns of code that a page shows at 1280 px without scrolling sideways."""
+MOST_BYTES = 100_000
+
+each = pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+
+
+def cells(page: Path) -> list[str]:
+    return re.findall(r"^```\{code-cell\} ipython3\n(.*?)^```$", page.read_text(), re.DOTALL | re.MULTILINE)
+
+
+def shells(page: Path) -> list[str]:
+    return re.findall(r"^```sh\n(.*?)^```$", page.read_text(), re.DOTALL | re.MULTILINE)
+
+
+def split(cell: str) -> tuple[str, str]:
+    """A cell's Python, and its shell commands, in which ``{options}`` is the cell's text of this name."""
+    lines = [line for line in cell.splitlines() if not line.startswith("%%writefile ")]
+    commands = "\n".join(line[1:] for line in lines if line.startswith("!"))
+    for name, text in re.findall(r'^(\w+) = "(.*)"$', cell, re.MULTILINE):
+        commands = commands.replace(f"{{{name}}}", text)
+    return "\n".join(line for line in lines if not line.startswith("!")), commands
+
+
+def written(page: Path) -> set[str]:
+    """The modules that the page itself writes."""
+    return {Path(name).stem for name in re.findall(r"^%%writefile (\S+\.py)$", page.read_text(), re.MULTILINE)}
+
+
+def test_there_are_tutorials_and_the_index_has_each_once():
+    assert len(TUTORIALS) >= 6
+    names = [page.stem for page in TUTORIALS]
+    text = INDEX.read_text()
+    (listed,) = re.findall(r":::\{toctree\}\n(?::.*\n)*\n(.*?):::", text, re.DOTALL)
+    assert sorted(listed.split()) == names
+    for page in TUTORIALS:
+        (title,) = re.findall(r"^# (.+)$", page.read_text().partition("```")[0], re.MULTILINE)
+        assert re.search(rf"^- \[{re.escape(title)}\]\({page.name}\): .+\.$", text, re.MULTILINE), page.name
+
+
+@each
+def test_the_front_matter_is_that_of_a_notebook(page):
+    _, front, _ = page.read_text().split("---\n", 2)
+    found = yaml.safe_load(front)
+    assert found["kernelspec"]["name"] == "python3"
+    assert found["jupytext"]["text_representation"] == {"extension": ".md", "format_name": "myst"}
+
+
+@each
+def test_cells_are_python_from_public_packages(page):
+    assert FEWEST_CELLS <= len(cells(page)) <= MOST_CELLS
+    assert page.read_text().count("```{code-cell}") == len(cells(page))
+    for cell in cells(page):
+        assert max(map(len, cell.splitlines())) <= WIDEST, cell
+        for node in ast.walk(ast.parse(split(cell)[0])):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
+            assert {name.partition(".")[0] for name in names} <= PUBLIC | LIBRARIES | STANDARD | written(page)
+            assert not any("bench" in name for name in names)
+
+
+@each
+def test_commands_have_options_that_there_are(page):
+    found = 0
+    for text in [*(split(cell)[1] for cell in cells(page)), *shells(page)]:
+        for line in text.replace("\\\n", " ").splitlines():
+            program, *arguments = shlex.split(line.partition("|")[0], comments=True)
+            assert program == "colias", line
+            check_options(arguments)
+            found += 1
+    assert found
+
+
+@each
+def test_it_ends_with_links_and_all_its_links_lead_somewhere(page):
+    text = page.read_text()
+    *_, last = re.split(r"^## ", text, flags=re.MULTILINE)
+    assert last.startswith("What next\n") and "](../" in last
+    for target in re.findall(r"\]\(([^)]+)\)", re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)):
+        path, _, anchor = target.partition("#")
+        there = page.parent / path
+        assert there.exists(), target
+        assert not anchor or anchor in headings(there.read_text()), target
+
+
+def about() -> dict[str, object]:
+    with np.load(POLICY, allow_pickle=False) as file:
+        found = json.loads(str(file["about"]))
+    assert isinstance(found, dict)
+    return found
+
+
+@pytest.mark.parametrize("page", [FOLDER / "training.md", POLICY.parent / "README.md"], ids=lambda page: page.stem)
+def test_pages_say_how_the_policy_that_ships_was_made(page):
+    said, text = about(), page.read_text()
+    env = str(said["env"]).partition("/")[2].partition("-")[0]
+    command = f"colias train --env {env} --seed {said['seed']} --steps {said['steps']} --envs {said['envs']}"
+    assert f"```sh\n{command}\n```" in text
+    assert said["options"] == {}
+    versions = said["versions"]
+    assert isinstance(versions, dict)
+    torch = str(versions["torch"]).partition("+")[0]
+    assert f"PyTorch {torch}" in text and f"stable-baselines3 {versions['stable-baselines3']}" in text
+
+
+def test_the_policy_that_ships_is_small_and_beats_standing_still_and_chance():
+    assert POLICY.stat().st_size <= MOST_BYTES
+    gain, total = {}, {}
+    for name in (str(POLICY), "still", "random"):
+        found = experiments.score(name, env="Optomotor", episodes=1, seed=100, quiet=True)
+        gain[name], total[name] = found["optomotor gain"].value, found["return"].value
+    assert gain["still"] == 0.0
+    assert gain[str(POLICY)] > 0.5  # over half of the drum's turning is followed
+    assert total[str(POLICY)] > max(total["still"], total["random"])
+
+
+def test_scoring_quietly_prints_nothing(capsys):
+    experiments.score("still", env="Optomotor", episodes=3, quiet=True)
+    assert capsys.readouterr() == ("", "")
+    experiments.score("still", env="Optomotor", episodes=3)
+    assert "by the first 2 episodes" in capsys.readouterr().err

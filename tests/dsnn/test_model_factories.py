@@ -1,0 +1,42 @@
+"""A factory of a vision model is called as the envs' documentation says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import pytest
+
+import colias_sim  # noqa: F401 - registers the envs
+from dsnn import Response
+from tests.colias_sim.envs.test_vector import FIXATION
+
+SAID = "one argument, the tuple (rows, columns)"
+
+
+class Still:
+    def step(self, frame: Any) -> Response:
+        return Response()
+
+    def reset(self) -> None: ...
+
+
+@pytest.mark.parametrize("name", ["Avoidance", "Fixation", "Optomotor", "Pursuit"])
+def test_the_pages_say_what_a_factory_is_given(name: str) -> None:
+    given: list[tuple[Any, ...]] = []
+
+    def factory(*arguments: Any) -> Still:
+        given.append(arguments)
+        return Still()
+
+    env = gym.make(f"colias_sim/{name}-v0", observation="neural", model=factory)
+    env.close()
+    assert given == [((72, 99),)]
+    (row,) = [line for line in str(env.unwrapped.__doc__).splitlines() if line.startswith("| `model`")]
+    assert SAID in row
+
+
+def test_what_is_no_factory_is_told_so() -> None:
+    with pytest.raises(ValueError) as caught:
+        gym.make(FIXATION, observation="neural", model=3)
+    assert f"a factory that takes {SAID}" in str(caught.value)

@@ -1,0 +1,290 @@
+"""The C form: equal to NumPy within its bounds, to itself in every build to the bit, and clean under the sanitizers."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from decimal import Decimal, localcontext
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dsnn import DSNN, LGMD1, DSNNParams, Hybrid, LGMD1Params, forms, native
+from dsnn.exponential import exp
+from dsnn.filters import blur, gaussian_kernel
+from tests.conftest import GOLDEN, ROOT, crossing
+from tests.helpers.native_cases import COMPILER, NATIVE, ROBOT_S, SANITIZED, STRICT, answered, cases, compiled
+
+built = pytest.mark.skipif(bool(native.missing()), reason=f"the native form {native.missing()}")
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+
+CHECKSUM = "c6747b3586d3667570fc36c8c319447895e7f9edb1d613f6f41a5a2f0239a904"
+"""SHA-256 of the native answers to the golden vectors' frames: potentials, spikes and the last maps, as bytes."""
+NEAR = 1e-3
+"""Grey levels. Single precision errs by less in P_e and P_i, so farther from 0 both forms see the same sign."""
+
+
+def near_zero(params: DSNNParams, p: np.ndarray) -> np.ndarray:
+    """Where the sign of P_e or of P_i is in doubt: P of (R, C), a mask of that shape."""
+    wide = [blur(p.astype(np.float64), gaussian_kernel(sigma)) for sigma in (params.d, 2 * params.d)]
+    return np.minimum(*np.abs(wide)) < NEAR
+
+
+def changing(seed: int, darker: bool, rows: int = 40, columns: int = 50) -> np.ndarray:
+    """A pattern that moves rightward while every cell brightens (or darkens) at every frame: no P comes near 0."""
+    blocks = np.random.default_rng(seed).uniform(10.0, 24.0, (rows // 4, columns // 4 + 4))
+    pattern = blocks.repeat(4, 0).repeat(4, 1)
+    steps = [pattern[:, 10 - i : 10 - i + columns] for i in range(10)]
+    levels = np.cumsum([np.zeros((rows, columns)), *steps], axis=0)
+    return (250.0 - levels if darker else levels).astype(np.float32)
+
+
+def test_the_digest_is_of_every_c_file():
+    """A module that was built from other sources is noticed, whichever file was edited."""
+    files = {path.name for ending in ("c", "h") for path in NATIVE.glob(f"*.{ending}")}
+    assert sorted(native.binding.SOURCES) == sorted(files - {"cases.c"})
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", [name for name in native.binding.SOURCES if name.endswith(".h")])
+def test_headers_include_what_they_need(name):
+    alone = ["-Wno-unused-function", "-fsyntax-only", "-x", "c", str(NATIVE / name)]
+    subprocess.run([COMPILER, *STRICT, *alone], check=True, timeout=100)
+
+
+@built
+@pytest.mark.parametrize("darker", [False, True])
+@pytest.mark.parametrize("changes", [{}, {"d": 2, "n_con": 5}, {"fdsr": False, "n_p": 0}], ids=str)
+def test_forms_agree_where_no_sign_is_in_doubt(changes, darker):
+    params, frames = DSNNParams(**changes), changing(7, darker)
+    fast, plain = (DSNN(frames.shape[1:], params, form=form) for form in forms.FORMS)
+    assert fast.step(frames[0]) == plain.step(frames[0])  # P is 0 there, in both
+    for frame in frames[1:]:
+        a, b = fast.step(frame, maps=True), plain.step(frame)
+        assert not near_zero(params, a.maps.p).any()
+        assert a.hs == pytest.approx(b.hs, abs=1e-5) and a.vs == pytest.approx(b.vs, abs=1e-5)
+    assert abs(a.hs) > 1e-3, "something was to be agreed on"
+
+
+@built
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(st.integers(0, 2**31), st.sampled_from([1, 2]), st.sampled_from([0.0, 0.5, 0.9]))
+def test_forms_differ_by_no_more_than_the_cells_whose_sign_is_in_doubt(seed, d, still):
+    """Noise over a picture of which a share keeps still: many P_e and P_i are 0, or round to either side of it.
+
+    Such a cell has LA = |P_e - P_i| in one form and 0 in the other. F of it is at most ``left_fast`` times that (on a
+    rise; it falls no faster than ``left_slow`` then), and it takes part in 4 products a spacing, weighted 1 or w_i,
+    with an F or D that is at most the largest F so far; in that frame as F, in all later ones as D.
+    """
+    rng, shape = np.random.default_rng(seed), (24, 36)
+    params = DSNNParams(d=d)
+    ground = rng.integers(0, 200, shape)
+    moving = rng.random(shape) >= still
+    frames = [np.clip(ground + moving * rng.integers(0, 56, shape), 0, 255).astype(np.uint8) for _ in range(8)]
+    fast, plain = (DSNN(shape, params, form=form) for form in forms.FORMS)
+    doubt = largest = 0.0
+    for frame in frames:
+        a, b = fast.step(frame, maps=True), plain.step(frame, maps=True)
+        p = a.maps.p.astype(np.float64)
+        wide = [blur(p, gaussian_kernel(sigma)) for sigma in (d, 2 * d)]
+        doubt += float(np.abs(wide[0] - wide[1])[near_zero(params, p)].sum())
+        largest = max(largest, *(float(layer.max()) for layer in (a.maps.f_on, a.maps.f_off)))
+        bound = 1e-5 + doubt * 4 * params.n_con * largest / (4 * a.maps.p.size * params.k_sig)
+        assert abs(a.hs - b.hs) <= bound and abs(a.vs - b.vs) <= bound
+
+
+@built
+@pytest.mark.parametrize("params", [DSNNParams(), DSNNParams.robot(), DSNNParams(k_sp=3.0, t_sp=0.05)], ids=str)
+def test_spikes_are_equal_but_at_the_thresholds_of_a_count(params):
+    """The thresholds are T + ln(k) / K_sp, for k = 1, 2, ..."""
+    frames = np.concatenate([crossing(), crossing(dark=False), crossing(step=3.0)])
+    fast, plain = (DSNN(frames.shape[1:], params, form=form).run(frames) for form in forms.FORMS)
+    thresholds = params.t_sp + np.log(np.arange(1, 30)) / params.k_sp
+    for channel in ("hs", "vs"):
+        potential = np.abs(getattr(plain, channel))
+        at = np.abs(potential[:, np.newaxis] - thresholds).min(axis=1) < 1e-5
+        a, b = (getattr(series, f"{channel}_spikes") for series in (fast, plain))
+        np.testing.assert_array_equal(a[~at], b[~at])
+    assert fast.hs_spikes.any()
+
+
+@built
+def test_the_lgmd1_and_the_hybrid_agree():
+    """A square that grows; the gate, the azimuth and the veto too."""
+    frames = np.full((30, 72, 98), 240, np.uint8)
+    for i, frame in enumerate(frames):
+        half = 3 + round(1.12**i)
+        frame[max(0, 36 - half) : 36 + half, max(0, 30 - half) : 30 + half] = 20
+    for model in (LGMD1, Hybrid):
+        fast, plain = (model((72, 98), form=form).run(frames) for form in forms.FORMS)
+        np.testing.assert_allclose(fast.looming, plain.looming, atol=1e-5)
+        np.testing.assert_allclose(fast.azimuth, plain.azimuth, atol=1e-5)
+        np.testing.assert_array_equal(fast.looming_spikes, plain.looming_spikes)
+    assert fast.looming_spikes.any() and fast.azimuth.min() < -0.2
+
+
+@built
+def test_the_golden_answers_have_their_bits():
+    """Whatever the compiler and the processor: the next last bit would show."""
+    said = hashlib.sha256()
+    for path in GOLDEN:
+        with np.load(path, allow_pickle=False) as file:
+            frames = file["frames"]
+        for params in (DSNNParams(), DSNNParams(d=2, n_con=5, n_p=6)):
+            model = DSNN(frames.shape[1:], params, form="native")
+            for frame in frames:
+                answer = model.step(frame, maps=True)
+                said.update(np.array([answer.hs, answer.vs, answer.hs_spikes, answer.vs_spikes], "<f8").tobytes())
+            for layer in (answer.maps.p, answer.maps.la, answer.maps.f_on, answer.maps.f_off):
+                said.update(layer.astype("<f4").tobytes())
+    assert said.hexdigest() == CHECKSUM
+
+
+@built
+@needs_compiler
+@pytest.mark.parametrize(
+    "options",
+    [("-O3",), ("-O2", "-DVISION_PLAIN", *ROBOT_S), ("-O0",), SANITIZED, (*SANITIZED, *ROBOT_S)],
+    ids=["vectors", "plain", "unoptimised", "sanitized", "sanitized-robot"],
+)
+def test_every_build_answers_with_the_same_bits(options, tmp_path):
+    """Vectors and plain arrays, optimised or not; the sanitizers stop at what C leaves undefined, and at every byte
+    read or written beside the memory given."""
+    chosen = list(cases(int(os.environ.get("COLIAS_FUZZ_CASES", "200"))))  # make fuzz: 2,000
+    assert answered(compiled(tmp_path, *options), chosen) == b"".join(case.answers() for case in chosen)
+
+
+@built
+@settings(deadline=None, max_examples=500)
+@given(st.one_of(st.floats(-720, 720), st.floats(allow_nan=False), st.floats(-1e-300, 1e-300)))
+def test_the_exponential_is_its_twin_in_c(x):
+    assert native.kernel().lib.vision_exp(x) == exp(x)
+
+
+@settings(deadline=None)
+@given(st.floats(-700, 700))
+def test_the_exponential_is_right_to_the_last_place(x):
+    with localcontext(prec=50):
+        true = Decimal(x).exp()
+        assert abs(Decimal(exp(x)) - true) <= Decimal(math.ulp(exp(x)))
+
+
+def test_the_ends_of_the_exponential():
+    assert (exp(0.0), exp(-1e9), exp(-math.inf), exp(1e9), exp(math.inf)) == (1.0, 0.0, 0.0, math.inf, math.inf)
+    assert math.isnan(exp(math.nan))
+
+
+@built
+def test_models_in_threads_are_apart():
+    """The kernel runs without Python's lock; two models share nothing."""
+    clips = [crossing(), crossing(dark=False), crossing(step=2.5), crossing()[:, ::-1]]
+    one_by_one = [DSNN(clip.shape[1:], form="native").run(clip).hs for clip in clips]
+    with ThreadPoolExecutor(4) as threads:
+        together = list(threads.map(lambda clip: DSNN(clip.shape[1:], form="native").run(clip).hs, clips * 5))
+    for found, expected in zip(together, one_by_one * 5, strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+@built
+def test_any_layout_of_a_frame_is_the_same_frame():
+    frames = crossing()
+    expected = DSNN(frames.shape[1:], form="native").run(frames).hs
+    for other in (np.asfortranarray(frames), frames[:, :, ::-1].copy()[:, :, ::-1], frames.astype(np.float32)):
+        np.testing.assert_array_equal(DSNN(frames.shape[1:], form="native").run(other).hs, expected)
+    doubles = DSNN(frames.shape[1:], form="native").run(frames.astype(np.float64)).hs
+    np.testing.assert_array_equal(doubles, expected)
+
+
+@built
+def test_a_still_scene_is_silent_and_a_mirrored_one_mirrored():
+    still = np.full((80, 30, 41), 99, np.uint8)
+    assert not DSNN((30, 41), form="native").run(still).hs.any()
+    frames = crossing()
+    balanced = DSNNParams(w_i=1.0)
+    there, back = (DSNN((72, 99), balanced, form="native").run(clip).hs for clip in (frames, frames[:, :, ::-1]))
+    np.testing.assert_allclose(there, -back, atol=1e-6)
+    assert there.max() > 0.3
+
+
+UNBUILT = """
+import sys
+sys.modules["_dsnn_native"] = None
+import numpy as np
+from dsnn import DSNN, LGMD1, forms, native
+model = DSNN((72, 99))
+print(model.form, LGMD1((72, 99)).form, model.run(np.zeros((3, 72, 99), np.uint8)).hs.sum(), native.missing())
+print(forms.note())
+try:
+    DSNN((72, 99), form="native")
+except forms.FormError as error:
+    print(error)
+"""
+
+
+def test_without_the_c_form_numpy_runs_and_one_line_says_so():
+    done = subprocess.run([sys.executable, "-c", UNBUILT], capture_output=True, text=True, cwd=ROOT, timeout=100)
+    form, note, error = done.stdout.splitlines()
+    assert form == "numpy numpy 0.0 is not built", done.stderr
+    assert note.startswith("the network runs in NumPy") and "is not built" in note
+    assert error == "form='native': the native form is not built: 'make setup' builds it"
+
+
+def test_a_form_is_one_of_two():
+    with pytest.raises(forms.FormError, match=r"form='fast': legal are native and numpy"):
+        DSNN((72, 99), form="fast")
+
+
+def test_a_module_built_from_other_sources_does_not_run(monkeypatch):
+    if native.missing() == "is not built":
+        pytest.skip("nothing is built")
+    native.missing.cache_clear()
+    monkeypatch.setattr(native.binding, "digest", lambda: "another")
+    try:
+        assert native.missing() == "was built from other C sources than those here"
+        with pytest.raises(forms.FormError, match="other C sources"):
+            DSNN((72, 99), form="native")
+    finally:
+        native.missing.cache_clear()
+
+
+@built
+def test_a_run_notes_its_form_and_is_not_gone_on_with_by_another(colias, monkeypatch):
+    arguments = ("run", "clean", "--only", "--model", "dsnn", "--repeats", "1", "--no-recordings", "--workers", "0")
+    monkeypatch.setenv(forms.VARIABLE, "numpy")
+    assert colias(*arguments, "--out", "out", "-q").returncode == 0
+    assert '"form": "numpy"' in (colias.folder / "out" / "experiment.json").read_text()
+    monkeypatch.setenv(forms.VARIABLE, "native")
+    for more in ((), ("--other-code",)):
+        done = colias(*arguments, "--resume", "out", *more)
+        assert (done.returncode, done.stderr) == (2, 'colias: out: form is "numpy" there and "native" now\n')
+    monkeypatch.setenv(forms.VARIABLE, "fast")
+    done = colias(*arguments, "--out", "other")
+    assert (done.returncode, done.stderr) == (2, "colias: DSNN_FORM='fast': legal are native and numpy\n")
+
+
+@built
+def test_a_size_that_cannot_be_is_refused():
+    """Before any memory is asked for."""
+    lib, ffi = native.kernel().lib, native.kernel().ffi
+    tables = ffi.new("float[]", 200)
+    pointers = dict.fromkeys(("residues", "kernel_e", "kernel_i", "alphas"), tables)
+    good = dict(rows=10, columns=10, n_p=2, d=1, n_con=8, on=1, off=1, dog=1, fdsr=1) | pointers
+    assert lib.dsnn_size(ffi.new("dsnn_config *", good)) > 0
+    for wrong in (
+        {"rows": 1}, {"columns": 65537}, {"n_p": 61}, {"n_p": -1}, {"d": 0}, {"d": 17}, {"n_con": 0}, {"n_con": 65},
+    ):  # fmt: skip
+        assert lib.dsnn_size(ffi.new("dsnn_config *", good | wrong)) == 0
+    assert lib.lgmd1_size(ffi.new("lgmd1_config *", dict(rows=2, columns=1))) == 0
+
+
+@built
+def test_an_lgmd1_that_goes_on_after_a_reset_begins_anew():
+    frames = np.random.default_rng(3).integers(0, 256, (10, 20, 30)).astype(np.uint8)
+    model = LGMD1((20, 30), LGMD1Params(t_g=0.0), form="native")
+    np.testing.assert_array_equal(model.run(frames).looming, model.run(frames).looming)

@@ -1,0 +1,239 @@
+"""Run what README.md, the chapters of docs/ and the answers of docs/questions/ show, in an empty folder, in order.
+
+A fenced block is a ``python`` snippet or ``sh`` commands; blocks of other languages are not run.
+
+- A snippet runs in its chapter's namespace, so it may use names of earlier ones. One with ``title=NAME`` is a file: it
+  is written, and commands and snippets below it may use it.
+- ``colias ...`` runs in this process, ``python FILE ...`` and ``make -C FOLDER`` in one of its own. Of ``make TARGET``
+  and of the extras of ``pip install '.[EXTRA]'`` it is checked that there are such.
+- A comment before the block changes that. ``<!-- test: add ARGUMENTS -->`` appends the arguments to each of its
+  ``colias`` commands, to make them short. ``<!-- test: skip REASON -->`` runs none of it: only the commands' options
+  are checked, by their parser. `SKIPPED` has all of these. ``<!-- test: fails STATUS -->``: its commands end with this
+  exit status, and print the next ``text`` block.
+
+Jobs run in this process, whatever the number of workers: starting workers takes longer than these jobs.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+import types
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import typer
+
+from experiments.bench.cli import main
+from experiments.bench.engine import batch
+from experiments.bench.public import run as public_run
+from experiments.bench.robot.trial import forget_simulations
+from tests.conftest import one_core
+
+ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
+DOCS = ROOT / "docs"
+CHAPTERS = tuple(sorted(DOCS.glob("*.md")))
+QUESTIONS = tuple(sorted((DOCS / "questions").glob("*.md")))
+"""The answers, and the page that lists them."""
+FOOTAGE = DOCS / "footage.md"
+PAGES = (README, *CHAPTERS, *QUESTIONS)
+
+
+def called(page: Path) -> str:
+    """The name of a page here: its path in docs/."""
+    return page.name if page == README else page.relative_to(DOCS).as_posix()
+
+
+SKIPPED = {
+    "README.md": ("downloads packages",),
+    "back-from-the-robot.md": ("needs polars and duckdb, which no extra installs",),
+    "behaviours-and-training.md": (
+        "needs PyTorch and minutes: tests/bench/training/test_train.py",
+        "needs PyTorch and half an hour: tests/bench/training/test_training_seeds.py",
+        "needs PyTorch and half an hour: tests/bench/training/test_training_seeds.py",
+        "needs a screen",
+    ),
+    "eye.md": ("takes half an hour: tests/bench/studies/test_fidelity.py",),
+    "footage.md": (
+        "needs a screen",
+        "needs a camera",
+        "takes a minute: tests/bench/clips/test_street.py shows a clip of it",
+    ),
+    "install.md": ("downloads packages",),
+    "looming.md": (
+        "takes minutes: tests/bench/leaderboard/test_leaderboard.py",
+        "takes minutes: tests/bench/closed_loop/test_escape.py",
+        "takes minutes: tests/bench/studies/test_detectors.py",
+    ),
+    "maps.md": ("takes minutes: tests/bench/studies/test_map.py",),
+    "reinforcement-learning.md": (
+        "takes a minute: the snippet above is its beginning",
+        "needs PyTorch: tests/docs/test_docs_rl.py",
+    ),
+    "questions/deploy.md": ("needs a compiler for the chip and QEMU: tests/docs/test_docs_firmware.py",),
+    "questions/many-cameras.md": ("needs a Dask scheduler: tests/bench/engine/test_pool.py",),
+    "questions/ppo.md": ("needs PyTorch and minutes: tests/bench/training/test_train.py",),
+    "questions/tables.md": ("needs polars and duckdb, which no extra installs",),
+    "robot-trials.md": ("needs a screen", "needs a Dask scheduler: tests/bench/engine/test_pool.py"),
+    "video.md": ("takes a minute: makes the picture of this page",),
+    "what-the-numbers-mean.md": (
+        "takes minutes: tests/bench/report/test_reproduce.py",
+        "takes minutes: tests/bench/judging/test_readings.py has their judging",
+        "takes half an hour: tests/bench/studies/test_onboard_claims.py",
+    ),
+    "your-own-experiment.md": ("takes minutes: tests/bench/report/test_reproduce.py",),
+    "your-own-model.md": ("takes minutes: tests/bench/leaderboard/test_leaderboard.py",),
+}
+"""Page -> the reasons for which blocks of it are not run, in their order."""
+
+_FENCE = re.compile(
+    r"(?:^<!-- test: (?P<verb>add|skip|fails) (?P<rest>[^\n]*?) -->\n)?"
+    r"^```(?P<language>\w+)(?: title=(?P<title>[\w.]+))?\n(?P<text>.*?)^```$",
+    re.DOTALL | re.MULTILINE,
+)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block of a page, and the comment before it."""
+
+    page: Path
+    line: int
+    language: str
+    title: str
+    text: str
+    added: tuple[str, ...]
+    skipped: str
+    status: int = 0
+    """The exit status of its commands."""
+
+    @property
+    def where(self) -> str:
+        return f"{self.page.relative_to(ROOT)}, line {self.line}"
+
+    def commands(self) -> Iterator[list[str]]:
+        """Each command line of it as words; comments are left out."""
+        for line in self.text.replace("\\\n", " ").splitlines():
+            words = shlex.split(line, comments=True)
+            if words:
+                yield words
+
+
+def blocks(page: Path) -> list[Block]:
+    text = page.read_text(encoding="utf-8")
+    found = []
+    for match in _FENCE.finditer(text):
+        rest = match["rest"] or ""
+        added = tuple(shlex.split(rest)) if match["verb"] == "add" else ()
+        line = text.count("\n", 0, match.start("text")) + 1
+        skipped = rest if match["verb"] == "skip" else ""
+        status = int(rest) if match["verb"] == "fails" else 0
+        found.append(Block(page, line, match["language"], match["title"] or "", match["text"], added, skipped, status))
+    return found
+
+
+def titled(name: str) -> str:
+    """The file that a page shows with ``title=NAME``."""
+    (found,) = [block.text for page in PAGES for block in blocks(page) if block.title == name]
+    return found
+
+
+@pytest.fixture
+def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Reader]:
+    """Runs a page in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    # As a Python that is started in the folder has it: before what other tests' files left there.
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setenv("COLUMNS", "100")
+    for module in (batch, public_run):
+        monkeypatch.setattr(module, "worker_count", lambda given: 0)
+    for name in {Path(block.title).stem for page in PAGES for block in blocks(page) if block.title}:
+        monkeypatch.delitem(sys.modules, name, raising=False)  # another test's file of this name
+    reader = _Reader()
+    monkeypatch.setitem(sys.modules, reader.module.__name__, reader.module)
+    yield reader
+    forget_simulations()
+
+
+class _Reader:
+    """Somebody who does all that a page shows."""
+
+    def __init__(self) -> None:
+        self.module = types.ModuleType("pasted")
+
+    def __call__(self, name: str) -> None:
+        """Run the page that is `called` ``name``."""
+        (page,) = [each for each in PAGES if called(each) == name]
+        printed = ""
+        for block in blocks(page):
+            try:
+                if block.status:
+                    with contextlib.redirect_stdout(io.StringIO()) as written:
+                        self._do(block)
+                    printed = written.getvalue()
+                elif block.language == "text" and printed:
+                    assert block.text in printed, printed
+                    printed = ""
+                else:
+                    self._do(block)
+            except BaseException as error:
+                error.add_note(f"in {block.where}")
+                raise
+
+    def _do(self, block: Block) -> None:
+        if block.language == "python":
+            code = compile(block.text, block.where, "exec")
+            if block.title:
+                Path(block.title).write_text(block.text, encoding="utf-8")
+            elif not block.skipped:
+                exec(code, self.module.__dict__)
+        elif block.language == "sh":
+            for words in block.commands():
+                _command(words, block)
+
+
+def _command(words: list[str], block: Block) -> None:
+    program, *arguments = words
+    if program == "colias" and block.skipped:
+        check_options(arguments)
+    elif program == "colias":
+        status = main.command([*arguments, *block.added])
+        assert status == block.status, f"{shlex.join(words)}: exit status {status}"
+    elif program == "python":
+        if not block.skipped:
+            _python(arguments)
+    elif program == "make" and arguments[0] == "-C":
+        if not block.skipped:
+            done = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
+            assert done.returncode == 0, done.stderr
+    elif program == "make":
+        assert re.search(rf"^{arguments[0]}:", (ROOT / "Makefile").read_text(), re.MULTILINE), words
+    elif program == "pip":
+        extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+        assert arguments[0] == "install" and set(re.findall(r"\[(\w+)\]", arguments[1])) <= set(extras), words
+    else:
+        raise AssertionError(f"{shlex.join(words)}: no test knows how to run this")
+
+
+def check_options(arguments: list[str]) -> None:
+    """Raise what the command line's parser raises for ``arguments``, but do nothing."""
+    group = typer.main.get_command(main.app)
+    name, command, rest = group.resolve_command(group.make_context("colias", list(arguments)), list(arguments))
+    command.make_context(name, rest)
+
+
+def _python(arguments: list[str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-W", "error", *arguments], capture_output=True, text=True, timeout=300, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, preexec_fn=one_core,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

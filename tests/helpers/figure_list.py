@@ -1,0 +1,204 @@
+"""Every figure of the bench from fixed rows: `FIGURES`, name -> a function from names of models to the figure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from matplotlib.figure import Figure
+
+from colias_sim.envs import ENVS
+from experiments.bench import registry
+from experiments.bench.closed_loop import figure as closed_loop_figure
+from experiments.bench.closed_loop.policy import About
+from experiments.bench.closed_loop.run import Played
+from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.judging.verdict import Outcome
+from experiments.bench.leaderboard import figure as leaderboard_figure
+from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING, Kind, Ranking
+from experiments.bench.maps import figure as maps_figure
+from experiments.bench.maps.judging import TOGETHER, Cell, Number
+from experiments.bench.maps.plan import Asked
+from experiments.bench.maps.planning import planned
+from experiments.bench.reproduction.eye import fidelity
+from experiments.bench.reproduction.eye import figure as fidelity_figure
+from experiments.bench.training import figure as training_figure
+from experiments.bench.training.study import Studied, Study
+from experiments.bench.tuning import figure as tuning_figure
+from experiments.bench.tuning.curves import TuningPoint
+from experiments.bench.tuning.probes import CURVES, curve_family
+from tests.helpers.figure_others import atlas, budget, budgets_of, sensitivity, video
+from tests.helpers.figure_rows import (
+    FRAMES,
+    OWN,
+    SET,
+    background,
+    edges,
+    excitation,
+    mechanism,
+    peaks,
+    ranges,
+    robot,
+    robot_words,
+    strength,
+    sweep,
+    sweep_words,
+    traces,
+)
+
+# --- tuning curves and boards -----------------------------------------------------------------------------------------
+
+
+def tuning(curve: str) -> Callable[[Sequence[str]], Figure]:
+    def draw(models: Sequence[str]) -> Figure:
+        family = curve_family(curve)
+        points = [
+            TuningPoint(
+                curve,
+                probe.line,
+                model,
+                probe.x,
+                probe.y,
+                probe.direction_deg,
+                each,
+                0.8 * each,
+                0.2 * each,
+                0.3,
+                spikes=round(10 * each),
+                contact_s=probe.x / each if model != "emd" else None,
+            )
+            for model in models
+            for i, probe in enumerate(family.probes)
+            for each in [strength(model) * (0.3 + math.sin(i + len(model)) ** 2)]
+        ]
+        channels = ("looming",) if family.kind == "approach" else ("hs", "vs")
+        return tuning_figure.draw(family, points, dict.fromkeys(models, channels), SET)
+
+    return draw
+
+
+def leaderboard(kind: Kind) -> Callable[[Sequence[str]], Figure]:
+    def draw(models: Sequence[str]) -> Figure:
+        standings = [
+            Standing(model, {name: None if model == "emd" else Score(each, 0.8 * each, 1.1 * each, 20)
+                             for name in kind.measures
+                             for each in [strength(model) * (300 if name.startswith("us") else 1)]})
+            for model in models
+        ]  # fmt: skip
+        return leaderboard_figure.draw(Ranking(kind, standings), 20)
+
+    return draw
+
+
+def behaviours_of(models: Sequence[str]) -> list[str]:
+    """The behaviours that stand for models: one's own first, then baselines, then others."""
+    known = ["hybrid", "random-walk", "straight", "oracle-ways"]
+    return [OWN, *known[1:], *models[1:]][: len(models)] if OWN in models else known[: len(models) + 1]
+
+
+def measured(env: str, name: str, rows: Sequence[Any] = ()) -> Standing:
+    scores = {}
+    for place, measure in enumerate(ENVS[env].all_measures):
+        value = strength(name) + place
+        scores[measure.name] = Score(value, 0.7 * value, 1.4 * value, 20)
+    return Standing(name, scores, rows)
+
+
+def behaviours(env: str, episodes: int = 20) -> Callable[[Sequence[str]], Figure]:
+    def draw(models: Sequence[str]) -> Figure:
+        names, standings, steps = behaviours_of(models), [], []
+        for place, name in enumerate(names):
+            rows = []
+            for episode in range(episodes):
+                trial, turn = place * episodes + episode, np.linspace(0.0, 2.0 + 0.1 * place, FRAMES)
+                x, y = 30 * np.cos(turn + episode) - 5, 28 * np.sin(turn + episode)
+                steps.append(pa.table({"trial": [trial] * FRAMES, "x_cm": x, "y_cm": y}))
+                columns = {m.column: 0.1 * episode for m in ENVS[env].all_measures}
+                rows.append({**columns, "trial": trial, "touched": episode % 3 == 0, "seed": episode})
+            standings.append(measured(env, name, rows))
+        starts = {"observer": (0.0, 0.0, 0.0), "mover1": (20.0, 5.0, 0.0), "parked1": (-15.0, 22.0, 0.0)}
+        options = (("camera", {"preset": "ov7670"}), ("robots", 5))
+        played = Played(Path(), env, standings, pa.concat_tables(steps), [], options, starts)
+        return closed_loop_figure.draw(played)
+
+    return draw
+
+
+def training(models: Sequence[str]) -> Figure:
+    env = "colias_sim/Optomotor-v0"
+    runs = [measured(env, f"policy-{seed}") for seed in range(5)]
+    standings = [measured(env, name) for name in ("PPO", *behaviours_of(models))]
+    about = About(env, 0, 100_000, 8, options={"robot": "colias4"})
+    versions = {"stable-baselines3": "2.9.0", "torch": "2.8.0"}
+    return training_figure.draw(Studied(Study(about, 5), Path(), env, runs, standings, 50, versions, []))
+
+
+# --- maps and the table of eyes and drives ----------------------------------------------------------------------------
+
+
+def maps(models: Sequence[str]) -> Figure:
+    """Two axes, two claims and all together, a measure."""
+    asked = Asked(("dsnn.t_sp=0.1,0.16,0.2,0.3", "dsnn.n_con=4,6,8"), measures=("peak-speed-potential",),
+                  claims=("C15",), repeats=5, replicates=5, assignments=("camera.read_noise=0",))  # fmt: skip
+    made = planned([registry.find("speed")], asked)
+    found = [Cell(point, claim, "speed", place % 6, 0, place % 5 == 4, 5) for claim in ("C15", TOGETHER)
+             for place, point in enumerate(made.points)]  # fmt: skip
+    numbers = [
+        Number(point, measure, experiment, 2.0 * place, place, 3.0 * place, "at the end of the range", 0, 5, "")
+        for measure, experiment in made.measures
+        for place, point in enumerate(made.points)
+    ]
+    return maps_figure.draw(made, found, numbers)
+
+
+def eyes_and_drives(models: Sequence[str]) -> Figure:
+    outcomes = {(cell, claim): [Outcome("holds" if i % 3 else "vacuous", "") for i in range(20)]
+                for cell in fidelity.CELLS for claim in fidelity.CLAIMS}  # fmt: skip
+    return fidelity_figure.draw(fidelity.Fidelity(outcomes, {}, 20, 0, []))
+
+
+FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {
+    "robot": robot,
+    "robot, words": robot_words,
+    "mechanism": mechanism,
+    "excitation": excitation,
+    "sweep": sweep,
+    "sweep, words": sweep_words,
+    "traces": traces,
+    "peaks": peaks,
+    "background": background,
+    "ranges": ranges,
+    "edges": edges,
+    **{f"tuning, {curve}": tuning(curve) for curve in CURVES},
+    "leaderboard": leaderboard(DIRECTION),
+    "leaderboard, looming": leaderboard(LOOMING),
+    "atlas": atlas,
+    "behaviours, paths": behaviours("colias_sim/Avoidance-v0"),
+    "behaviours, one episode": behaviours("colias_sim/Pursuit-v0", 1),
+    "behaviours, no paths": behaviours("colias_sim/Optomotor-v0"),
+    "training": training,
+    "maps": maps,
+    "eyes and drives": eyes_and_drives,
+    "sensitivity": sensitivity,
+    "chip's budget": budget,
+    "video": video,
+}
+OF_ONE_MODEL = ("excitation", "maps", "eyes and drives", "sensitivity")
+"""Figures that are the same whatever models there are."""
+
+
+def shown(name: str, models: Sequence[str]) -> list[str]:
+    """The names that a figure draws a series, a panel or a row of."""
+    if name in OF_ONE_MODEL:
+        return []
+    if name.startswith("behaviours"):
+        return behaviours_of(models)
+    if name == "chip's budget":
+        return budgets_of(models)
+    if name == "training":
+        return ["PPO", *behaviours_of(models)]
+    return list(models)

@@ -1,0 +1,110 @@
+"""Figures of the atlas, the chip's budget, the study of sensitivity and videos, from fixed rows."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+from matplotlib.figure import Figure
+
+from experiments.bench.clips.experiment import Showing
+from experiments.bench.clips.plan import OfflinePlan
+from experiments.bench.engine.models import choose
+from experiments.bench.figures.palette import colours
+from experiments.bench.figures.series import rgb
+from experiments.bench.firmware import figure as firmware_figure
+from experiments.bench.firmware.budget import Budget, Stage
+from experiments.bench.firmware.build import MAIN, Built, Placement
+from experiments.bench.firmware.settings import default
+from experiments.bench.judging.verdict import Outcome
+from experiments.bench.leaderboard import atlas as atlas_of
+from experiments.bench.leaderboard import atlas_figure
+from experiments.bench.reproduction import robustness
+from experiments.bench.reproduction.page import sensitivity as sensitivity_page
+from experiments.bench.video.layout import lay_out
+from experiments.bench.video.reading import Reel, Trace, Track
+from experiments.bench.video.still import still_of
+from tests.helpers.figure_rows import strength, wave
+
+# --- the atlas --------------------------------------------------------------------------------------------------------
+
+MANY = 3
+"""More models than these are drawn with `FEW_CLIPS` clips: a panel each takes long."""
+FEW_CLIPS = 2
+
+
+def atlas(models: Sequence[str]) -> Figure:
+    """The first and the last model's answers; the others failed."""
+    known = choose("dsnn")
+    configured = tuple(dataclasses.replace(known, label=model) for model in models)
+    experiment = atlas_of.experiment(models)
+    clips = experiment.clips if len(models) <= MANY else experiment.clips[-FEW_CLIPS:]
+    showings = tuple(Showing("atlas", place, 0, place, clip, configured) for place, clip in enumerate(clips))
+    tables = []
+    for place, showing in enumerate(showings):
+        frames = len(showing.condition.build(showing.seed))
+        for model in dict.fromkeys((models[0], models[-1])):
+            potential = strength(model) * np.sin(np.linspace(0.0, 3.0, frames))
+            spikes = (potential > 0.1).astype(np.int64)
+            series = {name: potential for name in ("hs", "vs", "looming")}
+            fired = {f"{name}_spikes": spikes for name in series}
+            tables.append(pa.table({"trial": [place] * frames, "model": [model] * frames, **series, **fired}))
+    return atlas_figure.draw(OfflinePlan(experiment, showings, 1, 0), pa.concat_tables(tables))
+
+
+# --- the chip ---------------------------------------------------------------------------------------------------------
+
+
+def budgets_of(models: Sequence[str]) -> list[str]:
+    """The names of as many programs as there are models."""
+    return [f"n_con={8 - place % 4} d={1 + place // 4} state_bits={8 if place % 2 else 16}"
+            for place in range(len(models))]  # fmt: skip
+
+
+def budget(models: Sequence[str]) -> Figure:
+    """Every third program is too large for the RAM, every fourth too slow."""
+    budgets = []
+    for place, name in enumerate(budgets_of(models)):
+        sizes = {".states": 90_000 + 5000 * (place % 3), ".ring": 28_512, ".stack": 4096, ".robot_main": 20_000,
+                 ".text": 30_000}  # fmt: skip
+        built = Built(Path("program.elf"), sizes, Placement(MAIN), {MAIN: 12_345} if place % 3 == 1 else {})
+        whole = Stage("whole", 2_000_000, 9_000_000 if place % 4 == 3 else 2_100_000)
+        point = {f"onboard.{key}": value for key, value in (each.split("=") for each in name.split())}
+        budgets.append(Budget(point, default(), built, 1000, (), whole, "square"))
+    return firmware_figure.draw(budgets)
+
+
+# --- the study of sensitivity -----------------------------------------------------------------------------------------
+
+
+def sensitivity(models: Sequence[str]) -> Figure:
+    """Every move that the report shows; every verdict that there is."""
+    words = list(sensitivity_page.SHADES)
+    names = [robustness.MODEL, *robustness.NETWORK_MOVES, *robustness.APPARATUS_MOVES]
+    return sensitivity_page.draw({
+        name: {claim: Outcome(words[(row + column) % len(words)], "")
+               for column, claim in enumerate(robustness.ROBOT_CLAIMS)}
+        for row, name in enumerate(names)
+    })  # fmt: skip
+
+
+# --- videos -----------------------------------------------------------------------------------------------------------
+
+
+def video(models: Sequence[str]) -> Figure:
+    """A short recording, whose traces are drawn whole: two eyes, the plan from above, potentials and spikes."""
+    tints = {model: rgb(colour) for model, colour in colours(models).items()}
+    time_s = np.arange(len(wave(models[0]))) / 30.0
+    traces = []
+    for place, model in enumerate(models):
+        potential = wave(model, phase=0.2 * place)
+        traces.append(Trace("potential", model, tints[model], time_s, potential))
+        traces.append(Trace("spikes", model, tints[model], time_s, (potential > 0.1).astype(np.float64)))
+    tracks = tuple(Track(name, (90, 90, 90), time_s, np.zeros((len(time_s), 3))) for name in ("observer", "mover1"))
+    eyes = ("picture", "camera_ov7670")
+    reel = Reel(Path("trial.rrd"), "speed", time_s, tuple(traces), tracks, (0.16, -0.16), eyes, 70.0, {})
+    layout = lay_out(reel, [99 / 72] * len(eyes), 1280, 720)
+    return still_of(reel, layout, "speed: trial 0, rightward at 6 cm/s").figure

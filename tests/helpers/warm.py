@@ -1,0 +1,156 @@
+"""Processes that start quickly: each is a copy of one that has imported the large libraries already.
+
+Half of what a short ``colias`` command takes is the import of NumPy, SciPy, Matplotlib and others. `Warm` starts a
+server that has imported them, and nothing of this project. The server copies itself (fork) for each command, so a
+command is a process of its own as a user's is: with its folder, environment, streams and exit status, and with this
+project's modules, MuJoCo and OpenGL imported anew. The tests of starting and of ending (`tests/helpers/processes.py`,
+tests/bench/cli/test_cli.py, tests/bench/engine/test_interrupts.py) start Python itself.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+LIBRARIES = (
+    "numpy", "numpy.f2py", "scipy.special", "scipy.stats", "scipy.optimize", "pydantic", "pydantic.dataclasses",
+    "pydantic.type_adapter", "typer", "rich.console", "rich.markdown", "rich.table", "rich.progress",
+    "matplotlib.figure", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_svg", "PIL.PngImagePlugin",
+    "pyarrow", "pyarrow.parquet", "pyarrow.csv", "pyarrow.compute", "cv2", "gymnasium", "jinja2", "filelock", "attr",
+    "attrs", "psutil", "threadpoolctl", "tomllib", "importlib.resources.readers", "multiprocessing.popen_spawn_posix",
+)  # fmt: skip
+"""What the server imports; none of it starts a thread or reads an environment variable that tests set."""
+MODULE = "experiments.bench.cli"
+
+
+class Warm:
+    """The server, and the commands that it starts. One test process uses it, for one command at a time."""
+
+    def __init__(self) -> None:
+        ours, theirs = socket.socketpair()
+        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+        command = [sys.executable, "-m", "tests.helpers.warm", str(theirs.fileno())]
+        root = Path(__file__).parents[2]
+        self._server = subprocess.Popen(command, cwd=root, env=environment, pass_fds=[theirs.fileno()])
+        theirs.close()
+        self._socket = ours
+
+    def run(
+        self, arguments: list[str], folder: Path, environment: dict[str, str], cores: set[int] | None, timeout_s: float
+    ) -> subprocess.CompletedProcess[str]:
+        """Do what ``python -m experiments.bench.cli ARGUMENTS`` does, and wait for its end."""
+        asked = {
+            "arguments": arguments,
+            "folder": str(folder),
+            "environment": environment,
+            "cores": sorted(cores or ()),
+        }
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+            message = json.dumps(asked).encode()
+            socket.send_fds(self._socket, [len(message).to_bytes(4, "big")], [out.fileno(), err.fileno()])
+            self._socket.sendall(message)
+            pid = int(self._line(time.monotonic() + timeout_s))
+            try:
+                status = int(self._line(time.monotonic() + timeout_s))
+            except TimeoutError:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
+                self._line(time.monotonic() + 10)
+                raise subprocess.TimeoutExpired(arguments, timeout_s) from None
+            said = []
+            for file in (out, err):
+                file.seek(0)
+                said.append(file.read().decode(errors="replace"))
+        return subprocess.CompletedProcess(arguments, status, *said)
+
+    def _line(self, until: float) -> str:
+        found = b""
+        while not found.endswith(b"\n"):
+            self._socket.settimeout(max(until - time.monotonic(), 0.001))
+            byte = self._socket.recv(1)
+            if not byte:
+                raise RuntimeError("the server of warm processes has ended")
+            found += byte
+        return found.decode().strip()
+
+    def close(self) -> None:
+        """End the server."""
+        self._socket.close()
+        self._server.wait(30)
+
+
+def serve(connection: socket.socket) -> None:
+    """Start a copy of this process for each command that is asked for, until the other end closes."""
+    import gc
+    import importlib
+
+    for name in LIBRARIES:
+        importlib.import_module(name)
+    # What is there by now is looked at by no collection of a copy. The one at its end would write into each object,
+    # and so copy all of the memory that the copies share: 0.3 s each.
+    gc.collect()
+    gc.freeze()
+    while True:
+        head, streams, _, _ = socket.recv_fds(connection, 4, 2)
+        if len(head) < 4:
+            return
+        length, message = int.from_bytes(head, "big"), b""
+        while len(message) < length:
+            message += connection.recv(length - len(message))
+        child = os.fork()
+        if child == 0:
+            _become(json.loads(message), streams, connection)
+        for stream in streams:
+            os.close(stream)
+        connection.sendall(f"{child}\n".encode())
+        _, ended = os.waitpid(child, 0)
+        connection.sendall(f"{os.waitstatus_to_exitcode(ended)}\n".encode())
+
+
+def _become(asked: dict, streams: list[int], connection: socket.socket) -> None:
+    """In the copy: take on the command's folder, environment, cores and streams, do it, and end."""
+    connection.close()
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    for number, stream in enumerate((nothing, *streams)):
+        os.dup2(stream, number)
+    for stream in (nothing, *streams):
+        os.close(stream)
+    os.chdir(asked["folder"])
+    os.environ.clear()
+    os.environ.update(asked["environment"])
+    if asked["cores"] and hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, asked["cores"])
+    # As Python has them for `python -m MODULE`: the folder first, then what the environment names.
+    first = ["", *filter(None, asked["environment"].get("PYTHONPATH", "").split(os.pathsep))]
+    sys.path[:] = [*first, *(path for path in sys.path[1:] if path not in first)]
+    sys.argv = [MODULE, *asked["arguments"]]
+    import runpy
+
+    status = 1
+    try:
+        runpy.run_module(MODULE, run_name="__main__", alter_sys=True)
+        status = 0
+    except SystemExit as end:
+        status = end.code if isinstance(end.code, int) else int(end.code is not None)
+    except BaseException:
+        import traceback
+
+        traceback.print_exc()
+    # As the interpreter ends a process: threads joined, functions of atexit run, streams written out.
+    raise _End(status)
+
+
+class _End(SystemExit):
+    """The end of a copy: it leaves `serve` through the interpreter's own exit."""
+
+
+if __name__ == "__main__":
+    serve(socket.socket(fileno=int(sys.argv[1])))

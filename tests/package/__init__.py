@@ -1,0 +1,1 @@
+"""Tests of the packages as a whole: imports, start-up, metadata."""

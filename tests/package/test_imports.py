@@ -1,0 +1,142 @@
+"""The direction of imports, read from the source: no circle anywhere, and no import against the direction."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("scenes", "colias_sim", "dsnn", "experiments")
+
+LEVELS: Mapping[str, int] = {
+    "experiments.bench.streams": -1,
+    "experiments.bench.engine": 0,
+    "experiments.bench.store": 0,
+    "experiments.bench.judging": 0,
+    "experiments.bench.figures": 0,
+    "experiments.bench.recording": 0,
+    "experiments.bench.doctor": 1,
+    "experiments.bench.robot": 1,
+    "experiments.bench.clips": 1,
+    "experiments.bench.footage": 1,
+    "experiments.bench.conformance": 1,
+    "experiments.bench.registry": 2,
+    "experiments.bench.tuning": 2,
+    "experiments.bench.closed_loop": 2,
+    "experiments.bench.leaderboard": 2,
+    "experiments.bench.maps": 2,
+    "experiments.bench.firmware": 3,
+    "experiments.bench.training": 3,
+    "experiments.bench.measured": 3,
+    "experiments.bench.reproduction": 3,
+    "experiments.bench.public": 3,
+    "experiments.bench.video": 3,
+    "experiments.bench.cli": 4,
+}
+"""Wing -> its level. A wing imports those of lower levels, and itself; those of level 0 import each other."""
+
+MAY_IMPORT: Mapping[str, frozenset[str]] = {
+    "scenes": frozenset({"scenes"}),
+    "colias_sim": frozenset({"scenes", "colias_sim"}),
+    "dsnn": frozenset({"dsnn"}),
+    "experiments": frozenset(PACKAGES),
+}
+"""Package -> the packages of ours that it may import."""
+
+
+def files() -> list[Path]:
+    return sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+
+
+def name_of(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+@cache
+def modules() -> Mapping[str, Path]:
+    return {name_of(path): path for path in files()}
+
+
+def statements(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
+    """Every import, those of functions and of type checking too, but not those of a declaration's ``__main__`` tail."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.If) and "__main__" in ast.unparse(node.test):
+            continue
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield node
+        else:
+            yield from statements(node)
+
+
+@cache
+def imported(module: str) -> frozenset[str]:
+    """The modules of ours that a module imports."""
+    found: set[str] = set()
+    for node in statements(ast.parse(modules()[module].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        else:
+            assert node.level == 0, f"{module}: relative imports hide the direction"
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        for name in names:
+            known = name if name in modules() else name.rpartition(".")[0]
+            if known in modules():
+                found.add(known)
+    return frozenset(found - {module})
+
+
+def test_no_module_comes_back_to_itself():
+    """A circle of imports, at any depth, is named in full."""
+    done: set[str] = set()
+
+    def visit(module: str, way: tuple[str, ...]) -> None:
+        assert module not in way, " -> ".join((*way[way.index(module) :], module))
+        if module not in done:
+            for each in sorted(imported(module)):
+                visit(each, (*way, module))
+            done.add(module)
+
+    for module in modules():
+        visit(module, ())
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_packages_import_one_way(package):
+    """`colias_sim` knows no model, `dsnn` no simulator, and nothing the experiments."""
+    for module in (m for m in modules() if m.split(".")[0] == package):
+        for other in imported(module):
+            assert other.split(".")[0] in MAY_IMPORT[package], f"{module} imports {other}"
+
+
+def wing(module: str) -> str | None:
+    return next((name for name in LEVELS if module == name or module.startswith(f"{name}.")), None)
+
+
+def test_wings_import_one_way():
+    """The foundation <- robot, clips, footage <- tuning, closed_loop, leaderboard <- training, reproduction <- cli."""
+    for module in modules():
+        own = wing(module)
+        for other in imported(module):
+            theirs = wing(other)
+            if own is None or theirs is None or own == theirs or LEVELS[own] == LEVELS[theirs] == 0:
+                continue
+            assert LEVELS[theirs] < LEVELS[own], f"{module} imports {other}"
+    outside = [m for m in modules() if wing(m) is None]
+    for module in outside:
+        cli = [other for other in imported(module) if wing(other) == "experiments.bench.cli"]
+        assert not cli, f"{module} imports {cli}: only a declaration's tail may"
+
+
+def test_tables_and_figures_run_nothing():
+    """What draws or prints has rows, not a pool; and what runs does not print tables."""
+    for module in modules():
+        last = module.rpartition(".")[2]
+        if last in ("table", "figure"):
+            assert not {"experiments.bench.engine.pool", "experiments.bench.engine.jobs"} & imported(module), module
+        if last == "run" and wing(module) != "experiments.bench.cli":
+            tables = [other for other in imported(module) if other.endswith(".table")]
+            assert not tables, f"{module} imports {tables}"

@@ -1,0 +1,26 @@
+"""What the project says of itself, in several files, is the same in each."""
+
+import re
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+
+def test_the_version_is_one():
+    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    latest = re.search(r"^## \[(\d\S*)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert cited and latest
+    assert cited[1] == latest[1] == PROJECT["version"]
+
+
+def test_the_lock_has_every_dependency():
+    locked = set(re.findall(r"^([a-z0-9-]+)==", (ROOT / "requirements.lock").read_text(), re.MULTILINE))
+    asked = {re.split(r"[<>=\[ ]", line)[0] for line in PROJECT["dependencies"]}
+    assert asked <= locked
+
+
+def test_the_licence_is_there():
+    assert PROJECT["license"] == "MIT"
+    assert (ROOT / PROJECT["license-files"][0]).read_text().startswith("MIT License")

@@ -1,0 +1,212 @@
+"""The measured figures of README.md and docs/ are those of docs/results.json, of the design that the code has now."""
+
+import functools
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from experiments.bench.footage import claims as footage_claims
+from experiments.bench.judging import statistics
+from experiments.bench.judging.texts import causes, claim_texts, tried
+from experiments.bench.leaderboard import stimuli
+from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned
+from experiments.bench.robot.claims import CLAIMS
+from experiments.bench.store.description import to_json
+from experiments.bench.tuning.probes import families
+from tests.helpers.chapters import PAGES as EVERY_PAGE
+from tools.numbers import PAGES, RESULTS, ROOT, blocks, renewed
+
+MARKED = re.compile(r"<!-- measured: .*?<!-- end of measured -->", re.DOTALL)
+
+
+def results():
+    return json.loads(RESULTS.read_text())
+
+
+@functools.cache
+def described(scale):
+    return json.loads(to_json(design(planned(scale, 0))))
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_says_what_was_measured(page):
+    text, parts = (ROOT / page).read_text(), blocks(results())
+    assert text == renewed(page, text, {name: parts[name] for name in PAGES[page]}), "run 'make numbers'"
+    assert len(MARKED.findall(text)) == len(PAGES[page])
+
+
+def test_every_measured_part_has_a_page():
+    assert sorted(name for names in PAGES.values() for name in names) == sorted(blocks(results()))
+    marked = {str(page.relative_to(ROOT)) for page in EVERY_PAGE if MARKED.search(page.read_text())}
+    assert marked == set(PAGES)
+
+
+def test_what_was_measured_is_of_the_design_that_the_code_has():
+    """Other replicates, repeats or frames, another parameter or bound: the figures are of something else."""
+    now = described(FULL)
+    assert results()["design"] == {name: now[name] for name in ("seed", "scale", "digest")}, "run 'make numbers'"
+
+
+def test_every_claim_has_a_figure_and_every_scale_a_design():
+    assert [claim["id"] for claim in results()["claims"]] == list(claim_texts())
+    assert len({described(scale)["digest"] for scale in (QUICK, USUAL, FULL)}) == 3
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A folder such as ``colias reproduce`` leaves, with made-up numbers, and a README."""
+    folder = tmp_path / "run"
+    (folder / "behave-optomotor").mkdir(parents=True)
+    files = {
+        "design": {"seed": 3, "scale": {"repeats": 7, "episodes": 2, "steps": 90}, "digest": "d",
+                   "versions": {"numpy": "2"}},
+        "claims": [
+            {"id": "C1", "verdict": "holds", "replicates_held": 2, "replicates": 3, "standing": "so far",
+             "held": "held in 2 of 3 replicates so far; not judged in 1", "overall": "mixed",
+             "rate": "1 of 60 trials break it; and why",
+             "used_to_choose": "a reading; another", "decided": "|VS| 0.1 (needs below 0.2)", "measured": "m"},
+            {"id": "C2", "verdict": "untested", "replicates_held": None, "replicates": None, "standing": "",
+             "held": "", "overall": "untested", "rate": "", "used_to_choose": "a reading", "decided": "",
+             "measured": "needs more; measured: 4"},
+        ],
+        "behaviours": [{"id": "B3", "says": "it turns", "verdict": "fails", "decided": "0.1 (needs above 0.5)",
+                        "measured": "0.2 [0.1, 0.3]"}],
+    }  # fmt: skip
+    for name, value in files.items():
+        (folder / f"{name}.json").write_text(json.dumps(value))
+    (folder / "behave-optomotor" / "scores.csv").write_text(
+        '"env","behaviour","measure","episodes","value","ci_low","ci_high"\n'
+        '"colias_sim/Optomotor-v0","still","optomotor gain",2,0.25,nan,nan\n'
+        '"colias_sim/Optomotor-v0","still","free distance (m)",2,inf,0.5,inf\n'
+        '"colias_sim/Optomotor-v0","still","return",2,9,8,10\n'
+    )
+    for page, names in PAGES.items():
+        (tmp_path / page).parent.mkdir(exist_ok=True)
+        markers = [f"<!-- measured: {name} -->\nold\n<!-- end of measured -->" for name in names]
+        (tmp_path / page).write_text("before\n" + "\nbetween\n".join(markers) + "\nafter\n")
+    return folder
+
+
+def take(run):
+    command = [sys.executable, "-m", "tools.numbers", str(run), "--root", str(run.parent)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
+
+
+def pages(run):
+    return {page: (run.parent / page).read_text() for page in PAGES}
+
+
+def test_the_command_takes_figures_over(run):
+    done = take(run)
+    assert (done.returncode, done.stderr) == (0, "")
+    texts = pages(run)
+    for text in texts.values():
+        assert text.startswith("before\n") and text.endswith("\nafter\n") and "\nold\n" not in text
+    readme, claims, behaviours = texts.values()
+    counted = "0 of 2 claims hold; 1 held in some replicates so far: C1; 1 was not judged: C2"
+    assert f"{counted}. A replicate has 7" in readme
+    says, _ = claim_texts()["C1"]
+    assert f"| C1 | {says} | mixed | held in 2 of 3 replicates so far; not judged in 1 | holds |" in readme
+    held = "held in 2 of 3 replicates so far; not judged in 1"
+    decided = r"\|VS\| 0.1 (needs below 0.2); all replicates: 1 of 60 trials break it"
+    assert f"| C1 | {held} | holds | {decided} |" in claims
+    assert "| C2 |  | untested | needs more |" in claims
+    assert "- a reading: all claims" in claims and "- another: C1" in claims
+    assert "Over 2 episodes of at most 3 s each, at seeds 3 to 4" in behaviours
+    assert "| Optomotor | `still` | optomotor gain 0.25; free distance (m) inf (0.5 .. inf) |" in behaviours
+    assert "- B3 fails: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)." in behaviours
+    kept = json.loads((run.parent / "docs" / "results.json").read_text())
+    assert kept["design"]["digest"] == "d" and {"commit", "numpy"} <= set(kept["measured_with"])
+    assert take(run).returncode == 0 and pages(run) == texts, "again changes nothing"
+
+
+@pytest.mark.parametrize("missing", ["design.json", "claims.json", "behaviours.json", "behave-optomotor/scores.csv"])
+def test_an_unfinished_run_is_refused(run, missing):
+    (run / missing).unlink()
+    before = pages(run)
+    done = take(run)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert Path(missing).name in done.stderr
+    assert pages(run) == before and not (run.parent / "docs" / "results.json").exists()
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_without_markers_is_refused(run, page):
+    (run.parent / page).write_text("nothing measured\n")
+    before = pages(run)
+    done = take(run)
+    assert done.returncode == 2 and page in done.stderr and f"<!-- measured: {PAGES[page][0]} -->" in done.stderr
+    assert pages(run) == before and not (run.parent / "docs" / "results.json").exists()
+
+
+SETTINGS = {
+    "C13": {"5", "100", "20", "17", "0.9", "1"},
+    "C19": {"-15", "0", "15", "10", "100", "0.9", "1"},
+    "C21": {"99", "72"},
+    "C25": {"50", "100"},
+    "C29": {"1", "6", "10"},
+    "C30": {"6"},
+    "C6": set(),
+    "C7": {"2017", "0.01"},
+    "C9": {"40", "60", "120"},
+    "C23": {"0.9", "1", "4"},
+    "C26": {"4", "8"},
+    "B2": {"10", "22"},
+    "C28": {"50", "160", "22", "110", "70", "120", "0.9", "200", "150", "140", "1.4", "80"},
+}
+"""What `tried.toml` may say in figures: what was set, never what was measured."""
+
+
+def test_what_was_tried_quotes_no_measured_figure():
+    for claim, text in tried().items():
+        plain = re.sub(r"\b(C|LGMD|B)\d+|cm/s2", "", text)
+        figures = set(re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?", plain))
+        assert figures <= SETTINGS[claim], (claim, figures - SETTINGS[claim])
+
+
+def test_a_cause_is_one_line_and_quotes_no_measured_figure():
+    """Every claim of which it is told what was tried has one."""
+    assert set(causes()) == set(tried())
+    for claim, text in causes().items():
+        assert len(text) <= 120 and "\n" not in text and text.endswith("."), claim
+        plain = re.sub(r"\b(C|LGMD|B)\d+|cm/s2|model of 2017", "", text)
+        figures = set(re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?", plain))
+        assert figures <= SETTINGS[claim], (claim, figures - SETTINGS[claim])
+
+
+def prose():
+    """All pages without what is measured, each run of blanks and line ends as one blank."""
+    return " ".join(" ".join(MARKED.sub("", page.read_text()) for page in EVERY_PAGE).split())
+
+
+def test_prose_quotes_no_measured_interval():
+    prose = re.sub(r"```.*?```", "", " ".join(MARKED.sub("", page.read_text()) for page in EVERY_PAGE), flags=re.DOTALL)
+    assert not re.findall(r"\(-?[\d.]+ \.\. -?[\d.]+\)|\bof 20 seeds|\d times as|processor time", prose)
+
+
+def test_the_figures_of_design_in_prose_are_those_of_the_code():
+    text = prose()
+    plain, clutter = stimuli.clip_experiments(["dsnn"])
+    robot = len(stimuli.ROBOT.design.conditions()) * stimuli.REPEATS
+    alone = sum(dict(clip.changes).get("object") == "absent" or clip.stimulus == "foliage" for clip in clutter.clips)
+    means, every = ({claim.least for claim in CLAIMS.values() if claim.of_every_trial == of} for of in (False, True))
+    (least,), (most,) = means, every
+    assert USUAL.steps == 30 * 30
+    for said in (
+        f"the same {robot} robot trials",
+        f"the same {len(plain.clips) * plain.repeats + len(clutter.clips) * clutter.repeats} clips",
+        f"; {alone * clutter.repeats} of background alone",
+        f"every model, {sum(len(family.probes) for family in families(()))} clips",
+        f"{USUAL.replicates} replicates (`--full`: {FULL.replicates})",
+        f"{USUAL.repeats} repeats of each condition at one seed",
+        f"at {USUAL.episodes} seeds, for half a minute each",
+        f"at least {least} trials of each condition, or {most} if it is about every single trial",
+        f"passes T in {footage_claims.LEAST_SECONDS} separate seconds",
+        f"of {statistics.PERMUTATIONS} permutations",
+        f"of a mean of fewer than {statistics.LEAST_FOR_BOOTSTRAP} trials is Student's",
+    ):
+        assert said in text, said

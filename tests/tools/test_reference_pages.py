@@ -1,0 +1,156 @@
+"""What the documentation's generated pages are made of, without Sphinx: equations, examples, units, uses."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from typing import get_args, get_type_hints
+
+import pytest
+
+from dsnn import CHANNELS, MODELS
+from dsnn.stimuli import STIMULI
+from experiments import OFFLINE
+from experiments.bench import registry
+from tests.helpers.chapters import CHAPTERS, blocks, check_options
+from tools.pages import command_examples, docstring_text, markdown, parameter_tables
+from tools.pages.command_tree import tree
+from tools.pages.commands import GROUPS, helped
+from tools.pages.model_pictures import kinds
+from tools.pages.models import CHANNELS as TOLD
+from tools.pages.models import EQUATIONS, KINDS
+from tools.pages.uses import uses
+
+COMMANDS = {command.title: command for command in tree().walk()}
+CODE = re.compile(r"`([^`]+)`")
+
+
+def fields(name: str) -> set[str]:
+    return {field.name for field in dataclasses.fields(MODELS[name].robot)}
+
+
+def equations(name: str) -> str:
+    return (EQUATIONS / f"{name}.md").read_text(encoding="utf-8")
+
+
+def words(name: str) -> set[str]:
+    """The values that a model's parameters may have, where these are words."""
+    hints = get_type_hints(type(MODELS[name].robot))
+    return {word for hint in hints.values() for word in get_args(hint) if isinstance(word, str)}
+
+
+def test_every_model_has_its_equations_and_no_other():
+    assert {path.stem for path in EQUATIONS.glob("*.md")} == set(MODELS)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_what_equations_name_exists(name):
+    """Code in them is a parameter, a channel, another model, or a word that a parameter may be set to."""
+    named = set(CODE.findall(equations(name)))
+    assert named <= fields(name) | set(CHANNELS) | set(MODELS) | words(name)
+    for link in re.findall(r"\]\(([^)]+)\)", equations(name)):
+        assert link.removesuffix(".md") in MODELS, link
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_equations_leave_out_no_parameter(name):
+    """Those of a variant name what it has of its own, and link to the model that it is made of."""
+    text = equations(name)
+    others = [link.removesuffix(".md") for link in re.findall(r"\]\(([^)]+)\)", text)]
+    assert fields(name) <= set(CODE.findall(" ".join([text, *map(equations, others)])))
+
+
+def test_every_kind_and_channel_of_a_model_has_words():
+    assert {kinds(entry) for entry in MODELS.values()} <= set(KINDS)
+    assert set(TOLD) == set(CHANNELS)
+
+
+def test_every_command_is_in_one_group():
+    grouped = [name for names in GROUPS.values() for name in names]
+    assert sorted(grouped) == sorted(command.words[0] for command in tree().commands)
+
+
+@pytest.mark.parametrize("title", [title for title, command in COMMANDS.items() if not command.commands])
+def test_examples_are_blocks_that_the_tests_read(title):
+    """Each line is in a block of a chapter, and is run unless none of this command's is."""
+    found = command_examples.examples(COMMANDS[title])
+    own = [block for page in CHAPTERS for block in blocks(page) if block.language == "sh"]
+    for example in found:
+        where = [block for block in own if block.page.name == example.chapter]
+        for line in example.lines:
+            (block,) = [block for block in where if line in command_examples.commands(block.text)]
+            assert bool(block.skipped) is not example.tested
+    assert found or not COMMANDS[title].arguments, "a command that needs more than its name has an example"
+    assert len({example.tested for example in found}) <= 1
+
+
+def test_usage_has_the_arguments_that_the_parser_takes():
+    for command in COMMANDS.values():
+        assert [each.names[0] for each in command.arguments] == re.findall(r"[{\[](?!OPTIONS|ARGS)(\w+)[}\]]",
+                                                                          command.usage)  # fmt: skip
+        for option in command.options:
+            assert all(name.startswith("-") for name in option.names), command.title
+    check_options(["run", "speed", *COMMANDS["colias run"].options[0].names, "3"])
+
+
+def test_help_is_marked_up_without_loss():
+    text = "See [b]colias parameters[/b], --set KEY=VALUE and the column [b]code[/b].\n\n  an example\n\nA_b | c*"
+    pages = {command.page: command for command in COMMANDS.values() if command.words}
+    assert helped(text, pages) == (
+        "See [`colias parameters`](parameters.md), `--set` `KEY=VALUE` and the column `code`.\n\n"
+        "```text\nan example\n```\n\nA\\_b \\| c\\*\n"
+    )
+
+
+ENDINGS = {"tau": "ms", "_px": "px", "_deg": "degrees", "_hz": "Hz", "duration_s": "s", "rest_s": "s"}
+"""How a parameter's name begins or ends -> its unit."""
+
+
+@pytest.mark.parametrize(
+    "values", [*(entry.robot for entry in MODELS.values()), *(entry.params for entry in STIMULI.values())],
+    ids=lambda values: type(values).__name__,
+)  # fmt: skip
+def test_units_are_those_that_names_promise(values):
+    for row in parameter_tables.rows(values):
+        for mark, unit in ENDINGS.items():
+            if row.name.startswith(mark) or row.name.endswith(mark):
+                assert row.unit == unit, row
+        assert not (row.unit and row.value in ("true", "false")), row
+
+
+def test_a_table_of_parameters_tells_every_one_and_where_presets_differ():
+    entry = MODELS["dsnn"]
+    lines = parameter_tables.parameters(entry.robot, {"off-line": entry.offline}).splitlines()
+    rows = [line.split(" | ") for line in lines if line.startswith("| `")]
+    assert [row[0].strip("| `") for row in rows] == [field.name for field in dataclasses.fields(entry.robot)]
+    assert {row[0].strip("| `") for row in rows if "off-line" in row[1]} == {"k_sp", "t_sp"}
+    assert parameter_tables.changes(entry.robot, entry.offline) == ["k_sp=1", "t_sp=0.2"]
+
+
+def test_every_clip_of_an_experiment_is_counted():
+    by_name = {use.name: use.clips for use in uses()}
+    for name in OFFLINE:
+        experiment = registry.find(name)
+        assert by_name[name].total() == len(experiment.clips)
+        assert set(by_name[name]) == {clip.stimulus for clip in experiment.clips} <= set(STIMULI)
+
+
+def test_docstrings_lose_their_sections_and_keep_code():
+    def documented() -> None:
+        """Takes ``a | b`` and `c`, 2 * d.
+
+        - one
+          goes on
+        - two
+
+        Parameters
+        ----------
+        none
+            There are none.
+        """
+
+    assert docstring_text.paragraphs(documented) == ["Takes `a \\| b` and `c`, 2 \\* d.", "- one goes on\n- two"]
+
+
+def test_a_table_leaves_out_a_column_that_is_empty():
+    assert markdown.table(("A", "B", "C"), [("1", "", "2")]) == "| A | C |\n| --- | --- |\n| 1 | 2 |\n"
