@@ -59,7 +59,7 @@ _PLACES = {
     "watch": "public.footage",
     "Watched": "public.footage",
     "score": "public.episodes",
-    "Score": "core.scores",
+    "Score": "judging.scores",
     "Behaviour": "closed_loop.behaviour",
     "Wheels": "closed_loop.behaviour",
     "Experiment": "robot.experiment",
@@ -77,11 +77,11 @@ _PLACES = {
     "ClipClaim": "clips.claims",
     "along_background": "clips.axis",
     "along_constants": "clips.constants",
-    "Outcome": "core.verdict",
-    "Check": "core.claims.checks",
-    "Verdict": "core.verdict",
-    "decide": "core.claims.checks",
-    "UsageError": "core.errors",
+    "Outcome": "judging.verdict",
+    "Check": "judging.checks",
+    "Verdict": "judging.verdict",
+    "decide": "judging.checks",
+    "UsageError": "engine.errors",
 }
 """Name -> its module below ``experiments.bench``; with the name that it has there where that is another."""
 
