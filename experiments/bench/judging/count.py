@@ -1,0 +1,146 @@
+"""In how many replicates a claim held, and the one word that follows: the one counter of the bench.
+
+A replicate is the paper's own design, run once at one seed. In each a claim holds, fails, or cannot be judged. What
+differs between replicates is the seed: placement, light, wall, noise. The word is about these, and not about the world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Literal
+
+from experiments.bench.judging.statistics import proportion_interval
+
+Reason = Literal["not shown", "silent model", "unknown constants"]
+"""Why a claim cannot be judged in a replicate.
+
+``not shown``: trials, clips, models or columns that it needs are missing, too few or flawed. ``silent model``: it is
+kept, but by a model that answers no translation either, so that a network that is always silent would keep it too.
+``unknown constants``: what it says of the DSNN holds; the rest hangs on constants of another model that are not known.
+"""
+Word = Literal["holds", "fails", "sometimes", ""]
+"""What a claim comes to over its replicates; empty where too few could be judged for a word."""
+
+REASONS: Mapping[Reason, str] = MappingProxyType({
+    "not shown": "what it needs was not shown",
+    "silent model": "the model keeps it, but answers no translation either",
+    "unknown constants": "another model's constants are not known",
+})  # fmt: skip
+"""Reason -> what it means."""
+
+LEAST_JUDGED = 20
+"""Replicates that could be judged, below which there is no word, just the count."""
+HOLDS_FROM, FAILS_TO = 0.8, 0.2
+"""A claim holds where the lower end of the interval is at least the first, and fails where the upper end is at most the
+second."""
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """In how many replicates a claim held, failed, or could not be judged.
+
+    Parameters
+    ----------
+    holds, fails
+        Numbers of replicates, 0 or more.
+    unjudged
+        Reason -> number of replicates that could not be judged for it; without reasons of none.
+    random
+        Whether anything differs between replicates. Where nothing does, one says all.
+
+    Raises
+    ------
+    ValueError
+        A number is negative, a reason is not known, or there is no replicate.
+
+    Examples
+    --------
+    >>> count = Count(38, 2)
+    >>> count.word, str(count)
+    ('holds', '38 of 40')
+    >>> Count(4, 1, {"not shown": 1}).word
+    ''
+    """
+
+    holds: int
+    fails: int = 0
+    unjudged: Mapping[Reason, int] = field(default_factory=dict)
+    random: bool = True
+
+    def __post_init__(self) -> None:
+        unknown = sorted(set(self.unjudged) - set(REASONS))
+        if unknown:
+            raise ValueError(f"count: unjudged={dict(self.unjudged)}: legal reasons are {', '.join(REASONS)}")
+        numbers = {"holds": self.holds, "fails": self.fails, **self.unjudged}
+        negative = next((name for name, number in numbers.items() if number < 0), None)
+        if negative is not None:
+            raise ValueError(f"count: {negative}={numbers[negative]}: legal is 0 or more")
+        if not sum(numbers.values()):
+            raise ValueError("count: no replicates: legal is one or more")
+        there: dict[Reason, int] = {name: self.unjudged[name] for name in REASONS if self.unjudged.get(name)}
+        object.__setattr__(self, "unjudged", there)
+
+    @property
+    def judged(self) -> int:
+        """The number of replicates that could be judged."""
+        return self.holds + self.fails
+
+    @property
+    def replicates(self) -> int:
+        """The number of all replicates."""
+        return self.judged + sum(self.unjudged.values())
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """The exact 95 % interval of the share of judged replicates in which the claim holds (Clopper and Pearson).
+
+        ``None`` where none was judged, or where nothing is random.
+        """
+        return proportion_interval(self.holds, self.judged) if self.judged and self.random else None
+
+    @property
+    def word(self) -> Word:
+        """What the count comes to.
+
+        Where nothing is random: ``holds`` or ``fails``. Otherwise, from `LEAST_JUDGED` judged replicates up: ``holds``
+        where the lower end of the interval is at least `HOLDS_FROM`, ``fails`` where its upper end is at most
+        `FAILS_TO`, else ``sometimes``. Below, or where none was judged, there is no word.
+        """
+        if not self.judged:
+            return ""
+        if not self.random:
+            return "fails" if self.fails else "holds"
+        if self.judged < LEAST_JUDGED:
+            return ""
+        low, high = proportion_interval(self.holds, self.judged)
+        return "holds" if low >= HOLDS_FROM else "fails" if high <= FAILS_TO else "sometimes"
+
+    def __str__(self) -> str:
+        """Say in how many of the judged replicates it held, and what of the others: ``17 of 19 (silent model in 1)``."""
+        reasons = ", ".join(f"{reason} in {number}" for reason, number in self.unjudged.items())
+        if not self.judged:
+            return f"not judged: {reasons}"
+        return f"{self.holds} of {self.judged}" + (f" ({reasons})" if reasons else "")
+
+
+def count(outcomes: Iterable[str], *, random: bool = True) -> Count:
+    """Count what a claim came to in each replicate.
+
+    Parameters
+    ----------
+    outcomes
+        ``holds``, ``fails`` or one of `Reason` for each replicate, one or more.
+    random
+        As of `Count`.
+
+    Raises
+    ------
+    ValueError
+        A text is none of these, or there is none.
+    """
+    texts = list(outcomes)
+    unjudged = [text for text in texts if text not in ("holds", "fails")]
+    reasons = {reason: unjudged.count(reason) for reason in dict.fromkeys(unjudged)}
+    return Count(texts.count("holds"), texts.count("fails"), reasons, random)  # type: ignore[arg-type]
