@@ -73,7 +73,11 @@ class Count:
         unknown = sorted(set(self.unjudged) - set(REASONS))
         if unknown:
             raise ValueError(f"count: unjudged={dict(self.unjudged)}: legal reasons are {', '.join(REASONS)}")
-        numbers = {"holds": self.holds, "fails": self.fails, **self.unjudged}
+        numbers: dict[str, int] = {
+            "holds": self.holds,
+            "fails": self.fails,
+            **{str(k): n for k, n in self.unjudged.items()},
+        }
         negative = next((name for name, number in numbers.items() if number < 0), None)
         if negative is not None:
             raise ValueError(f"count: {negative}={numbers[negative]}: legal is 0 or more")
@@ -118,7 +122,7 @@ class Count:
         return "holds" if low >= HOLDS_FROM else "fails" if high <= FAILS_TO else "sometimes"
 
     def __str__(self) -> str:
-        """Say in how many of the judged replicates it held, and what of the others: ``17 of 19 (silent model in 1)``."""
+        """Say in how many of the judged replicates it held, and what of others: ``17 of 19 (silent model in 1)``."""
         reasons = ", ".join(f"{reason} in {number}" for reason, number in self.unjudged.items())
         if not self.judged:
             return f"not judged: {reasons}"
