@@ -2,7 +2,7 @@
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run reproduce numbers train policies test test-train attack fuzz docs lint types bench setup lock clean
+.PHONY: run reproduce numbers train policies test test-train attack fuzz docs lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -56,6 +56,10 @@ types: $(READY)
 
 bench: $(READY) ## Speed, as ratios measured side by side
 	$(BIN)/python -m benchmarks
+
+SINCE :=
+sizes: $(READY) ## Lines of code by folder, without docstrings and comments (SINCE=REVISION: that one beside it)
+	$(BIN)/python -m tools.sizes $(SINCE)
 
 setup: $(READY)
 
