@@ -100,8 +100,8 @@ class Colias:
     def __init__(self, folder: Path, timeout_s: float = 300.0, *, warm: bool = True) -> None:
         self.folder, self.timeout_s, self.warm = folder, timeout_s, warm and hasattr(os, "fork")
 
-    def __call__(self, *arguments: str) -> subprocess.CompletedProcess[str]:
-        environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100"}
+    def __call__(self, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
+        environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100", **variables}
         if self.warm:
             return server().run([*arguments], self.folder, environment, own_core(), self.timeout_s)
         command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
