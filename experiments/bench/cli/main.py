@@ -74,7 +74,7 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias run speed --set experiment.direction=both --set dsnn.n_con=6
   colias run general --model dsnn --model dsn2017 --model my_model.py
   colias run my_experiment.py        your own declaration
-  colias run speed --resume runs/speed-...     just what is missing
+  colias run speed --out runs/speed-...        goes on: just what is missing
   colias sweep speed --over dsnn.n_con=4,6,8 --over dsnn.d=1,2
   colias map general --over experiment.acceleration_cm_s2=10,17,25
                                      where which claims hold
@@ -148,4 +148,14 @@ def command(arguments: list[str]) -> int:
     except typer.TyperException as error:
         from experiments.bench.engine.errors import UsageError
 
+        if _is_resume(error):
+            raise UsageError("--resume: give --out FOLDER, which goes on with the run that is there") from None
         raise UsageError(" ".join(error.format_message().split())) from None
+
+
+def _is_resume(error: typer.TyperException) -> bool:
+    """Say whether the option of an older version was given to a command that goes on by ``--out``."""
+    if getattr(error, "option_name", "") != "--resume":
+        return False
+    context: Any = getattr(error, "ctx", None)
+    return any("--out" in parameter.opts for parameter in context.command.params)
