@@ -62,7 +62,7 @@ def _on_docstring(app: Sphinx, what: str, name: str, thing: Any, options: Any, l
     if name in _public() and surface.is_constant(thing):
         lines[:] = docstrings.constant(name, thing).splitlines()
     elif what in ("function", "method", "class", "exception"):
-        lines[:] = docstrings.completed(thing, "\n".join(lines), _find)
+        lines[:] = str(docstrings.completed(thing, "\n".join(lines), _find)).splitlines()
 
 
 def _on_signature(
