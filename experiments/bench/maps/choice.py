@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from experiments.bench.engine.errors import UsageError
+from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.texts import claim_texts
-from experiments.bench.judging.verdict import Claim
 from experiments.bench.maps.measures import MEASURES, Measure
 from experiments.bench.maps.plan import Asked
 
