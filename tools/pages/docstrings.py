@@ -28,7 +28,7 @@ LISTS = ("Parameters", "Attributes")
 LONGEST = 40
 """Characters of a default beside the name of its parameter; the signature has longer ones."""
 SHARED = re.compile(r"Parameters, returns and errors are those of `([\w.]+)`\.")
-"""What a method says that is documented elsewhere."""
+"""Sentence of a method that is documented elsewhere."""
 
 
 def names_in(entries: list[Parameter]) -> list[str]:
@@ -150,7 +150,7 @@ def _hints(thing: Any) -> dict[str, Any]:
 
 @functools.cache
 def _checked_imports(module: str) -> dict[str, Any]:
-    """What a module imports under ``if TYPE_CHECKING:``."""
+    """Return what a module imports under ``if TYPE_CHECKING:``."""
     path = inspect.getsourcefile(sys.modules[module])
     space: dict[str, Any] = {}
     tree = ast.parse(Path(path).read_text(encoding="utf-8")) if path else ast.Module([], [])

@@ -1,4 +1,4 @@
-"""What Sphinx is told when it documents a name: its docstring completed, a signature without types, links.
+"""Hooks of Sphinx that document a name: its docstring completed, a signature without types, links.
 
 Types are in the list of parameters, with links; a signature with all of them would be several lines long.
 """
@@ -21,7 +21,7 @@ from sphinx.util.nodes import make_refnode
 from tools.pages import docstrings, surface
 
 FIRST = 400
-"""Before numpydoc reads a docstring, which it does at 500."""
+"""Priority before that at which numpydoc reads a docstring, which it does at 500."""
 
 
 @functools.cache

@@ -29,7 +29,7 @@ from experiments.bench.firmware.settings import Firmware, dead_zone_notice
 from experiments.bench.store import places
 
 ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}
-"""Of the STM32F427 (its reference manual, memory map)."""
+"""Addresses of the STM32F427's memories (its reference manual, memory map)."""
 COPIED = (
     "startup.c", "memory.c", "chip.h", "camera.c", "camera.h", "semihost.c", "semihost.h", "counter.c", "counter.h",
     "answers.c", "host_main.c", "states.h", "split.h", SECTIONS,

@@ -50,7 +50,7 @@ CLIPS = (
 
 @dataclass(frozen=True, slots=True)
 class Atlas:
-    """Where the atlas is, and what failed."""
+    """Files of the atlas, and what failed."""
 
     page: Path
     figure: Path
