@@ -110,7 +110,9 @@ class _Split:
 
 
 def recording_table() -> Table:
-    """Return what recording adds to `colias run speed --repeats 1` in one process: to its wall time, and to its work."""
+    """Return what recording adds to `colias run speed --repeats 1` in one process: to its wall time, and to its
+    work.
+    """
     experiment, settings = configure(registry.load("speed"), ["dsnn"], ())
     plan = Plan(experiment, settings, repeats=1, seed=0)
     wall: dict[bool, list[float]] = {False: [], True: []}

@@ -1,4 +1,6 @@
-"""The part of a picture that has to be rendered anew, where a camera and all that stands behind the robots are still."""
+"""The part of a picture that has to be rendered anew, where a camera and all that stands behind the robots are
+still.
+"""
 
 from __future__ import annotations
 

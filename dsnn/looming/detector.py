@@ -1,4 +1,6 @@
-"""Work that every looming detector of one potential does around its layers: check a frame, spike, count to a collision."""
+"""Work that every looming detector of one potential does around its layers: check a frame, spike, count to a
+collision.
+"""
 
 from __future__ import annotations
 

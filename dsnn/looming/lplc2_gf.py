@@ -236,7 +236,9 @@ class LPLC2GF(Detector):
         return int(np.count_nonzero(self._arms(horizontal) & self._arms(vertical.T).T))
 
     def _arms(self, motion: Floats) -> npt.NDArray[np.bool_]:
-        """Return where both arms along the rows of opponent motion, (R, C - 1), exceed their threshold, (R - 1, C - 1)."""
+        """Return where both arms along the rows of opponent motion, (R, C - 1), exceed their threshold, (R - 1, C
+        - 1).
+        """
         q = self.params
         length, width = q.side // 2, q.width // 2
         rows, columns = motion.shape

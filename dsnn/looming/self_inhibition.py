@@ -24,7 +24,9 @@ def halved(change: Floats) -> Floats:
 
 
 def truncated(values: Floats) -> Floats:
-    """Return what an unsigned byte keeps: whole numbers from 0 to 255, rounded down. The firmware wraps what is larger."""
+    """Return what an unsigned byte keeps: whole numbers from 0 to 255, rounded down. The firmware wraps what is
+    larger.
+    """
     whole: Floats = np.floor(np.clip(values, np.float32(0.0), np.float32(MOST_STATE)) + _BARELY)
     return whole
 

@@ -101,7 +101,9 @@ class Apparent(Stimulus[ApparentParams]):
 
 
 def _bars(field: int, p: ApparentParams) -> npt.NDArray[np.bool_]:
-    """Return where along the motion the first bars are and the second ones, (2, ``field``): whole pairs, in the middle."""
+    """Return where along the motion the first bars are and the second ones, (2, ``field``): whole pairs, in the
+    middle.
+    """
     pairs = field // p.period_px
     margin = (field - pairs * p.period_px) // 2 + (p.period_px - p.spacing_px - p.width_px) // 2
     along = np.arange(field)

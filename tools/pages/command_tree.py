@@ -95,7 +95,9 @@ def _command(found: Any, words: tuple[str, ...]) -> Command:
 
 
 def _parameter(found: Any, context: typer.Context) -> Parameter:
-    """Read an option from help's own record: the names and the value, then the help and in brackets what else is said."""
+    """Read an option from help's own record: the names and the value, then the help and in brackets what else is
+    said.
+    """
     shown, said = found.get_help_record(context)
     words = found.help or ""
     extras = said.removeprefix(words).strip().removeprefix("[").removesuffix("]").split("; ")

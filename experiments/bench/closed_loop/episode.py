@@ -64,7 +64,9 @@ class EpisodeSpec:
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """Record of an episode, a value per frame: (T,) each, but ``frames`` (T, R, C) uint8, empty where nothing was seen."""
+    """Record of an episode, a value per frame: (T,) each, but ``frames`` (T, R, C) uint8, empty where nothing was
+    seen.
+    """
 
     name: str
     env: str

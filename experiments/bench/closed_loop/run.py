@@ -42,7 +42,9 @@ SET_BY_BEHAVIOUR = ("observation", "actions", "render_mode", "render_view", "ren
 
 @dataclass(frozen=True, slots=True)
 class BehaviourPlan:
-    """Plan of who plays where: ``settings`` in order, the first being that asked for; each the same ``episodes`` seeds."""
+    """Plan of who plays where: ``settings`` in order, the first being that asked for; each the same ``episodes``
+    seeds.
+    """
 
     settings: tuple[Setting, ...]
     episodes: int

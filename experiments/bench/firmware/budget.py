@@ -118,7 +118,9 @@ class Budget:
 
     @property
     def fits_memory(self) -> bool:
-        """Tell whether it was linked into the chip's true regions; flash is one of them, and has the robot's code too."""
+        """Tell whether it was linked into the chip's true regions; flash is one of them, and has the robot's code
+        too.
+        """
         return not self.over and self.flash <= self.firmware.chip.flash
 
     @property

@@ -114,7 +114,9 @@ class _Worker:
             raise
 
     def do(self, parcel: bytes) -> bytes:
-        """Return the worker's answer to a job. Raises `WorkerDied` where it ends before it has given the whole of it."""
+        """Return the worker's answer to a job. Raises `WorkerDied` where it ends before it has given the whole of
+        it.
+        """
         try:
             self._pipe.send_bytes(parcel)
             return self._pipe.recv_bytes()

@@ -98,7 +98,9 @@ def _limits(found: Sequence[Course], threshold: float | None) -> tuple[float, fl
 
 
 def _busy(found: Sequence[Course], quiet: float) -> tuple[float, float]:
-    """Find the time in which E or I is above ``quiet`` in any condition, with a margin; the whole time if it never is."""
+    """Find the time in which E or I is above ``quiet`` in any condition, with a margin; the whole time if it
+    never is.
+    """
     times = [
         course.time_s[np.maximum(curves["excitation"], curves["weighted_inhibition"]).mean(axis=0) > quiet]
         for course in found
