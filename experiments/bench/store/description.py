@@ -42,7 +42,9 @@ it follows from the model's own, and from its file, whose digest is noted.
 OWN_FILES, SUBFOLDERS = ("trials.parquet", "frames.parquet", "failures.json"), ("recordings", "parts")
 BEGUN = "begun"
 """The entry that says when the run was begun: ISO 8601, UTC. It is a note like `RENDERERS`."""
-NOTED = (BEGUN, RESUMED, RENDERERS, PIXELS)
+KIND = "kind"
+"""The entry that says what kind of run it is: see `experiments.bench.store.kinds`."""
+NOTED = (KIND, BEGUN, RESUMED, RENDERERS, PIXELS)
 """Entries that a run adds to its parameters and to what computes it. They are compared with nothing."""
 LONGEST = 300
 """Characters of a parameter's value in a comparison."""
@@ -182,6 +184,8 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
             noted(there, entry)
     except ValueError as error:
         raise UsageError(f"{folder}: {NAME} cannot be read ({error})") from None
+    if KIND in here:
+        there.setdefault(KIND, here[KIND])  # of a folder of an older version
     if "source" not in here:
         return there
     others = there.setdefault(RESUMED, []) if RESUMED in there else []
