@@ -163,8 +163,8 @@ def _parameters(one: Run, other: Run) -> Iterator[tuple[str, Any, Any]]:
 
 def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a run but its models', named as ``--set`` names them."""
-    left = {key: value for key, value in description.items()
-            if key not in (*provenance.KEYS, KIND, BEGUN, RESUMED, THRESHOLDS, "changed", "trials", "models")}  # fmt: skip
+    aside = (*provenance.KEYS, KIND, BEGUN, RESUMED, THRESHOLDS, "changed", "trials", "models")
+    left = {key: value for key, value in description.items() if key not in aside}
     if "measured" in left:
         left.pop("seed", None)  # an imported log has none
     declared = left.pop("experiment", {})
@@ -214,10 +214,7 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[st
     """A row per model and condition, and why there are none."""
     for run in (one, other):
         if not run.kind.robot and run.kind is not CLIPS:
-            return (
-                [],
-                f"nothing to pair: {run.folder} holds {run.kind.what}; trials with the robot and clips are paired",
-            )
+            return [], f"nothing to pair: {run.folder} is of {run.kind.what}, which no trials pair"
     if not (one.done and other.done):
         return [], f"nothing to pair: {(other if one.done else one).folder} has no finished trial"
     tables = [run.trials for run in (one, other)]

@@ -99,16 +99,14 @@ def check_own(folder: Path, asked: str) -> None:
     Raises
     ------
     UsageError
-        It is no folder that can be written.
-    FileExistsError
-        It holds other files, which no run is to be mixed with.
+        It is no folder that can be written, or it holds other files, which no run is to be mixed with.
     """
     check_folder(folder, asked)
     if vacant(folder) or begun(folder) or any(map(begun, folder.iterdir())):
         return
     if holds_results(folder):
-        raise FileExistsError(f"{asked}: already holds a run, whose {NAME} is gone; choose a new folder")
-    raise FileExistsError(f"{asked}: holds other files; choose a new folder, or an empty one")
+        raise UsageError(f"{asked}: already holds a run, whose {NAME} is gone; choose a new folder")
+    raise UsageError(f"{asked}: holds other files; choose a new folder, or an empty one")
 
 
 def holds_results(folder: Path) -> bool:
@@ -330,6 +328,8 @@ def _words(value: Any) -> str:
         names = [next((each[key] for key in NAMES if key in each), each) if isinstance(each, dict) else each
                  for each in value]  # fmt: skip
         text = ", ".join(name if isinstance(name, str) else _item(name) for name in names) or "none"
+    elif isinstance(value, dict) and isinstance(value.get("name"), str):
+        text = value["name"]
     else:
         text = _item(value)
     return text if len(text) <= FEW else f"{text[: FEW - 3]}..."

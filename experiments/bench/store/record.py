@@ -170,9 +170,7 @@ class Record:
     def _table(self, name: str, columns: list[str] | None = None) -> pa.Table:
         if self.kind.parts:
             names = ", ".join(part.folder.name for part in self.parts) or "none"
-            raise UsageError(
-                f"{self.folder}: {self.kind.what} has no {name}.parquet of its own; its parts are: {names}"
-            )
+            raise UsageError(f"{self.folder}: {self.kind.what} has no table of {name} itself; its parts are: {names}")
         if self.kind is FOOTAGE:
             return self._footage(name)
         if not tables.present(self.folder):
@@ -184,9 +182,7 @@ class Record:
 
     def _footage(self, name: str) -> pa.Table:
         if name != "frames" or not self.folder.is_file() or self.folder.suffix == ".rrd":
-            raise UsageError(
-                f"{self.folder}: {self.kind.what} has no table of {name}; colias watch --table writes frames"
-            )
+            raise UsageError(f"{self.folder}: no table of {name} there: colias watch --table writes one of frames")
         return read_file(self.folder)
 
 
