@@ -44,7 +44,7 @@ class NotFinished(Exception):
 
 
 def taken(run: Path) -> dict[str, Any]:
-    """What ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
+    """Return what ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
     design, claims, own = (_json(run / f"{name}.json") for name in ("design", "claims", "behaviours"))
     tables = sorted(run.glob("behave-*/scores.csv"))
     if not tables:
@@ -96,7 +96,7 @@ def blocks(results: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _verdicts(results: Mapping[str, Any]) -> str:
-    """What claims came to, and a row a claim: its words, its verdict, and in how many replicates it held."""
+    """Return what claims came to, and a row a claim: its words, its verdict, and in how many replicates it held."""
     columns = "| claim | the paper says | verdict | in all replicates | replicate 0 |"
     lines = [_counted(results), "", columns, "|---|---|---|---|---|"]
     for claim in results["claims"]:

@@ -47,7 +47,7 @@ def find(name: str) -> Experiment | OfflineExperiment:
 
 
 def _of_file(path: Path) -> object:
-    """What a user's file declares, with the file's path; a relative path of a model is looked for beside it."""
+    """Return what a user's file declares, with the file's path; a relative path of a model is looked for beside it."""
     experiment = declared(path, "EXPERIMENT")
     if not isinstance(experiment, Experiment | OfflineExperiment):
         return experiment

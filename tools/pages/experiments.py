@@ -19,7 +19,7 @@ from tools.pages.markdown import code, prose, sentence, table
 from tools.pages.parameter_tables import parameters, written
 
 MOST_ROWS = 30
-"""Of a table of clips."""
+"""Largest number of rows of a table of clips."""
 
 
 def write(folder: Path) -> None:

@@ -35,13 +35,13 @@ WAYS = ("rightward", "leftward", "downward", "upward", "looming")
 SAME_ASPECT = 1.05
 EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
 WRITING = (OSError, RuntimeError, pa.ArrowException)
-"""What libraries raise where an output cannot be written."""
+"""Errors that libraries raise where an output cannot be written."""
 STRONGER = "HS passes T, VS stays below T"
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What else to make of the footage: files that do not exist yet, a viewer, a verdict on C12."""
+    """Outputs to make of the footage: files that do not exist yet, a viewer, a verdict on C12."""
 
     record: Path | None = None
     table: Path | None = None
@@ -105,7 +105,7 @@ class _Spoilt:
 
 
 def _rest(what: str) -> str:
-    """Where what was written of an output is, if it is a file and there is something."""
+    """Return where what was written of an output is, if it is a file and there is something."""
     rest = part(Path(what))
     return f"; what came before is in {rest}" if rest.is_file() and rest.stat().st_size else ""
 
@@ -119,7 +119,7 @@ class _Output:
 
     @property
     def note(self) -> str:
-        """What to say of it at the end; empty if nothing."""
+        """Return what to say of it at the end; empty if nothing."""
         return str(self._inner.note)
 
     def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
@@ -179,7 +179,7 @@ def _interrupts() -> Iterator[threading.Event]:
 
 
 def _counted(pictures: Iterable[Picture], film: Footage) -> Iterator[Picture]:
-    """The same pictures, counted on the terminal where there is one."""
+    """Yield the pictures, counted on the terminal where there is one."""
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TextColumn("frames"))
     if not error_console.is_terminal:
         yield from pictures
@@ -209,7 +209,7 @@ def _show(film: Footage, size: tuple[int, int], watchers: Sequence[Watcher], see
 
 
 def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
-    """What a frame takes: of its own, and decoding (of a camera, waiting for the frame)."""
+    """Print the time that a frame takes: of its own, and decoding (of a camera, waiting for the frame)."""
     frames = max(seen.frames, 1)
     own, resizing, decoding = (
         seconds / frames * 1e3

@@ -151,7 +151,7 @@ def design(made: Planned) -> dict[str, Any]:
     robot, clips, loops = (
         map(describe, made.plans), (each.describe() for each in made.offline), (each.describe() for each in made.loops)
     )  # fmt: skip
-    runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form", THRESHOLDS)
+    runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form", THRESHOLDS, "kind")
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
         "studies": [(case.name, case.moved, case.specs) for case in (*made.others, *made.moves)],

@@ -193,7 +193,7 @@ def batch(name: str, cases: Sequence[Case], example: Plan, kept: Collection[str]
         name=name,
         specs=specs,
         work=partial(series.work, labels=tuple(kept)) if kept else partial(robot_run.work, keep=robot_run.ROWS_ONLY),
-        description={**describe(example), "experiment": name, "trials": len(specs), "cases": listed},
+        description={**describe(example), "kind": "study", "experiment": name, "trials": len(specs), "cases": listed},
         contents=series.contents(plain) if kept else plain,
         schemas=(series.SCHEMA if kept else TRIAL_SCHEMA, FRAME_SCHEMA),
         size=robot_run.seconds,

@@ -1,4 +1,4 @@
-"""At which speed a measure of crossings is largest: of claim C30, and of maps."""
+"""Speed at which a measure of crossings is largest: of claim C30, and of maps."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ POTENTIAL, COUNT = "mean_hs_near_axis", "spikes"
 
 @dataclass(frozen=True, slots=True)
 class Peak:
-    """Where a mean over trials is largest among the speeds shown.
+    """Speed where a mean over trials is largest among the speeds shown.
 
     Parameters
     ----------
