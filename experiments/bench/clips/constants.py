@@ -22,8 +22,11 @@ SPEED: Mapping[str, float] = {"C6": 120.0}
 
 def compares_with(claim: str) -> str:
     """Return the label of the model of unknown constants that a claim compares the DSNN with; empty if none."""
-    paper = paper_claims().get(claim)
-    return next((model for model in ASSUMED if paper and model in paper.models), "")
+    try:
+        models = find(claim).models
+    except KeyError:
+        return ""
+    return next((model for model in ASSUMED if model in models), "")
 
 
 @cache
@@ -58,9 +61,9 @@ def along_constants(claim: str, variants: Sequence[str]) -> ClipClaim:
     >>> along_constants("C7", ("dsn2017", "dsn2017:k_sig=10")).id
     'C7-constants'
     """
-    if claim not in comparing():
-        raise ValueError(f"along_constants: claim={claim!r}: legal is {', '.join(comparing())}")
     other = compares_with(claim)
+    if not other:
+        raise ValueError(f"along_constants: claim={claim!r}: legal is {', '.join(comparing())}")
     wrong = [label for label in variants if label.partition(":")[0] != other]
     if wrong or not variants:
         raise ValueError(f"along_constants: variants={tuple(variants)}: legal are labels of {other}, one or more")

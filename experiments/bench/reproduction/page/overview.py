@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from experiments.bench.judging.claim_files import claim_ids
 from experiments.bench.judging.claims import words
 from experiments.bench.judging.overall import MEANINGS, SIGNS, Overall, totals
 from experiments.bench.judging.verdict import Verdict
@@ -107,7 +108,8 @@ class Overview:
 
 def tile(claim: Verdict) -> Tile:
     """Return the tile of a claim."""
-    return Tile(claim.id, claim.word, sign(claim.word), words(claim.id).title or claim.says, _count(claim))
+    title = words(claim.id).title if claim.id in claim_ids() else claim.says
+    return Tile(claim.id, claim.word, sign(claim.word), title, _count(claim))
 
 
 def sign(word: str) -> str:
