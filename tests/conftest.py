@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import ast
+import atexit
 import functools
 import os
 import subprocess
@@ -116,7 +117,9 @@ class Colias:
 @functools.cache
 def server() -> Warm:
     """The server of this test process's commands; it ends with the process, whose end of their connection closes."""
-    return Warm()
+    warm = Warm()
+    atexit.register(warm.close)  # and is waited for, so that what its commands took is counted as this process's
+    return warm
 
 
 @pytest.fixture

@@ -40,6 +40,7 @@ class OfflinePlan:
         """
         models, changed = self.showings[0].models, self.changed()
         return {
+            "kind": "clips",
             "experiment": self.experiment,
             "repeats": self.repeats,
             "seed": self.seed,

@@ -49,6 +49,8 @@ class BehaviourPlan:
     settings: tuple[Setting, ...]
     episodes: int
     seed: int
+    kind: str = "episodes"
+    """As `experiments.bench.store.kinds` names it."""
 
     def specs(self) -> list[EpisodeSpec]:
         """Every episode; those of equal repeat have equal seeds, so equal worlds."""
@@ -61,7 +63,8 @@ class BehaviourPlan:
     def describe(self) -> dict[str, Any]:
         """Return what makes two runs one."""
         return {
-            "experiment": "behave", "seed": self.seed, "repeats": self.episodes, "trials": len(self.specs()),
+            "kind": self.kind, "experiment": "behave", "seed": self.seed, "repeats": self.episodes,
+            "trials": len(self.specs()),
             "settings": [dataclasses.asdict(setting) for setting in self.settings],
             **provenance.of(self._sources()),
         }  # fmt: skip

@@ -23,11 +23,11 @@ from dsnn import Response, forms
 from experiments.bench.engine.errors import explained
 from experiments.bench.engine.models import ConfiguredModel, rate_notes
 from experiments.bench.engine.terminal import coloured, error_console, out_console, show_line, show_table
-from experiments.bench.footage.claims import FlowJudge, Readings
+from experiments.bench.footage.claims import CLAIM, FlowJudge, FootageOutcomes
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.claims import words
 from experiments.bench.store import provenance
 from experiments.bench.store.places import part
 
@@ -221,20 +221,20 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
     show_line(f"{said}; decoding {decoding:.2f} ms besides", 12)
 
 
-def _show_claim(watchers: Sequence[Watcher], readings: Sequence[Readings]) -> None:
-    """C12 for each model, and in the paper's stronger words."""
-    for watcher, reading in zip(watchers, readings, strict=True):
-        outcome, words = reading.claim, reading.stronger
+def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[FootageOutcomes]) -> None:
+    """Show C12 for each model, and in the paper's stronger words."""
+    for watcher, outcomes_of_it in zip(watchers, outcomes, strict=True):
+        outcome, stronger = outcomes_of_it.claim, outcomes_of_it.stronger
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
         verdict = coloured(outcome.verdict)
-        out_console.print(Text.assemble("\n", ("C12", "b"), f"{who} ", verdict, f": {claim_texts()['C12'][0]}"))
+        out_console.print(Text.assemble("\n", (CLAIM, "b"), f"{who} ", verdict, f": {words(CLAIM).says}"))
         decided = f"decided by: {outcome.decided}" if outcome.decided else ""
         for line in filter(None, (decided, outcome.measured, outcome.effect)):
             out_console.print(f"    {line}", markup=False)
-        verdict = coloured(words.verdict)
+        verdict = coloured(stronger.verdict)
         out_console.print(Text.assemble("  in the paper's stronger words ", verdict, f": {STRONGER}"))
-        decided = f"decided by: {words.decided}" if words.decided else ""
-        for line in filter(None, (decided, words.measured)):
+        decided = f"decided by: {stronger.decided}" if stronger.decided else ""
+        for line in filter(None, (decided, stronger.measured)):
             out_console.print(f"    {line}", markup=False)
 
 

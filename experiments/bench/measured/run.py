@@ -234,7 +234,7 @@ def _described(made: Import) -> dict[str, Any]:
         "provenance": "; ".join(dict.fromkeys(said)), "log": str(made.log.path), "sha256": sha256(made.log.path),
         "frames": str(made.frames.folder) if made.frames else None,
     }  # fmt: skip
-    return {**describe(made.plan), "trials": len(made.log.trials), "measured": measured}
+    return {**describe(made.plan), "kind": "measured", "trials": len(made.log.trials), "measured": measured}
 
 
 @contextmanager

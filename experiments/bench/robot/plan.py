@@ -124,6 +124,7 @@ def describe(plan: Plan) -> dict[str, Any]:
     """
     changed_ones = plan.changed()
     return {
+        "kind": "trials",
         "experiment": plan.experiment,
         "repeats": plan.repeats,
         "seed": plan.seed,

@@ -68,6 +68,7 @@ class TuningPlan:
         """Return what ``experiment.json`` holds."""
         changed = differing(self.models, offline=True)
         return {
+            "kind": "tuning",
             "experiment": EXPERIMENT,
             "seed": self.seed,
             "trials": len(self.shown()),
