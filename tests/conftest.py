@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import ast
+import atexit
 import functools
 import os
 import subprocess
@@ -34,6 +35,8 @@ LONGEST = (
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run the longest files first: two cores are then busy to the end (with xdist's --no-loadscope-reorder)."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        return  # one process: in the order that was asked for
     place = {name: index for index, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(item.path.stem, len(LONGEST)))
 
@@ -100,8 +103,8 @@ class Colias:
     def __init__(self, folder: Path, timeout_s: float = 300.0, *, warm: bool = True) -> None:
         self.folder, self.timeout_s, self.warm = folder, timeout_s, warm and hasattr(os, "fork")
 
-    def __call__(self, *arguments: str) -> subprocess.CompletedProcess[str]:
-        environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100"}
+    def __call__(self, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
+        environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100", **variables}
         if self.warm:
             return server().run([*arguments], self.folder, environment, own_core(), self.timeout_s)
         command = [sys.executable, "-m", "experiments.bench.cli", *arguments]
@@ -114,7 +117,9 @@ class Colias:
 @functools.cache
 def server() -> Warm:
     """The server of this test process's commands; it ends with the process, whose end of their connection closes."""
-    return Warm()
+    warm = Warm()
+    atexit.register(warm.close)  # and is waited for, so that what its commands took is counted as this process's
+    return warm
 
 
 @pytest.fixture

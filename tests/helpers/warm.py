@@ -47,29 +47,44 @@ class Warm:
         self, arguments: list[str], folder: Path, environment: dict[str, str], cores: set[int] | None, timeout_s: float
     ) -> subprocess.CompletedProcess[str]:
         """Do what ``python -m experiments.bench.cli ARGUMENTS`` does, and wait for its end."""
-        asked = {
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+            self.start(arguments, folder, environment, cores, (out.fileno(), err.fileno()))
+            status = self.wait(timeout_s)
+            if status is None:
+                raise subprocess.TimeoutExpired(arguments, timeout_s)
+            texts = []
+            for file in (out, err):
+                file.seek(0)
+                texts.append(file.read().decode(errors="replace"))
+        return subprocess.CompletedProcess(arguments, status, *texts)
+
+    def start(
+        self, arguments: list[str], folder: Path, environment: dict[str, str], cores: set[int] | None,
+        streams: tuple[int, int], *, session: bool = False,
+    ) -> int:  # fmt: skip
+        """Start it with these files as its output, in a ``session`` of its own if asked for; return its process id."""
+        request = {
             "arguments": arguments,
             "folder": str(folder),
             "environment": environment,
             "cores": sorted(cores or ()),
+            "session": session,
         }
-        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-            message = json.dumps(asked).encode()
-            socket.send_fds(self._socket, [len(message).to_bytes(4, "big")], [out.fileno(), err.fileno()])
-            self._socket.sendall(message)
-            pid = int(self._line(time.monotonic() + timeout_s))
-            try:
-                status = int(self._line(time.monotonic() + timeout_s))
-            except TimeoutError:
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGKILL)
-                self._line(time.monotonic() + 10)
-                raise subprocess.TimeoutExpired(arguments, timeout_s) from None
-            said = []
-            for file in (out, err):
-                file.seek(0)
-                said.append(file.read().decode(errors="replace"))
-        return subprocess.CompletedProcess(arguments, status, *said)
+        message = json.dumps(request).encode()
+        socket.send_fds(self._socket, [len(message).to_bytes(4, "big")], list(streams))
+        self._socket.sendall(message)
+        self._pid = int(self._line(time.monotonic() + 60))
+        return self._pid
+
+    def wait(self, timeout_s: float) -> int | None:
+        """Wait for the end of what was started; return its exit status, None where it had to be killed."""
+        try:
+            return int(self._line(time.monotonic() + timeout_s))
+        except TimeoutError:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self._pid, signal.SIGKILL)
+            self._line(time.monotonic() + 10)
+            return None
 
     def _line(self, until: float) -> str:
         found = b""
@@ -123,6 +138,10 @@ def _become(asked: dict, streams: list[int], connection: socket.socket) -> None:
         os.dup2(stream, number)
     for stream in (nothing, *streams):
         os.close(stream)
+    if asked["session"]:
+        os.setsid()
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # the tests themselves may have it ignored
+    tempfile.tempdir = None  # of the environment that follows
     os.chdir(asked["folder"])
     os.environ.clear()
     os.environ.update(asked["environment"])

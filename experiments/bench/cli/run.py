@@ -64,6 +64,10 @@ def run_experiment(
     Every model sees the same frames. The command's own model is dsnn, or those that the experiment declares.
     Trials already finished stay readable if the run is interrupted, and the same command with that folder as --out
     does the rest. Results do not depend on the number of workers.
+
+    The folder has trials.parquet (a row per trial and model), frames.parquet (a row per frame), summary.csv (a row per
+    condition), claims.json (the verdicts), experiment.json (every parameter, the seed, the versions), figure.svg and
+    figure.png (every repeat visible), and recordings/ (one .rrd per trial).
     """
     from experiments.bench import registry
     from experiments.bench.clips.experiment import OfflineExperiment

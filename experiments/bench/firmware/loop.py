@@ -19,7 +19,7 @@ COLUMNS = ("hs", "vs", "hs_spikes", "vs_spikes")
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """What the two forms answered in a run.
+    """Answers of the two forms in a run.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ Row = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """What was written of a run: the log, the folder of frames if there are any, and the command that imports them."""
+    """Files written of a run: the log, the folder of frames if there are any, and the command that imports them."""
 
     log: Path
     frames: Path | None
@@ -143,7 +143,7 @@ def _declaring(name: str, files: Sequence[str]) -> str:
 
 
 def _declares(path: Path, name: str) -> bool:
-    """Whether a file gives ``EXPERIMENT`` a value, and has the experiment's name. It is read, and not run."""
+    """Tell whether a file gives ``EXPERIMENT`` a value, and has the experiment's name. It is read, and not run."""
     try:
         statements = ast.parse(path.read_bytes()).body if path.is_file() else []
     except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):

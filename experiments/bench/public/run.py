@@ -16,7 +16,7 @@ from experiments.bench.engine.batch import Resources, worker_count
 from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.engine.models import shown_models
 from experiments.bench.engine.terminal import error_console, tell_troubles
-from experiments.bench.judging.verdict import Claim
+from experiments.bench.judging.claim import Claim
 from experiments.bench.public.arguments import assignments, flag, folder, is_path, model_texts, whole
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import Experiment

@@ -15,7 +15,7 @@ from dsnn import CHANNELS
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import family, rebuilt
 from experiments.bench.engine.user_code import is_file
-from experiments.bench.judging.verdict import Claim
+from experiments.bench.judging.claim import Claim
 from experiments.bench.store import provenance
 from experiments.bench.store.places import check_folder, fresh, naming, regular
 

@@ -1,4 +1,4 @@
-"""What becomes of a policy: kept in a folder, judged against others, replayed with recordings."""
+"""Evaluation of a policy: kept in a folder, judged against others, replayed with recordings."""
 
 from __future__ import annotations
 

@@ -89,9 +89,10 @@ def test_what_has_no_peak_has_no_value():
 
 
 def test_c30_and_the_measure_have_one_peak():
+    from experiments.bench.robot.mechanism.judges import SPACINGS
+
     from experiments.bench.robot.claims import CLAIMS
     from experiments.bench.robot.experiment import Condition
-    from experiments.bench.robot.mechanism.judges import SPACINGS
 
     speeds, rng = (2.0, 4.0, 6.0, 10.0, 15.0, 30.0), np.random.default_rng(0)
     rows = [
