@@ -208,7 +208,7 @@ class RunFolder(Files):
             self._frames_bytes += self.path(name).stat().st_size
             # Rows in another order, or frames of trials without rows, are put right when the tables are joined.
             self._joined &= part is None and self.frames().equals(frames)
-        self._joined &= len(listed) == len(self._failures)
+        self._joined &= len(listed) == len(self._failures) and not self.path(PARTS).exists()
         self._joined &= self.rows() == [row for table in found.values() for row in table.to_pylist()]
         self._next_part = max((part for part in found if part is not None), default=-1) + 1
 
