@@ -203,7 +203,9 @@ def test_going_on_without_the_first_options_names_them(speed):
     )
     with pytest.raises(experiments.UsageError, match=r"^[^;]* --set dsnn\.n_con is 6 there and 8 now: repeat the"):
         experiments.run("speed", settings=FAST, models="emd", out=changed.folder, **QUICK)
-    with pytest.raises(experiments.UsageError, match=r'the experiment is "speed" there and "distance" now$'):
+    with pytest.raises(
+        experiments.UsageError, match=r'the experiment is "speed" there and "distance" now: choose another --out$'
+    ):
         experiments.run("distance", out=changed.folder, **QUICK)
 
 
