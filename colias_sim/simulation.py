@@ -122,7 +122,7 @@ class Simulation:
 
     @property
     def seeing(self) -> bool:
-        """Whether there is a camera."""
+        """Tell whether there is a camera."""
         return self._camera is not None
 
     @property

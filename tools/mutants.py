@@ -95,15 +95,15 @@ class Mutant:
     """The statement as `ast.unparse` writes it; of a compound statement its head."""
     kind: str
     place: int
-    """Which of the statement's nodes of this kind."""
+    """Index among the statement's nodes of this kind."""
     occurrence: int
-    """Which of the function's statements of this text."""
+    """Index among the function's statements of this text."""
     after: str
-    """What stands in the node's place."""
+    """Text that stands in the node's place."""
 
     @property
     def key(self) -> tuple[str, str, str, int, int]:
-        """What is the same wherever the function stands."""
+        """Return what is the same wherever the function stands."""
         return self.function, self.statement, self.kind, self.place, self.occurrence
 
 
@@ -124,7 +124,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a mutant."""
+    """Fate of a mutant."""
 
     mutant: Mutant
     where: str

@@ -148,7 +148,7 @@ def test_a_killer_loses_the_trial_and_the_run_goes_on(case, folder, honest):
     }  # fmt: skip
     (failure,) = strict_json(folder / "out" / "failures.json")
     assert (failure["trial"], failure["model"], failure["attempts"]) == (1, "", 3)
-    resumed = colias(folder, [*command.words[:-2], "--resume", "out", *_models(case, command)])
+    resumed = colias(folder, [*command.words[:-2], "--out", "out", *_models(case, command)])
     assert resumed.status == 1 and resumed.crashes() == [], resumed
     assert command.tables(folder) == tables
 

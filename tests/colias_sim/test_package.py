@@ -21,6 +21,7 @@ import colias_sim.envs
 import dsnn
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from dsnn.stimuli.stimulus import TimedParams
+from experiments.bench.engine.settings import unit_of
 
 ROOT = Path(colias_sim.__file__).parents[1]
 PARAMETERS = [getattr(dsnn, name) for name in dsnn.__all__ if name.endswith("Params")]
@@ -74,7 +75,7 @@ def test_names_that_are_looked_up_are_those_that_type_checkers_see() -> None:
     assert named
     for module, name in named:
         assert getattr(colias_sim, name) is getattr(importlib.import_module(module), name)
-    with pytest.raises(AttributeError, match="'colias_sim' has no attribute 'camera_'"):
+    with pytest.raises(AttributeError, match="colias_sim attribute camera_"):
         _ = colias_sim.camera_
 
 
@@ -94,9 +95,10 @@ def test_help_describes_every_field(cls: Any) -> None:
     assert head and section.count("----------") == 0
     for field in dataclasses.fields(cls):
         info = cls.__pydantic_fields__[field.name]
-        (said,) = re.findall(rf"^{field.name} : (.+)\n    (.+)\.$", section, re.M)
-        assert said[0].endswith(f"default {info.default!r}")
-        assert said[1].lower() == info.description.lower()
+        ((kind, meaning),) = re.findall(rf"^{field.name} : (.+)\n    (.+)\.$", section, re.M)
+        assert kind.endswith(f"default {info.default!r}")
+        unit = unit_of(cls(), field.name)
+        assert meaning.lower() == info.description.lower() + (f". unit: {unit.lower()}" if unit else "")
 
 
 def test_the_two_copies_of_field_docs_and_of_hints_are_equal() -> None:

@@ -20,7 +20,7 @@ from dsnn import ModelEntry, Response
 
 @dataclass(frozen=True)
 class Params:
-    gain: float = Field(default=1.0, ge=0.0, le=9.0, description="of the mean")
+    gain: float = Field(default=1.0, ge=0.0, le=9.0, description="gain on the mean")
     t_sp: float = 0.2
 
 
@@ -143,7 +143,7 @@ def test_the_command_line_judges_a_claim_and_goes_on(colias):
     assert done.returncode == 0, done.stderr
     assert "both-ways holds: it spikes both ways" in done.stdout
     before = pq.read_table(colias.folder / "out" / "trials.parquet")
-    again = colias("run", "mine.py", *quick, "--resume", "out")
+    again = colias("run", "mine.py", *quick, "--out", "out")
     assert again.returncode == 0 and "2 of them done already" in again.stderr, again.stderr
     assert pq.read_table(colias.folder / "out" / "trials.parquet") == before
 

@@ -65,11 +65,11 @@ class Command:
 
     @property
     def title(self) -> str:
-        """As it is typed."""
+        """Return the command as it is typed."""
         return " ".join((PROGRAM, *self.words))
 
     def walk(self) -> Iterator[Command]:
-        """This command, and those below it."""
+        """Yield this command, and those below it."""
         yield self
         for each in self.commands:
             yield from each.walk()
@@ -95,7 +95,9 @@ def _command(found: Any, words: tuple[str, ...]) -> Command:
 
 
 def _parameter(found: Any, context: typer.Context) -> Parameter:
-    """Of help's own record: the names and the value, then the help and in brackets what else is said."""
+    """Read an option from help's own record: the names and the value, then the help and in brackets what else is
+    said.
+    """
     shown, said = found.get_help_record(context)
     words = found.help or ""
     extras = said.removeprefix(words).strip().removeprefix("[").removesuffix("]").split("; ")

@@ -19,7 +19,7 @@ from tools.pages.markdown import code, prose, sentence, table
 STEPS, AHEAD = 20, 0.3
 """Until the picture is taken, and the speed of both wheels."""
 SIZE = (640, 480)
-"""Of the picture, width and height, px."""
+"""Size of the picture, width and height, px."""
 
 
 def write(folder: Path) -> None:
@@ -73,7 +73,7 @@ def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
 
 
 def _anchor(module: str, kind: str) -> str:
-    """What links to the class of the env lead to."""
+    """Return what links to the class of the env lead to."""
     said = "A [ColiasEnv](../api/colias_sim.envs.base.ColiasEnv.rst): that page has its methods."
     return f":::{{py:class}} {module}.{kind}(**arguments)\n{said}\n:::\n"
 

@@ -34,7 +34,7 @@ SECOND, THIRD = "#383838", "#dd3d74"
 LEFT, RIGHT = 0.64, 0.08
 """Inches beside the panels."""
 HEIGHTS = {"potential": 1.45, "spikes": 0.75, "azimuth": 0.75}
-"""Of the panels, inches."""
+"""Heights of the panels, inches."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class Shown:
 
 
 def kinds(entry: ModelEntry) -> tuple[str, ...]:
-    """What a model answers: ``direction``, ``looming`` or both."""
+    """Return what a model answers: ``direction``, ``looming`` or both."""
     return tuple(kind for kind, channel in (("direction", "hs"), ("looming", "looming")) if channel in entry.channels)
 
 

@@ -1,4 +1,4 @@
-"""What ``colias check`` prints."""
+"""Output of ``colias check``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from experiments.bench.conformance.laws import Finding
 from experiments.bench.engine.terminal import count, out_console, show_line
 
 MOST_US = 1000.0
-"""What a model may cost a frame of 99x72, us, without a word about it: the robot's camera gives 30 frames a second."""
+"""Largest cost of a model for a frame of 99x72, us, without a word about it: the robot's camera gives 30 frames a
+second.
+"""
 
 
 def show(label: str, findings: Sequence[Finding], us: float | None, notes: Sequence[str] = ()) -> None:

@@ -1,4 +1,4 @@
-"""What one program takes of the chip: RAM and flash of its linked ELF file, instructions a frame counted in QEMU."""
+"""Budget of one program on the chip: RAM and flash of its linked ELF file, instructions a frame counted in QEMU."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from experiments.bench.firmware.settings import Firmware
 from experiments.bench.firmware.toolchain import Compiler, QemuProgram
 
 MEASURED_FRAMES = 16
-"""Of each clip. The slowest state of the network's work, the adaptation, is at its level after 10 frames."""
+"""Frames of each clip. The slowest state of the network's work, the adaptation, is at its level after 10 frames."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Stage:
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """What one program takes of the chip. Sizes are bytes.
+    """Budget of one program on the chip. Sizes are bytes.
 
     Parameters
     ----------
@@ -118,12 +118,14 @@ class Budget:
 
     @property
     def fits_memory(self) -> bool:
-        """Whether it was linked into the chip's true regions; flash is one of them, and has the robot's code too."""
+        """Tell whether it was linked into the chip's true regions; flash is one of them, and has the robot's code
+        too.
+        """
         return not self.over and self.flash <= self.firmware.chip.flash
 
     @property
     def fits_time(self) -> bool:
-        """Whether the worst frame is done in time even at the most cycles an instruction."""
+        """Tell whether the worst frame is done in time even at the most cycles an instruction."""
         return self.milliseconds[1] <= self.firmware.chip.frame_ms
 
     @property
@@ -134,7 +136,7 @@ class Budget:
 
 @dataclass(frozen=True, slots=True)
 class Tools:
-    """What builds and emulates."""
+    """Tools that build and emulate."""
 
     compiler: Compiler
     qemu: QemuProgram
@@ -214,7 +216,7 @@ def varied(budgets: Iterable[Budget]) -> list[str]:
 
 
 def label(budget: Budget) -> str:
-    """What a program is called: its values of the grid's keys, or its main parameters where there is no grid."""
+    """Return what a program is called: its values of the grid's keys, or its main parameters where there is no grid."""
     if budget.point:
         return " ".join(f"{key.partition('.')[2]}={value}" for key, value in budget.point.items())
     network = budget.firmware.network

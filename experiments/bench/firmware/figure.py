@@ -1,4 +1,4 @@
-"""What fits the chip, as a figure: RAM by purpose and the worst frame's time, a row for each program."""
+"""Figure of what fits the chip: RAM by purpose and the worst frame's time, a row for each program."""
 
 from __future__ import annotations
 

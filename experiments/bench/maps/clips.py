@@ -226,6 +226,7 @@ def _description(
     models = {model.label: model for each in made for model in each.models}
     files = [path for each in made for path in provenance.of((), each.declared)["files"]]
     return {
+        "kind": "map",
         "experiment": "map",
         "experiments": [dataclasses.replace(each.declared, clips=each.clips) for each in made],
         "repeats": [1] * len(made),

@@ -8,7 +8,8 @@ from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.claims import judge as judge_clips
-from experiments.bench.judging.verdict import Claim, Outcome, Verdict, together
+from experiments.bench.judging.claim import Claim
+from experiments.bench.judging.verdict import Outcome, Verdict, together
 from experiments.bench.maps.measures import Measure
 from experiments.bench.maps.plan import MapPlan, Share
 from experiments.bench.robot.claims import RobotClaim

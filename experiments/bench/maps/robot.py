@@ -183,6 +183,7 @@ def _description(
     changed = {key: values for each in plans for key, values in each.changed().items()}
     return {
         **describe(first),
+        "kind": "map",
         "experiment": "map",
         "experiments": [each.experiment for each in plans],
         "repeats": [each.repeats for each in plans],

@@ -22,7 +22,7 @@ from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition, Exp
 Floats = npt.NDArray[np.float64]
 Cells = Mapping[str, Any]
 SEPARATORS = {";": "';'", "\t": "a tab", "|": "'|'"}
-"""What other programs put between the columns of a table, in words."""
+"""Signs that other programs put between the columns of a table, in words."""
 UNNAMED = ""
 """The model of a log without a column ``model``."""
 
@@ -72,7 +72,7 @@ class Log:
 
     @property
     def answered(self) -> bool:
-        """Whether the robot's own network answered; otherwise the log is of a camera alone."""
+        """Tell whether the robot's own network answered; otherwise the log is of a camera alone."""
         return any(channels for trial in self.trials for channels in trial.answers.values())
 
 

@@ -18,7 +18,7 @@ from experiments.bench.engine.settings import changed
 from experiments.bench.reproduction.onboard import series
 from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.robot import run as robot_run
-from experiments.bench.robot.claims import CLAIMS, find
+from experiments.bench.robot.claims import find, paper_claims
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
@@ -27,7 +27,7 @@ from experiments.bench.store.rows import Failure
 
 SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
 """Experiments without claims that the report shows, at the headline's seed alone."""
-ROBOT_CLAIMS = tuple(claim.id for claim in CLAIMS.values() if claim.about == "direction" and not claim.models)
+ROBOT_CLAIMS = tuple(claim.id for claim in paper_claims().values() if claim.about == "direction" and not claim.models)
 MODEL = "dsnn"
 LOOMING_DETECTORS = ("lgmd1", "lgmd2")
 
@@ -193,7 +193,7 @@ def batch(name: str, cases: Sequence[Case], example: Plan, kept: Collection[str]
         name=name,
         specs=specs,
         work=partial(series.work, labels=tuple(kept)) if kept else partial(robot_run.work, keep=robot_run.ROWS_ONLY),
-        description={**describe(example), "experiment": name, "trials": len(specs), "cases": listed},
+        description={**describe(example), "kind": "study", "experiment": name, "trials": len(specs), "cases": listed},
         contents=series.contents(plain) if kept else plain,
         schemas=(series.SCHEMA if kept else TRIAL_SCHEMA, FRAME_SCHEMA),
         size=robot_run.seconds,

@@ -268,7 +268,9 @@ def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapp
 
 
 def _looming(row: Mapping[str, Any]) -> bool:
-    """Whether a trial's model answers by a looming potential alone: a channel that is not declared is 0 throughout."""
+    """Tell whether a trial's model answers by a looming potential alone: a channel that is not declared is 0
+    throughout.
+    """
     return row["hs_spikes"] is None and bool(row["peak_looming"]) and not (row["peak_hs"] or row["trough_hs"])
 
 
@@ -293,7 +295,7 @@ def _frame(place: SubFigure, axes: Axes, axis: str) -> None:
 
 
 def _level_keys(place: SubFigure, colours: Mapping[Any, str], unit: str, others: Mapping[str, Any]) -> None:
-    """What the colours and the line styles of the traces stand for."""
+    """Draw the key of the colours and the line styles of the traces."""
     keys = [Line2D([], [], color=tint, lw=2, label=f"{said(level)} {unit}".strip()) for level, tint in colours.items()]
     keys += [Line2D([], [], color="black", lw=0.8, ls=style, label=label) for label, style in others.items()]
     longest = max(len(str(key.get_label())) for key in keys)

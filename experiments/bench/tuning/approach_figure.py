@@ -20,7 +20,7 @@ MEASURES: Mapping[str, Callable[[TuningPoint], float | None]] = {
     "spikes": lambda a: float(a.spikes),
     "time to contact at\nthe first spike (s)": lambda a: a.contact_s,
 }
-"""What is drawn against l / v."""
+"""Measures drawn against l / v."""
 ANGLES_DEG = (10.0, 20.0, 40.0, 60.0)
 """Full angles, whose time to contact is drawn for comparison."""
 
@@ -69,7 +69,7 @@ def _curve(
 
 
 def _angles(axes: Axes, places: Sequence[float]) -> None:
-    """What fires at a fixed angle does so at a time to contact in proportion to l / v."""
+    """Mark fixed angles: what fires at one does so at a time to contact in proportion to l / v."""
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
     for angle in ANGLES_DEG:

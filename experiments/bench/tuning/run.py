@@ -20,7 +20,6 @@ from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.settings import check_counts, watchers
 from experiments.bench.figures import plotting
 from experiments.bench.store import provenance
-from experiments.bench.store.description import begun, read_description, vacant
 from experiments.bench.store.parameters import differing
 from experiments.bench.store.rows import Failure
 from experiments.bench.store.run_folder import RunFolder
@@ -46,7 +45,7 @@ class TuningPlan:
         return [(index, family, probe) for index, (family, probe) in enumerate(points)]
 
     def showings(self) -> list[Showing]:
-        """The same as jobs: each clip to all models that its family is shown to."""
+        """Return the probes as jobs: each clip to all models that its family is shown to."""
         return [
             Showing(EXPERIMENT, i, probe.repeat, self.seed + probe.repeat, probe.clip, self._seen_by(family))
             for i, family, probe in self.shown()
@@ -62,13 +61,14 @@ class TuningPlan:
         return f"{len(shown)} clips, {frames:,} frames"
 
     def channels(self) -> dict[str, tuple[str, ...]]:
-        """By what each model answers."""
+        """Return the channels by which each model answers."""
         return {model.label: model.channels for model in self.models}
 
     def describe(self) -> dict[str, Any]:
-        """What ``experiment.json`` holds."""
+        """Return what ``experiment.json`` holds."""
         changed = differing(self.models, offline=True)
         return {
+            "kind": "tuning",
             "experiment": EXPERIMENT,
             "seed": self.seed,
             "trials": len(self.shown()),
@@ -81,7 +81,7 @@ class TuningPlan:
 
 @dataclass(frozen=True, slots=True)
 class TuningReport:
-    """What was measured. ``figures`` are the paths of the pictures, by family."""
+    """Results of tuning. ``figures`` are the paths of the pictures, by family."""
 
     plan: TuningPlan
     folder: Path
@@ -130,23 +130,8 @@ def run(made: TuningPlan, out: Path, pool: Pool, resources: Resources) -> Tuning
         Where the clips are shown.
     """
     work = batch(made)
-    with closing(work.open(out, resources, _begun(out))) as folder:
+    with closing(work.open(out, resources)) as folder:
         return conclude(made, folder, work.fill(folder, pool, resources))
-
-
-def _begun(out: Path) -> bool:
-    """Whether these are curves begun; `UsageError` where ``out`` holds anything else, which is never touched."""
-    if not out.exists():
-        return False
-    if not out.is_dir():
-        raise UsageError(f"--out {out}: is a file; choose a folder")
-    if not begun(out):
-        if not vacant(out):
-            raise UsageError(f"--out {out}: holds other files; choose a new folder, or an empty one")
-        return False
-    if read_description(out).get("experiment") != EXPERIMENT:
-        raise UsageError(f"--out {out}: holds another run; choose a new folder, or an empty one")
-    return True
 
 
 def conclude(made: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -> TuningReport:

@@ -1,4 +1,4 @@
-"""What ``colias tune`` prints: a row a model, and where everything is."""
+"""Output of ``colias tune``: a row a model, and where everything is."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ ROBOT_RADIUS_CM = 2.0
 VIEW_CM = 12.0
 """Drawn length of the observer's field of view."""
 TRAIL_FRAMES = 900
-"""How many frames a robot's trail goes back."""
+"""Number of frames a robot's trail goes back."""
 NOW: Colour = (60, 60, 60)
 _BITS = 4  # below the pixel, in OpenCV's drawing calls
 
@@ -167,7 +167,7 @@ def _listed(counts: Mapping[str, int]) -> str:
 
 
 def _until(times: Floats, time_s: float) -> int:
-    """How many entries are not after a time."""
+    """Tell how many entries are not after a time."""
     return int(np.searchsorted(times, time_s + 1e-6))
 
 

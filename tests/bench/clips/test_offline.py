@@ -247,9 +247,9 @@ def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
     subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", *map(str, recordings)], check=True)
     assert len(recordings) == 2 and (folder / "figure.svg").exists()
     assert json.loads((folder / "experiment.json").read_text())["clips"]["right"]["speed"] == 240.0
-    again = colias(*arguments, "--resume", "out", "--workers", "0")
+    again = colias(*arguments, "--out", "out", "--workers", "0")
     assert again.returncode == 0 and "2 of them done already" in again.stderr
-    other = colias(*arguments[:-2], "--resume", "out")
+    other = colias(*arguments[:-2], "--out", "out")
     assert (other.returncode, other.stderr.count("\n")) == (2, 1) and "gain" in other.stderr
     alone = colias(*arguments, "--out", "alone", "--workers", "0", "--no-recordings", "-q")
     assert alone.returncode == 0

@@ -18,6 +18,7 @@ import pytest
 import experiments
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.figures import plotting
+from experiments.bench.store.kinds import CLIPS
 
 PACKAGE = Path(experiments.__file__).parent
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
@@ -173,7 +174,7 @@ def test_a_runs_figure_is_drawn_again(speed, clean, tmp_path):
 
 
 def test_clips(clean):
-    assert clean.offline and clean.done == clean.planned == 12
+    assert clean.kind is CLIPS and clean.done == clean.planned == 12
     row = clean.summary.to_pylist()[0]
     assert [row[name] for name in ("model", "clip", "quantity", "n")] == ["dsnn", "dark rightward", "spikes", 1]
     assert row["sd"] is None
@@ -182,29 +183,28 @@ def test_clips(clean):
 
 def test_going_on(speed, tmp_path):
     usual, _ = speed
-    with pytest.raises(FileExistsError, match="already holds a run"):
-        experiments.run("speed", settings=FAST, out=usual.folder, **QUICK)
     with pytest.raises(ValueError, match="repeats is 2 there and 3 now"):
-        experiments.run("speed", settings=FAST, out=usual.folder, resume=True, **{**QUICK, "repeats": 3})
-    again = experiments.run("speed", settings=FAST, out=usual.folder, resume=True, **QUICK)
+        experiments.run("speed", settings=FAST, out=usual.folder, **{**QUICK, "repeats": 3})
+    again = experiments.run("speed", settings=FAST, out=usual.folder, **QUICK)
     assert again.trials == usual.trials
     with pytest.raises(ValueError, match="seed is 0 there and 1 now"):
-        experiments.run("speed", settings=FAST, out=usual.folder, resume=True, seed=1, **QUICK)
+        experiments.run("speed", settings=FAST, out=usual.folder, seed=1, **QUICK)
 
 
 def test_going_on_without_the_first_options_names_them(speed):
     _, changed = speed
     with pytest.raises(experiments.UsageError) as refused:
-        experiments.run("speed", out=changed.folder, resume=True, **{**QUICK, "repeats": None})
+        experiments.run("speed", out=changed.folder, **{**QUICK, "repeats": None})
     message = str(refused.value)
     assert message == (
         f"{changed.folder}: --set experiment.speeds_cm_s is 20, 30 there and 2, 4, 6, 10 now; --repeats is 2 there and"
-        " 10 now; --model is dsnn, emd there and dsnn now; 1 more differ: repeat the first command's options"
+        " 10 now; --model is dsnn, emd there and dsnn now; 1 more differ: repeat the first command's options, or choose"
+        " another --out"
     )
     with pytest.raises(experiments.UsageError, match=r"^[^;]* --set dsnn\.n_con is 6 there and 8 now: repeat the"):
-        experiments.run("speed", settings=FAST, models="emd", out=changed.folder, resume=True, **QUICK)
+        experiments.run("speed", settings=FAST, models="emd", out=changed.folder, **QUICK)
     with pytest.raises(experiments.UsageError, match=r'the experiment is "speed" there and "distance" now$'):
-        experiments.run("distance", out=changed.folder, resume=True, **QUICK)
+        experiments.run("distance", out=changed.folder, **QUICK)
 
 
 WRONG = {
@@ -226,7 +226,6 @@ WRONG = {
     "only of no kind": (lambda: experiments.run("speed", only="no"), "only='no': legal is True or False"),
     "eyes": (lambda: experiments.run("speed", eyes=np.array([1, 2])), "--eyes [1 2]: legal is one, both"),
     "a folder": (lambda: experiments.run("speed", out=3), "out=3: legal is the path of a folder"),
-    "a resumed folder": (lambda: experiments.run("speed", resume="runs/speed"), "resume='runs/speed': legal is True"),
     "recordings": (lambda: experiments.run("speed", recordings=None), "recordings=None: legal is True or False"),
     "a cluster": (lambda: experiments.run("speed", cluster=3), "cluster=3: legal is the address"),
     "quiet": (lambda: experiments.run("speed", quiet=2), "quiet=2: legal is True or False"),
@@ -244,7 +243,6 @@ WRONG = {
     "half a seed": (lambda: experiments.run("speed", seed=0.5), "seed=0.5: legal is a whole number"),
     "repeats": (lambda: experiments.run("speed", repeats=0), "--repeats 0: legal is a whole number from 1 to 25000"),
     "workers": (lambda: experiments.run("speed", workers=1.5), "workers=1.5: legal is a whole number"),
-    "to go on with nothing": (lambda: experiments.run("speed", resume=True), "say by out= which run to go on with"),
     "to load nothing": (lambda: experiments.load("no"), "no: no readable experiment.json there"),
     "to list nothing": (lambda: experiments.runs("no"), "no: no such folder"),
     "to compare nothing": (lambda: experiments.compare("no", "no"), "no: no readable experiment.json there"),

@@ -89,9 +89,10 @@ def test_what_has_no_peak_has_no_value():
 
 
 def test_c30_and_the_measure_have_one_peak():
+    from experiments.bench.robot.mechanism.judges import SPACINGS
+
     from experiments.bench.robot.claims import CLAIMS
     from experiments.bench.robot.experiment import Condition
-    from experiments.bench.robot.mechanism.judges import SPACINGS
 
     speeds, rng = (2.0, 4.0, 6.0, 10.0, 15.0, 30.0), np.random.default_rng(0)
     rows = [
@@ -213,7 +214,7 @@ def test_a_map_of_clips_is_the_same_without_workers_and_goes_on(whole, tmp_path)
     (cut / "experiment.json").write_bytes((folder / "experiment.json").read_bytes())
     pq.write_table(rows.slice(0, 3), cut / "trials.parquet")  # a clip of two models, and half a clip
     pq.write_table(pq.read_table(folder / "frames.parquet"), cut / "frames.parquet")
-    assert main.command([*arguments, "--workers", "0", "--resume", str(cut)]) == 0
+    assert main.command([*arguments, "--workers", "0", "--out", str(cut)]) == 0
     assert (cut / "map.csv").read_bytes() == (folder / "map.csv").read_bytes()
     assert pq.read_table(cut / "trials.parquet").drop(["wall_s"]).equals(rows.drop(["wall_s"]))
 

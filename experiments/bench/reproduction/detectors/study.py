@@ -115,7 +115,7 @@ def _batch(name: str, own: Sequence[Case], repeats: int, seed: int) -> Batch[Any
         name=name,
         specs=specs,
         work=work,
-        description={**describe(example), "experiment": name, "trials": len(specs), "cases": listed},
+        description={**describe(example), "kind": "study", "experiment": name, "trials": len(specs), "cases": listed},
         contents=robot_contents(specs, recordings=False, frames=False),
         schemas=(SCHEMA, FRAMES),
         size=seconds,

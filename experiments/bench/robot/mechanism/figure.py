@@ -34,7 +34,7 @@ COMPARED = (
     ("mean_hs_near_axis", f"mean HS within {NEAR_AXIS_CM:g} cm of the axis"), ("peak_hs", "peak HS"),
     ("spikes", "spikes per trial"),
 )  # fmt: skip
-"""What all models are compared by: column, title of the panel."""
+"""Columns that all models are compared by: column, title of the panel."""
 
 KEY_INCHES = 0.17
 """Height of a model's line in the key."""

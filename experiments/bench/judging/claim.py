@@ -1,0 +1,175 @@
+"""A claim: its words and its judge; and a reading of the paper that claims were used to choose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from experiments.bench.engine import interrupts
+from experiments.bench.engine.errors import check_name, short
+from experiments.bench.engine.user_code import apart, blamed
+from experiments.bench.judging.claim_files import PACKAGE, claim_ids
+from experiments.bench.judging.verdict import Outcome, Verdict
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """A reading of the paper that was taken where it leaves room.
+
+    Parameters
+    ----------
+    id
+        Its name, with underscores between words.
+    says
+        The paper's words.
+    taken, others
+        The reading taken, and the others, one or more.
+    note
+        What a reader has to know of them.
+    used
+        Whether it was chosen because claims favoured it: those that name it, or all. Otherwise the claims that name it
+        tell the readings apart.
+    of_all
+        Whether it was chosen for all claims together; none then names it.
+    """
+
+    id: str
+    says: str
+    taken: str
+    others: tuple[str, ...]
+    note: str
+    used: bool = True
+    of_all: bool = False
+
+    @property
+    def name(self) -> str:
+        """Its name in words."""
+        return self.id.replace("_", " ")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """A claim: its words and its judge. Each wing has a kind of its own, which says what its judge gets.
+
+    Parameters
+    ----------
+    id
+        Its name in tables: up to 60 letters, digits, ``.``, ``-`` and ``_``. The ids of claims that ship are taken.
+    judge
+        From the rows that it is about to an `Outcome`.
+    says, source
+        Its words, and where they are from.
+    title
+        The same in a few words.
+    cause
+        In one line why it fails, or holds in some replicates only.
+    tried
+        What was tried to make it hold, or what limits it.
+    readings
+        The readings of the paper that it was used to choose, or that it tells apart.
+    mechanism
+        The experiment whose figure shows why it comes out as it does, and what that figure draws.
+    silent_passes
+        Whether a model that never answers anything would keep it.
+
+    Raises
+    ------
+    ValueError
+        It has no words or no judge, its id is taken, or a value is not legal.
+    """
+
+    id: str
+    judge: Callable[..., Outcome]
+    says: str = ""
+    source: str = ""
+    title: str = ""
+    cause: str = ""
+    tried: str = ""
+    readings: tuple[Reading, ...] = ()
+    mechanism: tuple[str, str] = ("", "")
+    silent_passes: bool = False
+
+    def __post_init__(self) -> None:
+        check_name("claim", self.id)
+        if not callable(self.judge):
+            raise ValueError(f"claim {self.id}: judge={short(self.judge)}: legal is a function")
+        for name in ("says", "source", "title", "cause", "tried"):
+            if not isinstance(getattr(self, name), str):
+                raise ValueError(f"claim {self.id}: {name}={short(getattr(self, name))}: legal is a text")
+        pair = self.mechanism
+        if not isinstance(pair, tuple) or len(pair) != 2 or not all(isinstance(text, str) for text in pair):
+            legal = "legal is a pair of an experiment's name and what its figure draws"
+            raise ValueError(f"claim {self.id}: mechanism={short(pair)}: {legal}")
+        if not self.own and not str(getattr(self.judge, "__module__", "")).startswith(f"{PACKAGE}."):
+            raise ValueError(f"claim {self.id}: one of the paper's claims has that id; give yours another")
+        if not self.says:
+            raise ValueError(f"claim {self.id}: says='': a claim of your own needs words")
+
+    @property
+    def own(self) -> bool:
+        """Whether it is none of those that ship, in `experiments.claims`."""
+        return self.id not in claim_ids()
+
+    def described(self) -> dict[str, str]:
+        """Describe the claim as ``experiment.json`` does.
+
+        Returns
+        -------
+        dict of str to str
+            ``id``, ``says`` and ``source``.
+        """
+        return {"id": self.id, "says": self.says, "source": self.source}
+
+    def ask(self, rows: Sequence[Any], *more: Any) -> Outcome:
+        """Ask the judge.
+
+        A user's own judge that raises, or answers no `Outcome`, leaves the claim untested: the tables count.
+
+        Parameters
+        ----------
+        rows, *more
+            Rows of a run's table, and what the judge gets beside them.
+
+        Returns
+        -------
+        Outcome
+            What the judge finds.
+        """
+        if not self.own:
+            return self.judge(rows, *more)
+        copies = [dict(row) for row in rows]  # what a judge changes is its own
+        try:
+            answer = apart(lambda: self.judge(copies, *more))
+            if not isinstance(answer, Outcome):
+                return _broken(f"its judge answered {short(answer)}, expected an Outcome", len(rows))
+            texts = str(answer.measured), str(answer.effect)
+            n, decided, fewest = int(answer.n) or len(rows), str(answer.decided), int(answer.each)
+            return Outcome(answer.verdict, *texts, n, decided, fewest, answer.broken, checks=answer.checks)
+        except BaseException as error:  # SystemExit too: sys.exit in a judge ends the judge
+            interrupts.pass_on(error)
+            return _broken(f"its judge failed: {blamed(error, rows)}", len(rows))
+
+    def verdict(self, found: Outcome, **more: Any) -> Verdict:
+        """Make a verdict of an outcome.
+
+        Parameters
+        ----------
+        found
+            The outcome.
+        **more
+            Further fields of the verdict.
+
+        Returns
+        -------
+        Verdict
+            The verdict.
+        """
+        return Verdict(
+            self.id, self.says, self.source, found.verdict, found.measured, found.effect, found.n, found.decided,
+            **{"trouble": found.trouble, **more},
+        )  # fmt: skip
+
+
+def _broken(trouble: str, rows: int) -> Outcome:
+    return replace(Outcome.unjudged(trouble, n=rows), trouble=trouble)
