@@ -34,7 +34,9 @@ from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.robot import plan as robot_plan
 from experiments.bench.robot import run as robot_run
 from experiments.bench.store.files import Files
+from experiments.bench.store.kinds import LEADERBOARD
 from experiments.bench.store.places import inside
+from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure
 
 Row = Mapping[str, Any]
@@ -80,7 +82,7 @@ def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, res
     of_direction = [_clip_plan(each, repeats, seed) for each in (clip_experiments(directional) if directional else ())]
     of_looming = [_clip_plan(each, repeats, seed) for each in (looming_experiments(looming) if looming else ())]
     with resources.pool() as pool:
-        folder.mkdir(parents=True, exist_ok=True)
+        begin_whole(folder, LEADERBOARD)
         batches: list[Batch[Any]] = [
             robot_run.batch(robot, robot_run.ROWS_ONLY),
             *(clips_run.batch(made, frames=False) for made in of_direction),
