@@ -348,9 +348,8 @@ def pytest(folder: Path, arguments: Sequence[str]) -> subprocess.CompletedProces
 
 def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
     """Return the test modules that name a mutant's module, class and function, those that fewest name before others."""
-    modules = sorted(
-        path for test in tests for path in ([folder / test] if test.endswith(".py") else (folder / test).rglob("test_*.py"))
-    )  # fmt: skip
+    places = [folder / test for test in tests]
+    modules = sorted(path for place in places for path in ([place] if place.is_file() else place.rglob("test_*.py")))
     texts = {path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8") for path in modules}
     names = {site.path.stem, *(name for name in site.mutant.function.split(".") if name and not name.startswith("__"))}
     naming = {name: [test for test, text in texts.items() if re.search(rf"\b{name}\b", text)] for name in names}

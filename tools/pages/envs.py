@@ -52,12 +52,12 @@ def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
         f"What `render()` shows {STEPS} steps after `reset(seed=0)`, both wheels at {AHEAD:g}."
         " At the left the observer from near, at the right its camera."
     )
-    baselines = [f"{code(each)}: {prose(BEHAVIOURS[each].summary)}" for each in entry.baselines]
+    baselines = [f"{code(baseline)}: {prose(BEHAVIOURS[baseline].summary)}" for baseline in entry.baselines]
     rows = [
         ("Make it", code(f'gymnasium.make("{name}")')),
         ("Class", code(f"{module}.{kind}")),
         ("Steps", f"{entry.max_episode_steps:,} at most"),
-        ("Measures", ", ".join(prose(each.name) for each in entry.all_measures)),
+        ("Measures", ", ".join(prose(all_measure.name) for all_measure in entry.all_measures)),
         ("Baselines", "<br>".join(baselines)),
     ]
     markdown.write(

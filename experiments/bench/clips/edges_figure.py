@@ -134,7 +134,7 @@ def _styles(tints: Mapping[str, str]) -> dict[str, Any]:
     broken, found, used = LINES[1:], {}, set()
     for place, (model, tint) in enumerate((model, tint) for model, tint in tints.items() if model != DSNN):
         turns = [(place + 1 + more) % len(broken) for more in range(len(broken))]
-        turn = next((each for each in turns if (tint, each) not in used), turns[0])
+        turn = next((turn for turn in turns if (tint, turn) not in used), turns[0])
         used.add((tint, turn))
         found[model] = broken[turn]
     return {**found, DSNN: "-"}

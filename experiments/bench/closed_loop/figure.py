@@ -65,7 +65,7 @@ def draw(played: Played) -> Figure:
         )
         for measure in env.all_measures
     ]  # fmt: skip
-    looks = marks(each.name for each in standings)
+    looks = marks(standing.name for standing in standings)
     upper = 1.1 + INCHES_A_ROW * len(standings)
     lower = -(-len(standings) // ACROSS) * TRACK_INCHES + KEYS_INCHES if env.draws_paths else 0.0
     with mpl.rc_context(plotting.STYLE):

@@ -64,7 +64,11 @@ def _silent(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
         return found
     names = chosen.declared.thresholds
     for channel, threshold in chosen.thresholds.items():
-        if channel not in SPIKING or threshold is None or any(getattr(each, f"{channel}_spikes") for each in answers):
+        if (
+            channel not in SPIKING
+            or threshold is None
+            or any(getattr(answer, f"{channel}_spikes") for answer in answers)
+        ):
             continue
         above = sum(abs(getattr(answer, channel)) > threshold for answer in answers)
         if above:

@@ -407,7 +407,7 @@ def _absolute(data: bytes, name: str, file: Path) -> set[str]:
             above = package.split(".")[: len(package.split(".")) - statement.level + 1]
             base = ".".join([*filter(None, above), *([statement.module] if statement.module else [])])
             names |= {base, *(f"{base}.{alias.name}" for alias in statement.names)}
-    return {prefix for each in names if each for prefix in _prefixes(each)}
+    return {prefix for name in names if name for prefix in _prefixes(name)}
 
 
 def _parsed(data: bytes) -> ast.AST:

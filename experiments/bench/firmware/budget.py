@@ -212,7 +212,7 @@ def measure_all(
 
 def varied(budgets: Iterable[Budget]) -> list[str]:
     """The keys of the grid."""
-    return list(dict.fromkeys(key for each in budgets for key in each.point))
+    return list(dict.fromkeys(key for budget in budgets for key in budget.point))
 
 
 def label(budget: Budget) -> str:
@@ -231,7 +231,9 @@ def format_words(wanted: Firmware) -> str:
 
 def answer(budgets: Sequence[Budget]) -> list[str]:
     """Say in words whether the paper's N_con = 8 fits at the robot's 99x72, and in which format."""
-    asked = [each for each in budgets if each.firmware.network.n_con == 8 and each.firmware.chip.shape == "99x72"]
+    asked = [
+        budget for budget in budgets if budget.firmware.network.n_con == 8 and budget.firmware.chip.shape == "99x72"
+    ]
     if not asked:
         return []
     lines = []

@@ -171,7 +171,7 @@ class LiveLog:
 
     def _lines(self, place: int) -> list[Line]:
         model = self._models[place]
-        return lines(model.label, model.channels, [each.label for each in self._models])
+        return lines(model.label, model.channels, [model.label for model in self._models])
 
     def _send(self) -> None:
         chunk, self._chunk = self._chunk, _Chunk()

@@ -129,7 +129,7 @@ def _cell(
         return
     styles = {"hs": "-", "vs": ":", "looming": "--" if signed else "-"}
     heights = TICKS if signed else UPWARD
-    for channel in (each for each in styles if each in model.channels):
+    for channel in (style for style in styles if style in model.channels):
         values = (own[channel] - REST) / REST if channel == "looming" else own[channel] / scale
         axes.plot(steps, values, ls=styles[channel], lw=1.0, color=tint)
         fired = np.flatnonzero(own[f"{channel}_spikes"])

@@ -231,7 +231,7 @@ def _counts(
     axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial")
     axes.set_ylim(bottom=min(-2.0, -0.04 * axes.get_ylim()[1]))
     if len(series) > 1:
-        columns = columns_of_key([each.label for each in series], COUNTS_INCHES, 7)
+        columns = columns_of_key([sery.label for sery in series], COUNTS_INCHES, 7)
         place.legend(fontsize=7, handlelength=3, frameon=False, loc="outside upper center", ncols=min(columns, 3))
     if silent:
         left_out = f"not drawn, as without spikes: {', '.join(silent)}"

@@ -90,7 +90,7 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     return Report(
         folder.folder, declared.varies, drawable(declared.figure, rows), shown, summary, verdicts, compared,
         flaws(rows), list(failures), found,
-        why(plan.settings.robot, min(each.speed_cm_s for each in declared.conditions()))
+        why(plan.settings.robot, min(condition.speed_cm_s for condition in declared.conditions()))
         if plan.settings.robot.open_loop else "",
         origin(rows),
         {model.label: model.counted for model in plan.settings.models},

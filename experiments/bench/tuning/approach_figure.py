@@ -36,7 +36,7 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
         for axes, (name, value) in zip(row, MEASURES.items(), strict=True):
             curves = [_curve(given, model, line, value) for model in models]
             heights = [[y for _, y in curve] for curve in curves]
-            alike = 0.01 * max((abs(y) for each in heights for y in each), default=0.0)
+            alike = 0.01 * max((abs(y) for height in heights for y in height), default=0.0)
             for model, curve, more in zip(models, curves, extra_widths(heights, alike), strict=True):
                 mark = tints[model]
                 axes.plot([x for x, _ in curve], [y for _, y in curve], marker=mark.marker, ms=4 + more, lw=1.2 + more,

@@ -59,16 +59,16 @@ class Preferences:
     def row(self) -> dict[str, Any]:
         """Make a row for a table: ranges as their ends and whether it is a maximum inside what was shown."""
         made: dict[str, Any] = {}
-        for each in dataclasses.fields(self):
-            value = getattr(self, each.name)
-            if each.name == "undefined":
+        for entry in dataclasses.fields(self):
+            value = getattr(self, entry.name)
+            if entry.name == "undefined":
                 made["not_defined"] = "; ".join(f"{name}: {why}" for name, why in value.items())
-            elif each.type.startswith("Preferred"):
-                made[f"{each.name}_low"] = None if value is None else value.low
-                made[f"{each.name}_high"] = None if value is None else value.high
-                made[f"{each.name}_inside"] = None if value is None else value.inside
+            elif entry.type.startswith("Preferred"):
+                made[f"{entry.name}_low"] = None if value is None else value.low
+                made[f"{entry.name}_high"] = None if value is None else value.high
+                made[f"{entry.name}_inside"] = None if value is None else value.inside
             else:
-                made[each.name] = value
+                made[entry.name] = value
         return made
 
 

@@ -77,7 +77,7 @@ class Drawer:
         frame[top : top + height, left : left + width] = cv2.resize(
             picture, (width, height), interpolation=cv2.INTER_NEAREST if larger else cv2.INTER_AREA
         )
-        for trace in (each for each in self._reel.traces if each.place == "azimuth"):
+        for trace in (trace for trace in self._reel.traces if trace.place == "azimuth"):
             until = _until(trace.time_s, time_s)
             if until:
                 across = left + width * (float(np.clip(trace.values[until - 1], -1, 1)) + 1) / 2
