@@ -18,7 +18,9 @@ from experiments.bench.figures import plotting
 from experiments.bench.leaderboard import atlas_figure
 from experiments.bench.leaderboard.looming_stimuli import BEHIND, FRAME, SHADES, SQUARE
 from experiments.bench.store.files import Files
+from experiments.bench.store.kinds import LEADERBOARD
 from experiments.bench.store.places import inside
+from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure
 
 NAME = "atlas"
@@ -84,7 +86,7 @@ def run(folder: Path, models: Sequence[str], seed: int, resources: Resources) ->
     plan = clips_plan.plan(experiment(models), (), (), None, seed)
     batch = clips_run.batch(plan)
     with resources.pool(rendering=False) as pool:
-        folder.mkdir(parents=True, exist_ok=True)
+        begin_whole(folder, LEADERBOARD)
         with closing(batch.open(inside(folder, NAME), resources)) as opened:
             failures = batch.fill(opened, pool, resources)
             drawn = atlas_figure.draw(plan, opened.frames())

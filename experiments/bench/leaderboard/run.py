@@ -34,7 +34,9 @@ from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.robot import plan as robot_plan
 from experiments.bench.robot import run as robot_run
 from experiments.bench.store.files import Files
+from experiments.bench.store.kinds import LEADERBOARD
 from experiments.bench.store.places import inside
+from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure
 
 Row = Mapping[str, Any]
@@ -84,7 +86,7 @@ def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, res
         _clip_plan(experiment, repeats, seed) for experiment in (looming_experiments(looming) if looming else ())
     ]
     with resources.pool() as pool:
-        folder.mkdir(parents=True, exist_ok=True)
+        begin_whole(folder, LEADERBOARD)
         batches: list[Batch[Any]] = [
             robot_run.batch(robot, robot_run.ROWS_ONLY),
             *(clips_run.batch(plan, frames=False) for plan in of_direction),
