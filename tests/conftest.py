@@ -98,7 +98,12 @@ class Colias:
     """The command line as a user runs it: a process of its own, in an empty folder.
 
     ``warm`` starts it as a copy of one that has the large libraries (`tests.helpers.warm`), otherwise Python starts.
+    Unless the arguments say how many workers there are, its jobs run in its own process: a worker takes longer to start
+    than most of them.
     """
+
+    PLAYING = ("run", "sweep", "tune", "leaderboard", "reproduce", "behave")
+    """Commands whose jobs workers may do."""
 
     def __init__(self, folder: Path, timeout_s: float = 300.0, *, warm: bool = True) -> None:
         self.folder, self.timeout_s, self.warm = folder, timeout_s, warm and hasattr(os, "fork")

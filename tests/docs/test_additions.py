@@ -148,7 +148,7 @@ def test_the_command_line_judges_a_claim_and_goes_on(colias):
 
 def test_clips_with_a_claim(folder):
     run = experiments.run("clips.py", models=["my_model.py"], workers=0, recordings=False, quiet=True)
-    assert run.folder.parent.name == "runs" and run.offline
+    assert run.folder.parent.name == "runs" and run.kind.name == "clips"
     found = {row["id"]: row for row in run.claims.to_pylist()}
     assert set(found) == {"C2", "sees"} and found["sees"]["verdict"] in ("holds", "fails")
     assert found["sees"]["replicates"] == 1 and found["sees"]["n"] == 1

@@ -4,19 +4,8 @@ import math
 
 import pytest
 
-from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
-from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop.scores import rate, rate_ratio
-from tests.bench.closed_loop.test_behaviours import rows
-
-
-def judged(**played):
-    """Claims by id, of rows by the behaviour's name."""
-    where = {"optomotor": OPTOMOTOR, "fixation": FIXATION}
-    by_env = {}
-    for name, rows_of in played.items():
-        by_env.setdefault(where.get(name, AVOIDANCE), {})[name] = rows_of
-    return {claim.id: claim for claim in closed_loop_claims.judge(by_env)}
+from tests.helpers.episodes import judged, rows
 
 
 def test_both_sides_of_a_comparison_need_twenty_seeds():

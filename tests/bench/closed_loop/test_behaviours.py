@@ -23,16 +23,11 @@ from experiments.bench.closed_loop.scores import free_distance, mean, optomotor_
 from experiments.bench.closed_loop.seen import response
 from experiments.bench.engine.errors import UsageError
 from tests.conftest import Colias, one_core
-from tests.dsnn.test_answers import write_model
+from tests.helpers.answering import write_model
 from tests.helpers.chapters import titled
+from tests.helpers.episodes import rows
 
 SILENT = Response()
-
-
-def rows(hits, misses=0, *, metres=1.0, seconds=10.0, **values):
-    nothing = dict.fromkeys(("in_view", "off_axis_deg", "gap_error_cm", "optomotor_gain"))
-    shared = {"driven_m": metres, "seconds": seconds, "reward": 0.0, **nothing, **values}
-    return [{**shared, "seed": i, "touched": i < hits} for i in range(hits + misses)]
 
 
 @pytest.fixture(params=list(BEHAVIOURS))

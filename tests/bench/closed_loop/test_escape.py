@@ -15,7 +15,7 @@ from experiments.bench.closed_loop.survival import best_against, published, surv
 from experiments.bench.closed_loop.table import show_survival
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.scores import Standing
-from tests.bench.closed_loop.test_behaviours import rows
+from tests.helpers.episodes import rows
 
 
 def test_every_looming_model_drives_an_escape():

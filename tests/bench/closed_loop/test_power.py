@@ -16,9 +16,8 @@ from experiments.bench.closed_loop.scores import STEP_SCHEMA, rate_ratio
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.scores import Standing
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL
-from tests.bench.closed_loop.test_behaviour_claims import judged
-from tests.bench.closed_loop.test_behaviours import rows
 from tests.helpers.chapters import ROOT
+from tests.helpers.episodes import judged, rows
 
 RARER, OTHER = Pilot(4, 250.0, 60), Pilot(19, 200.0, 60)
 

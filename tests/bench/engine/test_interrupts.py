@@ -76,7 +76,7 @@ entry.run()
 @pytest.mark.parametrize("group", [False, True], ids=["alone", "group"])
 def test_ctrl_c_at_many_moments(tmp_path, group):
     """Sent to the command alone, and to all of its group as a terminal does."""
-    begun, out = False, ""
+    out = ""
     for number, moment in enumerate(0.4 * n for n in range(8)):
         out = f"out{number}"
         process = start(tmp_path, sys.executable, "-c", READY, *RUN[:-1], "1", "--out", out, PYTHONPATH=str(ROOT))
