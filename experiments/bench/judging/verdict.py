@@ -90,7 +90,7 @@ class Outcome:
         checks
             One or more.
         measured, effect, n, each
-            As of an `Outcome`.
+            As of an `Outcome`; ``measured`` is what the checks say if it is left out.
 
         Raises
         ------
@@ -99,7 +99,8 @@ class Outcome:
         """
         listed = tuple(checks)
         holds, decided = decide(listed)
-        return cls("holds" if holds else "fails", measured, effect, n, decided, each, checks=listed)
+        texts = measured or "; ".join(check.says for check in listed)
+        return cls("holds" if holds else "fails", texts, effect, n, decided, each, checks=listed)
 
     @classmethod
     def unjudged(
