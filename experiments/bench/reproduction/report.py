@@ -6,8 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
+from experiments.bench.engine.templates import render
 from experiments.bench.judging.claims import readings_of_all
 from experiments.bench.judging.paper import cited
 from experiments.bench.judging.replicates import UNKNOWN
@@ -35,15 +34,7 @@ def write(result: Reproduction) -> Path:
 
 def page(result: Reproduction) -> str:
     """Return the page of a reproduction: HTML without scripts that needs nothing from outside."""
-    return environment().get_template("page/page.html.j2").render(**_context(result))
-
-
-def environment() -> jinja2.Environment:
-    """Return the environment that finds templates by their path in ``experiments/bench/reproduction``."""
-    return jinja2.Environment(
-        loader=jinja2.PackageLoader("experiments.bench.reproduction", ""),
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined,
-    )  # fmt: skip
+    return render("reproduction/page/page.html.j2", **_context(result))
 
 
 def _context(result: Reproduction) -> dict[str, Any]:
