@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from tests.attack.commands import CLIPS, EXPERIMENT
 from tests.attack.damages import Damage, Scene
 from tests.attack.judging import refusal, strict_json
-from tests.attack.processes import Ended, colias
+from tests.attack.processes import Ended, inside
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ def make(folder: Path, kind: str) -> None:
     (folder / "tiny.py").write_text(EXPERIMENT.format(repeats=1, speeds="(20, 25)"))
     (folder / "clips.py").write_text(CLIPS)
     for out, seed in (("out", "0"), ("other", "1")):
-        ended = colias(folder, [*KINDS[kind].words, "--seed", seed, "--out", out])
+        ended = inside(folder, [*KINDS[kind].words, "--seed", seed, "--out", out])
         assert (ended.status, ended.err) == (0, ""), ended
 
 
@@ -55,7 +55,7 @@ def copied(made: Path, place: Path) -> Path:
 
 def go_on(folder: Path, kind: str) -> Ended:
     """The same command again on what it left."""
-    return colias(folder, [*KINDS[kind].words, "--out", "out"], timeout_s=90.0)
+    return inside(folder, [*KINDS[kind].words, "--out", "out"])
 
 
 def tables(out: Path) -> dict[str, Any]:
