@@ -99,7 +99,7 @@ class Simulation:
         self.robots = {name: Robot(self.model, self.data, name, robot) for name in variants if name not in parked}
         self.parked = {name: Parked(self.model, name) for name in variants if name in parked}
         self.everyone: dict[str, Robot | Parked] = {**self.robots, **self.parked}
-        self._queuing = tuple(each for each in self.robots.values() if each.queues)
+        self._queuing = tuple(robot for robot in self.robots.values() if robot.queues)
         self.frame_interval = 1.0 / camera.fps
         self._clock = FrameClock(camera.fps)
         self.command_interval = self._clock.command_steps * self._clock.timestep
@@ -173,8 +173,8 @@ class Simulation:
         self.turn_wall(phase if self.scene.turn_wall else 0.0)
         for name, pose in placements.items():
             self.everyone[name].place(pose)
-        for each in self.robots.values():
-            each.restart(rng)
+        for robot in self.robots.values():
+            robot.restart(rng)
         self._settle()
         if self._camera is not None:
             self._camera.restart(self.data)
@@ -254,8 +254,8 @@ class Simulation:
             if command and control is not None:
                 control(self.command_interval)
             if command:
-                for each in self._queuing:
-                    each.tick()
+                for robot in self._queuing:
+                    robot.tick()
             mujoco.mj_step(self.model, self.data, steps)
             if renders:
                 mujoco.mj_kinematics(self.model, self.data)  # a step leaves these one step behind

@@ -45,7 +45,7 @@ class NotFinished(Exception):
 
 def taken(run: Path) -> dict[str, Any]:
     """Return what ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
-    design, claims, own = (_json(run / f"{name}.json") for name in ("design", "claims", "behaviours"))
+    design, claims, own_claims = (_json(run / f"{name}.json") for name in ("design", "claims", "behaviours"))
     tables = sorted(run.glob("behave-*/scores.csv"))
     if not tables:
         raise NotFinished(f"{run}: no behave-*/scores.csv; run colias reproduce without --robot-only")
@@ -54,7 +54,7 @@ def taken(run: Path) -> dict[str, Any]:
         "design": {name: design[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": _commit(), **design["versions"]},
         "claims": [{name: claim[name] for name in CLAIM_FIELDS} for claim in claims],
-        "behaviours": [{name: claim[name] for name in OWN_FIELDS} for claim in own],
+        "behaviours": [{name: claim[name] for name in OWN_FIELDS} for claim in own_claims],
         "scores": scores,
     }
 
@@ -109,10 +109,10 @@ def _verdicts(results: Mapping[str, Any]) -> str:
 
 def _counted(results: Mapping[str, Any]) -> str:
     claims, scale, seed = results["claims"], results["design"]["scale"], results["design"]["seed"]
-    said = "; ".join(totals([(claim["id"], claim["overall"]) for claim in claims]))
+    counts = "; ".join(totals([(claim["id"], claim["overall"]) for claim in claims]))
     return (
-        f"{said}. A replicate has {scale['repeats']} repeats of each of the robot's conditions, or every clip, at one "
-        f"seed; replicate 0 has seed {seed}."
+        f"{counts}. A replicate has {scale['repeats']} repeats of each of the robot's conditions, or every clip, at "
+        f"one seed; replicate 0 has seed {seed}."
     )
 
 
@@ -147,7 +147,7 @@ def _behaviours(results: Mapping[str, Any]) -> str:
     for row in results["scores"]:
         short = row["env"].partition("/")[2].partition("-")[0]
         measured.setdefault((short, row["behaviour"]), []).append(f"{row['measure']} {_score(row)}")
-    lines += [f"| {env} | `{who}` | {_cell('; '.join(said))} |" for (env, who), said in measured.items()]
+    lines += [f"| {env} | `{who}` | {_cell('; '.join(numbers))} |" for (env, who), numbers in measured.items()]
     lines.append("")
     for claim in results["behaviours"]:
         decided = f" Decided by: {claim['decided']}." if claim["decided"] else ""
@@ -173,10 +173,10 @@ def renewed(page: str, text: str, parts: Mapping[str, str]) -> str:
     """The ``text`` of a page with its measured ``parts`` put between their markers."""
     for name, part in parts.items():
         begin = BEGIN.format(name)
-        found = re.compile(re.escape(begin) + ".*?" + re.escape(END), re.DOTALL)
-        if len(found.findall(text)) != 1:
+        pattern = re.compile(re.escape(begin) + ".*?" + re.escape(END), re.DOTALL)
+        if len(pattern.findall(text)) != 1:
             raise NotFinished(f"{page} should have the marker {begin.strip()} once, then {END}")
-        text = found.sub(lambda _, whole=f"{begin}{part}{END}": whole, text)  # type: ignore[misc]
+        text = pattern.sub(lambda _, whole=f"{begin}{part}{END}": whole, text)  # type: ignore[misc]
     return text
 
 

@@ -71,8 +71,8 @@ class Command:
     def walk(self) -> Iterator[Command]:
         """Yield this command, and those below it."""
         yield self
-        for each in self.commands:
-            yield from each.walk()
+        for command in self.commands:
+            yield from command.walk()
 
 
 def tree() -> Command:
@@ -83,9 +83,9 @@ def tree() -> Command:
 def _command(found: Any, words: tuple[str, ...]) -> Command:
     context = typer.Context(found, info_name=" ".join((PROGRAM, *words)))
     kinds: dict[str, list[Parameter]] = {"argument": [], "option": []}
-    for each in found.params:
-        if not each.hidden:
-            kinds[each.param_type_name].append(_parameter(each, context))
+    for param in found.params:
+        if not param.hidden:
+            kinds[param.param_type_name].append(_parameter(param, context))
     below = getattr(found, "commands", {})
     return Command(
         words, found.short_help or "", found.help or "", " ".join(found.collect_usage_pieces(context)),
@@ -94,21 +94,21 @@ def _command(found: Any, words: tuple[str, ...]) -> Command:
     )  # fmt: skip
 
 
-def _parameter(found: Any, context: typer.Context) -> Parameter:
+def _parameter(option: Any, context: typer.Context) -> Parameter:
     """Read an option from help's own record: the names and the value, then the help and in brackets what else is
     said.
     """
-    shown, said = found.get_help_record(context)
-    words = found.help or ""
-    extras = said.removeprefix(words).strip().removeprefix("[").removesuffix("]").split("; ")
-    default = next((each.removeprefix("default: ") for each in extras if each.startswith("default: ")), "")
-    if found.param_type_name == "argument":
-        names, value = (found.metavar or found.name,), shown.partition(" ")[2].strip("<>")
+    shown, text = option.get_help_record(context)
+    words = option.help or ""
+    extras = text.removeprefix(words).strip().removeprefix("[").removesuffix("]").split("; ")
+    default = next((extra.removeprefix("default: ") for extra in extras if extra.startswith("default: ")), "")
+    if option.param_type_name == "argument":
+        names, value = (option.metavar or option.name,), shown.partition(" ")[2].strip("<>")
         return Parameter(names, value, default, words)
-    if found.is_flag:
-        ways = found.opts if found.default else found.secondary_opts
-        return Parameter((*found.opts, *found.secondary_opts), "", ways[0] if default else "", words)
+    if option.is_flag:
+        ways = option.opts if option.default else option.secondary_opts
+        return Parameter((*option.opts, *option.secondary_opts), "", ways[0] if default else "", words)
     value = re.sub(r"^(?:--?[\w-]+(?:, )?)+ ?", "", shown).strip("<>").removesuffix(" range")
     value = re.sub(r"^list\[(.*)\]$", r"\1", value)  # its help says that it is repeatable
-    legal = [each for each in extras if "<=" in each]
-    return Parameter(tuple(found.opts), ", ".join([value, *legal]), default, words)
+    legal = [extra for extra in extras if "<=" in extra]
+    return Parameter(tuple(option.opts), ", ".join([value, *legal]), default, words)

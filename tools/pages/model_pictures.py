@@ -64,7 +64,7 @@ def kinds(entry: ModelEntry) -> tuple[str, ...]:
 
 def shown(entry: ModelEntry, kind: str) -> Shown:
     """Show the standard clip of a kind to a model with its parameters on the robot."""
-    (clip,) = [each for each in CLIPS if each.name == STANDARD[kind]]
+    (clip,) = [clip for clip in CLIPS if clip.name == STANDARD[kind]]
     built = clip.build(0)
     frames = tuple(built)
     series = run_model(entry.build(built.shape, entry.robot), (frame.luma for frame in frames))

@@ -28,28 +28,28 @@ class OfflineReport:
     failures: list[Failure]
 
 
-def conclude(made: OfflinePlan, folder: RunFolder, failures: Sequence[Failure]) -> OfflineReport:
+def conclude(plan: OfflinePlan, folder: RunFolder, failures: Sequence[Failure]) -> OfflineReport:
     """Write verdicts and figure of the clips in ``folder``."""
     rows = folder.rows()
-    judged = verdicts(made, rows)
+    judged = verdicts(plan, rows)
     folder.write_json("claims.json", judged)
     if rows:
-        shown = [row for row in rows if row["repeat"] == 0]
-        title = clips_figure.title(made.experiment.name, made.seed, made.changed())
-        drawn = clips_figure.draw(made.experiment.figure, shown, folder.frames(), made.thresholds, title)
+        first_rows = [row for row in rows if row["repeat"] == 0]
+        title = clips_figure.title(plan.experiment.name, plan.seed, plan.changed())
+        drawn = clips_figure.draw(plan.experiment.figure, first_rows, folder.frames(), plan.thresholds, title)
         plotting.save(drawn, folder.folder)
-    return OfflineReport(made, folder.folder, rows, judged, list(failures))
+    return OfflineReport(plan, folder.folder, rows, judged, list(failures))
 
 
 def verdicts(
-    made: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]] | None = None,
+    plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]] | None = None,
     *, random: bool = True,
 ) -> list[Verdict]:  # fmt: skip
     """Judge the claims of an off-line run, each at every seed. A seed is a replicate, the first one replicate 0.
 
     Parameters
     ----------
-    made
+    plan
         The run's plan.
     rows
         The run's rows.
@@ -58,21 +58,21 @@ def verdicts(
     random
         Whether anything in the clips is random, so that seeds differ.
     """
-    return [_verdict(find(claim), made, rows, shown or rows, random) for claim in made.experiment.claims]
+    return [_verdict(find(claim), plan, rows, shown or rows, random) for claim in plan.experiment.claims]
 
 
 def _verdict(
-    claim: ClipClaim, made: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]],
+    claim: ClipClaim, plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]],
     random: bool,
 ) -> Verdict:  # fmt: skip
     by_seed: list[Outcome] = []
-    for repeat in range(made.repeats):
-        own = [row for row in rows if row["repeat"] == repeat]
-        whole = len({row["trial"] for row in own}) == len(made.experiment.clips)
+    for repeat in range(plan.repeats):
+        repeat_rows = [row for row in rows if row["repeat"] == repeat]
+        whole = len({row["trial"] for row in repeat_rows}) == len(plan.experiment.clips)
         lost = Outcome("untested", "some of its clips failed")
-        by_seed.append(judge(claim, own, made.thresholds, shown) if whole else lost)
+        by_seed.append(judge(claim, repeat_rows, plan.thresholds, shown) if whole else lost)
     first, mixed = by_seed[0], mixture(rows)
     admitted = replace(first, measured="; ".join([first.measured, *([mixed] if mixed else [])]))
     count = counted([outcome.verdict for outcome in by_seed], random=random)
     trouble = next((outcome.trouble for outcome in by_seed if outcome.trouble), "")
-    return claim.verdict(admitted, experiment=made.experiment.name, trouble=trouble, **count.fields())
+    return claim.verdict(admitted, experiment=plan.experiment.name, trouble=trouble, **count.fields())

@@ -98,9 +98,9 @@ def show_table(table: Table) -> None:
     least, most = [], []
     for column in table.columns:
         ranges = [Measurement.get(out_console, everything, cell) for cell in (column.header, *column.cells)]
-        widest = min(max(each.maximum for each in ranges), column.max_width or WHOLE_WIDTH)
+        widest = min(max(column_range.maximum for column_range in ranges), column.max_width or WHOLE_WIDTH)
         widest = max(widest, column.min_width or 0)
-        least.append(widest if column.no_wrap else min(max(each.minimum for each in ranges), widest))
+        least.append(widest if column.no_wrap else min(max(column_range.minimum for column_range in ranges), widest))
         most.append(widest)
     between = Measurement.get(out_console, everything, table).maximum - sum(most)
     room = out_console.width - between
@@ -154,10 +154,10 @@ def show_verdict(verdict: Verdict, *, model: bool) -> None:
     ``model`` says whether to name the model that it is about.
     """
     who = f" ({verdict.model})" if model and verdict.model else ""
-    found = Text.assemble(coloured(verdict.verdict), f" [{verdict.provenance}]" if verdict.provenance else "")
+    word = Text.assemble(coloured(verdict.verdict), f" [{verdict.provenance}]" if verdict.provenance else "")
     if (verdict.replicates or 0) > 1:
-        found = Text.assemble(f"{verdict.held} (replicate 0: ", found, ")")
-    out_console.print(Text.assemble("\n", (verdict.id, "b"), f"{who} ", found, f": {verdict.says}"))
+        word = Text.assemble(f"{verdict.held} (replicate 0: ", word, ")")
+    out_console.print(Text.assemble("\n", (verdict.id, "b"), f"{who} ", word, f": {verdict.says}"))
     decided = f"decided by: {verdict.decided}" if verdict.decided else ""
     for line in filter(None, (decided, verdict.measured, verdict.effect)):
         out_console.print(f"    {line}", markup=False)
@@ -300,7 +300,7 @@ def _lines(pace: Pace, total: int, quiet: bool, things: str) -> Advance:
 
 def program() -> list[str]:
     """Rerun's viewer as a command: the program itself, which its Python package would leave running when ended."""
-    found = importlib.util.find_spec("rerun_cli")
-    own = os.environ.get("RERUN_CLI_PATH")
-    binary = Path(own) if own else Path(found.origin).parent / "rerun" if found and found.origin else None
+    spec = importlib.util.find_spec("rerun_cli")
+    path = os.environ.get("RERUN_CLI_PATH")
+    binary = Path(path) if path else Path(spec.origin).parent / "rerun" if spec and spec.origin else None
     return [str(binary)] if binary is not None and binary.is_file() else [sys.executable, "-P", "-m", "rerun_cli"]

@@ -31,7 +31,9 @@ from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.store.files import Files
+from experiments.bench.store.kinds import REPRODUCTION
 from experiments.bench.store.places import inside
+from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure
 from experiments.bench.store.run_folder import RunFolder
 
@@ -112,7 +114,7 @@ def reproduce(
         _announce(made, folder, resources)
     with ExitStack() as locks:
         with resources.pool() as pool:
-            folder.mkdir(parents=True, exist_ok=True)
+            begin_whole(folder, REPRODUCTION)
             done = [_run(each, folder, pool, resources, locks) for each in made.plans]
             shows = [
                 clips_run.run(

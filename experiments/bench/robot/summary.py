@@ -66,31 +66,31 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     rows = folder.rows()
     admitted = [text for text in (mixture(rows), in_short(rows)) if text]
     verdicts = [
-        _admitting(judge(claim, own, model.threshold, model.label), lost, admitted, origin(own))
+        _admitting(judge(claim, model_rows, model.threshold, model.label), lost, admitted, origin(model_rows))
         for model in plan.settings.models
-        for own in [[row for row in rows if row["model"] == model.label]]
+        for model_rows in [[row for row in rows if row["model"] == model.label]]
         for lost in [sum(failure.model in ("", model.label) for failure in failures)]
         for claim in map(find, plan.experiment.claims)
         if not claim.models and claim.concerns(model.channels)
     ] + _of_several(plan, rows, failures, admitted)
-    shown = without_parts(rows) if plan.experiment.figure == "excitation" else rows
-    summary = summary_rows(shown)
+    figure_rows = without_parts(rows) if plan.experiment.figure == "excitation" else rows
+    summary = summary_rows(figure_rows)
     reference = plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""
-    compared = compare(shown, reference)
-    found = courses_of(plan, rows, folder)
-    if found:
-        folder.write_rows("excitation.csv", excitation.table(found))
+    compared = compare(figure_rows, reference)
+    courses_found = courses_of(plan, rows, folder)
+    if courses_found:
+        folder.write_rows("excitation.csv", excitation.table(courses_found))
     if rows:
         folder.write_rows("summary.csv", summary)
-        plotting.save(_drawn(plan, shown, folder, found), folder.folder)
+        plotting.save(_drawn(plan, figure_rows, folder, courses_found), folder.folder)
     if compared:
         folder.write_rows("comparisons.csv", compared)
     folder.write_json("claims.json", verdicts)
     declared = plan.experiment
     return Report(
-        folder.folder, declared.varies, drawable(declared.figure, rows), shown, summary, verdicts, compared,
-        flaws(rows), list(failures), found,
-        why(plan.settings.robot, min(each.speed_cm_s for each in declared.conditions()))
+        folder.folder, declared.varies, drawable(declared.figure, rows), figure_rows, summary, verdicts, compared,
+        flaws(rows), list(failures), courses_found,
+        why(plan.settings.robot, min(condition.speed_cm_s for condition in declared.conditions()))
         if plan.settings.robot.open_loop else "",
         origin(rows),
         {model.label: model.counted for model in plan.settings.models},
@@ -116,9 +116,9 @@ def courses_of(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> list[Cours
     return excitation.courses(rows, folder.frames(), networks[WHOLE].w_i)
 
 
-def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder, found: Sequence[Course]) -> Figure:
-    if found:
-        return excitation_figure.draw(found, plan)
+def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder, courses: Sequence[Course]) -> Figure:
+    if courses:
+        return excitation_figure.draw(courses, plan)
     if drawable(plan.experiment.figure, rows) == "mechanism":
         return mechanism_figure.draw(rows, plan)
     return robot_figure.draw(rows, folder.frames(), plan)

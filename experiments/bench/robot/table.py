@@ -177,5 +177,5 @@ def _summary(rows: Rows, column: str) -> Summary | None:
 
 def _mean(rows: Rows, column: str, form: str) -> str:
     """The mean of a column over trials, in a format; a dash where none has a number."""
-    found = _summary(rows, column)
-    return "-" if found is None else f"{found.mean:{form}}"
+    summary = _summary(rows, column)
+    return "-" if summary is None else f"{summary.mean:{form}}"

@@ -329,7 +329,7 @@ def _words(value: Any) -> str:
                  for each in value]  # fmt: skip
         text = ", ".join(name if isinstance(name, str) else _item(name) for name in names) or "none"
     elif isinstance(value, dict) and isinstance(value.get("name"), str):
-        text = value["name"]
+        text = _item(value["name"])
     else:
         text = _item(value)
     return text if len(text) <= FEW else f"{text[: FEW - 3]}..."

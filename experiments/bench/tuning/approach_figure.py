@@ -36,7 +36,7 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
         for axes, (name, value) in zip(row, MEASURES.items(), strict=True):
             curves = [_curve(given, model, line, value) for model in models]
             heights = [[y for _, y in curve] for curve in curves]
-            alike = 0.01 * max((abs(y) for each in heights for y in each), default=0.0)
+            alike = 0.01 * max((abs(y) for height in heights for y in height), default=0.0)
             for model, curve, more in zip(models, curves, extra_widths(heights, alike), strict=True):
                 mark = tints[model]
                 axes.plot([x for x, _ in curve], [y for _, y in curve], marker=mark.marker, ms=4 + more, lw=1.2 + more,
@@ -64,8 +64,8 @@ def _curve(
     given: Sequence[TuningPoint], model: str, line: str, value: Callable[[TuningPoint], float | None]
 ) -> list[tuple[float, float]]:
     """A model's points (l / v, value) along one line; those without a value are left out."""
-    own = sorted((a for a in given if (a.model, a.line) == (model, line)), key=lambda a: a.x)
-    return [(a.x, found) for a in own if (found := value(a)) is not None]
+    points = sorted((a for a in given if (a.model, a.line) == (model, line)), key=lambda a: a.x)
+    return [(a.x, values) for a in points if (values := value(a)) is not None]
 
 
 def _angles(axes: Axes, places: Sequence[float]) -> None:

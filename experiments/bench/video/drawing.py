@@ -77,7 +77,7 @@ class Drawer:
         frame[top : top + height, left : left + width] = cv2.resize(
             picture, (width, height), interpolation=cv2.INTER_NEAREST if larger else cv2.INTER_AREA
         )
-        for trace in (each for each in self._reel.traces if each.place == "azimuth"):
+        for trace in (trace for trace in self._reel.traces if trace.place == "azimuth"):
             until = _until(trace.time_s, time_s)
             if until:
                 across = left + width * (float(np.clip(trace.values[until - 1], -1, 1)) + 1) / 2
@@ -90,10 +90,10 @@ class Drawer:
         """Draw the robots as discs with their heading and trail, and the observer's field of view, into a panel."""
         left, top, width, height = (int(v) for v in (panel.left, panel.top, panel.width, panel.height))
         part = frame[top : top + height, left : left + width]  # drawing beyond it is cut off
-        own = Panel(0, 0, panel.width, panel.height, panel.x, panel.y)
-        _view(part, own, self._reel.tracks[0], time_s, self._reel.view_deg)
+        local = Panel(0, 0, panel.width, panel.height, panel.x, panel.y)
+        _view(part, local, self._reel.tracks[0], time_s, self._reel.view_deg)
         for track in reversed(self._reel.tracks):
-            self._robot(part, own, track, time_s)
+            self._robot(part, local, track, time_s)
 
     def _robot(self, part: Picture, panel: Panel, track: Track, time_s: float) -> None:
         until = max(_until(track.time_s, time_s), 1)
