@@ -7,22 +7,17 @@ attacked: where it is to be interrupted, Python itself starts.
 from __future__ import annotations
 
 import contextlib
-import io
 import os
 import signal
 import subprocess
 import sys
 import time
-import traceback
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-import pytest
-
-from experiments.bench.cli import entry
 from tests.conftest import one_core, own_core, server
 
 ROOT = Path(__file__).parents[2]
@@ -84,33 +79,6 @@ def colias(
     if interrupt is None and hasattr(os, "fork"):
         return _warm(folder, arguments, environment, timeout_s)
     return python(folder, ("-m", ENTRY, *arguments), environment=environment, interrupt=interrupt, timeout_s=timeout_s)
-
-
-def inside(folder: Path, arguments: Sequence[str], timeout_s: float = 90.0) -> Ended:
-    """Run ``colias ARGUMENTS`` in ``folder``, in this process: for what is about files, and not about processes."""
-
-    def ring(number: int, frame: object) -> None:
-        raise TimeoutError
-
-    status, out, err = None, io.StringIO(), io.StringIO()
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, timeout_s)
-    try:
-        with contextlib.chdir(folder), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(sys, "argv", ["colias", *arguments])
-                status, line = entry._outcome()
-            if line:
-                print(line, file=err)
-    except TimeoutError:
-        pass
-    except Exception:
-        status = 1
-        traceback.print_exc(file=err)
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
-    return Ended(status, out.getvalue(), err.getvalue(), ())
 
 
 def python(
