@@ -136,7 +136,7 @@ def reproduce(
     result = whole.reproduce(folder, scale, seed, shown, means, experiment or (), robot_only, only)
     page = report.write(result)
     if not quiet:
-        table.show_claims(result.claims)
+        table.show_claims(result.claims, result.pooled, result.scale.name)
         closed_loop_table.show_claims(result.own_claims)
         out_console.print()
         if result.onboard:

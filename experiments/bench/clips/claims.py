@@ -223,7 +223,7 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
         return Outcome("untested", lacking)
     found = asked.ask(own, 0.0 if threshold is None else threshold)
     told = replace(found, measured="; ".join(filter(None, (found.measured, "" if asked.own else _shift(asked, own)))))
-    return told.untested(lacking) if lacking and told.verdict in ("holds", "untestable") else told
+    return told.withheld(lacking) if lacking and told.verdict in ("holds", "unknown constants") else told
 
 
 def _shift(claim: ClipClaim, rows: Rows) -> str:

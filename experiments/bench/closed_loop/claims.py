@@ -15,7 +15,6 @@ from experiments.bench.closed_loop.run import BehaviourPlan, Played
 from experiments.bench.closed_loop.scores import Row, mean, rate, rate_ratio
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.scores import Score
-from experiments.bench.judging.texts import tried
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.store.rows import mixture
 
@@ -27,7 +26,7 @@ PLAYED: Mapping[str, tuple[str, ...]] = {
 """Env -> who plays there for the report."""
 
 LEAST_SEEDS = 20
-"""Seeds that each behaviour of a claim is played at, below which it is untested: the worlds vary that much."""
+"""Seeds that each behaviour of a claim is played at, below which it is not judged: the worlds vary that much."""
 
 PILOT: Mapping[str, Pilot] = {
     "hybrid": Pilot(collisions=14, metres=543.05, episodes=120),
@@ -66,19 +65,16 @@ def episodes(played: Sequence[Played]) -> dict[str, Episodes]:
 
 
 def _verdict(claim: BehaviourClaim, played: Episodes) -> Verdict:
-    """The verdict, saying too what limits a claim that fails, and which code played if several did."""
-    found, mixed = claim.judge(played), mixture([row for rows in played.values() for row in rows])
-    if mixed:
-        found = replace(found, measured=f"{found.measured}; {mixed}")
-    limits = tried().get(claim.id, "") if found.verdict == "fails" else ""
-    return claim.verdict(found, experiment=claim.env, tried=limits)
+    """The verdict, saying too which code played if several did. All episodes together are one replicate."""
+    mixed = mixture([row for rows in played.values() for row in rows])
+    return claim.verdict(claim.judge(played).noting([mixed]), experiment=claim.env)
 
 
 def rarer(played: Episodes, against: str, times: float) -> Outcome:
     """Judge whether ``hybrid`` collides less often per metre than ``against``, by more than ``times``."""
     own, other = played.get("hybrid", ()), played.get(against, ())
     if not own or not other:
-        return Outcome("untested", f"needs episodes of hybrid and {against}")
+        return Outcome.unjudged(f"needs episodes of hybrid and {against}")
     ratio = rate_ratio(other, own)
     measured = (
         f"hybrid {rate(own, 'driven_m')} collisions a metre ({_hits(own)}), {against} {rate(other, 'driven_m')}"
@@ -90,7 +86,7 @@ def rarer(played: Episodes, against: str, times: float) -> Outcome:
 def rarer_than_lgmd(played: Episodes) -> Outcome:
     """Judge ``hybrid`` against LGMD alone, and tell what the hybrid without direction does."""
     found = rarer(played, "lgmd", LGMD_RATIO)
-    if found.verdict == "untested":
+    if not found.judged:
         return found
     found = replace(found, decided=found.decided + _underpowered(played))
     if not played.get("lgmd-hybrid"):
@@ -126,19 +122,19 @@ def above(played: Episodes, name: str, column: str, bound: float) -> Outcome:
     rows = [row for row in played.get(name, ()) if row[column] is not None]
     score = mean(rows, column)
     if score is None:
-        return Outcome("untested", f"needs episodes of {name}")
+        return Outcome.unjudged(f"needs episodes of {name}")
     return _judged(f"{score}", len(rows), score, bound, {name: rows})
 
 
 def _judged(measured: str, n: int, score: Score, bound: float, played: Episodes) -> Outcome:
     """It holds where the whole interval of ``score`` is above ``bound``."""
     seeds = {name: len({row["seed"] for row in rows}) for name, rows in played.items()}
-    found = Outcome("untested", measured, n=n)
+    found = Outcome.unjudged(measured, n=n)
     if min(seeds.values()) < LEAST_SEEDS:
         has = ", ".join(f"{count} of {name}" for name, count in seeds.items())
-        return found.untested(f"needs episodes at {LEAST_SEEDS} seeds or more of each behaviour (has {has})")
+        return found.withheld(f"needs episodes at {LEAST_SEEDS} seeds or more of each behaviour (has {has})")
     if math.isnan(score.value) or math.isnan(score.low):
-        return found.untested("the measure is no number: no episode collided, or one has none")
+        return found.withheld("the measure is no number: no episode collided, or one has none")
     said = f"lower end of the 95 % interval {score.low:.3g} (needs above {bound:g})"
     return replace(found, verdict="holds" if score.low > bound else "fails", decided=said)
 

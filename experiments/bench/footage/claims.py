@@ -11,7 +11,8 @@ HS is compared with the flow into the same frame, without a lag, and frames too 
 they fall. Neighbouring frames are alike, so what counts is seconds, not frames. The intervals of the correlation and
 of the ratio are percentiles of a moving-block bootstrap of blocks of a second; that of the share is Clopper and
 Pearson's, with one trial for each separate second that has frames over the threshold (Korn and Graubard 1998). With
-fewer than `LEAST_SECONDS` of these C12 is untested: by chance four signs agree once in 16 times, five once in 32.
+fewer than `LEAST_SECONDS` of these C12 is not judged: by chance four signs agree once in 16 times, and five once in
+32.
 
 The paper's own words are stronger: "the HS system is highly activated", and VS "mainly remains at much lower level,
 below the spiking threshold". They are judged beside the claim, by `stronger`:
@@ -20,8 +21,8 @@ below the spiking threshold". They are judged beside the claim, by `stronger`:
 - of all frames of these seconds, at least 95 % have abs(VS) below the threshold. Silent footage thus adds nothing.
 
 Where HS passes in fewer seconds, the words fail if the flow shows translation in `LEAST_SECONDS` seconds or more, and
-are untested otherwise. A second shows translation if its mean flow is over `LEAST_FLOW`: over a second, what sways back
-and forth cancels.
+are not judged otherwise. A second shows translation if its mean flow is over `LEAST_FLOW`: over a second, what sways
+back and forth cancels.
 """
 
 from __future__ import annotations
@@ -115,7 +116,7 @@ class Readings:
     @classmethod
     def without(cls, why: str, n: int = 0) -> Readings:
         """Neither, and why."""
-        return cls(Outcome("untested", why, n=n), Outcome("untested", why, n=n))
+        return cls(Outcome.unjudged(why, n=n), Outcome.unjudged(why, n=n))
 
 
 def judge(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
@@ -123,14 +124,14 @@ def judge(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -
     block, count = max(round(rate * BLOCK_S), 1), len(hs)
     lacking = _lacking(flow, hs, vs)
     if lacking:
-        return Outcome("untested", lacking, n=count)
+        return Outcome.unjudged(lacking, n=count)
     over = np.abs(hs) > threshold
     seconds = len(_separate(np.flatnonzero(over), block))
     spread = f"{over.sum()} of {count} frames, in {seconds} separate seconds, over T = {threshold:g}"
     if seconds < LEAST_SECONDS:
         peak = f"; |HS| peaks at {np.abs(hs).max():.2f}" if count else ""
         why = f"needs |HS| over T in at least {LEAST_SECONDS} separate seconds of footage (has {seconds})"
-        return Outcome("untested", f"{why}: {spread}{peak}", n=count)
+        return Outcome.unjudged(f"{why}: {spread}{peak}", n=count)
     # Every figure of C12 is made of sums over frames, so a resample is a sum of sums over blocks.
     agrees = over & (np.sign(flow) == np.sign(hs))
     terms = np.column_stack(
@@ -167,7 +168,7 @@ def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float
     block, count = max(round(rate * BLOCK_S), 1), len(hs)
     lacking = _lacking(flow, hs, vs)
     if lacking:
-        return Outcome("untested", lacking, n=count)
+        return Outcome.unjudged(lacking, n=count)
     over = np.abs(hs) > threshold
     seconds = [slice(start, start + block) for start in _separate(np.flatnonzero(over), block)]
     passed = [second for second in seconds if over[second].sum() >= LEAST_FRAMES]
@@ -178,7 +179,7 @@ def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float
     shown = f"the flow has translation in {moving} of {whole} seconds"
     if len(passed) < LEAST_SECONDS:
         if moving < LEAST_SECONDS:
-            return Outcome("untested", f"{needs}; {shown}", n=count)
+            return Outcome.unjudged(f"{needs}; {shown}", n=count)
         return Outcome("fails", f"{said}; {shown}", n=count, decided=needs)
     frames = np.concatenate([np.abs(vs[second]) for second in passed])
     share = float((frames < threshold).mean())

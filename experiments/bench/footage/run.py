@@ -22,11 +22,19 @@ from threadpoolctl import threadpool_limits
 from dsnn import Response, forms
 from experiments.bench.engine.errors import explained
 from experiments.bench.engine.models import ConfiguredModel, rate_notes
-from experiments.bench.engine.terminal import coloured, error_console, out_console, show_line, show_table
+from experiments.bench.engine.terminal import (
+    coloured,
+    error_console,
+    out_console,
+    show_line,
+    show_outcome,
+    show_table,
+)
 from experiments.bench.footage.claims import FlowJudge, Readings
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
+from experiments.bench.judging.count import count
 from experiments.bench.judging.texts import claim_texts
 from experiments.bench.store import provenance
 from experiments.bench.store.places import part
@@ -222,20 +230,16 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
 
 
 def _show_claim(watchers: Sequence[Watcher], readings: Sequence[Readings]) -> None:
-    """C12 for each model, and in the paper's stronger words."""
+    """C12 for each model, and in the paper's stronger words. Nothing in a film is random."""
     for watcher, reading in zip(watchers, readings, strict=True):
-        outcome, words = reading.claim, reading.stronger
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
-        verdict = coloured(outcome.verdict)
-        out_console.print(Text.assemble("\n", ("C12", "b"), f"{who} ", verdict, f": {claim_texts()['C12'][0]}"))
-        decided = f"decided by: {outcome.decided}" if outcome.decided else ""
-        for line in filter(None, (decided, outcome.measured, outcome.effect)):
-            out_console.print(f"    {line}", markup=False)
-        verdict = coloured(words.verdict)
-        out_console.print(Text.assemble("  in the paper's stronger words ", verdict, f": {STRONGER}"))
-        decided = f"decided by: {words.decided}" if words.decided else ""
-        for line in filter(None, (decided, words.measured)):
-            out_console.print(f"    {line}", markup=False)
+        for name, words, outcome in (
+            (Text.assemble("\n", ("C12", "b"), f"{who} "), claim_texts()["C12"][0], reading.claim),
+            (Text("  in the paper's stronger words "), STRONGER, reading.stronger),
+        ):
+            word = coloured(count([outcome.verdict], random=False))
+            out_console.print(Text.assemble(name, word, f": {words}"))
+            show_outcome(outcome)
 
 
 def _intervals(watchers: Sequence[Watcher]) -> Table:

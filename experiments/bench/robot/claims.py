@@ -224,15 +224,15 @@ def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     if without:
         return Outcome("untested", f"of the trials {without}", n=len(own))
     found = claim.ask(rows, threshold)
-    if found.verdict == "untested":
+    if not found.judged:
         return found
     wrong = flaws([row for row in own if not claim.models or row["model"] == claim.spiking])
     if wrong:
-        return found.untested(wrong)
+        return found.withheld(wrong)
     refuted = found.verdict == "fails" and claim.of_every_trial
     each = found.each or (_fewest(own, *(("model",) if claim.models else ())) if claim.own else 0)
     if each < claim.least and not refuted:
-        return found.untested(f"needs at least {claim.least} trials of each condition (has {each})")
+        return found.withheld(f"needs at least {claim.least} trials of each condition (has {each})")
     return found
 
 
