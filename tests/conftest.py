@@ -34,6 +34,8 @@ LONGEST = (
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run the longest files first: two cores are then busy to the end (with xdist's --no-loadscope-reorder)."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        return  # one process: in the order that was asked for
     place = {name: index for index, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(item.path.stem, len(LONGEST)))
 

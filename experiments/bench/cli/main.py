@@ -129,4 +129,14 @@ def command(arguments: list[str]) -> int:
     except typer.TyperException as error:
         from experiments.bench.engine.errors import UsageError
 
+        if _is_resume(error):
+            raise UsageError("--resume: give --out FOLDER, which goes on with the run that is there") from None
         raise UsageError(" ".join(error.format_message().split())) from None
+
+
+def _is_resume(error: typer.TyperException) -> bool:
+    """Say whether the option of an older version was given to a command that goes on by ``--out``."""
+    if getattr(error, "option_name", "") != "--resume":
+        return False
+    context: Any = getattr(error, "ctx", None)
+    return any("--out" in parameter.opts for parameter in context.command.params)

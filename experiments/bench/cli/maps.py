@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,11 +11,12 @@ from experiments.bench.cli.options import (
     Assignments,
     Cluster,
     OtherCode,
+    Out,
     Quiet,
     Seed,
     Workers,
-    new_folder,
     resources,
+    run_folder,
 )
 
 
@@ -60,10 +60,7 @@ def map_claims(
     ] = None,
     replicates: Annotated[int, typer.Option(help="Replicates, each with a seed of its own.")] = 1,
     seed: Seed = 0,
-    out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/map-NAME-TIME.")] = None,
-    resume: Annotated[
-        Path | None, typer.Option(help="Go on with the map in this folder: do just what is missing.")
-    ] = None,
+    out: Out = None,
     assignments: Assignments = None,
     model: Annotated[
         str, typer.Option("--model", metavar="MODEL", help="The model judged: a name or a .py file, or dsnn:w_i=1.")
@@ -86,8 +83,6 @@ def map_claims(
     from experiments.bench.maps import plan, planning, table
     from experiments.bench.maps.run import run
 
-    if resume is not None and out is not None:
-        raise UsageError("--out and --resume name one folder each: give one of them")
     declared = [registry.find(name) for name in experiment.split(",") if name]
     if not declared:
         raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
@@ -99,8 +94,8 @@ def map_claims(
         raise UsageError("--measure: expected names joined by commas, for example peak-speed-potential")
     asked = plan.Asked(over, named, numbers, model, assignments or (), repeats, replicates, seed)
     made = planning.planned(declared, asked)
-    folder = resume or new_folder(out, f"map-{'-'.join(each.name for each in declared)}")
-    result = run(made, folder, resources(workers, cluster, quiet, other_code), resume=resume is not None)
+    folder = run_folder(out, f"map-{'-'.join(each.name for each in declared)}")
+    result = run(made, folder, resources(workers, cluster, quiet, other_code))
     if not quiet:
         table.show(result)
     broken = tell_troubles((cell.claim, cell.trouble) for cell in result.cells)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.settings import PRESET, collect, described, names, preset_of
+from experiments.bench.engine.settings import PRESET, collect, names, preset_of, unit_of
 from experiments.bench.robot.sweep import grid
 from experiments.bench.robot.sweep.grid import Point, Values
 from experiments.bench.store.parameters import Parameters
@@ -17,13 +16,6 @@ from experiments.bench.store.parameters import Parameters
 MOST_AXES = 2
 ENDS: Mapping[str, int] = {"first": 0, "last": -1}
 """Suffix of a key -> the place, in a parameter of several values, of the value that it means."""
-
-_SUFFIXES: Mapping[str, str] = {
-    "_cm_s2": "cm/s2", "_deg_s": "degrees/s", "_cm_s": "cm/s", "_cm": "cm", "_mm": "mm", "_deg": "degrees",
-    "_ms": "ms",
-}  # fmt: skip
-_IN_WORDS = re.compile(r", (ms|px)\b")
-"""A unit in a parameter's description."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,11 +250,8 @@ def _default(key: str, bases: Sequence[Base]) -> float | str | None:
 
 
 def _unit(key: str, bases: Sequence[Base]) -> str:
-    """The unit of a parameter, from the end of its name or from its description; empty where neither has one."""
+    """The unit that a parameter declares; empty where it has none."""
     name, _ = apart(key)
     knowing = next(base for base in bases if base.knows(name))
-    said = next(each.description for each in described(knowing.sections) if each.key == name)
-    in_words = _IN_WORDS.search(said)
-    if in_words:
-        return in_words[1]
-    return next((unit for suffix, unit in _SUFFIXES.items() if name.endswith(suffix)), "")
+    section, _, parameter = name.partition(".")
+    return unit_of(knowing.sections[section], parameter)

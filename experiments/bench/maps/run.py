@@ -66,7 +66,7 @@ def batch(made: MapPlan) -> Batch[Any]:
     )
 
 
-def run(made: MapPlan, out: Path, resources: Resources, *, resume: bool) -> Map:
+def run(made: MapPlan, out: Path, resources: Resources) -> Map:
     """Run a map's trials, and write its table and figure.
 
     Parameters
@@ -74,21 +74,19 @@ def run(made: MapPlan, out: Path, resources: Resources, *, resume: bool) -> Map:
     made
         From `experiments.bench.maps.planning.planned`.
     out
-        The map's folder: a new one, or with ``resume`` one that holds a part of this map.
+        The map's folder: a new one, or one that holds a part of this map.
     resources
         Workers, or a cluster.
-    resume
-        Whether to go on with a map that was begun.
 
     Raises
     ------
     FileExistsError
-        The folder holds a run, and ``resume`` is False.
+        There are tables, and nothing that tells of which run.
     UsageError
-        There is nothing to go on with, or another run.
+        There is another run.
     """
     whole = batch(made)
-    with resources.pool() as pool, closing(whole.open(out, resources, resume)) as folder:
+    with resources.pool() as pool, closing(whole.open(out, resources)) as folder:
         failures = whole.fill(folder, pool, resources)
         from experiments.bench.figures import plotting  # not before: workers do without matplotlib
         from experiments.bench.maps import figure
