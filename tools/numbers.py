@@ -2,7 +2,7 @@
 
 ``colias reproduce`` leaves its design, verdicts and scores in its folder. This writes what the README and the chapters
 of docs/ quote of them into ``docs/results.json``, with the design they were measured by, and renews the pages between
-their markers. Nothing outside the markers, nor in ``experiments/bench/judging/tried.toml``, quotes a measured figure.
+their markers. Nothing outside the markers, nor in what a claim says was tried, quotes a measured figure.
 `tests/tools/test_numbers.py` holds the pages against the file, and the file's design against that of the code.
 """
 
@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench.judging import stored
+from experiments.bench.judging.claims import used_to_choose, words
 from experiments.bench.judging.count import Count, totals
-from experiments.bench.judging.texts import chosen, claim_texts
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.replicates import rate
 
@@ -121,8 +121,7 @@ def _verdicts(results: Mapping[str, Any]) -> str:
     columns = "| claim | the paper says | word | in all replicates |"
     lines = [_totals(results), "", columns, "|---|---|---|---|"]
     for claim in results["claims"]:
-        says, _ = claim_texts()[claim["id"]]
-        count = Count(**claim["count"])
+        says, count = words(claim["id"]).says, Count(**claim["count"])
         lines.append(f"| {claim['id']} | {_cell(says)} | {count.word or '-'} | {_cell(count.sentence())} |")
     return "\n".join(lines) + "\n"
 
@@ -146,8 +145,8 @@ def _claims(results: Mapping[str, Any]) -> str:
     lines += ["", "Used to choose a reading of the paper:", ""]
     readings: dict[str, list[str]] = {}
     for claim in results["claims"]:
-        for reading in chosen()[claim["id"]]:
-            readings.setdefault(reading, []).append(claim["id"])
+        for reading in used_to_choose(claim["id"]):
+            readings.setdefault(reading.name, []).append(claim["id"])
     every = len(results["claims"])
     for reading, ids in readings.items():
         lines.append(f"- {reading}: {'all claims' if len(ids) == every else ', '.join(ids)}")

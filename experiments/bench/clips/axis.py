@@ -10,9 +10,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
-from experiments.bench.clips.claims import CLAIMS, CONDITIONS, ClipClaim
-from experiments.bench.clips.judging.paper import Rows, levels, outcome, rises, rows_of
-from experiments.bench.judging.verdict import Check, Outcome
+from experiments.bench.clips.claims import ClipClaim, find
+from experiments.bench.clips.judging import Rows, levels, outcome_of, rises, rows_of
+from experiments.bench.judging.count import Reason
+from experiments.bench.judging.verdict import Outcome
 
 GREYS = (0.0, 255.0)
 """Of the objects of C6 and C7: a dark and a light one."""
@@ -53,9 +54,9 @@ def along_background(claim: str, speeds: Sequence[float]) -> ClipClaim:
         raise ValueError(f"along_background: claim={claim!r}: legal is {', '.join(ASKED)}")
     if not speeds or not all(speed > 0.0 for speed in speeds):
         raise ValueError(f"along_background: speeds={tuple(speeds)}: legal are numbers above 0, one or more")
-    paper = CLAIMS[claim]
+    paper = find(claim)
     sign = SIGN.get(claim, -1.0)
-    conditions = {**CONDITIONS[claim], "background_speed": tuple(sign * speed for speed in speeds)}
+    conditions = {**paper.conditions, "background_speed": tuple(sign * speed for speed in speeds)}
     if claim == "C6":
         conditions["speed"] = (120.0,)
     if claim in ("C6", "C7"):
@@ -79,7 +80,7 @@ def c7_rises(rows: Rows, threshold: float) -> Outcome:
     checks = [
         check for grey in levels(own, "grey") for check in rises(rows_of(own, grey=grey), threshold, f"grey {grey:g}")
     ]
-    return outcome(checks, "", "", len(own))
+    return outcome_of(checks, "", "", len(own))
 
 
 def _at_every_speed(judge: Callable[[Rows, float], Outcome], rows: Rows, threshold: float) -> Outcome:
@@ -89,18 +90,29 @@ def _at_every_speed(judge: Callable[[Rows, float], Outcome], rows: Rows, thresho
     }
     at = {
         verdict: [f"{speed:.2g}" for speed, each in found.items() if each.verdict == verdict]
-        for verdict in ("holds", "fails", "untestable", "untested")
+        for verdict in ("holds", "fails", "unknown constants", "not shown")
     }
     told = "; ".join(f"{verdict} at {', '.join(speeds)}" for verdict, speeds in at.items() if speeds)
-    checks = [Check(f"{speed:.2g} px a frame: {each.decided}", 1.0 if each.verdict == "holds" else -1.0)
-              for speed, each in found.items() if each.verdict in ("holds", "fails")]  # fmt: skip
-    if not checks:
-        return Outcome("untestable" if at["untestable"] else "untested", told, n=len(rows))
-    breaks = next((check for check in checks if not check.passes), None)
-    measured = f"px a frame: {told}" + (f"; breaks first at {breaks.said}" if breaks else "")
-    concluded = outcome(checks, measured, f"{len(at['holds'])} of {len(found)} speeds", len(rows))
+    judged = {
+        f"{speed:.2g} px a frame: {each.decided}": each
+        for speed, each in found.items()
+        if each.verdict in ("holds", "fails")
+    }
+    if not judged:
+        reason: Reason = "unknown constants" if at["unknown constants"] else "not shown"
+        return Outcome.unjudged(told, reason=reason, n=len(rows))
+    breaks = next((text for text, each in judged.items() if each.verdict == "fails"), "")
+    concluded = Outcome(
+        "fails" if breaks else "holds",
+        f"px a frame: {told}" + (f"; breaks first at {breaks}" if breaks else ""),
+        f"{len(at['holds'])} of {len(found)} speeds",
+        len(rows),
+        breaks or next(iter(judged)),
+        len(rows),
+        checks=tuple(check for each in judged.values() for check in each.checks),
+    )
     if breaks:
         return concluded
-    if at["untestable"]:
-        return replace(concluded, verdict="untestable", decided="")
-    return concluded.untested(f"not judged at {', '.join(at['untested'])}") if at["untested"] else concluded
+    if at["unknown constants"]:
+        return replace(concluded, verdict="unknown constants", decided="")
+    return concluded.withheld(f"not judged at {', '.join(at['not shown'])}") if at["not shown"] else concluded

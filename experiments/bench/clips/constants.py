@@ -1,17 +1,16 @@
 """Claims that compare the DSNN with another model, along that model's constants: with which of them each would hold.
 
-The constants of the other models are not known: see `experiments.bench.clips.judging.assumed`. A claim is judged here
+The constants of the other models are not known: see `experiments.bench.clips.judging.ASSUMED`. A claim is judged here
 by its own judge once for each variant of the other model, all on the same clips.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 
-from experiments.bench.clips.claims import CLAIMS, CONDITIONS, ClipClaim
-from experiments.bench.clips.judging.assumed import ASSUMED, deciding
-from experiments.bench.clips.judging.paper import DSNN, Rows
+from experiments.bench.clips.claims import ClipClaim, find, paper_claims
+from experiments.bench.clips.judging import ASSUMED, DSNN, Rows, deciding
 from experiments.bench.judging.verdict import Outcome
 
 SUFFIX = "-constants"
@@ -23,12 +22,14 @@ SPEED: Mapping[str, float] = {"C6": 120.0}
 
 def compares_with(claim: str) -> str:
     """Return the label of the model of unknown constants that a claim compares the DSNN with; empty if none."""
-    models = CLAIMS[claim].models if claim in CLAIMS else frozenset()
-    return next((model for model in ASSUMED if model in models), "")
+    paper = paper_claims().get(claim)
+    return next((model for model in ASSUMED if paper and model in paper.models), "")
 
 
-COMPARING = tuple(claim for claim in CLAIMS if compares_with(claim))
-"""The claims that say something of a model whose constants are not known."""
+@cache
+def comparing() -> tuple[str, ...]:
+    """Return the claims that say something of a model whose constants are not known."""
+    return tuple(claim for claim in paper_claims() if compares_with(claim))
 
 
 def along_constants(claim: str, variants: Sequence[str]) -> ClipClaim:
@@ -57,19 +58,19 @@ def along_constants(claim: str, variants: Sequence[str]) -> ClipClaim:
     >>> along_constants("C7", ("dsn2017", "dsn2017:k_sig=10")).id
     'C7-constants'
     """
-    if claim not in COMPARING:
-        raise ValueError(f"along_constants: claim={claim!r}: legal is {', '.join(COMPARING)}")
+    if claim not in comparing():
+        raise ValueError(f"along_constants: claim={claim!r}: legal is {', '.join(comparing())}")
     other = compares_with(claim)
     wrong = [label for label in variants if label.partition(":")[0] != other]
     if wrong or not variants:
         raise ValueError(f"along_constants: variants={tuple(variants)}: legal are labels of {other}, one or more")
-    conditions = dict(CONDITIONS[claim])
+    conditions = dict(find(claim).conditions)
     if claim in SPEED:
         conditions["speed"] = (SPEED[claim],)
     return ClipClaim(
         id=f"{claim}{SUFFIX}",
         says=f"{claim} with one at least of {len(variants)} choices of the constants of {other}, which are not known",
-        source=CLAIMS[claim].source,
+        source=find(claim).source,
         judge=partial(_with_any, claim),
         models=frozenset({DSNN, *variants}),
         conditions=conditions,
@@ -82,7 +83,7 @@ def outcomes(claim: str, rows: Rows, threshold: float) -> dict[str, Outcome]:
     Parameters
     ----------
     claim
-        The paper's, one of `COMPARING`.
+        The paper's, one of `comparing`.
     rows
         Rows of ``trials.parquet`` that the claim is about, of the DSNN and of the other model's variants, of one seed.
     threshold
@@ -92,7 +93,7 @@ def outcomes(claim: str, rows: Rows, threshold: float) -> dict[str, Outcome]:
     alone = [row for row in rows if row["model"] == DSNN]
     labels = [label for label in dict.fromkeys(row["model"] for row in rows) if label.partition(":")[0] == other]
     return {
-        _constants(label): CLAIMS[claim].judge(
+        _constants(label): find(claim).judge(
             [*alone, *({**row, "model": other} for row in rows if row["model"] == label)], threshold
         )
         for label in labels

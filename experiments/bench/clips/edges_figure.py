@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from experiments.bench.clips.judging.mechanism import LEAST_OF_OTHER, MOST_OF_DRIVEN
-from experiments.bench.clips.judging.paper import DSNN, strongest
+from experiments.bench.clips.judging import DSNN, LEAST_OF_OTHER, MOST_OF_DRIVEN, strongest
 from experiments.bench.figures.palette import LINES, colours
 from experiments.bench.figures.plotting import STYLE, columns_of_key, extra_widths, plain
 

@@ -30,12 +30,12 @@ from experiments.bench.engine.terminal import (
     show_outcome,
     show_table,
 )
-from experiments.bench.footage.claims import FlowJudge, Readings
+from experiments.bench.footage.claims import CLAIM, FlowJudge, FootageOutcomes
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
+from experiments.bench.judging.claims import words
 from experiments.bench.judging.count import count
-from experiments.bench.judging.texts import claim_texts
 from experiments.bench.store import provenance
 from experiments.bench.store.places import part
 
@@ -229,16 +229,16 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
     show_line(f"{said}; decoding {decoding:.2f} ms besides", 12)
 
 
-def _show_claim(watchers: Sequence[Watcher], readings: Sequence[Readings]) -> None:
-    """C12 for each model, and in the paper's stronger words. Nothing in a film is random."""
-    for watcher, reading in zip(watchers, readings, strict=True):
+def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[FootageOutcomes]) -> None:
+    """Show C12 for each model, and in the paper's stronger words. Nothing in a film is random."""
+    for watcher, found in zip(watchers, outcomes, strict=True):
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
-        for name, words, outcome in (
-            (Text.assemble("\n", ("C12", "b"), f"{who} "), claim_texts()["C12"][0], reading.claim),
-            (Text("  in the paper's stronger words "), STRONGER, reading.stronger),
+        for name, says, outcome in (
+            (Text.assemble("\n", (CLAIM, "b"), f"{who} "), words(CLAIM).says, found.claim),
+            (Text("  in the paper's stronger words "), STRONGER, found.stronger),
         ):
             word = coloured(count([outcome.verdict], random=False))
-            out_console.print(Text.assemble(name, word, f": {words}"))
+            out_console.print(Text.assemble(name, word, f": {says}"))
             show_outcome(outcome)
 
 

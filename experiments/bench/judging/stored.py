@@ -17,14 +17,21 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from typing import Any, cast
 
 from experiments.bench.judging.checks import Check
 from experiments.bench.judging.count import Count, Reason, count
-from experiments.bench.judging.verdict import FORMER, Judged, Outcome, Verdict
+from experiments.bench.judging.verdict import Judged, Outcome, Verdict
 
 VERSION = 2
-_OF_REPLICATES: Mapping[str, Judged] = {"held": "holds", "failed": "fails", **FORMER}
+_FORMER: Mapping[str, Judged] = {
+    "untested": "not shown",
+    "vacuous": "silent model",
+    "untestable": "unknown constants",
+}
+"""Word of version 1 -> the reason that it is today."""
+_OF_REPLICATES: Mapping[str, Judged] = {"held": "holds", "failed": "fails", **_FORMER}
 """Field of version 1, after ``replicates_`` -> what it counts."""
 
 
@@ -55,11 +62,17 @@ def verdicts(content: Any) -> list[Verdict]:
 
 
 def outcome_entry(outcome: Outcome) -> dict[str, Any]:
-    """Return an outcome as a file has it: JSON has no number for a NaN."""
+    """Return an outcome as a file has it; JSON has no number for one that is not finite, which stands as a text."""
     entry = dataclasses.asdict(outcome)
-    for check in entry["checks"]:
-        check.update({name: None for name, value in check.items() if isinstance(value, float) and math.isnan(value)})
-    return entry
+    return entry | {"checks": [{name: _number(value) for name, value in check.items()} for check in entry["checks"]]}
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_number(part) for part in value]
+    if isinstance(value, Real) and not isinstance(value, int):
+        return float(value) if math.isfinite(value) else str(float(value))
+    return value
 
 
 def _entry(verdict: Verdict) -> dict[str, Any]:
@@ -78,12 +91,18 @@ def _verdict(row: Mapping[str, Any]) -> Verdict:
             row["id"], row["says"], row["source"], Outcome(**outcome, checks=checks), Count(**row["count"]),
             row["model"], row["experiment"], row["trouble"],
         )  # fmt: skip
-    except (KeyError, TypeError, AttributeError) as error:
+    except (KeyError, TypeError, AttributeError, IndexError) as error:
         raise ValueError(f"claim {row.get('id')}: a field lacks or is not of its kind ({error})") from None
 
 
 def _check(entry: Mapping[str, Any]) -> Check:
-    fields: dict[str, Any] = {name: math.nan if value is None else value for name, value in entry.items()}
+    bound = entry["bound"]
+    numbers = {
+        "reading": float(entry["reading"]),
+        "bound": (float(bound[0]), float(bound[1])) if isinstance(bound, list) else float(bound),
+        "scale": float(entry["scale"]),
+    }
+    fields: dict[str, Any] = {**entry, **numbers}
     return Check(**fields)
 
 
@@ -91,7 +110,7 @@ def _former(row: Mapping[str, Any]) -> Verdict:
     """A verdict of version 1: one of replicate 0, with numbers of replicates that are null where there was one run."""
     try:
         word = row["verdict"]
-        verdict = FORMER.get(word, word)
+        verdict = _FORMER.get(word, word)
         trouble = str(row.get("trouble") or "")
         outcome = Outcome(
             verdict, str(row["measured"]), str(row.get("effect") or ""), int(row.get("n") or 0),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Literal, get_args
 
 from experiments.bench.engine.errors import short
@@ -14,11 +13,6 @@ from experiments.bench.judging.count import REASONS, Count, Reason, count
 
 Judged = Literal["holds", "fails", "not shown", "silent model", "unknown constants"]
 """What a claim comes to in one replicate: it holds, it fails, or the `Reason` why it cannot be judged."""
-
-FORMER: Mapping[str, Judged] = MappingProxyType(
-    {"untested": "not shown", "vacuous": "silent model", "untestable": "unknown constants"}
-)
-"""Word of files before version 2 -> the reason that it is today: see `experiments.bench.judging.stored`."""
 
 
 def together(verdicts: Collection[str]) -> Judged:
@@ -80,8 +74,6 @@ class Outcome:
     checks: tuple[Check, ...] = ()
 
     def __post_init__(self) -> None:
-        if isinstance(self.verdict, str):
-            object.__setattr__(self, "verdict", FORMER.get(self.verdict, self.verdict))
         if self.verdict not in get_args(Judged):
             raise ValueError(f"outcome: verdict={short(self.verdict)}: legal is {', '.join(get_args(Judged))}")
 
@@ -172,8 +164,6 @@ class Outcome:
         """
         return replace(self, verdict="not shown", measured=f"{why}; measured: {self.measured}", decided="")
 
-    untested = withheld  # for judges that still call it so
-
     def noting(self, notes: Iterable[str]) -> Outcome:
         """Return the outcome with ``notes`` after what was measured; empty ones are left out."""
         return replace(self, measured="; ".join([self.measured, *filter(None, notes)]))
@@ -198,7 +188,10 @@ class Outcome:
             return self
         if not of:
             return replace(self, measured=f"{self.measured}; not checked against translation (no {what} shows one)")
-        why = f"silent in all {of} {what}s of translation too"
+        return self.silent(f"silent in all {of} {what}s of translation too")
+
+    def silent(self, why: str) -> Outcome:
+        """Return the same of a model that keeps the claim by never answering; ``why`` says what it does not answer."""
         return replace(self, verdict="silent model", measured=f"{why}; measured: {self.measured}", decided=why)
 
 

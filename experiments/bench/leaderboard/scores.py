@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.clips.claims import SIGNED
+from experiments.bench.clips.judging import SIGNED
 from experiments.bench.judging.scores import Score, Standing
 from experiments.bench.judging.statistics import area_under_roc, median_interval, proportion_interval
 

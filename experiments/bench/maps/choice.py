@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeVar
 
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.maps.measures import MEASURES, Measure
 from experiments.bench.maps.plan import Asked
 
@@ -50,7 +50,7 @@ def claims(
             declared.setdefault(claim.id, (claim, experiment.name))
     about = [name for name, (claim, _) in declared.items() if not refused(claim)]
     for name in asked.claims:
-        if name not in declared and name not in claim_texts():
+        if name not in declared and name not in claim_ids(PAPER):
             raise UsageError(f"--claims {name}: unknown claim; declared there are {_listed(about)}")
         if name not in declared:
             raise UsageError(f"--claims {name}: not declared by {_names(experiments)}, which declare {_listed(about)}")

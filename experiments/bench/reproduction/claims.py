@@ -8,7 +8,8 @@ from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips import summary as clips_summary
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.footage import claims as footage_claims
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.claim_files import PAPER, claim_ids
+from experiments.bench.judging.claims import words
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import replicates, robustness
 from experiments.bench.reproduction.replicates import Replicate
@@ -27,12 +28,12 @@ def verdicts(every: Sequence[Replicate], shows: Sequence[OfflineReport]) -> list
         The off-line experiments.
     """
     by_clips = _by_clips(shows)
-    return [_verdict(claim, every, by_clips.get(claim)) for claim in claim_texts()]
+    return [_verdict(claim, every, by_clips.get(claim)) for claim in claim_ids(PAPER)]
 
 
 def pooled(every: Sequence[Replicate]) -> dict[str, Outcome]:
     """Return the claims about the robot -> what each comes to on the trials of all replicates together."""
-    named = [claim for claim in claim_texts() if _about_the_robot(claim)]
+    named = [claim for claim in claim_ids(PAPER) if _about_the_robot(claim)]
     return {claim: replicates.pooled(claim, every) for claim in named}
 
 
@@ -46,7 +47,9 @@ def _by_clips(shows: Sequence[OfflineReport]) -> Mapping[str, Verdict]:
 
 def _about_the_robot(claim: str) -> bool:
     """Whether trials with the robot alone answer for a claim."""
-    return claim in robustness.judged_in() and claim not in clips_claims.CLAIMS and claim != footage_claims.CLAIM
+    return (
+        claim in robustness.judged_in() and claim not in clips_claims.paper_claims() and claim != footage_claims.CLAIM
+    )
 
 
 def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> Verdict:
@@ -59,13 +62,13 @@ def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> V
 
 
 def _unjudged(claim: str) -> Verdict:
-    if claim in clips_claims.CLAIMS:
+    if claim in clips_claims.paper_claims():
         why = "its off-line experiment was not run (--quick and --robot-only leave some out)"
     elif claim == footage_claims.CLAIM:
         why = "needs footage of your own: colias watch FILE --judge"
     else:
         why = "none of the experiments here declares this claim"
-    return Verdict.of((claim, *claim_texts()[claim]), [Outcome.unjudged(why)])
+    return words(claim).verdict(Outcome.unjudged(why))
 
 
 def _of_both(clips: Verdict, place: str, every: Sequence[Replicate]) -> Verdict:

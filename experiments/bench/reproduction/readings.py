@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.constants import SPEED
 from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.judging.claim import Reading
+from experiments.bench.judging.claims import bears_on
 from experiments.bench.judging.count import count
-from experiments.bench.judging.texts import Reading, readings
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.robot import claims as robot_claims
-from experiments.bench.robot.mechanism.judges import FALLING, ROBOT_SPEEDS
+from experiments.bench.robot.mechanism.variants import FALLING, ROBOT_SPEEDS
+from experiments.claims.readings import READINGS
 
 NOT_RUN = "not run"
 FALLING_IN, FRAMES_IN, WINDOW = "ensembles", "clutter-frames", "C29"
@@ -101,10 +103,10 @@ def chapters(found: Evidence) -> list[Chapter]:
             reading,
             tuple(
                 Row(claim, _taken(found.verdicts[claim], found.name), _others(reading, claim, found))
-                for claim in reading.own
+                for claim in bears_on(reading)
             ),
         )
-        for reading in readings()
+        for reading in READINGS
     ]
 
 

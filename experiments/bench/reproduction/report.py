@@ -8,9 +8,9 @@ from typing import Any
 
 import jinja2
 
+from experiments.bench.judging.claims import readings_of_all
 from experiments.bench.judging.count import LEAST_JUDGED, REASONS
 from experiments.bench.judging.paper import cited
-from experiments.bench.judging.texts import readings_of_all
 from experiments.bench.reproduction import chapters, robustness
 from experiments.bench.reproduction.page.cards import cards, limits
 from experiments.bench.reproduction.page.drawn import drawing
@@ -62,7 +62,7 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "loops": loops,
         "seen": next((run.seen for run in runs if run.seen.strips), None),
         "anchors": {each.name for each in runs} | {each.name for each in clips},
-        "common": readings_of_all(),
+        "common": [reading.name for reading in readings_of_all()],
         "moved": moves(result.sensitivity),
         "moved_claims": robustness.ROBOT_CLAIMS,
         "stored": stored(result.folder),

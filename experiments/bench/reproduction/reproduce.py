@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench.clips import run as clips_run
-from experiments.bench.clips.constants import COMPARING
+from experiments.bench.clips.constants import comparing
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop import figure as closed_loop_figure
@@ -156,7 +156,7 @@ def reproduce(
     files.write_json("claims.json", stored.document(result.claims))
     files.write_json("pooled.json", {claim: stored.outcome_entry(outcome) for claim, outcome in result.pooled.items()})
     files.write_json("readings.json", result.readings)
-    chosen = {claim: found for claim in COMPARING if (found := mechanisms.constants(claim, shows))}
+    chosen = {claim: found for claim in comparing() if (found := mechanisms.constants(claim, shows))}
     if chosen:
         files.write_json("constants.json", chosen)
     if result.sensitivity:

@@ -18,7 +18,7 @@ from experiments.bench.engine.settings import changed
 from experiments.bench.reproduction.onboard import series
 from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.robot import run as robot_run
-from experiments.bench.robot.claims import CLAIMS, find
+from experiments.bench.robot.claims import find, paper_claims
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
@@ -27,7 +27,7 @@ from experiments.bench.store.rows import Failure
 
 SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
 """Experiments without claims that the report shows, at the headline's seed alone."""
-ROBOT_CLAIMS = tuple(claim.id for claim in CLAIMS.values() if claim.about == "direction" and not claim.models)
+ROBOT_CLAIMS = tuple(claim.id for claim in paper_claims().values() if claim.about == "direction" and not claim.models)
 MODEL = "dsnn"
 LOOMING_DETECTORS = ("lgmd1", "lgmd2")
 

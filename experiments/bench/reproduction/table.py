@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from rich.table import Table
 
 from experiments.bench.engine.terminal import coloured, out_console, show_table, stacked
+from experiments.bench.judging.claims import readings_of_all, used_to_choose
 from experiments.bench.judging.count import totals
-from experiments.bench.judging.texts import chosen, readings_of_all
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.eye.fidelity import CELLS, CLAIMS, Fidelity
 from experiments.bench.reproduction.replicates import rate
@@ -63,14 +63,14 @@ def show_claims(claims: Sequence[Verdict], pooled: Mapping[str, Outcome], name: 
     table.add_column("word", no_wrap=True)
     table.add_column("all replicates", min_width=24, max_width=24)
     table.add_column("the paper says")
-    common = readings_of_all()
+    common = [reading.name for reading in readings_of_all()]
     for claim in claims:
         if claim.experiment:
-            own = [reading for reading in chosen().get(claim.id, ()) if reading not in common]
+            alone = [reading.name for reading in used_to_choose(claim.id) if not reading.of_all]
             lines = (
                 f"replicate 0, {claim.outcome.verdict}: {claim.outcome.deciding}",
                 rate(claim.id, pooled[claim.id]) if claim.id in pooled else "",
-                f"used to choose: {', '.join(own)}" if own else "",
+                f"used to choose: {', '.join(alone)}" if alone else "",
             )
             words = stacked(claim.says, "\n".join(filter(None, lines)))
             word = coloured(claim.count) if claim.count.kind != "counted" else "-"

@@ -13,7 +13,7 @@ from experiments.bench.judging.verdict import Judged
 from experiments.bench.reproduction.detectors.measure import EDGE_LEVELS, THRESHOLDS
 from experiments.bench.reproduction.detectors.panel import CLAIM, Detector, spikes_in_a_row
 from experiments.bench.robot.claims import outcome
-from experiments.bench.robot.judges import ANGLES
+from experiments.bench.robot.judging import ANGLES
 
 AWAY = tuple(sorted({abs(angle) for angle in ANGLES}))
 """Angles to the axis, 0, 15 and 30 degrees: left and right are taken together."""

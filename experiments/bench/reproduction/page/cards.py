@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.bench.clips.constants import COMPARING
-from experiments.bench.clips.judging.assumed import deciding
+from experiments.bench.clips.constants import comparing
+from experiments.bench.clips.judging import deciding
+from experiments.bench.judging.claim import Reading
+from experiments.bench.judging.claims import used_to_choose, words
 from experiments.bench.judging.count import Count
 from experiments.bench.judging.paper import cited
-from experiments.bench.judging.texts import Reading, chosen, readings_of_all, tried
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import mechanisms
 from experiments.bench.reproduction.detectors.panel import CLAIM
@@ -97,8 +98,7 @@ def _card(claim: Verdict, result: Reproduction) -> Card:
     ]
     courses = {plan.experiment.name: report.courses for plan, report in result.runs}
     place, _, drawn = mechanisms.mechanism(claim, there, courses).partition(": ")
-    common = readings_of_all()
-    choices = mechanisms.constants(claim.id, result.offline) if claim.id in COMPARING else {}
+    choices = mechanisms.constants(claim.id, result.offline) if claim.id in comparing() else {}
     whole = result.pooled.get(claim.id)
     return Card(
         tile=glance,
@@ -108,7 +108,7 @@ def _card(claim: Verdict, result: Reproduction) -> Card:
         source=cited(claim.source),
         experiments=tuple(name for name in claim.experiment.split(", ") if name),
         mechanism=(place, drawn),
-        used=tuple(reading for reading in chosen().get(claim.id, ()) if reading not in common),
+        used=tuple(reading.name for reading in used_to_choose(claim.id) if not reading.of_all),
         readings=tuple(
             (chapter.reading, row) for chapter in result.readings for row in chapter.rows if row.claim == claim.id
         ),
@@ -130,7 +130,7 @@ def limits(claim: Verdict, folder: Path) -> str:
     if not claim.experiment or count.word == "holds" or count.holds == count.replicates:
         return ""
     detectors = summary(folder) if claim.id == CLAIM else ""
-    return " ".join(filter(None, (tried().get(claim.id, NOTHING_TRIED), detectors)))
+    return " ".join(filter(None, (words(claim.id).tried or NOTHING_TRIED, detectors)))
 
 
 def _interval(count: Count) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from experiments.bench.judging.claims import words
 from experiments.bench.judging.count import MEANINGS, SIGNS, Count, Kind, totals
-from experiments.bench.judging.texts import causes, title
 from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.reproduce import Reproduction
@@ -121,7 +121,7 @@ class Overview:
 
 def tile(claim: Verdict) -> Tile:
     """Return the tile of a claim."""
-    return Tile(claim.id, title(claim.id) or claim.says, claim.count)
+    return Tile(claim.id, words(claim.id).title or claim.says, claim.count)
 
 
 def overview(result: Reproduction) -> Overview:
@@ -142,13 +142,13 @@ def overview(result: Reproduction) -> Overview:
 def cause_of(own: Tile) -> str:
     """Return in one line why a claim does not hold everywhere; empty where it does, or where nothing judges it.
 
-    The causes in ``headlines.toml`` are of claims that fail, or hang on another model's constants.
+    The causes that claims declare are of those that fail, or hang on another model's constants.
     """
     count = own.count
     if count.word == "holds" or (not count.fails and set(count.unjudged) <= {"not shown"}):
         return ""
     silent = not count.fails and "unknown constants" not in count.unjudged
-    return SILENT if silent else causes().get(own.id, NO_CAUSE)
+    return SILENT if silent else words(own.id).cause or NO_CAUSE
 
 
 def _worst_first(tiles: Sequence[Tile]) -> list[Tile]:

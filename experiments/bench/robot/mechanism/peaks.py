@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from experiments.bench.robot.judges import Rows
+from experiments.bench.robot.judging import Rows
 
 Curve = Mapping[float, Mapping[int, float]]
 """Speed, cm/s -> trial -> its value."""
