@@ -40,7 +40,7 @@ def reproduce(
     ] = False,
     full: Annotated[
         bool,
-        typer.Option("--full", help="20 replicates instead of 5, so that claims are robust or fragile; more episodes."),
+        typer.Option("--full", help="40 replicates instead of 5, so that claims have a word; more episodes."),
     ] = False,
     robot_only: Annotated[
         bool, typer.Option("--robot-only", help="Just the paper's trials with the robot: neither clips nor behaviours.")

@@ -70,7 +70,7 @@ def judged(claim: str, own: Replicate) -> Outcome:
 
 
 def of_several(claim: str, own: Replicate) -> Outcome:
-    """Judge a claim that compares models in one replicate. It is untested where any of the trials it needs failed."""
+    """Judge a claim that compares models in one replicate. It is not judged where any of the trials it needs failed."""
     place, asked = judged_in()[claim], find(claim)
     rows = [row for row in own.rows if row["experiment"] == place]
     found = outcome(claim, rows, own.thresholds.get(asked.spiking))
@@ -79,7 +79,7 @@ def of_several(claim: str, own: Replicate) -> Outcome:
 
 
 def of_model(claim: str, own: Replicate, model: str) -> Outcome:
-    """Judge a claim for one model in one replicate. It is untested where any of the trials it needs failed."""
+    """Judge a claim for one model in one replicate. It is not judged where any of the trials it needs failed."""
     if model not in own.thresholds:
         return Outcome.unjudged(f"{model} was not shown")
     place, shown = judged_in()[claim], own.of(model)

@@ -107,7 +107,7 @@ def reproduce(
     robot_only
         Whether to leave out clips and behaviours.
     only
-        Whether to leave out the looming detectors; the claim about them is then untested.
+        Whether to leave out the looming detectors; the claim about them is then not judged.
     """
     made = planned(scale, seed, models, extra, robot_only, only)
     if not resources.quiet:
