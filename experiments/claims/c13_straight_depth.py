@@ -25,7 +25,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
         peak = max(max(row["peak_hs"], -row["trough_hs"]) for row in trials)
         share = "[{:.0%}, {:.0%}]".format(*proportion_interval(firing, len(trials)))
         parts.append(f"{kind}: spikes in {firing} of {len(trials)} trials {share}, |HS| up to {peak:.2f}")
-        text = f"{kind}: |HS| up to {peak:.2f} (T = {threshold:g}), spikes in {firing} of {len(trials)} trials"
+        text = f"{kind}: spikes in {firing} of {len(trials)} trials"
         checks.append((peak, Check(text, float(firing), 0.0, "at most", unit="trials", asks="0")))
     spikes = {kind: [row["spikes"] for row in trials] for kind, trials in tested.items()}
     counts = [count for of_kind in spikes.values() for count in of_kind]

@@ -12,12 +12,15 @@ import pytest
 from dsnn import DSNN, DSNNParams
 from experiments import OFFLINE
 from experiments.bench import registry
-from experiments.bench.clips.claims import CLAIMS, SIGNED, find, judge
+from experiments.bench.clips.claims import find, judge, paper_claims
 from experiments.bench.clips.experiment import Clip, OfflineExperiment, showings
+from experiments.bench.clips.judging import SIGNED
 from experiments.bench.clips.show import show
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import choose
 from tests.helpers.chapters import titled
+
+CLAIMS = paper_claims()
 
 BLOCKED, FEWER = ("dsnn-on-blocked", "dsnn-off-blocked"), ("dsnn:n_con=1", "dsnn:n_con=2")
 WITHOUT = ("dsnn:dog=false", "dsnn:fdsr=false")

@@ -266,13 +266,20 @@ WRONG = {
     "a sense": (lambda: experiments.score("fixation", observation="state"), "the behaviour sets that itself"),
     "no checks": (lambda: experiments.decide([]), "decide([]): legal is at least one experiments.Check"),
     "no sequence": (lambda: experiments.decide(None), "decide(None): legal is at least one experiments.Check"),
-    "a single check": (lambda: experiments.decide(experiments.Check("x", 1.0)), "legal is at least one experiments.Ch"),
+    "a single check": (
+        lambda: experiments.decide(experiments.Check("x", 1.0, 0.0)),
+        "legal is at least one experiments.Ch",
+    ),
     "a number for a check": (
         lambda: experiments.decide([1.0]),
         "decide([1.0]): legal is at least one experiments.Check",
     ),
-    "a slack": (lambda: experiments.decide([experiments.Check("x", "1")]), "check 'x': slack='1': legal is a number"),
-    "no slack": (lambda: experiments.decide([experiments.Check("x", None)]), "slack=None: legal is a number"),
+    "a reading": (lambda: experiments.Check("x", "1", 0.0), "check 'x': reading='1': legal is a number"),
+    "no reading": (lambda: experiments.Check("x", None, 0.0), "check 'x': reading=None: legal is a number"),
+    "a bound": (lambda: experiments.Check("x", 1.0, "0"), "check 'x': bound='0': legal is a number"),
+    "bounds of a side": (lambda: experiments.Check("x", 1.0, (0.0, 2.0)), "legal is a number, as it needs 'above'"),
+    "one end of a range": (lambda: experiments.Check("x", 1.0, 0.0, "within"), "bound=0.0: legal is two numbers"),
+    "a side that there is not": (lambda: experiments.Check("x", 1.0, 0.0, "more"), "needs='more': legal is above, at"),
 }
 
 
@@ -301,9 +308,9 @@ def test_wrong_uses_are_one_line(what, tmp_path, monkeypatch):
 
 def test_checks_may_come_one_by_one():
     """An iterator can be read only once; the verdict is that of the list."""
-    checks = [experiments.Check("too few", -1.0), experiments.Check("enough", 1.0)]
-    assert experiments.decide(iter(checks)) == experiments.decide(checks) == (False, "too few")
-    assert experiments.decide([experiments.Check("enough", np.float32(1.0))])[0]
+    checks = [experiments.Check("too few", 1.0, 2.0), experiments.Check("enough", 3.0, 2.0)]
+    assert experiments.decide(iter(checks)) == experiments.decide(checks) == (False, "too few (needs above 2)")
+    assert experiments.decide([experiments.Check("enough", np.float32(3.0), 2)])[0]
 
 
 def test_damaged_runs_are_one_line(tmp_path):

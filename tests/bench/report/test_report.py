@@ -14,10 +14,11 @@ from experiments.bench import registry
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.judging import stored as stored_verdicts
+from experiments.bench.judging.claim_files import PAPER, claim_ids
+from experiments.bench.judging.claims import readings_of_all, words
 from experiments.bench.judging.count import MEANINGS, SIGNS, Count
 from experiments.bench.judging.paper import cited, numbers
 from experiments.bench.judging.scores import Standing
-from experiments.bench.judging.texts import causes, claim_texts, readings, readings_of_all, title
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import report, robustness
 from experiments.bench.reproduction.chapters import TITLES
@@ -41,17 +42,18 @@ COUNTS = (
 """One of every kind, and of those without a word some that hold in all, and some of every reason."""
 
 
-def verdict(claim, count):
-    says, source = claim_texts().get(claim, ("words of our own", "ours"))
-    words = ["fails"] * count.fails + ["holds"] * count.holds + list(count.unjudged)
-    outcome = Outcome(words[0], "0.1 | measured", decided="0.1 (needs 0.2)" * (words[0] in ("holds", "fails")), n=20)
-    return Verdict(claim, says, source, outcome, count, experiment="" if "not shown" in count.unjudged else "speed")
+def verdict(claim, count, **more):
+    results = ["fails"] * count.fails + ["holds"] * count.holds + list(count.unjudged)
+    decided = "0.1 (needs 0.2)" * (results[0] in ("holds", "fails"))
+    outcome = Outcome(results[0], "0.1 | measured", decided=decided, n=20)
+    place = "" if "not shown" in count.unjudged else "speed"
+    return Verdict(claim, words(claim).says, words(claim).source, outcome, count, experiment=place, **more)
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     """A reproduction as `reproduce` returns it, without runs, with claims of every count in turn."""
-    told = {claim: verdict(claim, COUNTS[place % len(COUNTS)]) for place, claim in enumerate(claim_texts())}
+    told = {claim: verdict(claim, COUNTS[place % len(COUNTS)]) for place, claim in enumerate(claim_ids(PAPER))}
     made = chapters(Evidence(told, (Replicate((), {}, {}),), (), {}))
     moved = {name: {claim: Outcome(word, "m") for claim in robustness.ROBOT_CLAIMS}
              for name, word in ((robustness.MODEL, "holds"), ("no FDSR", "silent model"))}  # fmt: skip
@@ -139,7 +141,7 @@ def test_every_claim_has_a_tile_that_leads_to_its_evidence(result, page):
 def test_the_first_screen_says_why_claims_do_not_hold(result, text):
     first = text.partition('id="claims"')[0].replace("&#39;", "'")
     for claim in result.claims:
-        count, cause = claim.count, causes().get(claim.id, NO_CAUSE)
+        count, cause = claim.count, words(claim.id).cause or NO_CAUSE
         if "silent model" in count.unjudged:
             assert SILENT in first
         elif "unknown constants" in count.unjudged or (count.fails and count.word != "holds"):
@@ -199,17 +201,16 @@ def test_the_page_needs_no_script_and_every_picture_has_words(text, page):
 def test_a_reading_that_all_claims_share_is_told_once_outside_its_chapter(text):
     (common,) = readings_of_all()
     claims = text[text.index('id="claims"') : text.index('id="readings"')]
-    assert claims.count(common) == 1
-    assert text.count(next(reading.note for reading in readings() if reading.name == common)) == 1
+    assert claims.count(common.name) == 1
+    assert text.count(common.note) == 1
 
 
-@pytest.mark.parametrize("claim", claim_texts())
+@pytest.mark.parametrize("claim", claim_ids(PAPER))
 def test_sources_are_the_paper_s_own_numbers(claim, text):
-    _, source = claim_texts()[claim]
+    source = words(claim).source
     said = cited(source)
     assert re.search(r"(Fig|Eq)\. \d", said) and not any(label in said for label in numbers() if "-" in label)
     assert f"The paper ({said})" in text and f"({source})" not in text
-    assert 0 < len(title(claim)) <= 40
 
 
 def test_figures_are_numbered_in_the_paper_s_order():
@@ -278,7 +279,7 @@ def test_maps_eyes_and_models_claims_in_the_folder_are_shown(result, tmp_path):
     eyes = [{"eye": "default", "drive": drive, "claim": claim, "held": held, "vacuous": 0, "replicates": 20}
             for drive, held in (("pose feedback", 20), ("open loop", 3)) for claim in ("C13", "C14")]  # fmt: skip
     (tmp_path / "eyes" / "fidelity.json").write_text(json.dumps(eyes))
-    models = [dataclasses.replace(verdict("LPLC2-1", Count(0, 1, random=False)), model="lplc2")]
+    models = [dataclasses.replace(verdict("B1", Count(0, 1, random=False)), id="LPLC2-1", model="lplc2")]
     content = stored_verdicts.document(models)
     (tmp_path / "models" / "model_claims.json").write_text(to_json(content))
     (tmp_path / "broken").mkdir()
