@@ -38,6 +38,7 @@ CLAIM_SCHEMA = pa.schema(
         **dict.fromkeys(("says", "source", "experiment", "outcome", "measured", "decided", "effect"), pa.string()),
         "n": pa.int64(),
         "trouble": pa.string(),
+        "provenance": pa.string(),
     }
 )
 FAILURE_SCHEMA = pa.schema(
@@ -96,9 +97,10 @@ class Run:
         ``id``, ``model``; ``word`` and ``count``: what all replicates came to; ``holds``, ``fails``, ``unjudged``: in
         how many replicates; ``random``: whether anything differs between them; ``interval_low``, ``interval_high``:
         the exact 95 % interval of the share in which it holds; ``says``, ``source``, ``experiment``; ``outcome``,
-        ``measured``, ``decided``, ``effect``, ``n``: of the first replicate; ``trouble``.
+        ``measured``, ``decided``, ``effect``, ``n``: of the first replicate; ``trouble``; ``provenance``: of the run.
         """
-        return pa.Table.from_pylist([_claim_row(verdict) for verdict in self._verdicts], CLAIM_SCHEMA)
+        rows = [_claim_row(verdict) | {"provenance": self.provenance} for verdict in self._verdicts]
+        return pa.Table.from_pylist(rows, CLAIM_SCHEMA)
 
     @cached_property
     def failures(self) -> pa.Table:
