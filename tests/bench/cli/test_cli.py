@@ -56,7 +56,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
 def test_a_run_prints_conditions_verdicts_and_paths(finished):
     _, printed = finished
     assert "rightward" in printed and "leftward" in printed
-    assert "C15 untested" in printed
+    assert "C15 not judged" in printed
     assert "figure.png" in printed and "colias view" in printed
 
 
@@ -289,7 +289,7 @@ def test_the_readme_s_python_example_runs(tmp_path):
     command = [sys.executable, "-W", "error", "example.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    assert "emd 6.0 " in done.stdout and "C15 dsnn untested" in done.stdout
+    assert "emd 6.0 " in done.stdout and "C15 dsnn not judged" in done.stdout
     assert (tmp_path / "speed.png").exists()
 
 
