@@ -18,4 +18,4 @@ def judged(**played):
     by_env = {}
     for name, rows_of in played.items():
         by_env.setdefault(where.get(name, AVOIDANCE), {})[name] = rows_of
-    return {claim.id: claim for claim in closed_loop_claims.judge(by_env)}
+    return {claim.id: claim.outcome for claim in closed_loop_claims.judge(by_env)}

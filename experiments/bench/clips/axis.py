@@ -90,7 +90,7 @@ def _at_every_speed(judge: Callable[[Rows, float], Outcome], rows: Rows, thresho
     }
     at = {
         verdict: [f"{speed:.2g}" for speed, each in found.items() if each.verdict == verdict]
-        for verdict in ("holds", "fails", "untestable", "untested")
+        for verdict in ("holds", "fails", "unknown constants", "not shown")
     }
     told = "; ".join(f"{verdict} at {', '.join(speeds)}" for verdict, speeds in at.items() if speeds)
     judged = {
@@ -99,7 +99,7 @@ def _at_every_speed(judge: Callable[[Rows, float], Outcome], rows: Rows, thresho
         if each.verdict in ("holds", "fails")
     }
     if not judged:
-        reason: Reason = "unknown constants" if at["untestable"] else "not shown"
+        reason: Reason = "unknown constants" if at["unknown constants"] else "not shown"
         return Outcome.unjudged(told, reason=reason, n=len(rows))
     breaks = next((text for text, each in judged.items() if each.verdict == "fails"), "")
     concluded = Outcome(
@@ -113,6 +113,6 @@ def _at_every_speed(judge: Callable[[Rows, float], Outcome], rows: Rows, thresho
     )
     if breaks:
         return concluded
-    if at["untestable"]:
-        return replace(concluded, verdict="untestable", decided="")
-    return concluded.untested(f"not judged at {', '.join(at['untested'])}") if at["untested"] else concluded
+    if at["unknown constants"]:
+        return replace(concluded, verdict="unknown constants", decided="")
+    return concluded.withheld(f"not judged at {', '.join(at['not shown'])}") if at["not shown"] else concluded

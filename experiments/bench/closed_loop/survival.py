@@ -102,6 +102,6 @@ def published(episodes: int) -> str:
     needed = shares_needed(high, low)
     return (
         f"The escape rates published for {first} and {second}, {high:.1%} and {low:.1%} of encounters with one robot: "
-        f"untested. To tell them apart with a power of 80 % takes {needed:,} encounters of each; these are {episodes} "
-        "episodes among ten robots."
+        f"not judged. To tell them apart with a power of 80 % takes {needed:,} encounters of each; these are "
+        f"{episodes} episodes among ten robots."
     )

@@ -92,8 +92,9 @@ def show_claims(claims: Sequence[Verdict]) -> None:
     for name in ("claim", "verdict", "we say"):
         table.add_column(name, no_wrap=name != "we say")
     for claim in claims:
-        decided = f" (decided by: {claim.decided})" if claim.decided else ""
-        table.add_row(claim.id, coloured(claim.verdict), f"{claim.says}: {claim.measured}{decided}")
+        outcome = claim.outcome
+        decided = f" (decided by: {outcome.decided})" if outcome.decided else ""
+        table.add_row(claim.id, coloured(claim.count), f"{claim.says}: {outcome.measured}{decided}")
     out_console.print()
     show_table(table)
 

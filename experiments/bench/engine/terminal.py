@@ -23,7 +23,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColum
 from rich.table import Table
 from rich.text import Text
 
-from experiments.bench.judging.verdict import Verdict
+from experiments.bench.judging.count import Count, Kind
+from experiments.bench.judging.verdict import Outcome, Verdict
 
 LINE_EVERY_S = 60.0
 """Seconds between lines of progress where there is no terminal to draw a bar on."""
@@ -53,10 +54,13 @@ class _Console(Console):
 out_console = _Console()
 error_console = _Console(stderr=True)
 
-VERDICT_COLOURS: Mapping[str, str] = {
-    "holds": "green", "fails": "red", "vacuous": "yellow", "untestable": "yellow", "untested": "yellow",
-    "fragile": "yellow", "mixed": "yellow",
-}  # fmt: skip
+VERDICT_COLOURS: Mapping[Kind, str] = {
+    "holds": "green",
+    "fails": "red",
+    "sometimes": "yellow",
+    "counted": "cyan",
+    "unjudged": "yellow",
+}
 
 
 def count(number: int, thing: str) -> str:
@@ -64,9 +68,9 @@ def count(number: int, thing: str) -> str:
     return f"{number} {thing}{'s' * (number != 1)}"
 
 
-def coloured(verdict: str) -> Text:
-    """Return a verdict's word in its colour."""
-    return Text(verdict, VERDICT_COLOURS[verdict])
+def coloured(count: Count) -> Text:
+    """Return a claim's word, or its count without one, in its colour."""
+    return Text(count.label, VERDICT_COLOURS[count.kind])
 
 
 def stacked(upper: str, lower: str) -> Text:
@@ -148,18 +152,33 @@ def _show_records(table: Table) -> None:
             show_line(Text.assemble(" " * RECORD_INDENT if place else "", line), RECORD_INDENT)
 
 
-def show_verdict(verdict: Verdict, *, model: bool) -> None:
-    """Print a verdict: the claim, the number that decided, everything measured, the effect.
+def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None:
+    """Print a verdict: the claim, in how many replicates it held, and what was measured in the first one.
 
-    ``model`` says whether to name the model that it is about.
+    Parameters
+    ----------
+    verdict
+        The verdict.
+    model
+        Whether to name the model that it is about.
+    provenance
+        Where the trials come from; empty where they are simulated.
     """
     who = f" ({verdict.model})" if model and verdict.model else ""
-    word = Text.assemble(coloured(verdict.verdict), f" [{verdict.provenance}]" if verdict.provenance else "")
-    if (verdict.replicates or 0) > 1:
-        word = Text.assemble(f"{verdict.held} (replicate 0: ", word, ")")
-    out_console.print(Text.assemble("\n", (verdict.id, "b"), f"{who} ", word, f": {verdict.says}"))
-    decided = f"decided by: {verdict.decided}" if verdict.decided else ""
-    for line in filter(None, (decided, verdict.measured, verdict.effect)):
+    count, origin = verdict.count, f" [{provenance}]" if provenance else ""
+    label = coloured(count)
+    if count.kind == "counted":
+        label.plain = count.sentence()
+    out_console.print(Text.assemble("\n", (verdict.id, "b"), f"{who} ", label, origin, f": {verdict.says}"))
+    if count.kind != "counted":
+        out_console.print(f"    {count.sentence()}", markup=False)
+    show_outcome(verdict.outcome, "replicate 0, " if count.replicates > 1 else "")
+
+
+def show_outcome(outcome: Outcome, where: str = "") -> None:
+    """Print what decided, what was measured and the effect; ``where`` says in which replicate."""
+    decided = f"{where}decided by: {outcome.decided}" if outcome.decided else ""
+    for line in filter(None, (decided, outcome.measured, outcome.effect)):
         out_console.print(f"    {line}", markup=False)
 
 

@@ -22,12 +22,20 @@ from threadpoolctl import threadpool_limits
 from dsnn import Response, forms
 from experiments.bench.engine.errors import explained
 from experiments.bench.engine.models import ConfiguredModel, rate_notes
-from experiments.bench.engine.terminal import coloured, error_console, out_console, show_line, show_table
+from experiments.bench.engine.terminal import (
+    coloured,
+    error_console,
+    out_console,
+    show_line,
+    show_outcome,
+    show_table,
+)
 from experiments.bench.footage.claims import CLAIM, FlowJudge, FootageOutcomes
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
 from experiments.bench.judging.claims import words
+from experiments.bench.judging.count import count
 from experiments.bench.store import provenance
 from experiments.bench.store.places import part
 
@@ -222,20 +230,16 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
 
 
 def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[FootageOutcomes]) -> None:
-    """Show C12 for each model, and in the paper's stronger words."""
-    for watcher, outcomes_of_it in zip(watchers, outcomes, strict=True):
-        outcome, stronger = outcomes_of_it.claim, outcomes_of_it.stronger
+    """Show C12 for each model, and in the paper's stronger words. Nothing in a film is random."""
+    for watcher, found in zip(watchers, outcomes, strict=True):
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
-        verdict = coloured(outcome.verdict)
-        out_console.print(Text.assemble("\n", (CLAIM, "b"), f"{who} ", verdict, f": {words(CLAIM).says}"))
-        decided = f"decided by: {outcome.decided}" if outcome.decided else ""
-        for line in filter(None, (decided, outcome.measured, outcome.effect)):
-            out_console.print(f"    {line}", markup=False)
-        verdict = coloured(stronger.verdict)
-        out_console.print(Text.assemble("  in the paper's stronger words ", verdict, f": {STRONGER}"))
-        decided = f"decided by: {stronger.decided}" if stronger.decided else ""
-        for line in filter(None, (decided, stronger.measured)):
-            out_console.print(f"    {line}", markup=False)
+        for name, says, outcome in (
+            (Text.assemble("\n", (CLAIM, "b"), f"{who} "), words(CLAIM).says, found.claim),
+            (Text("  in the paper's stronger words "), STRONGER, found.stronger),
+        ):
+            word = coloured(count([outcome.verdict], random=False))
+            out_console.print(Text.assemble(name, word, f": {says}"))
+            show_outcome(outcome)
 
 
 def _intervals(watchers: Sequence[Watcher]) -> Table:

@@ -132,10 +132,10 @@ def cells(made: MapPlan, rows: Rows) -> list[Cell]:
                 verdicts.append(judged[key])
             own.append(verdicts)
             trouble = next((each.trouble for each in verdicts if each.trouble), "")
-            counted = _cell(point, claim.id, experiment, [each.verdict for each in verdicts], verdicts[0])
+            counted = _cell(point, claim.id, experiment, [each.outcome.verdict for each in verdicts], verdicts[0])
             found.append(replace(counted, trouble=trouble))
         if len(own) > 1:
-            whole = [together([each.verdict for each in column]) for column in zip(*own, strict=True)]
+            whole = [together([each.outcome.verdict for each in column]) for column in zip(*own, strict=True)]
             found.append(_cell(point, TOGETHER, "", whole))
     return found
 
@@ -179,7 +179,7 @@ def _verdict(claim: Claim, share: Share, by_trial: ByTrial, things: str) -> Verd
     """One claim on one share: untested where trials are lost, as the others are not the design."""
     own, lost = _rows(share, by_trial, things)
     if lost:
-        return claim.verdict(Outcome("untested", lost, n=len(own)))
+        return claim.verdict(Outcome.unjudged(lost, n=len(own)))
     judged = share.watchers[0]
     if isinstance(claim, ClipClaim):
         return claim.verdict(judge_clips(claim, own, {each.name: each.threshold for each in share.watchers}))
@@ -213,8 +213,8 @@ def _number(made: MapPlan, measure: Measure, experiment: str, point: Point, by_t
 
 
 def _cell(point: Point, claim: str, experiment: str, verdicts: Sequence[str], first: Verdict | None = None) -> Cell:
-    held, vacuous, untested = (list(verdicts).count(word) for word in ("holds", "vacuous", "untested"))
-    said = (first.decided, first.measured) if first else ()
+    held, vacuous, untested = (list(verdicts).count(word) for word in ("holds", "silent model", "not shown"))
+    said = (first.outcome.decided, first.outcome.measured) if first else ()
     return Cell(point, claim, experiment, held, vacuous, untested, len(verdicts), *said)
 
 

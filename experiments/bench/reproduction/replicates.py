@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.judging.statistics import proportion_interval
-from experiments.bench.judging.verdict import Outcome, together
+from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction.robustness import LOOMING_DETECTORS, MODEL, ROBOT_CLAIMS, Case, judged_in, numbered
 from experiments.bench.robot.claims import find, outcome
 from experiments.bench.robot.experiment import TrialSpec
@@ -65,42 +65,28 @@ def judged(claim: str, own: Replicate) -> Outcome:
     if find(claim).models:
         return of_several(claim, own)
     if find(claim).about == "looming":
-        return _of_each({name: of_model(claim, own, name) for name in LOOMING_DETECTORS})
+        return Outcome.together({name: of_model(claim, own, name) for name in LOOMING_DETECTORS})
     return of_model(claim, own, MODEL)
 
 
 def of_several(claim: str, own: Replicate) -> Outcome:
-    """Judge a claim that compares models in one replicate. It is untested where any of the trials it needs failed."""
+    """Judge a claim that compares models in one replicate. It is not judged where any of the trials it needs failed."""
     place, asked = judged_in()[claim], find(claim)
     rows = [row for row in own.rows if row["experiment"] == place]
     found = outcome(claim, rows, own.thresholds.get(asked.spiking))
     lost = sum(own.lost.get((place, model), 0) for model in asked.models)
-    return found.untested(f"{lost} trials of {place} failed") if lost and found.verdict != "untested" else found
+    return found.withheld(f"{lost} trials of {place} failed") if lost and found.verdict != "not shown" else found
 
 
 def of_model(claim: str, own: Replicate, model: str) -> Outcome:
-    """Judge a claim for one model in one replicate. It is untested where any of the trials it needs failed."""
+    """Judge a claim for one model in one replicate. It is not judged where any of the trials it needs failed."""
     if model not in own.thresholds:
-        return Outcome("untested", f"{model} was not shown")
+        return Outcome.unjudged(f"{model} was not shown")
     place, shown = judged_in()[claim], own.of(model)
     rows = [row for row in shown if row["experiment"] == place]
     found = outcome(claim, rows, own.thresholds[model], shown)
     lost = own.lost.get((place, model), 0)
-    return found.untested(f"{lost} trials of {place} failed") if lost and found.verdict != "untested" else found
-
-
-def _of_each(found: Mapping[str, Outcome]) -> Outcome:
-    """A claim about several models: it holds if it does for each of them."""
-    own, verdicts = list(found.values()), {each.verdict for each in found.values()}
-    worst = together(verdicts)
-    return Outcome(
-        worst,
-        "; ".join(f"{model} {each.verdict}: {each.measured}" for model, each in found.items()),
-        "; ".join(f"{model}: {each.effect}" for model, each in found.items() if each.effect),
-        sum(each.n for each in own),
-        "; ".join(f"{m}: {each.decided}" for m, each in found.items() if each.verdict == worst and each.decided),
-        min(each.each for each in own),
-    )
+    return found.withheld(f"{lost} trials of {place} failed") if lost and found.verdict != "not shown" else found
 
 
 def pooled(claim: str, replicates: Sequence[Replicate]) -> Outcome:
@@ -142,8 +128,3 @@ def survival(cases: Sequence[Case], rows: Sequence[Row], defaults: Replicate) ->
             name = label if case.moved else case.name
             found[name] = {claim: of_model(claim, own, label) for claim in ROBOT_CLAIMS}
     return found
-
-
-def with_note(found: Outcome, mixed: str) -> Outcome:
-    """The outcome saying too which code computed its trials, where several did."""
-    return replace(found, measured="; ".join([found.measured, *([mixed] if mixed else [])]))

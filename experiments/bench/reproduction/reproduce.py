@@ -20,9 +20,9 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import shown_models
 from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.terminal import error_console
+from experiments.bench.judging import stored
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import claims, mechanisms, readings, replicates, robustness
-from experiments.bench.reproduction.detectors.summary import with_detectors
 from experiments.bench.reproduction.onboard.formats import BEST, FORMATS
 from experiments.bench.reproduction.onboard.rows import FILE, Onboard, tabled
 from experiments.bench.reproduction.plan import BESIDE, REPLICATES, SENSITIVITY, Planned, Scale, design, planned
@@ -47,6 +47,8 @@ class Reproduction:
     seed: int
     claims: list[Verdict]
     """Of the paper."""
+    pooled: Mapping[str, Outcome]
+    """Claim about the robot -> what it comes to on the trials of all replicates together."""
     runs: list[tuple[Plan, Report]]
     offline: list[OfflineReport]
     sensitivity: Mapping[str, Mapping[str, Outcome]]
@@ -107,7 +109,7 @@ def reproduce(
     robot_only
         Whether to leave out clips and behaviours.
     only
-        Whether to leave out the looming detectors; the claim about them is then untested.
+        Whether to leave out the looming detectors; the claim about them is then not judged.
     """
     made = planned(scale, seed, models, extra, robot_only, only)
     if not resources.quiet:
@@ -142,21 +144,19 @@ def reproduce(
     every = [first, *replicates.studied(made.others, rows)]
     own = closed_loop_claims.judge(closed_loop_claims.episodes(played)) if played else []
     survived = replicates.survival(made.moves, moved, first) if made.moves else {}
-    there = [each.experiment.name for each in made.plans] + [each.experiment.name for each in made.offline]
-    courses = {each.experiment.name: report.courses for each, report in runs}
-    verdicts = mechanisms.explained(claims.verdicts(every, shows, scale.name), there, shows, courses)
-    verdicts = with_detectors(verdicts, folder)
+    verdicts = claims.verdicts(every, shows)
     chapters = readings.chapters(
         readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, survived, scale.name)
     )
     onboard = _onboard(made, every, moved) if scale.onboard and made.moves else None
     result = Reproduction(
-        folder, scale, seed, readings.with_readings(verdicts, chapters), runs, shows, survived, played, own,
+        folder, scale, seed, verdicts, claims.pooled(every), runs, shows, survived, played, own,
         {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]), chapters, onboard,
     )  # fmt: skip
     files = Files(folder)
     files.write_json("design.json", design(made))
-    files.write_json("claims.json", result.claims)
+    files.write_json("claims.json", stored.document(result.claims))
+    files.write_json("pooled.json", {claim: stored.outcome_entry(outcome) for claim, outcome in result.pooled.items()})
     files.write_json("readings.json", result.readings)
     chosen = {claim: found for claim in comparing() if (found := mechanisms.constants(claim, shows))}
     if chosen:
@@ -164,7 +164,7 @@ def reproduce(
     if result.sensitivity:
         files.write_json("sensitivity.json", result.sensitivity)
     if own:
-        files.write_json("behaviours.json", own)
+        files.write_json("behaviours.json", stored.document(own))
     if onboard:
         files.write_json(FILE, onboard)
     return result

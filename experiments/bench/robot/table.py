@@ -40,7 +40,7 @@ def show(report: Report, recordings: bool) -> None:
         show_table(_driven_table(report))
         out_console.print(report.open_loop)
     for verdict in report.verdicts:
-        show_verdict(verdict, model=several)
+        show_verdict(verdict, model=several, provenance=report.provenance)
     if report.comparisons:
         show_table(_comparisons_table(report))
     if report.flaws:

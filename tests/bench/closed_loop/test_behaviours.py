@@ -227,7 +227,7 @@ def standings(hybrid, lgmd, straight, gain=0.6, in_view=0.9):
 
 
 def verdicts(*played, **values):
-    return {claim.id: claim.verdict for claim in closed_loop_claims.judge(standings(*played, **values))}
+    return {claim.id: claim.outcome.verdict for claim in closed_loop_claims.judge(standings(*played, **values))}
 
 
 def test_claims_hold_where_their_whole_interval_does():
@@ -242,8 +242,8 @@ def test_claims_hold_where_their_whole_interval_does():
 
 def test_claims_need_twenty_seeds():
     few = rows(1, 5, metres=4.0), rows(5, 1), rows(6, metres=0.4)
-    assert verdicts(*few)["B1"] == verdicts(*few)["B2"] == "untested"
-    assert {claim.verdict for claim in closed_loop_claims.judge({})} == {"untested"}
+    assert verdicts(*few)["B1"] == verdicts(*few)["B2"] == "not shown"
+    assert {claim.outcome.verdict for claim in closed_loop_claims.judge({})} == {"not shown"}
 
 
 def test_the_plans_are_of_known_behaviours_at_equal_seeds():

@@ -117,7 +117,7 @@ def test_b2_says_where_it_is_underpowered():
     said = f"underpowered: {enough} of {enough} episodes, of 30 s in place of 60"
     assert judged(**half)["B2"].decided.endswith(said)
     few = {name: side[:5] for name, side in played.items()}
-    assert "underpowered" not in judged(**few)["B2"].decided, "it is untested, which is told"
+    assert "underpowered" not in judged(**few)["B2"].decided, "it is not judged, which is told"
 
 
 def test_the_documentation_has_the_numbers_of_the_pilot():

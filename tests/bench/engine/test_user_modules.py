@@ -308,13 +308,13 @@ def test_a_judge_that_goes_wrong_is_told_at_the_end_and_by_the_status(judge, col
     assert line.startswith("claim mine: its judge ") and re.search(JUDGES[judge], line), line
     assert "Traceback" not in done.stderr
     made = experiments.load(colias.folder / "out")
-    assert made.trials.num_rows == 1 and made.claims["verdict"].to_pylist() == ["untested"]
+    assert made.trials.num_rows == 1 and made.claims["outcome"].to_pylist() == ["not shown"]
 
 
 def test_a_judge_that_goes_wrong_at_one_seed_is_told(tmp_path, capsys):
     judge = "import sys; sys.exit() if rows[0]['repeat'] else None; return Outcome('holds', 'so')"
     made = run(experiment(tmp_path / "mine.py", judge, repeats=2), tmp_path / "out")
-    assert made.claims["verdict"].to_pylist() == ["holds"]
+    assert made.claims["outcome"].to_pylist() == ["holds"]
     assert "claim mine: its judge failed: mine.py, line 9: SystemExit" in capsys.readouterr().err
 
 

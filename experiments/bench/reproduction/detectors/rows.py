@@ -134,7 +134,7 @@ def shown_in(rows: Rows, trials: int, models: tuple[ConfiguredModel, ...]) -> Sh
     for model in models:
         own = bare.of(model.label)
         whole = len(own) == trials
-        verdicts[model.label] = outcome(CLAIM, own, model.thresholds["looming"]).verdict if whole else "untested"
+        verdicts[model.label] = outcome(CLAIM, own, model.thresholds["looming"]).verdict if whole else "not shown"
     return replace(bare, verdicts=verdicts)
 
 
@@ -154,7 +154,7 @@ def detector_row(arena: str, detector: Detector, shown: Sequence[Shown]) -> Dete
     return DetectorRow(
         arena=arena, label=detector.label, preset=detector.preset, source=detector.source, threshold=threshold,
         in_a_row=spikes_in_a_row(model.network), held=held,
-        untested=judged.count("untested"), replicates=len(judged), low=low, high=high,
+        untested=judged.count("not shown"), replicates=len(judged), low=low, high=high,
         spikes=_means(trials, _column("spikes")), peak=_means(trials, peak), frames=_means(trials, _column("frames")),
         announced=_means(trials, lambda row: float(row["collision_frames"] > 0)),
         collision_frames=_means(trials, frames), held_by_collision=_held_by(every, frames),

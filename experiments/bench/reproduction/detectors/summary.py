@@ -3,30 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
-from experiments.bench.judging.verdict import Verdict
-from experiments.bench.reproduction.detectors.panel import CLAIM
 from experiments.bench.reproduction.detectors.study import FILE
-
-
-def with_detectors(claims: Sequence[Verdict], folder: Path) -> list[Verdict]:
-    """The verdicts, that of C21 saying what it comes to for each detector and preset in either arena.
-
-    Parameters
-    ----------
-    claims
-        The paper's claims.
-    folder
-        A reproduction's; without ``detectors.json`` in it the verdicts are as given.
-    """
-    said = summary(folder)
-    return [
-        replace(claim, tried=" ".join(filter(None, (claim.tried, said)))) if said and claim.id == CLAIM else claim
-        for claim in claims
-    ]
 
 
 def summary(folder: Path) -> str:

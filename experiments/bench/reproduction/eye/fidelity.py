@@ -112,7 +112,8 @@ class Fidelity:
         return [
             {
                 "eye": cell.eye, "drive": cell.drive, "claim": claim, "held": self.counted(cell, claim),
-                "vacuous": self.counted(cell, claim, "vacuous"), "untested": self.counted(cell, claim, "untested"),
+                "vacuous": self.counted(cell, claim, "silent model"),
+                "untested": self.counted(cell, claim, "not shown"),
                 "replicates": len(found), "decided": found[0].decided, "measured": found[0].measured,
                 "speed_error": self.driven[cell].speed_error, "path_error_mm": self.driven[cell].path_error_mm,
             }

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.judging.replicates import counted
+from experiments.bench.judging.count import count
 from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction.onboard.formats import CLAIMS, FLOAT, FORMATS, Format
@@ -17,8 +17,8 @@ from experiments.bench.reproduction.replicates import Replicate, of_model
 from experiments.bench.store.rows import Failure
 
 FILE, STUDY = "onboard.json", "onboard"
-LOST = ("fragile", "never held")
-"""What a claim is that does not survive: `experiments.bench.judging.replicates.Replicates.standing`."""
+LOST = ("sometimes", "fails")
+"""The words of a claim that does not survive: see `experiments.bench.judging.count`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +35,8 @@ class ClaimRow:
         The exact 95 % interval of the share in which it held.
     lost, gained
         In how many replicates it held of the float network and not here, and the reverse.
-    standing
-        ``robust``, ``fragile``, ``never held``, or ``so far`` below 20 replicates.
+    word
+        ``holds``, ``sometimes``, ``fails``, or empty with too few replicates for a word.
     decided
         The number that decided in replicate 0.
     """
@@ -51,7 +51,7 @@ class ClaimRow:
     high: float
     lost: int
     gained: int
-    standing: str
+    word: str
     decided: str
 
 
@@ -114,12 +114,10 @@ class Onboard:
         return next(row for row in self.claims if (row.claim, row.label) == (claim, label))
 
     def broken(self) -> list[str]:
-        """Return the claims that do not survive: robust of the float network, and not of the best format."""
+        """Return the claims that do not survive: they hold of the float network, and not of the best format."""
         plain, best = (each.label for each in self.formats[:2])
         return [
-            claim
-            for claim in CLAIMS
-            if self.row(claim, plain).standing == "robust" and self.row(claim, best).standing in LOST
+            claim for claim in CLAIMS if self.row(claim, plain).word == "holds" and self.row(claim, best).word in LOST
         ]
 
 
@@ -151,13 +149,14 @@ def tabled(
 
 
 def _claim_row(claim: str, label: str, found: Sequence[Outcome], plain: Sequence[Outcome]) -> ClaimRow:
-    count = counted([each.verdict for each in found])
+    counted = count([each.verdict for each in found])
     pairs = [(own.verdict == "holds", float_.verdict == "holds") for own, float_ in zip(found, plain, strict=True)]
-    low, high = proportion_interval(count.held, count.of)
+    low, high = proportion_interval(counted.holds, counted.replicates)
     return ClaimRow(
-        claim, label, count.held, count.vacuous, count.untested, count.of, low, high,
+        claim, label, counted.holds, counted.unjudged.get("silent model", 0), counted.unjudged.get("not shown", 0),
+        counted.replicates, low, high,
         sum(before and not own for own, before in pairs), sum(own and not before for own, before in pairs),
-        count.standing, found[0].decided,
+        counted.word, found[0].decided,
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.table import Table
 
 from experiments.bench.engine.terminal import out_console, show_line, show_table
-from experiments.bench.judging.replicates import LEAST_FOR_STANDING
+from experiments.bench.judging.count import LEAST_JUDGED
 from experiments.bench.reproduction.onboard.formats import CLAIMS
 from experiments.bench.reproduction.onboard.rows import Onboard
 
@@ -34,10 +34,12 @@ def show(table: Onboard) -> None:
 
 
 def survival(table: Onboard) -> str:
-    """Return which robust claims do not survive in the best format; below 20 replicates none is robust or fragile."""
-    if table.replicates < LEAST_FOR_STANDING:
-        return f"which claims survive takes {LEAST_FOR_STANDING} replicates"
+    """Return which claims that hold do not survive in the best format; below 20 replicates there is no word."""
+    if table.replicates < LEAST_JUDGED:
+        return f"which claims survive takes {LEAST_JUDGED} replicates"
     broken = table.broken()
     return (
-        f"do not survive in {table.formats[1].label}: {', '.join(broken)}" if broken else "every robust claim survives"
+        f"do not survive in {table.formats[1].label}: {', '.join(broken)}"
+        if broken
+        else "every claim that holds survives"
     )

@@ -10,20 +10,21 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from experiments.bench.figures.plotting import STYLE
+from experiments.bench.judging.count import SIGNS, Kind
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction import robustness
-from experiments.bench.reproduction.page.overview import sign
 
-SHADES = {"holds": "#2a9d8f", "fails": "#b5485d", "vacuous": "#e9dcb5", "untestable": "#b9c4dd", "untested": "#cfcfcf"}
-SIGNS = {"holds": "holds", "fails": "fails", "vacuous": "vacuous", "untestable": "untestable", "untested": "-"}
+SHADES = {"holds": "#2a9d8f", "fails": "#b5485d"}
+UNJUDGED = "#cfcfcf"
 DEFAULTS = "defaults (replicate 0)"
 
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A claim after a move: the word of its verdict, its sign, and whether the verdict is that of the defaults."""
+    """A claim after a move: what it came to, its style class and sign, and whether that is as with the defaults."""
 
-    word: str
+    verdict: str
+    kind: Kind
     sign: str
     same: bool
 
@@ -45,7 +46,8 @@ def moves(verdicts: Mapping[str, Mapping[str, Outcome]]) -> list[Move]:
 
 
 def _cell(found: Outcome, defaults: Outcome) -> Cell:
-    return Cell(found.verdict, sign(found.verdict), found.verdict == defaults.verdict)
+    kind: Kind = "holds" if found.verdict == "holds" else "fails" if found.judged else "unjudged"
+    return Cell(found.verdict, kind, SIGNS[kind], found.verdict == defaults.verdict)
 
 
 def _name(move: str) -> str:
@@ -72,8 +74,8 @@ def draw(verdicts: Mapping[str, Mapping[str, Outcome]]) -> Figure:
         for row, name in enumerate(names):
             for column, claim in enumerate(claims):
                 verdict = verdicts[name][claim].verdict
-                axes.barh(row, 0.94, left=column - 0.47, height=0.88, color=SHADES[verdict])
-                axes.text(column, row, SIGNS[verdict], ha="center", va="center", fontsize=8,
+                axes.barh(row, 0.94, left=column - 0.47, height=0.88, color=SHADES.get(verdict, UNJUDGED))
+                axes.text(column, row, verdict, ha="center", va="center", fontsize=8,
                           color="white" if verdict in ("holds", "fails") else "black")  # fmt: skip
         axes.set_xticks(range(len(claims)), claims)
         axes.set_yticks(range(len(names)), [_name(name) for name in names])

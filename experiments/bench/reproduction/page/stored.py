@@ -8,13 +8,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.reproduction.page.overview import Tile, sign
+from experiments.bench.judging.stored import verdicts
+from experiments.bench.judging.verdict import Verdict
+from experiments.bench.reproduction.page.overview import Tile, tile
 from experiments.bench.reproduction.page.sections import Picture, figure_of
 from experiments.bench.store.places import regular
+
+MODEL_CLAIMS = "model_claims.json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +83,7 @@ def stored(folder: Path) -> Stored:
         for path in sorted(folder.glob("*/map.svg"))
     ]
     eyes = next((_eyes(rows) for rows in _lists(folder, "fidelity.json") if rows), None)
-    models = [_model_claim(row) for rows in _lists(folder, "model_claims.json") for row in rows]
+    models = [_model_claim(verdict) for verdict in _model_verdicts(folder)]
     return Stored(tuple(maps), eyes, tuple(models))
 
 
@@ -91,6 +96,13 @@ def read(folder: Path, name: str) -> Any:
         return json.loads(regular(folder / f"{name}.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
+
+
+def _model_verdicts(folder: Path) -> Iterator[Verdict]:
+    """The verdicts of every ``model_claims.json``, in the folder itself and one level below."""
+    for path in (folder / MODEL_CLAIMS, *sorted(folder.glob(f"*/{MODEL_CLAIMS}"))):
+        with suppress(ValueError):
+            yield from verdicts(read(path.parent, path.stem))
 
 
 def _lists(folder: Path, name: str) -> Iterator[list[dict[str, Any]]]:
@@ -111,13 +123,9 @@ def _eyes(rows: list[dict[str, Any]]) -> EyeTable:
 
 
 def _held(claim: str, row: dict[str, Any]) -> Cell:
-    vacuous = f", vacuous in {row['vacuous']}" if row["vacuous"] else ""
+    vacuous = f", silent model in {row['vacuous']}" if row["vacuous"] else ""
     return Cell(claim, f"{row['held']} of {row['replicates']}{vacuous}")
 
 
-def _model_claim(row: dict[str, Any]) -> ModelClaim:
-    word = row.get("overall") or row["verdict"]
-    several = row.get("replicates") or 0
-    count = f"{row['replicates_held']} of {several}" if several > 1 else ""
-    tile = Tile(row["id"], word, sign(word), row["says"], count)
-    return ModelClaim(tile, row["model"], row["source"], row["says"], row["decided"] or row["measured"])
+def _model_claim(verdict: Verdict) -> ModelClaim:
+    return ModelClaim(tile(verdict), verdict.model, verdict.source, verdict.says, verdict.outcome.deciding)
