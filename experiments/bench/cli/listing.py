@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 def register(app: typer.Typer) -> None:
     """Put the command into ``app``."""
-    app.command("list", short_help="Name the experiments, models, scenes, stimuli, envs, behaviours.")(list_all)
+    app.command("list", short_help="Name the experiments, models, scenes, stimuli, envs, behaviours, claims.")(list_all)
     app.command(short_help="List every parameter that --set reaches.")(parameters)
 
 
 def list_all() -> None:
-    """Name what there is to run: experiments, vision models, arenas, stimuli, envs, behaviours."""
+    """Name what there is to run: experiments, vision models, arenas, stimuli, envs, behaviours, claims."""
     from colias_sim.envs import ENVS
     from dsnn import MODELS
     from dsnn.stimuli import STIMULI
@@ -28,6 +28,7 @@ def list_all() -> None:
     from experiments.behaviours import BEHAVIOURS, GROUPS
     from experiments.bench import registry
     from experiments.bench.engine.terminal import out_console, show_line
+    from experiments.bench.judging.claims import paper_claims
     from scenes import ARENAS
 
     experiments = {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
@@ -38,7 +39,7 @@ def list_all() -> None:
     behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()} | groups
     kinds = {
         "experiments": experiments, "models": models, "scenes": ARENAS, "stimuli": stimuli, "envs": envs,
-        "behaviours": behaviours,
+        "behaviours": behaviours, "claims of the paper": {name: claim.title for name, claim in paper_claims().items()},
     }  # fmt: skip
     for title, items in kinds.items():
         out_console.print(title, style="b")
