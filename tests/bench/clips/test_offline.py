@@ -274,8 +274,8 @@ def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
         (("--model", "nosuch"), "unknown model 'nosuch'"),
     ],
 )
-def test_a_wrong_use_is_one_line(colias, arguments, says):
-    done = colias("run", "clean", *arguments, "--out", "out")
+def test_a_wrong_use_is_one_line(colias_here, arguments, says):
+    done = colias_here("run", "clean", *arguments, "--out", "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert says in done.stderr
-    assert not (colias.folder / "out").exists()
+    assert not (colias_here.folder / "out").exists()

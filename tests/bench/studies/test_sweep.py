@@ -44,11 +44,11 @@ def test_sweeps_share_stimuli_and_tabulate_the_grid(tmp_path):
         (("--over", "scene.arena=bright,brigth"), "nearest: bright"),
     ],
 )
-def test_wrong_grids_end_in_one_line(colias, arguments, says):
-    done = colias("sweep", "speed", *arguments, "--out", "out")
+def test_wrong_grids_end_in_one_line(colias_here, arguments, says):
+    done = colias_here("sweep", "speed", *arguments, "--out", "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert says in done.stderr
-    assert not (colias.folder / "out").exists()
+    assert not (colias_here.folder / "out").exists()
 
 
 def table(folder):
