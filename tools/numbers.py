@@ -45,7 +45,7 @@ class NotFinished(Exception):
 def taken(run: Path) -> dict[str, Any]:
     """What ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
     design, pooled = (_json(run / f"{name}.json") for name in ("design", "pooled"))
-    claims, own = (_verdicts(run / f"{name}.json") for name in ("claims", "behaviours"))
+    claims, own = (_read(run / f"{name}.json") for name in ("claims", "behaviours"))
     tables = sorted(run.glob("behave-*/scores.csv"))
     if not tables:
         raise NotFinished(f"{run}: no behave-*/scores.csv; run colias reproduce without --robot-only")
@@ -73,7 +73,8 @@ def _rate(claim: str, pooled: Mapping[str, Any] | None) -> str:
     return rate(claim, Outcome(pooled["verdict"], pooled["measured"], n=pooled["n"], broken=pooled["broken"]))
 
 
-def _verdicts(path: Path) -> list[Verdict]:
+def _read(path: Path) -> list[Verdict]:
+    """The verdicts in a file."""
     try:
         return stored.verdicts(_json(path))
     except ValueError as error:
