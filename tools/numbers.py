@@ -149,7 +149,8 @@ def _groups(results: Mapping[str, Any]) -> str:
     """What claims came to by `GROUPS`: which hold, hold sometimes, fail, and which have no word."""
     counts = {claim["id"]: Count(**claim["count"]) for claim in (*results["claims"], *results["behaviours"])}
     lines = [_totals(results), "", "| about | holds | sometimes | fails | no word |", "|---|---|---|---|---|"]
-    for about, ids in GROUPS.items():
+    for about, claims in GROUPS.items():
+        ids = [claim for claim in claims if claim in counts]
         cells = {word: ", ".join(claim for claim in ids if counts[claim].word == word)
                  for word in ("holds", "sometimes", "fails")}  # fmt: skip
         without = ", ".join(f"{claim}: {counts[claim]}" for claim in ids if not counts[claim].word)
