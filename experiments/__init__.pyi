@@ -32,6 +32,9 @@ from experiments.bench.robot.designs import General as General
 from experiments.bench.robot.designs import Translation as Translation
 from experiments.bench.robot.experiment import Condition as Condition
 from experiments.bench.robot.experiment import Experiment as Experiment
+from experiments.bench.studies.study import Axis as Axis
+from experiments.bench.studies.study import Level as Level
+from experiments.bench.studies.study import Study as Study
 
 __version__: str
 NAMES: tuple[str, ...]
@@ -41,6 +44,7 @@ __all__ = [
     "NAMES",
     "OFFLINE",
     "Angular",
+    "Axis",
     "Behaviour",
     "Check",
     "Claim",
@@ -54,10 +58,12 @@ __all__ = [
     "Experiment",
     "Figure",
     "General",
+    "Level",
     "OfflineExperiment",
     "Outcome",
     "Run",
     "Score",
+    "Study",
     "Translation",
     "UsageError",
     "Verdict",

@@ -24,7 +24,7 @@ from experiments.bench.cli import (
     reproduce,
     run,
     runs,
-    sweep,
+    study,
     train,
     tune,
     video,
@@ -33,7 +33,7 @@ from experiments.bench.cli import (
 )
 
 COMMANDS = (
-    run, sweep, maps, reproduce, watch, check, leaderboard, tune, train, behave, firmware, listing, runs, compare, view,
+    run, maps, study, reproduce, watch, check, leaderboard, tune, train, behave, firmware, listing, runs, compare, view,
     video, measured, camera, export, clips, doctor,
 )  # fmt: skip
 """The modules of the commands, in the order in which help shows them."""
@@ -75,7 +75,8 @@ paper (Fu, Bellotto and Yue 2018) reports.
   colias run general --model dsnn --model dsn2017 --model my_model.py
   colias run my_experiment.py        your own declaration
   colias run speed --resume runs/speed-...     just what is missing
-  colias sweep speed --over dsnn.n_con=4,6,8 --over dsnn.d=1,2
+  colias map speed --over dsnn.n_con=4,6,8 --measure spikes
+  colias study fidelity              which claims survive the robot's eye
   colias map general --over experiment.acceleration_cm_s2=10,17,25
                                      where which claims hold
   colias run clean                   the paper's off-line clips, to the DSNN

@@ -1,4 +1,4 @@
-"""What a map can measure beside claims: each measure is one short function from the rows of a point to a number.
+"""What a study can measure beside claims: each measure is one short function from the rows of a point to a number.
 
 A new measure is its function and an entry of `MEASURES`.
 """
@@ -13,10 +13,11 @@ from typing import Any, Literal
 from dsnn.stimuli import ClipParams
 from experiments.bench.clips.claims import POTENTIALS
 from experiments.bench.judging.numbers import unreadable
+from experiments.bench.judging.statistics import summarise
 from experiments.bench.robot.claims import flaws
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition
 from experiments.bench.robot.mechanism import peaks
-from experiments.bench.store.rows import group
+from experiments.bench.store.rows import group, known
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -36,16 +37,21 @@ class Measured:
         What is to be known of it, in a few words; empty if nothing is.
     said
         What it was found from, or why there is none.
+    n, low, high
+        Of a mean: the number of trials, and its 95 % interval.
     """
 
     value: float | None
     mark: str = ""
     said: str = ""
+    n: int | None = None
+    low: float | None = None
+    high: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """A number that a map can show.
+    """A number that a study can show.
 
     Parameters
     ----------
@@ -63,6 +69,10 @@ class Measure:
         Whether these conditions, or clips' parameters, give it.
     of
         From the rows of a point that it is about, and the model's spiking threshold, to the number.
+    motions
+        The motions that it reads, with the robot.
+    conditions
+        Columns of the one condition that it is about, with their values; empty where it is about several.
     """
 
     name: str
@@ -72,6 +82,8 @@ class Measure:
     needs: str
     given_by: Callable[[Sequence[Any]], bool]
     of: Callable[[Rows, float | None], Measured]
+    motions: tuple[str, ...] = ("translation",)
+    conditions: tuple[tuple[str, Any], ...] = ()
 
     def described(self) -> dict[str, str]:
         """Return what ``experiment.json`` says of it."""
@@ -161,3 +173,51 @@ _ENTRIES = (
 )  # fmt: skip
 MEASURES: Mapping[str, Measure] = {measure.name: measure for measure in _ENTRIES}
 """The measures by name."""
+
+SPIKES = "spikes"
+"""The measure that is one of each condition: the mean number of spikes in a trial."""
+
+
+def spikes_in(conditions: Sequence[Condition]) -> list[Measure]:
+    """Return a measure for each condition: the mean number of spikes in its trials, with its 95 % interval.
+
+    Each is called by the columns in which conditions differ.
+    """
+    whole = list(dict.fromkeys(conditions))
+    names = [name for name in CONDITION_COLUMNS if len({getattr(each, name) for each in whole}) > 1]
+    return [
+        Measure(
+            f"{SPIKES}: {', '.join(f'{name}={_text(getattr(each, name))}' for name in names)}" if names else SPIKES,
+            "mean number of spikes in a trial", "", "robot", "that condition", lambda _: True,
+            partial(mean_spikes, condition=tuple((name, getattr(each, name)) for name in CONDITION_COLUMNS)),
+            (each.motion,), tuple((name, getattr(each, name)) for name in CONDITION_COLUMNS),
+        )
+        for each in whole
+    ]  # fmt: skip
+
+
+def _text(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float | int) else str(value)
+
+
+def mean_spikes(rows: Rows, _threshold: float | None, *, condition: tuple[tuple[str, Any], ...]) -> Measured:
+    """Find the mean number of spikes over the trials of one condition, and its 95 % interval.
+
+    Parameters
+    ----------
+    rows
+        Of ``trials.parquet``, of one model.
+    condition
+        Columns of the condition with their values.
+
+    Returns
+    -------
+    Measured
+        None of a model that does not spike, and where no trial has that condition.
+    """
+    own = [row for row in rows if all(row[name] == value for name, value in condition)]
+    spikes = [row["spikes"] for row in own if row["spikes"] is not None]
+    if not spikes:
+        return Measured(None, said="no trial there" if not own else "it does not spike", n=len(own))
+    summary = summarise(spikes)
+    return Measured(summary.mean, n=len(own), low=known(summary.ci_low), high=known(summary.ci_high))
