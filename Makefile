@@ -2,7 +2,7 @@
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run reproduce numbers train policies test test-train attack fuzz docs lint types bench setup lock clean
+.PHONY: run reproduce numbers train policies test test-train attack fuzz mutants docs lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -47,6 +47,11 @@ attack: $(READY) ## Bad models, trees of users' files, data that name code, link
 fuzz: $(READY) ## The network in C under the sanitizers: 2,000 cases
 	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py -k every_build
 
+MUTANTS := runs/mutants.json
+mutants: $(READY) ## 100 small changes of the source, the same each time, and which of them the tests nearest to them notice; some half an hour
+	mkdir -p $(dir $(MUTANTS))
+	$(BIN)/python -m tools.mutants run --out $(MUTANTS)
+
 lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -56,6 +61,10 @@ types: $(READY)
 
 bench: $(READY) ## Speed, as ratios measured side by side
 	$(BIN)/python -m benchmarks
+
+SINCE :=
+sizes: $(READY) ## Lines of code by folder, without docstrings and comments (SINCE=REVISION: that one beside it)
+	$(BIN)/python -m tools.sizes $(SINCE)
 
 setup: $(READY)
 

@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from colias_sim.field_docs import with_field_docs
+from colias_sim.field_docs import unit, with_field_docs
 from colias_sim.presets import COLIAS4, OV7670, find
 from scenes import arena_path
 
@@ -31,30 +31,50 @@ def known_arena(name: str) -> str:
 class RobotConfig:
     """The body and the drive of the Colias. Public sources disagree on the wheels; these fit inside its 4 cm body."""
 
-    wheel_radius_cm: float = Field(
+    wheel_radius_cm: Annotated[float, unit("cm")] = Field(
         default=1.0, ge=0.5, le=1.3, description="radius of a driven wheel (public: 1.0..1.3)"
     )
-    track_cm: float = Field(default=3.2, ge=2.0, le=3.6, description="distance between the wheels' mid-planes")
-    axle_back_cm: float = Field(default=0.0, ge=0.0, le=0.5, description="wheel axle behind the body's centre")
-    mass_g: float = Field(default=28.0, ge=10.0, le=100.0, description="whole mass (public: 28)")
-    motor_gain: float = Field(default=2e-4, ge=5e-5, le=5e-4, description="velocity servo gain of a wheel, N m s/rad")
-    max_speed_cm_s: float = Field(default=35.0, ge=1.0, le=100.0, description="top speed of a wheel's rim (public: 35)")
-    power_step_cm_s: float = Field(
-        default=0.0, ge=0.0, le=1.0, description="speed of one step of a wheel's 8-bit power; 0: speeds have no steps"
+    track_cm: Annotated[float, unit("cm")] = Field(
+        default=3.2, ge=2.0, le=3.6, description="distance between the wheels' mid-planes"
     )
-    dead_band: int = Field(default=0, ge=0, le=254, description="power below which a wheel does not turn")
-    trim: int = Field(default=0, ge=-50, le=50, description="powers taken off the left wheel to drive straight")
-    motor_inequality: float = Field(
-        default=0.0, ge=-50.0, le=50.0, description="powers by which the left motor is faster than the right one"
+    axle_back_cm: Annotated[float, unit("cm")] = Field(
+        default=0.0, ge=0.0, le=0.5, description="distance of the wheels' axle behind the body's centre"
     )
-    motor_inequality_sd: float = Field(
-        default=0.0, ge=0.0, le=10.0, description="spread of that between trials, in powers"
+    mass_g: Annotated[float, unit("g")] = Field(
+        default=28.0, ge=10.0, le=100.0, description="mass of the whole robot (public: 28)"
     )
-    command_slot_ms: float = Field(
-        default=0.0, ge=0.0, le=1000.0, description="slot of the motor board's queue; 0: commands act at once"
+    motor_gain: Annotated[float, unit("N m s/rad")] = Field(
+        default=2e-4, ge=5e-5, le=5e-4, description="gain of a wheel's velocity servo"
     )
-    serial_ms: float = Field(
-        default=0.0, ge=0.0, le=100.0, description="time of a command on the serial line to the motor board"
+    max_speed_cm_s: Annotated[float, unit("cm/s")] = Field(
+        default=35.0, ge=1.0, le=100.0, description="top speed of a wheel's rim (public: 35)"
+    )
+    power_step_cm_s: Annotated[float, unit("cm/s")] = Field(
+        default=0.0,
+        ge=0.0,
+        le=1.0,
+        description="speed of one step of a wheel's 8-bit power; 0: wheel speeds have no steps",
+    )
+    dead_band: Annotated[int, unit("powers")] = Field(
+        default=0, ge=0, le=254, description="power of a motor below which its wheel does not turn"
+    )
+    trim: Annotated[int, unit("powers")] = Field(
+        default=0, ge=-50, le=50, description="power taken off the left wheel to drive straight"
+    )
+    motor_inequality: Annotated[float, unit("powers")] = Field(
+        default=0.0, ge=-50.0, le=50.0, description="power by which the left motor is faster than the right one"
+    )
+    motor_inequality_sd: Annotated[float, unit("powers")] = Field(
+        default=0.0, ge=0.0, le=10.0, description="spread of motor_inequality between trials"
+    )
+    command_slot_ms: Annotated[float, unit("ms")] = Field(
+        default=0.0,
+        ge=0.0,
+        le=1000.0,
+        description="slot of the motor board's queue of commands; 0: commands act at once",
+    )
+    serial_ms: Annotated[float, unit("ms")] = Field(
+        default=0.0, ge=0.0, le=100.0, description="time of a motor command on the serial line to the motor board"
     )
     open_loop: bool = Field(
         default=False, description="whether a trial's stimulus drives by time alone, without feedback of its pose"
@@ -124,21 +144,32 @@ class CameraConfig:
     OmniVision: data sheet of the OV7670. Public firmware of the Colias (ColiasSenseV4).
     """
 
-    width: int = Field(default=99, ge=8, le=1920, description="columns, px")
-    height: int = Field(default=72, ge=8, le=1080, description="rows, px")
-    hfov_deg: float = Field(default=70.0, ge=10.0, le=150.0, description="horizontal field of view")
-    fps: float = Field(default=30.0, ge=5.0, le=120.0, description="frames per second")
-    forward_cm: float = Field(
-        default=1.95, ge=0.0, le=2.5, description="lens in front of the robot's centre (public: 1.7..2.5)"
+    width: Annotated[int, unit("px")] = Field(default=99, ge=8, le=1920, description="columns of a frame")
+    height: Annotated[int, unit("px")] = Field(default=72, ge=8, le=1080, description="rows of a frame")
+    hfov_deg: Annotated[float, unit("degrees")] = Field(
+        default=70.0, ge=10.0, le=150.0, description="horizontal field of view"
     )
-    up_cm: float = Field(default=2.0, ge=0.5, le=3.0, description="lens above the floor (public: 1.2..2.7)")
-    exposure_ms: float = Field(
+    fps: Annotated[float, unit("frames/s")] = Field(
+        default=30.0, ge=5.0, le=120.0, description="frame rate of the camera"
+    )
+    forward_cm: Annotated[float, unit("cm")] = Field(
+        default=1.95,
+        ge=0.0,
+        le=2.5,
+        description="distance of the lens in front of the robot's centre (public: 1.7..2.5)",
+    )
+    up_cm: Annotated[float, unit("cm")] = Field(
+        default=2.0, ge=0.5, le=3.0, description="height of the lens above the floor (public: 1.2..2.7)"
+    )
+    exposure_ms: Annotated[float, unit("ms")] = Field(
         default=8.0, ge=0.0, le=200.0,
-        description="exposure; 0: an instant; at most a frame; with auto_exposure where the loop starts",
+        description="exposure time, at most a frame; 0: an instant; with auto_exposure, where the exposure"
+        " loop starts",
     )  # fmt: skip
     exposure_samples: int = Field(
         default=1, ge=1, le=64,
-        description="renders averaged over the exposure; with auto_exposure at most, one for each two physics steps",
+        description="renders averaged over the exposure; with auto_exposure the most, one for each two"
+        " physics steps",
     )  # fmt: skip
     multisample: int = Field(default=4, ge=0, le=16, description="OpenGL samples per rendered pixel")
     supersample: int = Field(default=1, ge=1, le=32, description="rendered pixels per camera pixel and axis")
@@ -148,11 +179,16 @@ class CameraConfig:
     still_background: bool = Field(
         default=False, description="render only around robots that can move while the camera rests; global shutter only"
     )
-    shot_noise: float = Field(default=1.28, ge=0.0, le=64.0, description="photon noise at white, sd in grey levels")
-    read_noise: float = Field(default=0.64, ge=0.0, le=64.0, description="read noise, sd in grey levels")
-    row_time_us: float = Field(
+    shot_noise: Annotated[float, unit("grey levels")] = Field(
+        default=1.28, ge=0.0, le=64.0, description="standard deviation of the photon noise at white"
+    )
+    read_noise: Annotated[float, unit("grey levels")] = Field(
+        default=0.64, ge=0.0, le=64.0, description="standard deviation of the read noise"
+    )
+    row_time_us: Annotated[float, unit("us")] = Field(
         default=0.0, ge=0.0, le=20000.0,
-        description="from the read-out of a row of the picture to the next row's (OV7670: 418); 0: a global shutter",
+        description="time from the read-out of a row of the picture to that of the next row (OV7670: 418); 0:"
+        " a global shutter",
     )  # fmt: skip
     row_bands: int = Field(
         default=6, ge=1, le=1080, description="bands of rows, each rendered at its own moment, where row_time_us > 0"
@@ -160,37 +196,60 @@ class CameraConfig:
     gain: float = Field(
         default=1.0, ge=0.1, le=16.0, description="fixed gain, on light and noise (OV7670 on Colias: 1.5)"
     )
-    auto_exposure: bool = Field(default=False, description="whether a loop controls the exposure time")
-    ae_target: float = Field(
-        default=108.0, ge=1.0, le=254.0, description="mean grey in the middle of the loop's control zone (OV7670: 108)"
+    auto_exposure: bool = Field(default=False, description="whether the exposure loop controls the exposure time")
+    ae_target: Annotated[float, unit("grey levels")] = Field(
+        default=108.0,
+        ge=1.0,
+        le=254.0,
+        description="mean grey in the middle of the exposure loop's control zone (OV7670: 108)",
     )
-    ae_zone: float = Field(
-        default=9.0, gt=0.0, le=127.0, description="half width of the control zone in grey levels (OV7670: 9)"
+    ae_zone: Annotated[float, unit("grey levels")] = Field(
+        default=9.0, gt=0.0, le=127.0, description="half width of the exposure loop's control zone (OV7670: 9)"
     )
     ae_step: float = Field(
-        default=0.0625, gt=0.0, le=0.5, description="one step of the exposure, as a share of it (OV9650: 1/16)"
+        default=0.0625,
+        gt=0.0,
+        le=0.5,
+        description="one step of the exposure loop, as a share of the exposure time (OV9650: 1/16)",
     )
-    ae_steps: int = Field(default=10, ge=1, le=100, description="most steps a frame (OV9650: 10 fast, 1 normal)")
-    ae_min_ms: float = Field(default=0.0627, gt=0.0, le=200.0, description="shortest exposure of the loop: 1 VGA row")
-    ae_max_ms: float = Field(default=32.0, gt=0.0, le=200.0, description="longest exposure of the loop: 510 VGA rows")
-    ae_unit_ms: float = Field(
+    ae_steps: int = Field(
+        default=10, ge=1, le=100, description="most steps of the exposure loop in a frame (OV9650: 10 fast, 1 normal)"
+    )
+    ae_min_ms: Annotated[float, unit("ms")] = Field(
+        default=0.0627, gt=0.0, le=200.0, description="shortest exposure of the exposure loop: 1 VGA row"
+    )
+    ae_max_ms: Annotated[float, unit("ms")] = Field(
+        default=32.0, gt=0.0, le=200.0, description="longest exposure of the exposure loop: 510 VGA rows"
+    )
+    ae_unit_ms: Annotated[float, unit("ms")] = Field(
         default=8.0, gt=0.0, le=200.0,
-        description="exposure at which, with gain 1, the loop's picture is as bright as a fixed exposure's (assumed)",
+        description="exposure time at which, with gain 1, the exposure loop's picture is as bright as a fixed"
+        " exposure's (assumed)",
     )  # fmt: skip
     ae_start: Literal["settled", "cold"] = Field(
-        default="settled", description="whether the loop has settled on the still scene at a reset, or starts cold"
+        default="settled",
+        description="whether the exposure loop has settled on the still scene at a reset, or starts cold",
     )
-    blur_px: float = Field(
-        default=0.0, ge=0.0, le=8.0, description="the lens's Gaussian point spread, sd in px (OV7670 on Colias: 0.31)"
+    blur_px: Annotated[float, unit("px")] = Field(
+        default=0.0,
+        ge=0.0,
+        le=8.0,
+        description="standard deviation of the lens's Gaussian point spread (OV7670 on Colias: 0.31)",
     )
     luma_range: Literal["full", "video"] = Field(
-        default="full", description="of the luma: full, 0..255, or video, 16..235"
+        default="full", description="range of the luma: full, 0..255, or video, 16..235"
     )
     drop_probability: float = Field(
-        default=0.0, ge=0.0, lt=1.0, description="of a frame to be lost: the frame before it is there again"
+        default=0.0,
+        ge=0.0,
+        lt=1.0,
+        description="probability that a frame is lost and the frame before it is delivered again",
     )
-    jitter_ms: float = Field(
-        default=0.0, ge=0.0, le=3.0, description="jitter of the frame clock, sd, rounded to whole physics steps"
+    jitter_ms: Annotated[float, unit("ms")] = Field(
+        default=0.0,
+        ge=0.0,
+        le=3.0,
+        description="standard deviation of the frame clock's jitter, rounded to whole physics steps",
     )
 
     @model_validator(mode="after")
@@ -284,7 +343,7 @@ class SceneConfig:
         default="bright", description="name of an arena of the scenes folder: bright, plain, dim, leaves or drum"
     )
     light: float = Field(default=1.0, ge=0.05, le=2.0, description="strength of all lamps, times the arena's own")
-    light_sd: float = Field(default=0.03, ge=0.0, le=0.5, description="spread of that strength between trials")
+    light_sd: float = Field(default=0.03, ge=0.0, le=0.5, description="spread of the lamps' strength between trials")
     turn_wall: bool = Field(default=True, description="turn the wall's texture to a random phase in each trial")
     shell_grey: float = Field(default=0.02, ge=0.0, le=1.0, description="reflectance of the stimulus's shell")
     wall_contrast: float = Field(default=1.0, ge=0.0, le=4.0, description="contrast of the wall's texture")

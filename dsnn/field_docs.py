@@ -1,4 +1,4 @@
-"""The documentation of a parameter class's fields, written into its docstring for `help`.
+"""The unit of a parameter, and the documentation of a parameter class's fields, written into its docstring for `help`.
 
 There are two equal copies of this file, `colias_sim.field_docs` and `dsnn.field_docs`. Neither package imports from the
 other, and there is no package below both, so there is no one place for it. A test keeps the copies equal.
@@ -11,6 +11,7 @@ import inspect
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
+from pydantic import Field
 from pydantic.fields import FieldInfo
 
 Class = TypeVar("Class", bound=type[Any])
@@ -19,6 +20,22 @@ _RAISES = (
     "    A value is not legal. It is a ``ValueError`` that names field, value and bound.",
 )  # fmt: skip
 _BOUNDS = (("ge", "[{:g}"), ("gt", "({:g}")), (("le", "{:g}]"), ("lt", "{:g})"))
+
+
+def unit(name: str) -> Any:
+    """Declare the unit of a parameter: ``tau: Annotated[float, unit("ms")]``.
+
+    Parameters
+    ----------
+    name
+        The unit, or the name of the parameter that says it.
+
+    Returns
+    -------
+    pydantic.fields.FieldInfo
+        Metadata of the annotation. The unit stands in the field's JSON schema, from which lists and tables read it.
+    """
+    return Field(json_schema_extra={"unit": name})
 
 
 def with_field_docs(cls: Class) -> Class:
@@ -32,8 +49,8 @@ def with_field_docs(cls: Class) -> Class:
     Returns
     -------
     type
-        The same class. The section has type, range, default and description of each field, those of its bases too; a
-        section ``Raises`` follows it.
+        The same class. The section has type, range, default, description and unit of each field, those of its bases
+        too; a section ``Raises`` follows it.
     """
     fields: dict[str, FieldInfo] = cls.__pydantic_fields__
     lines = [inspect.cleandoc(cls.__doc__ or ""), "", "Parameters", "----------"]
@@ -42,13 +59,23 @@ def with_field_docs(cls: Class) -> Class:
         legal = _range(info.metadata) or _range_within(info.annotation)
         default = "required" if info.is_required() else f"default {info.default!r}"
         said = f"{_type(info.annotation)}{f' in {legal}' if legal else ''}, {default}"
-        lines += [f"{field.name} : {said}", f"    {_sentence(info.description or '')}"]
+        lines += [f"{field.name} : {said}", f"    {_sentence(info.description or '')}{_unit(info)}"]
     cls.__doc__ = "\n".join([*lines, *_RAISES]) + "\n"
     return cls
 
 
 def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:].rstrip('.')}." if text else ""
+
+
+def _unit(info: FieldInfo) -> str:
+    """The unit of a field, or of the entries of a tuple, as a sentence; empty where it has none."""
+    entries = [part.__metadata__ for part in get_args(info.annotation) if get_origin(part) is Annotated]
+    for field in (info, *(item for metadata in entries for item in metadata)):
+        extra = getattr(field, "json_schema_extra", None)
+        if isinstance(extra, dict) and "unit" in extra:
+            return f" Unit: {extra['unit']}."
+    return ""
 
 
 def _type(annotation: Any) -> str:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable
-from typing import Any
+from typing import Annotated, Any
 
 import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn.direction.network import DSNN
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
 from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
@@ -23,14 +23,14 @@ from dsnn.params import DSNNParams, Milliseconds
 class HybridParams(DSNNParams):
     """The DSNN's parameters, those of `dsnn.LGMD1Params` that matter under ``lgmd_``, and the gate's."""
 
-    lgmd_w_i: float = Field(default=0.6, ge=0.0, le=10.0, description="weight of the LGMD1's inhibition")
-    lgmd_t_g: float = Field(default=30.0, ge=0.0, le=1e6, description="threshold of its grouped excitation")
-    lgmd_t_ffi: float = Field(
-        default=10.0, ge=0.0, le=255.0, description="mean change of the last frame, grey levels, that vetoes its spikes"
+    lgmd_w_i: float = Field(default=0.6, ge=0.0, le=10.0, description="weight of inhibition in the LGMD1")
+    lgmd_t_g: float = Field(default=30.0, ge=0.0, le=1e6, description="threshold of the LGMD1's grouped excitation")
+    lgmd_t_ffi: Annotated[float, unit("grey levels")] = Field(
+        default=10.0, ge=0.0, le=255.0, description="mean change of the last frame that vetoes the LGMD1's spikes"
     )
-    lgmd_t_sp: float = Field(default=0.78, gt=0.5, le=1.0, description="its spike threshold on the potential k")
+    lgmd_t_sp: float = Field(default=0.78, gt=0.5, le=1.0, description="spike threshold on the LGMD1's potential k")
     gate: Milliseconds = Field(
-        default=200.0, description="how long after a looming spike the spikes of HS and VS are held back, ms"
+        default=200.0, description="time after a looming spike for which the spikes of HS and VS are held back"
     )
 
     @property

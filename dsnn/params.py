@@ -8,9 +8,9 @@ from typing import Annotated, Any, Self
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 
-Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0)]
+Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0), unit("ms")]
 
 
 @with_field_docs
@@ -26,28 +26,42 @@ class DSNNParams:
     Fu, Bellotto and Yue 2018, arXiv 1808.07692: table ``tableParams``.
     """
 
-    n_p: int = Field(default=2, ge=0, le=60, description="frames of residual luminance change, N_p (paper: 0..6)")
-    u: float = Field(default=1.0, ge=0.0, le=100.0, description="decay of that residue, u (paper: 1)")
-    d: int = Field(default=1, ge=1, le=16, description="detector spacing and DoG width, px (paper: 1..4)")
+    n_p: Annotated[int, unit("frames")] = Field(
+        default=2, ge=0, le=60, description="duration N_p of the residual luminance change (paper: 0..6)"
+    )
+    u: float = Field(default=1.0, ge=0.0, le=100.0, description="decay u of the residual luminance change (paper: 1)")
+    d: Annotated[int, unit("px")] = Field(
+        default=1, ge=1, le=16, description="detector spacing and DoG width (paper: 1..4)"
+    )
     n_con: int = Field(
         default=8, ge=1, le=64, description="connected cells per cell and direction, N_con (paper: 4..8)"
     )
     w_i: float = Field(default=0.9, ge=0.0, le=1.0, description="weight of inhibition (paper: 0.9)")
-    sigma_l: float = Field(default=0.1, ge=0.0, lt=1.0, description="lamina residue (paper: 0.1)")
-    tau_fast: Milliseconds = Field(default=1.0, description="FDSR time constant on a rise, ms (paper: 1)")
-    tau_slow: Milliseconds = Field(default=100.0, description="FDSR time constant on a fall, ms (paper: 100)")
-    tau_s: tuple[Milliseconds, Milliseconds] = Field(
-        default=(10.0, 200.0), description="correlator delay at the nearest and the farthest pair, ms (paper: 10..200)"
+    sigma_l: float = Field(
+        default=0.1, ge=0.0, lt=1.0, description="residue of the lamina's signal from frame to frame (paper: 0.1)"
     )
-    tau_mp: Milliseconds = Field(default=10.0, description="low-pass of the membrane potentials, ms (paper: 10)")
-    k_sig: float = Field(default=0.01, gt=0.0, le=1e3, description="sigmoid scale (paper: 0.01)")
+    tau_fast: Milliseconds = Field(default=1.0, description="FDSR time constant on a rise (paper: 1)")
+    tau_slow: Milliseconds = Field(default=100.0, description="FDSR time constant on a fall (paper: 100)")
+    tau_s: tuple[Milliseconds, Milliseconds] = Field(
+        default=(10.0, 200.0), description="correlator delay at the nearest and the farthest pair (paper: 10..200)"
+    )
+    tau_mp: Milliseconds = Field(
+        default=10.0, description="time constant of the membrane potentials' low-pass (paper: 10)"
+    )
+    k_sig: float = Field(default=0.01, gt=0.0, le=1e3, description="scale of the sigmoid (paper: 0.01)")
     k_sp: float = Field(default=2.0, ge=0.0, le=20.0, description="spike gain (paper: 1..3)")
     t_sp: float = Field(default=0.16, ge=0.0, le=1.0, description="spike threshold (paper: 0.16..0.2)")
-    fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second (paper: 30)")
-    on: bool = Field(default=True, description="ON pathway intact; false blocks it")
-    off: bool = Field(default=True, description="OFF pathway intact; false blocks it")
-    dog: bool = Field(default=True, description="the lamina's difference of Gaussians; false passes P on as it is")
-    fdsr: bool = Field(default=True, description="fast-depolarising-slow-repolarising adaptation; false removes it")
+    fps: Annotated[float, unit("frames/s")] = Field(
+        default=30.0, gt=0.0, le=10_000.0, description="frame rate (paper: 30)"
+    )
+    on: bool = Field(default=True, description="whether the ON pathway is intact; false blocks it")
+    off: bool = Field(default=True, description="whether the OFF pathway is intact; false blocks it")
+    dog: bool = Field(
+        default=True, description="whether the lamina has its difference of Gaussians; false passes P on as it is"
+    )
+    fdsr: bool = Field(
+        default=True, description="whether fast-depolarising-slow-repolarising adaptation acts; false removes it"
+    )
 
     @classmethod
     def offline(cls, **changes: Any) -> Self:

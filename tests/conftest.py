@@ -34,6 +34,8 @@ LONGEST = (
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run the longest files first: two cores are then busy to the end (with xdist's --no-loadscope-reorder)."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        return  # one process: in the order that was asked for
     place = {name: index for index, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(item.path.stem, len(LONGEST)))
 
@@ -100,8 +102,8 @@ class Colias:
     def __init__(self, folder: Path, timeout_s: float = 300.0, *, warm: bool = True) -> None:
         self.folder, self.timeout_s, self.warm = folder, timeout_s, warm and hasattr(os, "fork")
 
-    def __call__(self, *arguments: str) -> subprocess.CompletedProcess[str]:
-        environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100"}
+    def __call__(self, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
+        environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k} | {"COLUMNS": "100", **variables}
         if self.warm:
             return server().run([*arguments], self.folder, environment, own_core(), self.timeout_s)
         command = [sys.executable, "-m", "experiments.bench.cli", *arguments]

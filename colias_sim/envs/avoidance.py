@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -16,7 +16,7 @@ from colias_sim.envs.measures import COLLISIONS_PER_METRE, COLLISIONS_PER_MINUTE
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions, keyword_arguments
 from colias_sim.envs.scripted import Driver, Wander
 from colias_sim.envs.world import OBSERVER, parked_robots
-from colias_sim.field_docs import with_field_docs
+from colias_sim.field_docs import unit, with_field_docs
 from colias_sim.pose import Pose
 
 ENTRY = EnvEntry(
@@ -37,8 +37,12 @@ class AvoidanceOptions(EnvOptions):
 
     arena: Arena = Field(default="leaves", description="an arena of scenes")
     robots: int = Field(default=10, ge=1, le=MOST_ROBOTS, description="other robots, moving and parked")
-    moving: int = Field(default=5, ge=0, le=MOST_ROBOTS, description="how many of these move; at most all")
-    speed_cm_s: float = Field(default=8.0, ge=0.0, le=20.0, description="speed of those that move, cm/s")
+    moving: int = Field(
+        default=5, ge=0, le=MOST_ROBOTS, description="number of the other robots that move; at most all"
+    )
+    speed_cm_s: Annotated[float, unit("cm/s")] = Field(
+        default=8.0, ge=0.0, le=20.0, description="speed of the other robots that move"
+    )
 
 
 @documented

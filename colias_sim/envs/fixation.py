@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions, keyword_arg
 from colias_sim.envs.scripted import Driver, Orbit
 from colias_sim.envs.targeted import TargetEnv
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
-from colias_sim.field_docs import with_field_docs
+from colias_sim.field_docs import unit, with_field_docs
 from colias_sim.pose import Pose
 
 ENTRY = EnvEntry(
@@ -41,14 +41,14 @@ class FixationOptions(EnvOptions):
     follow: bool = Field(
         default=False, description="whether the observer may drive about; otherwise it only turns on the spot"
     )
-    orbit_cm: float = Field(
-        default=15.0, ge=8.0, le=35.0, description="distance from the observer's start to the target's path, cm"
+    orbit_cm: Annotated[float, unit("cm")] = Field(
+        default=15.0, ge=8.0, le=35.0, description="distance from the observer's start to the target's path"
     )
-    slowest_deg_s: float = Field(
-        default=10.0, ge=0.0, le=120.0, description="least angular rate of the target, degrees/s"
+    slowest_deg_s: Annotated[float, unit("degrees/s")] = Field(
+        default=10.0, ge=0.0, le=120.0, description="least angular rate of the target"
     )
-    fastest_deg_s: float = Field(
-        default=35.0, ge=0.0, le=120.0, description="greatest angular rate of the target, degrees/s"
+    fastest_deg_s: Annotated[float, unit("degrees/s")] = Field(
+        default=35.0, ge=0.0, le=120.0, description="greatest angular rate of the target"
     )
 
     @model_validator(mode="after")

@@ -16,7 +16,7 @@ from colias_sim.config import CameraConfig, RobotConfig, known_arena
 from colias_sim.envs.episode_settings import EpisodeSettings
 from colias_sim.envs.factors import PRESET, Range, checked_randomise, ends_of, ranges_of, reason
 from colias_sim.envs.flags import is_flag
-from colias_sim.field_docs import with_field_docs
+from colias_sim.field_docs import unit, with_field_docs
 from scenes.hints import nearest
 
 MOST_ROBOTS = 20
@@ -83,7 +83,9 @@ class EnvOptions:
         default="default", validate_default=True, description="the observer's eye: a preset, or settings by name"
     )
     robot: Wheels = Field(
-        default="default", validate_default=True, description="body and wheels of all robots, likewise"
+        default="default",
+        validate_default=True,
+        description="body and wheels of all robots: a preset, or settings by name",
     )
     noise: float = Field(default=1.0, ge=0.0, le=10.0, description="camera noise, times the camera's own")
     randomise: Randomise = Field(
@@ -94,8 +96,12 @@ class EnvOptions:
     )
     render_mode: RenderMode | None = Field(default=None, description="how render() shows the scene")
     render_view: View = Field(default="arena", description="where render() looks from")
-    render_width: int = Field(default=480, ge=16, le=1920, description="width of render()'s picture, px")
-    render_height: int = Field(default=360, ge=16, le=1080, description="height of render()'s picture, px")
+    render_width: Annotated[int, unit("px")] = Field(
+        default=480, ge=16, le=1920, description="width of render()'s picture"
+    )
+    render_height: Annotated[int, unit("px")] = Field(
+        default=360, ge=16, le=1080, description="height of render()'s picture"
+    )
 
     @model_validator(mode="after")
     def _apparatus_can_be_had(self) -> Self:

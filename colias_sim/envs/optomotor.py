@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -17,7 +17,7 @@ from colias_sim.envs.measures import EnvEntry, EpisodeColumn, Measure
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions, keyword_arguments
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.world import OBSERVER, parked_robots
-from colias_sim.field_docs import with_field_docs
+from colias_sim.field_docs import unit, with_field_docs
 from colias_sim.pose import Pose
 
 ENTRY = EnvEntry(
@@ -47,11 +47,13 @@ class OptomotorOptions(EnvOptions):
     robots: int = Field(default=0, ge=0, le=MOST_ROBOTS, description="other robots, parked")
     arena: Arena = Field(default="drum", description="an arena of scenes")
     disturbance: Literal["drum", "push"] = Field(
-        default="drum", description="the wall turns, or a torque turns the robot"
+        default="drum", description="what disturbs the robot: the wall turns (drum), or a torque turns the robot (push)"
     )
-    slowest_deg_s: float = Field(default=20.0, ge=0.0, le=360.0, description="least rate of the disturbance, degrees/s")
-    fastest_deg_s: float = Field(
-        default=90.0, ge=0.0, le=360.0, description="greatest rate of the disturbance, degrees/s; of a push at most 180"
+    slowest_deg_s: Annotated[float, unit("degrees/s")] = Field(
+        default=20.0, ge=0.0, le=360.0, description="least rate of the disturbance"
+    )
+    fastest_deg_s: Annotated[float, unit("degrees/s")] = Field(
+        default=90.0, ge=0.0, le=360.0, description="greatest rate of the disturbance; of a push at most 180"
     )
 
     @model_validator(mode="after")

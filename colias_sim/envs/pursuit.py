@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -25,7 +25,7 @@ from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions, keyword_arg
 from colias_sim.envs.scripted import Driver, Wander
 from colias_sim.envs.targeted import TargetEnv
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
-from colias_sim.field_docs import with_field_docs
+from colias_sim.field_docs import unit, with_field_docs
 from colias_sim.pose import Pose
 
 ENTRY = EnvEntry(
@@ -50,8 +50,12 @@ class PursuitOptions(EnvOptions):
     """The keyword arguments of `Pursuit`."""
 
     robots: int = Field(default=1, ge=1, le=MOST_ROBOTS, description="other robots: the target, the rest parked")
-    distance_cm: float = Field(default=10.0, ge=2.0, le=30.0, description="gap between the hulls to be kept, cm")
-    target_speed_cm_s: float = Field(default=6.0, ge=0.0, le=20.0, description="speed of the target, cm/s")
+    distance_cm: Annotated[float, unit("cm")] = Field(
+        default=10.0, ge=2.0, le=30.0, description="gap between the hulls to be kept"
+    )
+    target_speed_cm_s: Annotated[float, unit("cm/s")] = Field(
+        default=6.0, ge=0.0, le=20.0, description="speed of the target"
+    )
 
 
 @documented

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
@@ -29,12 +29,18 @@ class EMDParams:
     """Every constant of the array. Iida's own could not be read: these are assumed."""
 
     tau_hp: Milliseconds = Field(
-        default=250.0, description="temporal high-pass of the luminance, ms; 0 leaves it out (assumed)"
+        default=250.0, description="time constant of the luminance's temporal high-pass; 0 leaves it out (assumed)"
     )
-    tau_lp: Milliseconds = Field(default=50.0, description="low-pass that delays a detector's arm, ms (assumed)")
-    spacing: int = Field(default=1, ge=1, le=64, description="distance between a detector's two arms, px (assumed)")
-    log: bool = Field(default=True, description="logarithmic potentials, as the paper plots them; false: linear")
-    fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
+    tau_lp: Milliseconds = Field(
+        default=50.0, description="time constant of the low-pass that delays a detector's arm (assumed)"
+    )
+    spacing: Annotated[int, unit("px")] = Field(
+        default=1, ge=1, le=64, description="distance between a detector's two arms (assumed)"
+    )
+    log: bool = Field(
+        default=True, description="whether potentials are logarithmic, as the paper plots them; false: linear"
+    )
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
 
 class EMD(NonCopyable):

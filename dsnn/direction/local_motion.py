@@ -6,7 +6,7 @@ zeros, so that a pair along x or y is one offset in flat memory, and a pair that
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FACTOR, FADED, FLUSH_OFTEN, alpha, blur, flush
 from dsnn.params import Milliseconds
 from dsnn.retina import Floats, Retina
@@ -30,26 +30,42 @@ NO_CHANGE = np.float32(1e-3)
 class LocalMotionParams:
     """The constants of T4 and T5 cells; the defaults are the literature's."""
 
-    width_exc: int = Field(default=3, ge=1, le=63, description="side of the excitatory field, px, odd")
-    width_inh: int = Field(default=5, ge=1, le=63, description="side of the inhibitory field, px, odd")
-    width_cn: int = Field(default=5, ge=1, le=63, description="side of the field that normalises contrast, px, odd")
-    std_exc: float = Field(default=10.0, gt=0.0, le=1e3, description="sigma of the excitatory field, px")
-    std_inh: float = Field(default=20.0, gt=0.0, le=1e3, description="sigma of the inhibitory field, px")
-    std_cn: float = Field(default=20.0, gt=0.0, le=1e3, description="sigma of the field that normalises contrast, px")
+    width_exc: Annotated[int, unit("px")] = Field(
+        default=3, ge=1, le=63, description="side of the excitatory field, odd"
+    )
+    width_inh: Annotated[int, unit("px")] = Field(
+        default=5, ge=1, le=63, description="side of the inhibitory field, odd"
+    )
+    width_cn: Annotated[int, unit("px")] = Field(
+        default=5, ge=1, le=63, description="side of the field that normalises contrast, odd"
+    )
+    std_exc: Annotated[float, unit("px")] = Field(
+        default=10.0, gt=0.0, le=1e3, description="sigma of the excitatory field"
+    )
+    std_inh: Annotated[float, unit("px")] = Field(
+        default=20.0, gt=0.0, le=1e3, description="sigma of the inhibitory field"
+    )
+    std_cn: Annotated[float, unit("px")] = Field(
+        default=20.0, gt=0.0, le=1e3, description="sigma of the field that normalises contrast"
+    )
     coe_inh: float = Field(default=1.2, ge=0.0, le=10.0, description="weight of the inhibitory field")
     remain_rec: float = Field(default=0.1, ge=0.0, lt=1.0, description="residue of the ON and OFF signals")
-    coe_cn: float = Field(default=0.2, gt=0.0, le=255.0, description="baseline of the normalisation, grey levels")
-    cn_threshold: float = Field(default=0.75, ge=0.0, lt=1.0, description="normalised signals below this are 0")
-    sd: int = Field(default=1, ge=1, le=16, description="sampling distance, px")
+    coe_cn: Annotated[float, unit("grey levels")] = Field(
+        default=0.2, gt=0.0, le=255.0, description="baseline of the normalisation"
+    )
+    cn_threshold: float = Field(
+        default=0.75, ge=0.0, lt=1.0, description="threshold below which a normalised signal is 0"
+    )
+    sd: Annotated[int, unit("px")] = Field(default=1, ge=1, le=16, description="sampling distance")
     n_con: int = Field(default=5, ge=1, le=32, description="connected cells per cell and direction")
     tau_d: tuple[Milliseconds, Milliseconds] = Field(
-        default=(80.0, 40.0), description="delay at the nearest and the farthest pair, ms"
+        default=(80.0, 40.0), description="delay at the nearest and the farthest pair of cells"
     )
     emd_bias: float = Field(default=1.0, ge=0.0, le=10.0, description="weight of the null direction (1.5 in one build)")
-    tau_t: Milliseconds = Field(default=30.0, description="low-pass of T4 and T5 cells, ms")
+    tau_t: Milliseconds = Field(default=30.0, description="time constant of the low-pass of T4 and T5 cells")
     exp_on: float = Field(default=0.9, gt=0.0, le=4.0, description="exponent of T4 cells")
     exp_off: float = Field(default=0.5, gt=0.0, le=4.0, description="exponent of T5 cells")
-    fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
     def delays(self) -> tuple[float, ...]:
         """Compute the delay of each spacing, linear from the nearest pair to the farthest.

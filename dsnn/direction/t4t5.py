@@ -22,7 +22,9 @@ from dsnn.model import NonCopyable, Response, ResponseSeries, run_model
 class T4T5Params(LocalMotionParams):
     """The constants of the T4 and T5 cells, and the scale of the sum over the field."""
 
-    k_sig: float = Field(default=0.01, gt=0.0, le=1e3, description="sigmoid scale, a share of the cells (assumed)")
+    k_sig: float = Field(
+        default=0.01, gt=0.0, le=1e3, description="scale of the sigmoid, as a share of the number of cells (assumed)"
+    )
 
 
 class T4T5(NonCopyable):

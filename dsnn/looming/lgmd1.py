@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
@@ -12,7 +12,7 @@ from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn import forms
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import total
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.looming.grouping import Grouping, convolve, ring
@@ -27,16 +27,24 @@ class LGMD1Params:
     """Every constant of the detector; the defaults are the literature's. Thresholds are in 8-bit grey levels."""
 
     w_i: float = Field(default=0.6, ge=0.0, le=10.0, description="weight of inhibition")
-    w_side: float = Field(default=0.25, ge=0.0, le=10.0, description="inhibition from each of a cell's four sides")
-    w_corner: float = Field(default=0.125, ge=0.0, le=10.0, description="inhibition from each of its four corners")
-    c_w: float = Field(default=4.0, gt=0.0, le=1e3, description="divisor of the largest group in the grouping's scale")
-    delta_c: float = Field(default=0.01, gt=0.0, le=1e3, description="the grouping's scale where nothing is excited")
+    w_side: float = Field(
+        default=0.25, ge=0.0, le=10.0, description="weight of the inhibition from each of a cell's four sides"
+    )
+    w_corner: float = Field(
+        default=0.125, ge=0.0, le=10.0, description="weight of the inhibition from each of a cell's four corners"
+    )
+    c_w: float = Field(
+        default=4.0, gt=0.0, le=1e3, description="divisor of the largest group in the scale of the grouping"
+    )
+    delta_c: float = Field(default=0.01, gt=0.0, le=1e3, description="scale of the grouping where nothing is excited")
     t_g: float = Field(default=30.0, ge=0.0, le=1e6, description="threshold of the grouped excitation")
-    t_ffi: float = Field(
-        default=10.0, ge=0.0, le=255.0, description="mean change of the last frame, grey levels, that vetoes spikes"
+    t_ffi: Annotated[float, unit("grey levels")] = Field(
+        default=10.0, ge=0.0, le=255.0, description="mean change of the last frame that vetoes spikes"
     )
     t_sp: float = Field(default=0.78, gt=0.5, le=1.0, description="spike threshold on the potential k")
-    n_sp: int = Field(default=5, ge=1, le=1000, description="frames with a spike, in a row, that mean a collision")
+    n_sp: Annotated[int, unit("frames")] = Field(
+        default=5, ge=1, le=1000, description="number of frames in a row with a spike that mean a collision"
+    )
 
     @classmethod
     def presets(cls) -> Mapping[str, LGMD1Params]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
@@ -13,7 +13,7 @@ from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn.exponential import exp
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FLUSH_EVERY, alpha, flush, total
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.looming.grouping import REST, Grouping, convolve, ring
@@ -34,24 +34,43 @@ class LGMD2Params:
     """
 
     sigma: float = Field(default=0.1, ge=0.0, lt=1.0, description="residue of the ON and OFF signals")
-    w_on: Ring = Field(default=(2.0, 0.5, 0.25), description="inhibition in ON: centre, side, corner")
-    w_off: Ring = Field(default=(1.0, 0.25, 0.125), description="inhibition in OFF: centre, side, corner")
-    tau_on: Delays = Field(default=(15.0, 30.0, 45.0), description="its delays in ON, ms: centre, side, corner")
-    tau_off: Delays = Field(default=(60.0, 120.0, 180.0), description="its delays in OFF, ms: centre, side, corner")
-    tau_pm: Milliseconds = Field(default=90.0, description="low-pass of the mean change PM, ms")
-    t_pm: float = Field(default=8.0, gt=0.0, le=255.0, description="PM at which it starts to weigh inhibition up")
-    least_on: float = Field(default=1.0, ge=0.0, le=10.0, description="least weight of inhibition in ON")
-    least_off: float = Field(default=0.5, ge=0.0, le=10.0, description="least weight of inhibition in OFF")
-    c_w: float = Field(default=4.0, gt=0.0, le=1e3, description="divisor of the largest group in the grouping's scale")
-    delta_c: float = Field(default=0.01, gt=0.0, le=1e3, description="the grouping's scale where nothing is excited")
+    w_on: Ring = Field(
+        default=(2.0, 0.5, 0.25), description="weights of inhibition in the ON pathway: centre, side, corner"
+    )
+    w_off: Ring = Field(
+        default=(1.0, 0.25, 0.125), description="weights of inhibition in the OFF pathway: centre, side, corner"
+    )
+    tau_on: Delays = Field(
+        default=(15.0, 30.0, 45.0), description="delays of inhibition in the ON pathway: centre, side, corner"
+    )
+    tau_off: Delays = Field(
+        default=(60.0, 120.0, 180.0), description="delays of inhibition in the OFF pathway: centre, side, corner"
+    )
+    tau_pm: Milliseconds = Field(default=90.0, description="time constant of the low-pass of the mean change PM")
+    t_pm: Annotated[float, unit("grey levels")] = Field(
+        default=8.0, gt=0.0, le=255.0, description="mean change PM from which it weighs inhibition up"
+    )
+    least_on: float = Field(default=1.0, ge=0.0, le=10.0, description="least weight of inhibition in the ON pathway")
+    least_off: float = Field(default=0.5, ge=0.0, le=10.0, description="least weight of inhibition in the OFF pathway")
+    c_w: float = Field(
+        default=4.0, gt=0.0, le=1e3, description="divisor of the largest group in the scale of the grouping"
+    )
+    delta_c: float = Field(default=0.01, gt=0.0, le=1e3, description="scale of the grouping where nothing is excited")
     c_g: float = Field(default=0.5, gt=0.0, le=10.0, description="decay of the grouped excitation before its threshold")
-    t_g: float = Field(default=15.0, ge=0.0, le=1e6, description="threshold of the decayed excitation")
-    tau_sfa: Milliseconds = Field(default=800.0, description="spike-frequency adaptation, ms")
-    t_sfa: float = Field(default=0.003, ge=0.0, le=1.0, description="rise of k in a frame above which nothing adapts")
+    t_g: float = Field(default=15.0, ge=0.0, le=1e6, description="threshold of the grouped excitation after its decay")
+    tau_sfa: Milliseconds = Field(default=800.0, description="time constant of spike-frequency adaptation")
+    t_sfa: float = Field(
+        default=0.003, ge=0.0, le=1.0, description="rise of the potential k in a frame above which nothing adapts"
+    )
     k_sp: float = Field(default=4.0, gt=0.0, le=20.0, description="spike gain")
     t_sp: float = Field(default=0.78, gt=0.5, le=1.0, description="spike threshold on the adapted potential")
-    n_sp: int = Field(default=8, ge=1, le=1000, description="spikes without a silent frame that mean a collision")
-    fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
+    n_sp: int = Field(
+        default=8,
+        ge=1,
+        le=1000,
+        description="number of spikes without a silent frame between them that mean a collision",
+    )
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
     @classmethod
     def presets(cls) -> Mapping[str, LGMD2Params]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
@@ -12,7 +12,7 @@ from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn.direction.local_motion import power, split
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import FACTOR, FADED, FLUSH_OFTEN, alpha, blur, flush
 from dsnn.frames import checked_params
 from dsnn.looming.detector import Detector
@@ -27,28 +27,36 @@ from dsnn.retina import Floats, Retina
 class LPLC2Params:
     """Every constant of the detector; those that are assumed say so."""
 
-    sigma_e: float = Field(default=1.0, gt=0.0, le=100.0, description="sigma of the excitatory field, px (3x3)")
-    sigma_i: float = Field(default=2.0, gt=0.0, le=100.0, description="sigma of the inhibitory field, px (5x5)")
-    sigma_c: float = Field(default=5.0, gt=0.0, le=100.0, description="sigma of the normalising field, px (11x11)")
-    residue: float = Field(default=0.1, ge=0.0, lt=1.0, description="residue of the ON and OFF signals")
-    c_base: float = Field(
-        default=10.0, gt=0.0, le=255.0, description="baseline of the normalisation, grey levels (assumed)"
+    sigma_e: Annotated[float, unit("px")] = Field(
+        default=1.0, gt=0.0, le=100.0, description="sigma of the excitatory field (3x3)"
     )
-    tau_lp: Milliseconds = Field(default=30.0, description="delay of a detector's arm, ms")
-    tau_t: Milliseconds = Field(default=30.0, description="low-pass of T4 and T5 cells, ms")
+    sigma_i: Annotated[float, unit("px")] = Field(
+        default=2.0, gt=0.0, le=100.0, description="sigma of the inhibitory field (5x5)"
+    )
+    sigma_c: Annotated[float, unit("px")] = Field(
+        default=5.0, gt=0.0, le=100.0, description="sigma of the normalising field (11x11)"
+    )
+    residue: float = Field(default=0.1, ge=0.0, lt=1.0, description="residue of the ON and OFF signals")
+    c_base: Annotated[float, unit("grey levels")] = Field(
+        default=10.0, gt=0.0, le=255.0, description="baseline of the normalisation (assumed)"
+    )
+    tau_lp: Milliseconds = Field(default=30.0, description="delay of a detector's arm")
+    tau_t: Milliseconds = Field(default=30.0, description="time constant of the low-pass of T4 and T5 cells")
     spread: float = Field(
-        default=1 / 6, gt=0.0, le=10.0, description="sigma of the radial bias, a share of the frame's side (assumed)"
+        default=1 / 6, gt=0.0, le=10.0, description="sigma of the radial bias, as a share of the frame's side (assumed)"
     )
     coe_contrast: float = Field(default=1.0, ge=0.0, le=10.0, description="weight of the change of contrast")
     exp_on: float = Field(default=0.9, gt=0.0, le=4.0, description="exponent of T4 cells")
     exp_off: float = Field(default=0.5, gt=0.0, le=4.0, description="exponent of T5 cells")
-    length: int = Field(default=10, ge=1, le=1000, description="frames that the output is averaged over")
+    length: Annotated[int, unit("frames")] = Field(
+        default=10, ge=1, le=1000, description="number of frames that the output is averaged over"
+    )
     k_sig: float = Field(
-        default=0.001, gt=0.0, le=1e3, description="sigmoid scale, a share of a quadrant's cells (assumed)"
+        default=0.001, gt=0.0, le=1e3, description="scale of the sigmoid, as a share of a quadrant's cells (assumed)"
     )
     t_sp: float = Field(default=0.7, gt=0.5, le=1.0, description="spike threshold on the potential")
-    n_sp: int = Field(default=7, ge=1, le=1000, description="spikes in a row that mean a collision")
-    fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
+    n_sp: int = Field(default=7, ge=1, le=1000, description="number of spikes in a row that mean a collision")
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
 
 class LPLC2(Detector):

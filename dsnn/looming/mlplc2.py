@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn.direction.local_motion import DOWN, LEFT, RIGHT, UP, LocalMotion, LocalMotionParams
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import total
 from dsnn.frames import checked_params
 from dsnn.looming.detector import Detector
@@ -25,11 +25,13 @@ from dsnn.retina import Floats
 class MLPLC2Params(LocalMotionParams):
     """The constants of the T4 and T5 cells, and those of the quadrants."""
 
-    leak: float = Field(default=0.01, ge=0.0, le=1.0, description="what counts of inward motion (assumed)")
+    leak: float = Field(default=0.01, ge=0.0, le=1.0, description="share of inward motion that counts (assumed)")
     t_lplc2: float = Field(default=50.0, ge=0.0, le=1e6, description="summed outward motion that each quadrant needs")
-    length: int = Field(default=5, ge=1, le=1000, description="frames that the output is summed over")
+    length: Annotated[int, unit("frames")] = Field(
+        default=5, ge=1, le=1000, description="number of frames that the output is summed over"
+    )
     t_collision: float = Field(default=1000.0, gt=0.0, le=1e9, description="summed output that means a collision")
-    n_sp: int = Field(default=1, ge=1, le=1000, description="spikes in a row that mean a collision")
+    n_sp: int = Field(default=1, ge=1, le=1000, description="number of spikes in a row that mean a collision")
 
     @property
     def t_sp(self) -> float:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import alpha
 from dsnn.frames import checked_params
 from dsnn.looming.detector import Detector
@@ -26,25 +26,31 @@ from dsnn.retina import Floats, Retina
 class SILGMD1Params:
     """Every constant of the detector; the defaults are its firmware's. Changes of luminance are halved."""
 
-    tau_e: Milliseconds = Field(default=6.0, description="delay of the excitation that inhibits laterally, ms")
-    tau_p: Milliseconds = Field(default=4.0, description="delay of the signal that inhibits itself, ms")
+    tau_e: Milliseconds = Field(default=6.0, description="delay of the excitation that inhibits laterally")
+    tau_p: Milliseconds = Field(default=4.0, description="delay of the signal that inhibits itself")
     beta_1: float = Field(default=0.3, ge=0.0, le=10.0, description="weight of lateral inhibition")
     beta_2: float = Field(
-        default=0.04, ge=0.0, le=10.0, description="what is left of self-inhibition in a block that moves"
+        default=0.04, ge=0.0, le=10.0, description="share of self-inhibition that is left in a block that moves"
     )
     beta_3: float = Field(default=5.0, ge=0.0, le=100.0, description="weight of self-inhibition; 0 removes it")
-    t_az: float = Field(
-        default=3.0, ge=0.0, le=2550.0, description="sum of the halved changes above which a block of 3x3 cells moves"
+    t_az: Annotated[float, unit("halved grey levels")] = Field(
+        default=3.0, ge=0.0, le=2550.0, description="sum of the changes above which a block of 3x3 cells moves"
     )
-    t_s: float = Field(default=3.0, ge=0.0, le=255.0, description="threshold of a summed cell, halved grey levels")
-    t_ffi: float = Field(
-        default=10.0, ge=0.0, le=255.0, description="mean halved change of the last frame above which it is silenced"
+    t_s: Annotated[float, unit("halved grey levels")] = Field(
+        default=3.0, ge=0.0, le=255.0, description="threshold of a summed cell"
     )
-    k_spi: float = Field(default=1.0, gt=0.0, le=1e3, description="sigmoid scale, halved grey levels a cell")
+    t_ffi: Annotated[float, unit("halved grey levels")] = Field(
+        default=10.0, ge=0.0, le=255.0, description="mean change of the last frame above which the model is silenced"
+    )
+    k_spi: Annotated[float, unit("halved grey levels a cell")] = Field(
+        default=1.0, gt=0.0, le=1e3, description="scale of the sigmoid"
+    )
     t_sp: float = Field(default=0.72, gt=0.5, le=1.0, description="spike threshold on the potential (arena: 0.65)")
-    n_sp: int = Field(default=4, ge=1, le=1000, description="spikes in a row that mean a collision")
-    integer: bool = Field(default=True, description="bytes, truncated at every step; false: floating point")
-    fps: float = Field(default=30.0, gt=0.0, le=10_000.0, description="frames per second")
+    n_sp: int = Field(default=4, ge=1, le=1000, description="number of spikes in a row that mean a collision")
+    integer: bool = Field(
+        default=True, description="whether numbers are bytes, truncated at every step; false: floating point"
+    )
+    fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
     @classmethod
     def firmware(cls, **changes: Any) -> SILGMD1Params:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.filters import alpha, residue
 from dsnn.params import DSNNParams
 
@@ -31,27 +31,30 @@ class OnboardParams(DSNNParams):
     robot's memory at 99x72, beside three frames of its camera and 16 kB of other use (``colias firmware budget``).
     """
 
-    state_bits: Literal[8, 16] = Field(
+    state_bits: Annotated[Literal[8, 16], unit("bits")] = Field(
         default=8,
-        description="bits of a delayed signal D; 2 n_con of them a cell are most of the memory, and with n_con = 8"
-        " only those of 8 bits fit into 256 kB beside the camera's frames",
+        description="width of a delayed signal D; 2 n_con of them a cell are most of the memory, and with"
+        " n_con = 8 only those of 8 bits fit into 256 kB beside the camera's frames",
     )
     companding: bool = Field(
         default=True,
-        description="8-bit D in segments whose step doubles from one to the next, as G.711 codes speech: equal steps"
-        " lose the small values from which a slow low-pass rises and to which it falls; of no effect on 16 bits",
+        description="whether an 8-bit D has segments whose step doubles from one to the next, as G.711 codes"
+        " speech: equal steps lose the small values from which a slow low-pass rises and to which"
+        " it falls; of no effect on 16 bits",
     )
-    lamina_bits: Literal[8, 16] = Field(
+    lamina_bits: Annotated[Literal[8, 16], unit("bits")] = Field(
         default=8,
-        description="bits of LA that is kept for the next frame; with 8 it is a whole number of grey levels that"
-        " saturates at 255. 16 take two bytes a cell more: with n_con = 8 they fit beside two camera frames, not three",
+        description="width of the LA that is kept for the next frame; with 8 it is a whole number of grey"
+        " levels that saturates at 255. 16 take two bytes a cell more: with n_con = 8 they fit"
+        " beside two camera frames, not three",
     )
-    f_bits: int | None = Field(
+    f_bits: Annotated[int | None, unit("bits")] = Field(
         default=None,
         ge=0,
         le=15,
-        description="fractional bits of F, which saturates at some 32,000 steps; None: as many as the largest F that"
-        " a rise of LA gives leaves, since F is tau_fast / (dt + tau_fast) of it, under 9 grey levels at 30 fps",
+        description="fractional part of F, which saturates at some 32,000 steps; None: as many as the largest"
+        " F that a rise of LA gives leaves, since F is tau_fast / (dt + tau_fast) of it, under 9"
+        " grey levels at 30 fps",
     )
     rounding: Literal["nearest", "truncate"] = Field(
         default="nearest",
@@ -60,8 +63,9 @@ class OnboardParams(DSNNParams):
     )
     halved: bool = Field(
         default=False,
-        description="the change of luminance halved, without its lowest bit and clipped to -127..127, as in the public"
-        " firmware, where it fits a byte; counted in steps of two grey levels, so that thresholds stay as they are",
+        description="whether the change of luminance is halved, without its lowest bit and clipped to"
+        " -127..127, as in the public firmware, where it fits a byte; counted in steps of two grey"
+        " levels, so that thresholds stay as they are",
     )
 
     @model_validator(mode="after")

@@ -6,14 +6,14 @@ The four pairs of steps (ON-ON, OFF-OFF, ON-OFF, OFF-ON) are those by which Eich
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.stimuli.moving import DIRECTIONS, Direction
 from dsnn.stimuli.stimulus import CONFIG, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
 
@@ -29,16 +29,30 @@ class ApparentParams(ClipParams):
     stand ``period_px`` apart, so that the field is filled and one pair does not reach another.
     """
 
-    motion: Direction = Field(default="rightward", description="from the first bar to the second")
-    polarity: Pair = Field(default="on-on", description="of the first step and of the second; on: brightening")
-    width_px: int = Field(default=2, ge=1, le=4096, description="of a bar along the motion, px")
-    spacing_px: int = Field(default=4, ge=1, le=4096, description="from bar to bar, centre to centre, px")
-    delay_frames: int = Field(default=1, ge=1, le=1000, description="from the first step to the second, frames")
-    period_px: int = Field(default=40, ge=2, le=4096, description="from pair to pair, px")
-    ground_grey: float = Field(default=120.0, ge=0.0, le=255.0, description="grey level before the steps")
-    amplitude: float = Field(default=80.0, ge=0.0, le=127.5, description="of a step, grey levels")
-    rest_s: float = Field(default=0.3, ge=0.0, le=60.0, description="stillness before the first step, s")
-    after_s: float = Field(default=0.7, gt=0.0, le=60.0, description="stillness from the second step on, s")
+    motion: Direction = Field(default="rightward", description="direction from the first bar to the second")
+    polarity: Pair = Field(default="on-on", description="polarity of the first step and of the second; on: brightening")
+    width_px: Annotated[int, unit("px")] = Field(
+        default=2, ge=1, le=4096, description="width of a bar along the motion"
+    )
+    spacing_px: Annotated[int, unit("px")] = Field(
+        default=4, ge=1, le=4096, description="distance from bar to bar, centre to centre"
+    )
+    delay_frames: Annotated[int, unit("frames")] = Field(
+        default=1, ge=1, le=1000, description="time from the first step to the second"
+    )
+    period_px: Annotated[int, unit("px")] = Field(default=40, ge=2, le=4096, description="distance from pair to pair")
+    ground_grey: Annotated[float, unit("grey levels")] = Field(
+        default=120.0, ge=0.0, le=255.0, description="grey level before the steps"
+    )
+    amplitude: Annotated[float, unit("grey levels")] = Field(
+        default=80.0, ge=0.0, le=127.5, description="height of a step"
+    )
+    rest_s: Annotated[float, unit("s")] = Field(
+        default=0.3, ge=0.0, le=60.0, description="stillness before the first step"
+    )
+    after_s: Annotated[float, unit("s")] = Field(
+        default=0.7, gt=0.0, le=60.0, description="stillness from the second step on"
+    )
 
 
 class Apparent(Stimulus[ApparentParams]):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.stimuli.background import Image, Panorama, panorama
 from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint, per_second
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, Velocity
@@ -24,20 +24,25 @@ class ClutteredParams(ObjectParams):
     would cross the frame in a few steps.
     """
 
-    columns: int = Field(default=540, ge=8, le=4096, description="columns of a frame, px (paper: 540)")
-    grey: float = Field(
+    columns: Annotated[int, unit("px")] = Field(
+        default=540, ge=8, le=4096, description="columns of a frame (paper: 540)"
+    )
+    grey: Annotated[float, unit("grey levels")] = Field(
         default=0.0, ge=0.0, le=255.0, description="grey level of the object; black is darker than all that it passes"
     )
-    background: Image = Field(default="photograph", description="palm leaves, or noise of 1/f amplitude")
-    background_speed: float = Field(
-        default=-8.0, ge=-10_000.0, le=10_000.0, description="of the background, rightward positive, in speed_unit"
+    background: Image = Field(
+        default="photograph", description="what is behind the object: palm leaves, or noise of 1/f amplitude"
     )
-    start: float | None = Field(
+    background_speed: Annotated[float, unit("speed_unit")] = Field(
+        default=-8.0, ge=-10_000.0, le=10_000.0, description="speed of the background, rightward positive"
+    )
+    start: Annotated[float | None, unit("px")] = Field(
         default=None, ge=0.0, le=8192.0,
-        description="column of the background at the first frame's left border, px; otherwise the seed chooses it",
+        description="column of the background at the first frame's left border; None: the seed chooses it",
     )  # fmt: skip
     object: Literal["present", "absent"] = Field(
-        default="present", description="absent: the background alone, for as long as the object would take"
+        default="present",
+        description="whether the object is there; absent: the background alone, for as long as the object would take",
     )
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.stimuli.moving import DIRECTIONS, Direction
 from dsnn.stimuli.stimulus import CONFIG, Luma, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
 from dsnn.stimuli.streams import stream
@@ -22,13 +23,17 @@ Floats = npt.NDArray[np.float64]
 class DotsParams(TimedParams):
     """Square dots on an even ground. At every frame a new random share of them moves, the others are thrown anew."""
 
-    count: int = Field(default=60, ge=1, le=20_000, description="dots in the frame")
-    size: float = Field(default=4.0, gt=0.0, le=64.0, description="side of a dot, px")
-    coherence: float = Field(default=1.0, ge=0.0, le=1.0, description="share of the dots that moves together")
-    motion: Direction = Field(default="rightward", description="their direction")
-    speed: float = Field(default=120.0, ge=0.0, le=10_000.0, description="their speed, px/s")
-    grey: float = Field(default=40.0, ge=0.0, le=255.0, description="grey level of the dots")
-    background_grey: float = Field(default=200.0, ge=0.0, le=255.0, description="grey level of the background")
+    count: int = Field(default=60, ge=1, le=20_000, description="number of dots in the frame")
+    size: Annotated[float, unit("px")] = Field(default=4.0, gt=0.0, le=64.0, description="side of a dot")
+    coherence: float = Field(default=1.0, ge=0.0, le=1.0, description="share of the dots that move together")
+    motion: Direction = Field(default="rightward", description="direction of the dots that move together")
+    speed: Annotated[float, unit("px/s")] = Field(default=120.0, ge=0.0, le=10_000.0, description="speed of the dots")
+    grey: Annotated[float, unit("grey levels")] = Field(
+        default=40.0, ge=0.0, le=255.0, description="grey level of the dots"
+    )
+    background_grey: Annotated[float, unit("grey levels")] = Field(
+        default=200.0, ge=0.0, le=255.0, description="grey level of the background"
+    )
 
 
 class Dots(Stimulus[DotsParams]):

@@ -11,12 +11,12 @@ import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.stimuli.background import pink
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth
 from dsnn.stimuli.streams import stream
 
-Amplitude = Annotated[float, Field(ge=0.0, le=50.0)]
+Amplitude = Annotated[float, Field(ge=0.0, le=50.0), unit("px")]
 Floats = npt.NDArray[np.float32]
 
 TONES = 4
@@ -83,12 +83,16 @@ def check_band(low_hz: float, high_hz: float) -> None:
 class FoliageParams(TimedParams):
     """Neighbouring leaves sway together, distant ones independently; on the average nothing moves anywhere."""
 
-    amplitude_px: tuple[Amplitude, Amplitude] = Field(
-        default=(2.0, 0.5), description="rms displacement along x and y, px"
+    amplitude_px: tuple[Amplitude, Amplitude] = Field(default=(2.0, 0.5), description="rms displacement along x and y")
+    low_hz: Annotated[float, unit("Hz")] = Field(
+        default=0.5, gt=0.0, le=500.0, description="lowest frequency of the sway"
     )
-    low_hz: float = Field(default=0.5, gt=0.0, le=500.0, description="lowest frequency of the sway, Hz")
-    high_hz: float = Field(default=3.0, gt=0.0, le=500.0, description="highest frequency of the sway, Hz")
-    patch_px: float = Field(default=30.0, ge=1.0, le=1000.0, description="how far leaves sway together, px")
+    high_hz: Annotated[float, unit("Hz")] = Field(
+        default=3.0, gt=0.0, le=500.0, description="highest frequency of the sway"
+    )
+    patch_px: Annotated[float, unit("px")] = Field(
+        default=30.0, ge=1.0, le=1000.0, description="distance over which leaves sway together"
+    )
 
 
 class Foliage(Stimulus[FoliageParams]):

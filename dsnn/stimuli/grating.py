@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.stimuli.moving import DIRECTIONS
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
 from dsnn.stimuli.streams import stream
@@ -24,14 +24,20 @@ STEPS = 4096
 class GratingParams(TimedParams):
     """A grating that fills the frame, stands for the rest and then drifts."""
 
-    waveform: Literal["sine", "square"] = Field(default="sine", description="how grey goes along the period")
-    period_px: float = Field(default=20.0, ge=2.0, le=10_000.0, description="wavelength, px; 1 / spatial frequency")
-    temporal_hz: float = Field(default=2.0, ge=0.0, le=500.0, description="periods that pass a pixel in a second, Hz")
-    direction_deg: float = Field(
-        default=0.0, ge=-360.0, le=360.0, description="of the drift: 0 rightward, 90 downward, degrees"
+    waveform: Literal["sine", "square"] = Field(default="sine", description="profile of grey along the period")
+    period_px: Annotated[float, unit("px")] = Field(
+        default=20.0, ge=2.0, le=10_000.0, description="wavelength; 1 / spatial frequency"
+    )
+    temporal_hz: Annotated[float, unit("Hz")] = Field(
+        default=2.0, ge=0.0, le=500.0, description="number of periods that pass a pixel in a second"
+    )
+    direction_deg: Annotated[float, unit("degrees")] = Field(
+        default=0.0, ge=-360.0, le=360.0, description="direction of the drift: 0 rightward, 90 downward"
     )
     contrast: float = Field(default=0.8, ge=0.0, le=1.0, description="Michelson contrast, (max - min) / (max + min)")
-    mean_grey: float = Field(default=127.5, ge=0.0, le=127.5, description="mean grey level")
+    mean_grey: Annotated[float, unit("grey levels")] = Field(
+        default=127.5, ge=0.0, le=127.5, description="mean grey level"
+    )
 
 
 class Grating(Stimulus[GratingParams]):

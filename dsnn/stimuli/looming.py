@@ -15,13 +15,13 @@ import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.stimuli.grating import Grating, GratingParams
 from dsnn.stimuli.moving import paint
 from dsnn.stimuli.stimulus import CONFIG, STILL, Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
 
-Degrees = Annotated[float, Field(ge=-80.0, le=80.0)]
-AngularSize = Annotated[float, Field(gt=0.0, lt=180.0)]
+Degrees = Annotated[float, Field(ge=-80.0, le=80.0), unit("degrees")]
+AngularSize = Annotated[float, Field(gt=0.0, lt=180.0), unit("degrees")]
 
 
 @with_field_docs
@@ -33,36 +33,53 @@ class LoomingParams(ClipParams):
     eye. With ``miss`` it passes beside it: its image drifts outward as it nears.
     """
 
-    rows: int = Field(default=72, ge=8, le=4096, description="rows of a frame, px")
-    columns: int = Field(default=99, ge=8, le=4096, description="columns of a frame, px")
-    motion: Literal["looming", "receding"] = Field(default="looming", description="receding: the same frames backward")
-    l_over_v_s: float = Field(default=0.16, gt=0.0, le=100.0, description="half-size over speed, s")
-    azimuth_deg: Degrees = Field(default=0.0, description="where it comes from, right of the axis, degrees")
-    elevation_deg: Degrees = Field(default=0.0, description="the same, downward, degrees")
-    miss: float = Field(
+    rows: Annotated[int, unit("px")] = Field(default=72, ge=8, le=4096, description="rows of a frame")
+    columns: Annotated[int, unit("px")] = Field(default=99, ge=8, le=4096, description="columns of a frame")
+    motion: Literal["looming", "receding"] = Field(
+        default="looming", description="way of the motion; receding: the frames of looming backward"
+    )
+    l_over_v_s: Annotated[float, unit("s")] = Field(
+        default=0.16, gt=0.0, le=100.0, description="half-size of the square over its speed"
+    )
+    azimuth_deg: Degrees = Field(default=0.0, description="direction that the square comes from, right of the axis")
+    elevation_deg: Degrees = Field(default=0.0, description="direction that the square comes from, below the axis")
+    miss: Annotated[float, unit("half-sizes")] = Field(
         default=0.0,
         ge=-100.0,
         le=100.0,
-        description="how far right of the eye it passes, half-sizes; 0: it hits",
+        description="distance to the right of the eye at which the square passes; 0: it hits",
     )
-    start_deg: AngularSize = Field(default=8.0, description="full angle that it subtends at the far end, degrees")
-    end_deg: AngularSize = Field(default=60.0, description="full angle at the near end, degrees")
-    focal_px: float = Field(default=70.7, gt=0.0, le=10_000.0, description="focal length, px (the robot's: 70.7)")
-    grey: float = Field(default=40.0, ge=0.0, le=255.0, description="grey level of the square")
-    background_grey: float = Field(default=200.0, ge=0.0, le=255.0, description="mean grey level behind it")
+    start_deg: AngularSize = Field(default=8.0, description="full angle that the square subtends at the far end")
+    end_deg: AngularSize = Field(default=60.0, description="full angle that the square subtends at the near end")
+    focal_px: Annotated[float, unit("px")] = Field(
+        default=70.7, gt=0.0, le=10_000.0, description="focal length (the robot's: 70.7)"
+    )
+    grey: Annotated[float, unit("grey levels")] = Field(
+        default=40.0, ge=0.0, le=255.0, description="grey level of the square"
+    )
+    background_grey: Annotated[float, unit("grey levels")] = Field(
+        default=200.0, ge=0.0, le=255.0, description="mean grey level behind the square"
+    )
     background: Literal["even", "grating"] = Field(
-        default="even", description="what is behind it; a grating drifts from the first frame to the last"
+        default="even", description="what is behind the square; a grating drifts from the first frame to the last"
     )
-    period_px: float = Field(default=16.0, ge=2.0, le=10_000.0, description="wavelength of the grating, px")
-    temporal_hz: float = Field(default=2.0, ge=0.0, le=500.0, description="its periods that pass a pixel in a second")
-    direction_deg: float = Field(
-        default=0.0, ge=-360.0, le=360.0, description="of its drift: 0 rightward, 90 downward, degrees"
+    period_px: Annotated[float, unit("px")] = Field(
+        default=16.0, ge=2.0, le=10_000.0, description="wavelength of the grating"
     )
-    contrast: float = Field(default=0.4, ge=0.0, le=1.0, description="its Michelson contrast")
+    temporal_hz: Annotated[float, unit("Hz")] = Field(
+        default=2.0, ge=0.0, le=500.0, description="number of the grating's periods that pass a pixel in a second"
+    )
+    direction_deg: Annotated[float, unit("degrees")] = Field(
+        default=0.0, ge=-360.0, le=360.0, description="direction of the grating's drift: 0 rightward, 90 downward"
+    )
+    contrast: float = Field(default=0.4, ge=0.0, le=1.0, description="Michelson contrast of the grating")
     object: Literal["present", "absent"] = Field(
-        default="present", description="absent: the background alone, for as long as the square would take"
+        default="present",
+        description="whether the square is there; absent: the background alone, for as long as the square would take",
     )
-    rest_s: float = Field(default=0.3, ge=0.0, le=60.0, description="stillness before and after the motion, s")
+    rest_s: Annotated[float, unit("s")] = Field(
+        default=0.3, ge=0.0, le=60.0, description="stillness before and after the motion"
+    )
 
 
 class Looming(Stimulus[LoomingParams]):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.stimuli.stimulus import CONFIG, STILL, Box, ClipParams, Luma, Truth, Velocity
 
 Direction = Literal["rightward", "leftward", "downward", "upward"]
@@ -37,22 +37,36 @@ class ObjectParams(ClipParams):
     Looming and receding are at constant speed: its size is inversely proportional to the time to contact.
     """
 
-    motion: Motion = Field(default="rightward", description="how the object moves")
-    width: float = Field(default=50.0, gt=0.0, le=4096.0, description="of the object, px, at scale 1")
-    height: float = Field(default=90.0, gt=0.0, le=4096.0, description="of the object, px, at scale 1")
-    grey: float = Field(default=40.0, ge=0.0, le=255.0, description="grey level of the object")
-    speed: float = Field(default=120.0, gt=0.0, le=10_000.0, description="of translation, in speed_unit")
-    speed_unit: SpeedUnit = Field(default="px/s", description="of every speed; the paper writes px/frame")
+    motion: Motion = Field(default="rightward", description="kind or direction of the object's motion")
+    width: Annotated[float, unit("px")] = Field(
+        default=50.0, gt=0.0, le=4096.0, description="width of the object at scale 1"
+    )
+    height: Annotated[float, unit("px")] = Field(
+        default=90.0, gt=0.0, le=4096.0, description="height of the object at scale 1"
+    )
+    grey: Annotated[float, unit("grey levels")] = Field(
+        default=40.0, ge=0.0, le=255.0, description="grey level of the object"
+    )
+    speed: Annotated[float, unit("speed_unit")] = Field(
+        default=120.0, gt=0.0, le=10_000.0, description="speed of translation"
+    )
+    speed_unit: SpeedUnit = Field(default="px/s", description="unit of every speed; the paper writes px/frame")
     enters: bool = Field(
-        default=True, description="cross from outside to outside; false: start and end whole inside the frame, at rest"
+        default=True,
+        description="whether the object crosses from outside to outside; false: it starts and ends whole"
+        " inside the frame, at rest",
     )
-    offset: float = Field(
-        default=0.0, ge=-4096.0, le=4096.0, description="of the path from the frame's centre, px right or down"
+    offset: Annotated[float, unit("px")] = Field(
+        default=0.0, ge=-4096.0, le=4096.0, description="distance of the path from the frame's centre, right or down"
     )
-    far_scale: float = Field(default=0.2, gt=0.0, le=100.0, description="size at the far end of looming, receding")
-    near_scale: float = Field(default=1.8, gt=0.0, le=100.0, description="size at the near end of looming, receding")
-    duration_s: float = Field(default=2.0, gt=0.0, le=600.0, description="of looming or receding, s")
-    rest_s: float = Field(default=0.3, ge=0.0, le=60.0, description="stillness before and after the motion, s")
+    far_scale: float = Field(default=0.2, gt=0.0, le=100.0, description="size at the far end of looming and receding")
+    near_scale: float = Field(default=1.8, gt=0.0, le=100.0, description="size at the near end of looming and receding")
+    duration_s: Annotated[float, unit("s")] = Field(
+        default=2.0, gt=0.0, le=600.0, description="duration of looming or receding"
+    )
+    rest_s: Annotated[float, unit("s")] = Field(
+        default=0.3, ge=0.0, le=60.0, description="stillness before and after the motion"
+    )
 
 
 class ObjectPath:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame
 
@@ -20,7 +22,9 @@ class PlainParams(ObjectParams):
     the greys those of the network's golden vectors.
     """
 
-    background_grey: float = Field(default=200.0, ge=0.0, le=255.0, description="grey level of the background")
+    background_grey: Annotated[float, unit("grey levels")] = Field(
+        default=200.0, ge=0.0, le=255.0, description="grey level of the background"
+    )
 
 
 class Plain(Stimulus[PlainParams]):

@@ -5,13 +5,13 @@ An observer who correlates luminance sees reverse-phi go backward (Anstis 1970, 
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.stimuli.moving import DIRECTIONS, Direction
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
 from dsnn.stimuli.streams import stream
@@ -23,15 +23,17 @@ class ReversePhiParams(TimedParams):
     """Random squares, light or dark about the mean, that jump by whole pixels."""
 
     contrast_at_a_step: Literal["reversed", "kept"] = Field(
-        default="reversed", description="reversed: reverse-phi; kept: phi, to compare with"
+        default="reversed", description="contrast after a step; reversed: reverse-phi; kept: phi, to compare with"
     )
     motion: Direction = Field(default="rightward", description="direction of the displacement")
-    square_px: int = Field(default=6, ge=1, le=256, description="side of a square, px")
-    step_px: int = Field(default=3, ge=1, le=256, description="displacement at a step, px")
-    step_frames: int = Field(default=2, ge=1, le=1000, description="frames from step to step")
-    mean_grey: float = Field(default=120.0, ge=0.0, le=255.0, description="mean grey level")
-    amplitude: float = Field(
-        default=80.0, ge=0.0, le=127.5, description="of light and dark about the mean, grey levels"
+    square_px: Annotated[int, unit("px")] = Field(default=6, ge=1, le=256, description="side of a square")
+    step_px: Annotated[int, unit("px")] = Field(default=3, ge=1, le=256, description="displacement at a step")
+    step_frames: Annotated[int, unit("frames")] = Field(default=2, ge=1, le=1000, description="time from step to step")
+    mean_grey: Annotated[float, unit("grey levels")] = Field(
+        default=120.0, ge=0.0, le=255.0, description="mean grey level"
+    )
+    amplitude: Annotated[float, unit("grey levels")] = Field(
+        default=80.0, ge=0.0, le=127.5, description="difference of light and dark squares from the mean"
     )
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Annotated, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 
 CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -160,9 +160,13 @@ class StimulusFrame:
 class ClipParams:
     """What every stimulus has: a frame's size and the rate."""
 
-    rows: int = Field(default=180, ge=8, le=4096, description="rows of a frame, px (paper: 180)")
-    columns: int = Field(default=320, ge=8, le=4096, description="columns of a frame, px (paper: 320, clutter 540)")
-    fps: float = Field(default=30.0, ge=1.0, le=1000.0, description="frames per second (paper: 30)")
+    rows: Annotated[int, unit("px")] = Field(default=180, ge=8, le=4096, description="rows of a frame (paper: 180)")
+    columns: Annotated[int, unit("px")] = Field(
+        default=320, ge=8, le=4096, description="columns of a frame (paper: 320, clutter 540)"
+    )
+    fps: Annotated[float, unit("frames/s")] = Field(
+        default=30.0, ge=1.0, le=1000.0, description="frame rate (paper: 30)"
+    )
 
 
 @with_field_docs
@@ -170,8 +174,8 @@ class ClipParams:
 class TimedParams(ClipParams):
     """A stimulus that moves for a given time, after a rest in which the first frame stands still."""
 
-    rest_s: float = Field(default=0.3, ge=0.0, le=60.0, description="stillness before the motion, s")
-    duration_s: float = Field(default=2.0, gt=0.0, le=600.0, description="how long it moves, s")
+    rest_s: Annotated[float, unit("s")] = Field(default=0.3, ge=0.0, le=60.0, description="stillness before the motion")
+    duration_s: Annotated[float, unit("s")] = Field(default=2.0, gt=0.0, le=600.0, description="duration of the motion")
 
     def rest_frames(self) -> int:
         """Count the frames of the rest before the motion.

@@ -8,7 +8,7 @@ So a walker is 90 px high and goes at 70 px/s: 1.4 m/s of a person of 1.75 m. Le
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, Literal
 
 import cv2
 import numpy as np
@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.stimuli.background import PINK_MEAN, PINK_SD, pink
 from dsnn.stimuli.foliage import Amplitude, Sway, check_band
 from dsnn.stimuli.movers import WHEEL_GREY, Kind, Mover, group
@@ -43,37 +43,60 @@ class StreetParams(ClipParams):
     """Who crosses the street, and the wind. The wind blows from the first frame to the last."""
 
     movers: Literal["one", "opposite", "group"] = Field(
-        default="one", description="one; two, the second the opposite way after the first has left; several, one way"
+        default="one",
+        description="who crosses: one; two, the second the opposite way after the first has left; several, one way",
     )
     motion: Literal["rightward", "leftward"] = Field(
-        default="rightward", description="of the one, of the first of two, of the group"
+        default="rightward", description="direction of the one, of the first of two, or of the group"
     )
     object: Literal["present", "absent"] = Field(
-        default="present", description="absent: the street alone, for as long as they would take"
+        default="present",
+        description="whether the movers are there; absent: the street alone, for as long as they would take",
     )
     kind: Kind = Field(default="person", description="who moves: person or car")
-    height: float = Field(default=90.0, ge=4.0, le=4096.0, description="of who moves, px; in a group of the nearest")
-    speed: float = Field(
-        default=70.0, gt=0.0, le=10_000.0, description="of who moves, px/s; in a group of the nearest, on the average"
+    height: Annotated[float, unit("px")] = Field(
+        default=90.0, ge=4.0, le=4096.0, description="height of who moves; in a group of the nearest"
     )
-    grey: float = Field(
-        default=40.0, ge=0.0, le=255.0, description="grey level of trunk or body; those of a group are drawn"
+    speed: Annotated[float, unit("px/s")] = Field(
+        default=70.0, gt=0.0, le=10_000.0, description="speed of who moves; in a group of the nearest, on the average"
     )
-    count: int = Field(default=5, ge=1, le=100, description="how many are a group")
-    gap_s: float = Field(default=1.0, ge=0.0, le=60.0, description="between two, nobody in view, s")
-    rest_s: float = Field(default=0.5, ge=0.0, le=60.0, description="before the first and after the last, s")
-    foliage: Literal["windblown", "none"] = Field(default="windblown", description="leaves in the wind, or none")
+    grey: Annotated[float, unit("grey levels")] = Field(
+        default=40.0,
+        ge=0.0,
+        le=255.0,
+        description="grey level of a person's trunk or a car's body; those of a group are drawn at random",
+    )
+    count: int = Field(default=5, ge=1, le=100, description="number of movers in a group")
+    gap_s: Annotated[float, unit("s")] = Field(
+        default=1.0, ge=0.0, le=60.0, description="time between two movers with nobody in view"
+    )
+    rest_s: Annotated[float, unit("s")] = Field(
+        default=0.5, ge=0.0, le=60.0, description="stillness before the first mover and after the last"
+    )
+    foliage: Literal["windblown", "none"] = Field(
+        default="windblown", description="what sways in front of the house: leaves in the wind, or none"
+    )
     amplitude_px: tuple[Amplitude, Amplitude] = Field(
-        default=(2.0, 0.5), description="rms displacement of leaves along x and y, px"
+        default=(2.0, 0.5), description="rms displacement of leaves along x and y"
     )
-    low_hz: float = Field(default=0.5, gt=0.0, le=500.0, description="lowest frequency of the sway, Hz")
-    high_hz: float = Field(default=3.0, gt=0.0, le=500.0, description="highest frequency of the sway, Hz")
-    patch_px: float = Field(default=30.0, ge=1.0, le=1000.0, description="how far leaves sway together, px")
+    low_hz: Annotated[float, unit("Hz")] = Field(
+        default=0.5, gt=0.0, le=500.0, description="lowest frequency of the sway"
+    )
+    high_hz: Annotated[float, unit("Hz")] = Field(
+        default=3.0, gt=0.0, le=500.0, description="highest frequency of the sway"
+    )
+    patch_px: Annotated[float, unit("px")] = Field(
+        default=30.0, ge=1.0, le=1000.0, description="distance over which leaves sway together"
+    )
     ground: Literal["textured", "even"] = Field(
-        default="textured", description="a house front and a pavement, or one grey"
+        default="textured", description="ground of the street: a house front and a pavement, or one grey"
     )
-    ground_grey: float = Field(default=150.0, ge=0.0, le=255.0, description="mean grey level of the house front")
-    ground_sd: float = Field(default=22.0, ge=0.0, le=127.0, description="standard deviation of its texture")
+    ground_grey: Annotated[float, unit("grey levels")] = Field(
+        default=150.0, ge=0.0, le=255.0, description="mean grey level of the house front"
+    )
+    ground_sd: Annotated[float, unit("grey levels")] = Field(
+        default=22.0, ge=0.0, le=127.0, description="standard deviation of the house front's texture"
+    )
 
 
 class Street(Stimulus[StreetParams]):

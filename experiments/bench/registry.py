@@ -13,8 +13,8 @@ from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import beside
 from experiments.bench.engine.user_code import declared, is_file
+from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.texts import claim_texts
-from experiments.bench.judging.verdict import Claim
 from experiments.bench.robot.experiment import Experiment
 
 

@@ -21,6 +21,7 @@ import colias_sim.envs
 import dsnn
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from dsnn.stimuli.stimulus import TimedParams
+from experiments.bench.engine.settings import unit_of
 
 ROOT = Path(colias_sim.__file__).parents[1]
 PARAMETERS = [getattr(dsnn, name) for name in dsnn.__all__ if name.endswith("Params")]
@@ -94,9 +95,10 @@ def test_help_describes_every_field(cls: Any) -> None:
     assert head and section.count("----------") == 0
     for field in dataclasses.fields(cls):
         info = cls.__pydantic_fields__[field.name]
-        (said,) = re.findall(rf"^{field.name} : (.+)\n    (.+)\.$", section, re.M)
-        assert said[0].endswith(f"default {info.default!r}")
-        assert said[1].lower() == info.description.lower()
+        ((kind, meaning),) = re.findall(rf"^{field.name} : (.+)\n    (.+)\.$", section, re.M)
+        assert kind.endswith(f"default {info.default!r}")
+        unit = unit_of(cls(), field.name)
+        assert meaning.lower() == info.description.lower() + (f". unit: {unit.lower()}" if unit else "")
 
 
 def test_the_two_copies_of_field_docs_and_of_hints_are_equal() -> None:

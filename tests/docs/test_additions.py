@@ -20,7 +20,7 @@ from dsnn import ModelEntry, Response
 
 @dataclass(frozen=True)
 class Params:
-    gain: float = Field(default=1.0, ge=0.0, le=9.0, description="of the mean")
+    gain: float = Field(default=1.0, ge=0.0, le=9.0, description="gain on the mean")
     t_sp: float = 0.2
 
 

@@ -11,8 +11,8 @@ from dsnn import MODELS
 from experiments import NAMES, OFFLINE
 from experiments.bench import registry
 from experiments.bench.clips.experiment import Clip, OfflineExperiment
+from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.texts import claim_texts
-from experiments.bench.judging.verdict import Claim
 from experiments.bench.robot.experiment import Experiment
 from tools.pages import docstring_text, experiment_pictures, markdown
 from tools.pages.markdown import code, prose, sentence, table

@@ -13,22 +13,6 @@ from experiments.bench.engine.models import PRESET
 from experiments.bench.engine.settings import described
 from tools.pages.markdown import code, prose, table
 
-_UNIT = re.compile(
-    r"[,;] (?:of )?(halved grey levels a cell|halved grey levels|grey levels|degrees/s|degrees|px/s|cm/s2|cm/s|cm|mm"
-    r"|px|ms|mV for a current of 1|mV|1/s|Hz|s|frames|half-sizes)(?=[,;:]| \(| right| down|$)"
-)
-"""What a description says of its parameter's unit: the descriptions end with it, or go on after a comma."""
-_WORDS: Mapping[str, str] = {
-    r"frames per second": "frames/s",
-    r"(?:mean )?grey level": "grey levels",
-    r"frames? ": "frames",
-}
-"""How the description of a parameter begins -> its unit."""
-_ENDINGS: Mapping[str, str] = {
-    "_cm_s2": "cm/s2", "_cm_s": "cm/s", "_deg_s": "degrees/s", "_cm": "cm", "_mm": "mm", "_deg": "degrees", "_hz": "Hz",
-}  # fmt: skip
-"""How its name ends -> its unit."""
-
 
 @dataclass(frozen=True, slots=True)
 class Row:
@@ -54,11 +38,11 @@ class Row:
 def rows(values: Any) -> Iterator[Row]:
     """The parameters of a frozen dataclass. Its presets are no parameter."""
     fields = {field.name for field in dataclasses.fields(values)}
-    for each in described({"section": values}):
-        name = each.key.partition(".")[2]
+    for parameter in described({"section": values}):
+        name = parameter.key.partition(".")[2]
         if name in fields:
             present = getattr(values, name)
-            yield Row(name, written(present), each.legal, unit(name, each.description), each.description)
+            yield Row(name, written(present), parameter.legal, parameter.unit, parameter.description)
 
 
 def written(value: Any) -> str:
@@ -68,17 +52,6 @@ def written(value: Any) -> str:
     if isinstance(value, tuple):
         return ",".join(map(written, value))
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def unit(name: str, description: str) -> str:
-    """The unit that a parameter's description names, or its own name; empty where neither does."""
-    if found := _UNIT.search(description):
-        return found[1]
-    if found := re.search(r", in (speed_unit)$", description):
-        return found[1]
-    by_words = (unit for begins, unit in _WORDS.items() if re.match(begins, description))
-    by_name = (unit for ending, unit in _ENDINGS.items() if name.endswith(ending))
-    return next(by_words, "") or next(by_name, "")
 
 
 def parameters(values: Any, others: Mapping[str, Any] = MappingProxyType({})) -> str:

@@ -7,7 +7,17 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, Cluster, OtherCode, Quiet, Seed, Workers, new_folder, resources
+from experiments.bench.cli.options import (
+    EXIT_FAILED,
+    Cluster,
+    OtherCode,
+    Out,
+    Quiet,
+    Seed,
+    Workers,
+    resources,
+    run_folder,
+)
 
 
 def register(app: typer.Typer) -> None:
@@ -43,10 +53,7 @@ def behave(
             " less often.",
         ),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder of the results, otherwise runs/behave-NAME-TIME; goes on with one begun."),
-    ] = None,
+    out: Out = None,
     recordings: Annotated[
         bool, typer.Option(help="Write a Rerun recording of each of the behaviour's episodes, not the baselines'.")
     ] = True,
@@ -70,7 +77,7 @@ def behave(
     from experiments.bench.closed_loop import table as closed_loop_table
 
     made = behaving.plan(name, env, assignments or (), episodes, seed, baselines, power)
-    folder = new_folder(out, f"behave-{Path(name).stem}")
+    folder = run_folder(out, f"behave-{Path(name).stem}")
     means = resources(workers, cluster, quiet, other_code)
     with means.pool() as pool:
         played = behaving.run(made, folder, pool, means, recordings=made.episodes if recordings else 0)

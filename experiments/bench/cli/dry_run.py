@@ -13,11 +13,11 @@ from experiments.bench.engine.models import rate_notes
 from experiments.bench.engine.terminal import count
 from experiments.bench.public.run import missing_models
 from experiments.bench.robot.plan import Plan, describe
-from experiments.bench.store.description import holds_results, reconciled
-from experiments.bench.store.files import read_parquet
+from experiments.bench.store import tables
+from experiments.bench.store.description import begun, reconciled
 
 
-def say(plan: Plan | OfflinePlan, folder: Path, recordings: bool, resumed: bool, other_code: bool) -> None:
+def say(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: bool) -> None:
     """Print what a run would do.
 
     Parameters
@@ -28,19 +28,15 @@ def say(plan: Plan | OfflinePlan, folder: Path, recordings: bool, resumed: bool,
         Where it would be written.
     recordings
         Whether recordings are asked for.
-    resumed
-        Whether it would go on with the run that is there.
     other_code
-        Whether it may do so by other code.
+        Whether it may go on with a run that other code began.
 
     Raises
     ------
     UsageError
-        The folder holds a run, or none or another one to go on with.
+        The folder holds another run.
     """
-    done = _done(plan, folder, recordings, other_code) if resumed else None
-    if not resumed and holds_results(folder):
-        raise UsageError(f"{folder} already holds a run: choose another --out, or go on with it by --resume")
+    done = _done(plan, folder, recordings, other_code) if begun(folder) else None
     for line in _lines(plan, done):
         typer.echo(line)
     specs = plan.showings if isinstance(plan, OfflinePlan) else plan.specs()
@@ -58,13 +54,12 @@ def _done(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: 
     else:
         description = {**describe(plan), "recordings": recordings}
     reconciled(folder, description, other_code)
-    table = folder / "trials.parquet"
-    if not table.exists():
+    if not tables.present(folder):
         return 0
     try:
-        return len(set(read_parquet(table, ["trial"])["trial"].to_pylist()))
+        return len(set(tables.read(folder, "trials", ["trial"])["trial"].to_pylist()))
     except Exception as error:  # bytes that are no table can make the library raise anything
-        raise UsageError(f"{table} cannot be read ({type(error).__name__})") from None
+        raise UsageError(f"{folder}: trials.parquet cannot be read ({type(error).__name__})") from None
 
 
 def _lines(plan: Plan | OfflinePlan, done: int | None) -> Iterator[str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, Quiet, Repeats, Seed, Workers, new_folder, resources
+from experiments.bench.cli.options import EXIT_FAILED, Quiet, Repeats, Seed, Workers, new_folder, resources, run_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -173,9 +173,9 @@ def loop(
     if not isinstance(declared, Experiment):
         raise UsageError(f"{experiment}: shows clips; legal is an experiment with a robot, such as speed")
     asked = Asked(looping.models(), True, looping.assignments(assignments or ()), repeats, seed)
-    folder = new_folder(out, f"firmware-{declared.name}")
+    folder = run_folder(out, f"firmware-{declared.name}")
     means = resources(workers, None, quiet, False)
-    report = perform(declared, asked, folder, means, resume=False, recordings=recordings)
+    report = perform(declared, asked, folder, means, recordings=recordings)
     if not quiet and isinstance(report, Report):
         table.show(report, recordings)
     if report.failures:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -13,11 +12,12 @@ from experiments.bench.cli.options import (
     Models,
     Only,
     OtherCode,
+    Out,
     Quiet,
     Seed,
     Workers,
-    new_folder,
     resources,
+    run_folder,
 )
 
 
@@ -31,10 +31,7 @@ def leaderboard(
     only: Only = False,
     repeats: Annotated[int | None, typer.Option(help="Trials of each condition; otherwise 5.")] = None,
     seed: Seed = 0,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Folder of the results, otherwise runs/leaderboard-TIME; goes on with one begun."),
-    ] = None,
+    out: Out = None,
     atlas: Annotated[
         bool,
         typer.Option("--atlas", help="Draw every model's answers to a dozen clips on one page, in place of ranking."),
@@ -59,7 +56,7 @@ def leaderboard(
     from experiments.bench.leaderboard import run as board
     from experiments.bench.leaderboard import table as leaderboard_table
 
-    folder = new_folder(out, "leaderboard")
+    folder = run_folder(out, "leaderboard")
     means = resources(workers, cluster, quiet, other_code)
     models = shown_models(COMPARED, model, only)
     if atlas:

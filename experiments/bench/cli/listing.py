@@ -51,8 +51,8 @@ def parameters(
     model: Models = None,
     only: Only = False,
 ) -> None:
-    """List every parameter that --set reaches: key, default, legal range, meaning. The command's own model is dsnn,
-    or those that the experiment declares.
+    """List every parameter that --set reaches: key, default, legal range, unit, meaning. The command's own model is
+    dsnn, or those that the experiment declares.
     """
     from experiments.bench import registry
     from experiments.bench.engine.models import shown_models
@@ -63,12 +63,13 @@ def parameters(
 
 
 def show_parameters(rows: Iterable[Parameter]) -> None:
-    """Print parameters: key, value, legal range, meaning."""
+    """Print parameters: key, value, legal range, unit, meaning."""
     from rich.text import Text
 
     from experiments.bench.engine.terminal import show_line
 
     for row in rows:
-        legal = f"  ({row.legal})" if row.legal else ""
+        notes = "; ".join(filter(None, (row.legal, row.unit and f"in {row.unit}")))
+        legal = f"  ({notes})" if notes else ""
         show_line(Text.assemble(f"{row.key}=", (row.value, "b"), (legal, "dim")), 8)
         show_line(f"    {row.description}", 4)

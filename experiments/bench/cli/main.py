@@ -32,11 +32,16 @@ from experiments.bench.cli import (
     watch,
 )
 
-COMMANDS = (
-    run, maps, study, reproduce, watch, check, leaderboard, tune, train, behave, firmware, listing, runs, compare, view,
-    video, measured, camera, export, clips, doctor,
-)  # fmt: skip
-"""The modules of the commands, in the order in which help shows them."""
+GROUPS = {
+    "Run": (run, watch),
+    "Judge": (reproduce, maps, study),
+    "Models": (check, leaderboard, tune),
+    "Behaviours": (behave, train),
+    "The robot's chip, and a real robot": (firmware, measured, camera),
+    "What runs left": (runs, compare, view, video, export),
+    "What there is": (listing, clips, doctor),
+}
+"""Heading -> the modules of its commands, in the order in which help shows them."""
 
 
 class _Interrupted(BaseException):
@@ -62,56 +67,31 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="""A simulated [b]Colias[/b] micro-robot testbed for fly-inspired motion vision.
 
-Two robots in MuJoCo: the [b]observer[/b] looks through its 99x72 camera and
-runs the DSNN on every frame, the black [b]stimulus[/b] drives past it. Every
-trial is recorded for Rerun, summarised, drawn, and held against what the
-paper (Fu, Bellotto and Yue 2018) reports.
+Two robots in MuJoCo: the [b]observer[/b] looks through its 99x72 camera and runs a model of motion vision on every \
+frame, the black [b]stimulus[/b] drives past it. Every trial is recorded for Rerun, summarised, drawn and held against \
+what the paper (Fu, Bellotto and Yue 2018) reports.
 
-[b]Examples[/b]
+[b]To begin with:[/b] colias list; colias run speed; colias view runs/speed-...; colias reproduce --quick. \
+[b]Of your own:[/b] colias check my_model.py; colias run speed --model my_model.py; colias run my_experiment.py.
 
-  colias run speed                   the paper's speed tests, 40 trials
-  colias run distance --repeats 3 --seed 7
-  colias run speed --set experiment.direction=both --set dsnn.n_con=6
-  colias run general --model dsnn --model dsn2017 --model my_model.py
-  colias run my_experiment.py        your own declaration
-  colias run speed --resume runs/speed-...     just what is missing
-  colias map speed --over dsnn.n_con=4,6,8 --measure spikes
-  colias study fidelity              which claims survive the robot's eye
-  colias map general --over experiment.acceleration_cm_s2=10,17,25
-                                     where which claims hold
-  colias run clean                   the paper's off-line clips, to the DSNN
-  colias watch street.mp4            any footage, or a camera
-  colias reproduce                   which of the paper's claims hold
-  colias check my_model.py           does a model keep the laws of all models
-  colias leaderboard                 every model on the same trials
-  colias tune --model emd --only     response against speed, size, direction ...
-  colias behave hybrid               close the loop: reflexes in an env, scored
-  colias firmware budget             what the network takes of the robot's chip
-  colias parameters                  everything that --set reaches
-  colias view runs/speed-...         a run's recordings in Rerun
-  colias video runs/speed-... --out trial.mp4
-                                     a recording as a video, GIF or strip
-  colias runs                        the runs so far: what, changed, verdicts
-  colias compare runs/A runs/B       how two runs differ, pair by pair
-  colias import log.csv              a real robot's log as a run
-  colias export runs/A --to csv      tables and frames for other programs
-  colias doctor                      does this machine have what is needed?
-
-[b]What a run leaves in its folder[/b]
-
-  trials.parquet     a row per trial     summary.csv     a row per condition
-  frames.parquet     a row per frame     claims.json     the verdicts
-  experiment.json    every parameter, the seed, the versions
-  figure.svg, .png   spikes per condition, every repeat visible
-  recordings/        one .rrd per trial
-
-Equal seeds and parameters give equal numbers, on any number of workers. Exit
-status: 0 done, 1 trials failed, 2 a wrong use or a missing library, 130
-interrupted.""",
+Equal seeds and parameters give equal numbers, on any number of workers. Exit status: 0 done, 1 trials failed, 2 a \
+wrong use or a missing library, 130 interrupted. [b]colias COMMAND --help[/b] says what a command does.""",
 )
 
-for _module in COMMANDS:
-    _module.register(app)
+
+def _register() -> None:
+    """Put every command into the app, under its heading."""
+    for heading, modules in GROUPS.items():
+        for module in modules:
+            commands, groups = len(app.registered_commands), len(app.registered_groups)
+            module.register(app)
+            for entry in app.registered_commands[commands:]:
+                entry.rich_help_panel = heading
+            for group in app.registered_groups[groups:]:
+                group.rich_help_panel = heading
+
+
+_register()
 
 
 def _tell_version(wanted: bool) -> None:
@@ -149,4 +129,14 @@ def command(arguments: list[str]) -> int:
     except typer.TyperException as error:
         from experiments.bench.engine.errors import UsageError
 
+        if _is_resume(error):
+            raise UsageError("--resume: give --out FOLDER, which goes on with the run that is there") from None
         raise UsageError(" ".join(error.format_message().split())) from None
+
+
+def _is_resume(error: typer.TyperException) -> bool:
+    """Say whether the option of an older version was given to a command that goes on by ``--out``."""
+    if getattr(error, "option_name", "") != "--resume":
+        return False
+    context: Any = getattr(error, "ctx", None)
+    return any("--out" in parameter.opts for parameter in context.command.params)

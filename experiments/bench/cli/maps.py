@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -14,11 +13,12 @@ from experiments.bench.cli.options import (
     Models,
     Only,
     OtherCode,
+    Out,
     Quiet,
     Seed,
     Workers,
-    new_folder,
     resources,
+    run_folder,
 )
 
 
@@ -72,10 +72,7 @@ def map_claims(
     ] = None,
     replicates: Annotated[int, typer.Option(help="Replicates, each with a seed of its own.")] = 1,
     seed: Seed = 0,
-    out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/map-NAME-TIME.")] = None,
-    resume: Annotated[
-        Path | None, typer.Option(help="Go on with the map in this folder: do just what is missing.")
-    ] = None,
+    out: Out = None,
     assignments: Assignments = None,
     model: Models = None,
     only: Only = False,
@@ -99,8 +96,6 @@ def map_claims(
     from experiments.bench.studies import run, table
     from experiments.bench.studies.study import Study
 
-    if resume is not None and out is not None:
-        raise UsageError("--out and --resume name one folder each: give one of them")
     names = [name for name in experiment.split(",") if name]
     if not names:
         raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
@@ -117,8 +112,8 @@ def map_claims(
         replicates=replicates, every_trial=False,
     )  # fmt: skip
     plan = run.planned(study, seed)
-    folder = resume or new_folder(out, f"map-{'-'.join(each.name for each in declared)}")
-    counts = run.run(plan, folder, resources(workers, cluster, quiet, other_code), resume=resume is not None)
+    folder = run_folder(out, f"map-{'-'.join(each.name for each in declared)}")
+    counts = run.run(plan, folder, resources(workers, cluster, quiet, other_code))
     if not quiet:
         table.show(counts, folder, "map")
     broken = tell_troubles((cell.claim, cell.trouble) for cell in counts.cells)

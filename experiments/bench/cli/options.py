@@ -37,6 +37,13 @@ OtherCode = Annotated[
     bool,
     typer.Option("--other-code", help="Go on with a run that other code began; the column [b]code[/b] marks its rows."),
 ]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder of the results; otherwise a new one, runs/NAME-TIME. Where this very run was begun there, just"
+        " what is missing is done."
+    ),
+]
 Repeats = Annotated[int | None, typer.Option(help="Trials of each condition; otherwise the experiment's own number.")]
 
 
@@ -55,7 +62,7 @@ def resources(workers: int | None, cluster: str | None, quiet: bool, other_code:
 
 
 def new_folder(out: Path | None, name: str) -> Path:
-    """Return the folder asked for, or a new one under ``runs``, where results can be written.
+    """Return the folder asked for, or a new one under ``runs``, where results can be written. See `run_folder`.
 
     Raises `UsageError` in one line where they cannot. The folder is not made.
     """
@@ -63,4 +70,21 @@ def new_folder(out: Path | None, name: str) -> Path:
 
     folder = files.new_folder(name) if out is None else out
     places.check_folder(folder, f"--out {folder}")
+    return folder
+
+
+def run_folder(out: Path | None, name: str) -> Path:
+    """Return the folder of a run: a new one under ``runs``, or the one asked for, in which a run may have been begun.
+
+    Raises
+    ------
+    UsageError
+        Results cannot be written there.
+    FileExistsError
+        It holds other files, and no run.
+    """
+    from experiments.bench.store import description, files
+
+    folder = files.new_folder(name) if out is None else out
+    description.check_own(folder, f"--out {folder}")
     return folder

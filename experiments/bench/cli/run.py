@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -14,13 +13,14 @@ from experiments.bench.cli.options import (
     Models,
     Only,
     OtherCode,
+    Out,
     Quiet,
     Repeats,
     Seed,
     Workers,
     experiment_names,
-    new_folder,
     resources,
+    run_folder,
 )
 
 if TYPE_CHECKING:
@@ -42,10 +42,7 @@ def run_experiment(
     ],
     repeats: Repeats = None,
     seed: Seed = 0,
-    out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/NAME-TIME.")] = None,
-    resume: Annotated[
-        Path | None, typer.Option(help="Go on with the run in this folder: do just what is missing.")
-    ] = None,
+    out: Out = None,
     assignments: Assignments = None,
     model: Models = None,
     only: Only = False,
@@ -65,27 +62,28 @@ def run_experiment(
     """Run an experiment and write its results into a folder.
 
     Every model sees the same frames. The command's own model is dsnn, or those that the experiment declares.
-    Trials already finished stay readable if the run is interrupted, and
-    --resume with the same parameters does the rest. Results do not depend on the number of workers.
+    Trials already finished stay readable if the run is interrupted, and the same command with that folder as --out
+    does the rest. Results do not depend on the number of workers.
+
+    The folder has trials.parquet (a row per trial and model), frames.parquet (a row per frame), summary.csv (a row per
+    condition), claims.json (the verdicts), experiment.json (every parameter, the seed, the versions), figure.svg and
+    figure.png (every repeat visible), and recordings/ (one .rrd per trial).
     """
     from experiments.bench import registry
     from experiments.bench.clips.experiment import OfflineExperiment
-    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import tell_troubles
     from experiments.bench.public.run import Asked, perform, planned
 
     declared = registry.find(experiment)
-    if resume is not None and out is not None:
-        raise UsageError("--out and --resume name one folder each: give one of them")
     means = resources(workers, cluster, quiet, other_code)
-    folder = resume or new_folder(out, declared.name)
+    folder = run_folder(out, declared.name)
     asked = Asked(model or (), only, assignments or (), repeats, seed, eyes)
     if dry_run:
         from experiments.bench.cli.dry_run import say
 
-        say(planned(declared, asked), folder, recordings, resume is not None, other_code)
+        say(planned(declared, asked), folder, recordings, other_code)
         return 0
-    report = perform(declared, asked, folder, means, resume=resume is not None, recordings=recordings)
+    report = perform(declared, asked, folder, means, recordings=recordings)
     if not quiet:
         _show(report, recordings and (not isinstance(declared, OfflineExperiment) or declared.recorded))
     broken = tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,11 +10,12 @@ from experiments.bench.cli.options import (
     EXIT_FAILED,
     Cluster,
     OtherCode,
+    Out,
     Quiet,
     Seed,
     Workers,
-    new_folder,
     resources,
+    run_folder,
 )
 
 MODEL_CLAIMS = "model-claims"
@@ -38,9 +38,7 @@ def study(
         int | None, typer.Option(help="Trials of each condition in a replicate; otherwise the study's own number.")
     ] = None,
     seed: Seed = 0,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of the results, otherwise runs/NAME-TIME; goes on with one begun.")
-    ] = None,
+    out: Out = None,
     model: Annotated[
         list[str] | None,
         typer.Option("--model", metavar="MODEL", help="Of model-claims: judge this model's. Repeatable."),
@@ -69,7 +67,7 @@ def study(
             raise UsageError(f"{MODEL_CLAIMS} and {option}: its clips are shown once, or at the seeds that they need")
         from experiments.bench.cli.model_claims import judge
 
-        return judge(model, new_folder(out, MODEL_CLAIMS), seed, means)
+        return judge(model, run_folder(out, MODEL_CLAIMS), seed, means)
     if model:
         raise UsageError(f"--model: goes with {MODEL_CLAIMS}; the study {name} says itself which models it judges")
     asked = registry.find(name)
@@ -84,7 +82,7 @@ def study(
         repeats=asked.repeats if repeats is None else repeats,
     )
     plan = run.planned(asked, seed)
-    folder = new_folder(out, asked.name)
+    folder = run_folder(out, asked.name)
     counts = run.run(plan, folder, means)
     if not quiet:
         table.show(counts, folder, asked.name)

@@ -49,9 +49,12 @@ def train(
             help="camera, robot, noise or randomise of the env, for example camera=ov7670. Repeatable.",
         ),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="New folder for the results; otherwise runs/NAME-TIME.")] = None,
-    resume: Annotated[
-        Path | None, typer.Option(help="With --seeds: go on in this folder; what is trained there is kept.")
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="New folder for the results; otherwise runs/NAME-TIME. With --seeds it goes on where these seeds were"
+            " begun: what is trained there is kept."
+        ),
     ] = None,
     replay: Annotated[Path | None, typer.Option(help="Do not train: play the policy in this file.")] = None,
     episodes: Annotated[int | None, typer.Option(help=f"With --replay: how many; otherwise {REPLAYED}.")] = None,
@@ -72,8 +75,7 @@ def train(
 
     means = resources(workers, None, quiet, other_code)
     changes = [*(assignments or ()), *([] if randomise is None else [f"randomise={randomise}"])]
-    given = {"--env": env, "--steps": steps, "--envs": envs, "--set": " ".join(changes) or None, "--seeds": seeds,
-             "--resume": resume}  # fmt: skip
+    given = {"--env": env, "--steps": steps, "--envs": envs, "--set": " ".join(changes) or None, "--seeds": seeds}
     if replay is not None:
         for name, value in given.items():
             if value is not None:
@@ -85,9 +87,7 @@ def train(
         raise UsageError(f"--episodes {episodes}: goes with --replay")
     about = _about(env or "Optomotor", STEPS if steps is None else steps, seed, ENVS if envs is None else envs, changes)
     if seeds is not None:
-        return _study(about, seeds, out, resume, means)
-    if resume is not None:
-        raise UsageError(f"--resume {resume}: goes with --seeds")
+        return _study(about, seeds, out, means)
     return _train(about, out, means)
 
 
@@ -112,7 +112,7 @@ def _about(env: str, steps: int, seed: int, envs: int, changes: Sequence[str]) -
     return About(where, seed, steps, envs, options=dict(env_options(where, changes)))
 
 
-def _study(about: About, seeds: int, out: Path | None, resume: Path | None, means: Resources) -> int:
+def _study(about: About, seeds: int, out: Path | None, means: Resources) -> int:
     """Train what is missing of several seeds, judge all, draw and print; the exit status."""
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.training import figure, study, table
@@ -122,13 +122,11 @@ def _study(about: About, seeds: int, out: Path | None, resume: Path | None, mean
         raise UsageError(
             f"--seeds {seeds}: legal is a whole number from {LEAST_SEEDS} to {most}; without it one is trained"
         )
-    if resume is not None and out is not None:
-        raise UsageError("--out and --resume name one folder each: give one of them")
     asked = study.Study(about, seeds)
-    if resume is None:
+    folder = new_folder(out, f"train-{about.env.partition('/')[2]}")
+    if not (folder / study.NAME).exists():
         _require_training()
-    folder = resume or new_folder(out, f"train-{about.env.partition('/')[2]}")
-    done = study.open_folder(asked, folder, resume=resume is not None)
+    done = study.open_folder(asked, folder)
     missing = [seed for seed in asked.seeds if seed not in done]
     if missing:
         _require_training()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -13,10 +12,11 @@ from experiments.bench.cli.options import (
     Models,
     Only,
     OtherCode,
+    Out,
     Quiet,
     Workers,
-    new_folder,
     resources,
+    run_folder,
 )
 
 
@@ -33,9 +33,7 @@ def tune(
         typer.Option(help="Only this one: speed, size, contrast, frequency, direction or l-over-v. Repeatable."),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the gratings' phase, 0 or more.")] = 0,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of the results, otherwise runs/tune-TIME; goes on with one begun.")
-    ] = None,
+    out: Out = None,
     assignments: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a model's parameter. Repeatable.")
     ] = None,
@@ -59,7 +57,7 @@ def tune(
     from experiments.bench.tuning import table as tuning_table
 
     made = tuning_run.plan(shown_models(COMPARED, model, only), curve or (), assignments or (), seed)
-    folder = new_folder(out, "tune")
+    folder = run_folder(out, "tune")
     means = resources(workers, cluster, quiet, other_code)
     with means.pool(rendering=False) as pool:
         report = tuning_run.run(made, folder, pool, means)

@@ -21,8 +21,9 @@ from experiments.bench.clips.judging.paper import BLOCKED, DSNN, EARLIER, EMD, R
 from experiments.bench.clips.judging.paper import SIGNED as SIGNED
 from experiments.bench.engine.errors import short
 from experiments.bench.engine.models import NO_SPIKES
+from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.numbers import is_number, unreadable
-from experiments.bench.judging.verdict import Claim, Outcome
+from experiments.bench.judging.verdict import Outcome
 
 POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")
 SHADES = ("dark", "light")

@@ -13,8 +13,8 @@ from typing import Any, Literal
 from dsnn.stimuli import ClipParams, Jittered, Stimulus, stimulus, stimulus_entry
 from experiments.bench.engine.errors import check_declared, plain
 from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.declared import check_claims
-from experiments.bench.judging.verdict import Claim
 
 DRAWN = ("speed", "grey", "background_speed")
 """Those that a figure of peaks may be drawn against."""

@@ -37,9 +37,7 @@ def batch(made: OfflinePlan, *, record: bool = False, frames: bool = True) -> Ba
     )
 
 
-def run(
-    made: OfflinePlan, out: Path, pool: Pool, resources: Resources, *, resume: bool | None = None, record: bool = False
-) -> OfflineReport:
+def run(made: OfflinePlan, out: Path, pool: Pool, resources: Resources, *, record: bool = False) -> OfflineReport:
     """Show what has not been shown, and conclude.
 
     Parameters
@@ -50,11 +48,9 @@ def run(
         The run's folder: a new one, or one that holds a part of this run.
     pool, resources
         Where the clips are shown.
-    resume
-        Whether to go on with a run; ``None``: if there is one.
     record
         Whether to record the first seed's clips for Rerun.
     """
     work = batch(made, record=record)
-    with closing(work.open(out, resources, resume)) as folder:
+    with closing(work.open(out, resources)) as folder:
         return conclude(made, folder, work.fill(folder, pool, resources))

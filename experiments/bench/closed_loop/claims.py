@@ -13,9 +13,10 @@ from experiments.bench.closed_loop.episode import Setting
 from experiments.bench.closed_loop.power import MOST_EPISODES, Pilot, episodes_needed
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
 from experiments.bench.closed_loop.scores import Row, mean, rate, rate_ratio
+from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.scores import Score
 from experiments.bench.judging.texts import tried
-from experiments.bench.judging.verdict import Claim, Outcome, Verdict
+from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.store.rows import mixture
 
 PLAYED: Mapping[str, tuple[str, ...]] = {

@@ -62,7 +62,7 @@ class Steering:
     """
 
     keep: float = Field(default=0.9, ge=0.0, le=1.0, description="share of the last command that stays")
-    reach: float = Field(default=0.04, gt=0.0, le=1.0, description="what an answer of 1 adds")
+    reach: float = Field(default=0.04, gt=0.0, le=1.0, description="change of a command by an answer of 1")
     limit: float = Field(default=0.3, gt=0.0, le=1.0, description="the greatest command")
 
     def sense(self, observation: Vector, command: Vector) -> Vector:

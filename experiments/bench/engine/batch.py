@@ -1,4 +1,6 @@
-"""The engine of every kind of run: jobs on a pool of workers, their rows into one folder, with progress and resume.
+"""The engine of every kind of run: jobs on a pool of workers, their rows into one folder, with progress.
+
+A job that the folder has already is not done again.
 
 Trials with the robot, clips, tuning curves, episodes, the leaderboard, sweeps, maps and the studies of a reproduction
 are all a `Batch`. Footage is not: it is a stream without a plan.
@@ -26,7 +28,6 @@ from experiments.bench.engine.pool import Pool, open_pool
 from experiments.bench.engine.terminal import count, error_console, progress
 from experiments.bench.store import provenance
 from experiments.bench.store.contents import Contents, Misfit
-from experiments.bench.store.description import begun
 from experiments.bench.store.rows import Failure, TrialRecord
 from experiments.bench.store.run_folder import RunFolder
 
@@ -166,8 +167,8 @@ class Batch(Generic[AnySpec]):
     taken: Callable[[TrialRecord], float] | None = None
     kind: Callable[[AnySpec], Hashable] = one_kind
 
-    def open(self, out: Path, resources: Resources, resume: bool | None = None) -> RunFolder:
-        """Make the run's folder, or reopen it; the caller closes it.
+    def open(self, out: Path, resources: Resources) -> RunFolder:
+        """Make the run's folder, or go on with the run that it holds; the caller closes it.
 
         Parameters
         ----------
@@ -175,18 +176,16 @@ class Batch(Generic[AnySpec]):
             The folder.
         resources
             Says whether other code may go on with the run.
-        resume
-            Whether to go on with a run that is there. ``None``: if there is one.
 
         Raises
         ------
         FileExistsError
-            There is a run, and ``resume`` is False.
+            There are tables, and nothing that tells of which run.
         UsageError
-            There is none to go on with, or another one.
+            There is another run.
         """
         folder = RunFolder(out, *self.schemas, self.contents.parameters)
-        folder.enter(self.description, begun(out) if resume is None else resume, self.contents, resources.other_code)
+        folder.enter(self.description, self.contents, resources.other_code)
         return folder
 
     def fill(self, folder: RunFolder, pool: Pool, resources: Resources) -> list[Failure]:
@@ -198,10 +197,12 @@ class Batch(Generic[AnySpec]):
             Everything that ever failed in this run: whole jobs, and single models in jobs that were done.
         """
         done = folder.done()
+        complete = all(spec.index in done for spec in self.specs)
         if not resources.quiet:
             amount = self.amount() if self.amount else f"{len(self.specs)} {self.things}"
             resumed = f"; {len(done)} of them done already" if done else ""
-            self._say(f"{self.name}: {amount}, {resources.where()}{resumed}, into {folder.folder}")
+            how = "complete: all of them are done" if complete else f"{resources.where()}{resumed}"
+            self._say(f"{self.name}: {amount}, {how}, {'in' if complete else 'into'} {folder.folder}")
             if note := forms.note():
                 self._say(f"note: {note}")
         for note in rate_notes(pair for spec in self.specs for pair in spec.frame_rates()):  # quiet or not: see `tell`
@@ -242,7 +243,7 @@ def _run(
         spec = planned[done.index]
         try:
             folder.add(done, spec.condition.label(), spec.seed)
-        except Misfit as error:  # kept, it would make the folder one that --resume refuses
+        except Misfit as error:  # kept, it would make the folder one that is refused from then on
             fail(spec, 1, str(error))
         else:
             on_job(done.index, done)

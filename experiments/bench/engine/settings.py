@@ -207,6 +207,30 @@ def _legal(schema: Mapping[str, Any]) -> str:
     return ""
 
 
+def unit_of(value: Any, name: str) -> str:
+    """Return the unit that a parameter's field declares.
+
+    Parameters
+    ----------
+    value
+        A section of ``--set``: an instance of the parameters' dataclass.
+    name
+        The parameter's name in that section.
+
+    Returns
+    -------
+    str
+        Empty for a pure number, a count, a choice or a preset.
+    """
+    return _unit(_properties(type(value)).get(name, {}))
+
+
+def _unit(schema: Mapping[str, Any]) -> str:
+    """The unit of a field, or of each entry of a sequence, from its JSON schema."""
+    parts = [schema, *schema.get("prefixItems", ())[:1], *([schema["items"]] if "items" in schema else [])]
+    return next((part["unit"] for part in parts if "unit" in part), "")
+
+
 def _bounds(schema: Mapping[str, Any]) -> Iterator[str]:
     words = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "exclusiveMaximum": "below"}
     return (f"{word} {_plain(schema[bound])}" for bound, word in words.items() if bound in schema)
@@ -219,23 +243,39 @@ def _plain(bound: float) -> str:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Parameter:
-    """A row of ``colias parameters``."""
+    """A parameter that ``--set`` reaches: a row of ``colias parameters``.
+
+    Attributes
+    ----------
+    key
+        Section and name, as they are typed.
+    value
+        The present value, as text.
+    legal
+        The legal values in words; empty where only a validator knows them.
+    unit
+        Unit of the value; empty for a pure number, a count or a choice.
+    description
+        Meaning of the parameter.
+    """
 
     key: str
     value: str
     legal: str
+    unit: str
     description: str
 
 
 def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
-    """Every parameter of the sections ``values``."""
+    """Yield every parameter of the sections ``values``."""
     for section, value in values.items():
         if _presets(value):
-            said = "sets several parameters of this section at once; others given beside it change that"
-            yield Parameter(f"{section}.{PRESET}", preset_of(value) or "", ", ".join(_presets(value)), said)
+            meaning = f"named set of values for several parameters of {section}; a parameter set beside it counts more"
+            yield Parameter(f"{section}.{PRESET}", preset_of(value) or "", ", ".join(_presets(value)), "", meaning)
         properties = _properties(type(value))
         for field in dataclasses.fields(value):
             present = getattr(value, field.name)
             text = ",".join(f"{v:g}" for v in present) if isinstance(present, tuple) else str(present)
             schema = properties[field.name]
-            yield Parameter(f"{section}.{field.name}", text, _legal(schema), schema.get("description", ""))
+            meaning = schema.get("description", "")
+            yield Parameter(f"{section}.{field.name}", text, _legal(schema), _unit(schema), meaning)

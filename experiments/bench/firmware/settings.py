@@ -6,12 +6,12 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass as validated
 
-from dsnn.field_docs import with_field_docs
+from dsnn.field_docs import unit, with_field_docs
 from dsnn.onboard.dead_zone import dead_zone
 from dsnn.onboard.params import OnboardParams
 from experiments.bench.engine.errors import UsageError
@@ -34,47 +34,60 @@ class ChipSettings:
     Sizes are bytes. What is an assumption is called one; every number can be set.
     """
 
-    shape: str = Field(
+    shape: Annotated[str, unit("px")] = Field(
         default="99x72",
-        description=f"columns x rows of the camera's frames, px: each a whole number from {NARROWEST} to {WIDEST}",
+        description=f"columns x rows of the camera's frames: each a whole number from {NARROWEST} to {WIDEST}",
     )
-    ram_main: int = Field(
+    ram_main: Annotated[int, unit("bytes")] = Field(
         default=192 * 1024,
         ge=1024,
         le=2**24,
-        description="main RAM, bytes; DMA reaches it, so the camera's ring is here",
+        description="main RAM; DMA reaches it, so the camera's ring is here",
     )
-    ram_core: int = Field(
-        default=64 * 1024, ge=1024, le=2**24, description="core-coupled RAM, bytes; DMA does not reach it"
+    ram_core: Annotated[int, unit("bytes")] = Field(
+        default=64 * 1024, ge=1024, le=2**24, description="core-coupled RAM; DMA does not reach it"
     )
-    flash: int = Field(default=2 * 1024 * 1024, ge=1024, le=4 * 1024 * 1024, description="flash, bytes")
-    ring_frames: int = Field(
-        default=3, ge=2, le=8, description="frames of the camera's ring, YUV422, 2 bytes a pixel: as in a shipped build"
+    flash: Annotated[int, unit("bytes")] = Field(
+        default=2 * 1024 * 1024, ge=1024, le=4 * 1024 * 1024, description="flash memory"
     )
-    stack: int = Field(
-        default=2048, ge=512, le=65536, description="RAM reserved for the stack, bytes; its use is measured"
+    ring_frames: Annotated[int, unit("frames")] = Field(
+        default=3, ge=2, le=8, description="length of the camera's ring, YUV422, 2 bytes a pixel: as in a shipped build"
     )
-    robot_ram: int = Field(
+    stack: Annotated[int, unit("bytes")] = Field(
+        default=2048, ge=512, le=65536, description="RAM reserved for the stack; its use is measured"
+    )
+    robot_ram: Annotated[int, unit("bytes")] = Field(
         default=16 * 1024, ge=4, le=2**20, multiple_of=4,
-        description="RAM of the rest of the robot's program, bytes. An estimate: a shipped build has 102 kB of zeroed "
-        "data, of which the camera's ring is 42.8 kB and six maps of its one LGMD (an assumption) are as much",
+        description="RAM of the rest of the robot's program. An estimate: a shipped build has 102 kB of"
+        " zeroed data, of which the camera's ring is 42.8 kB and six maps of its one LGMD (an"
+        " assumption) are as much",
     )  # fmt: skip
-    robot_flash: int = Field(
+    robot_flash: Annotated[int, unit("bytes")] = Field(
         default=44 * 1024,
         ge=0,
         le=2**21,
-        description="flash of the rest of the robot's program, bytes: a shipped build",
+        description="flash of the rest of the robot's program: a shipped build",
     )
-    clock_mhz: float = Field(default=180.0, gt=0.0, le=1000.0, description="clock of the processor, MHz")
-    frame_ms: float = Field(default=33.0, gt=0.0, le=10_000.0, description="time from frame to frame, ms (30 a second)")
-    cpi_least: float = Field(
-        default=1.3, ge=0.5, le=20.0, description="cycles an instruction, least: an assumption; flash waits aside"
+    clock_mhz: Annotated[float, unit("MHz")] = Field(
+        default=180.0, gt=0.0, le=1000.0, description="clock of the processor"
     )
-    cpi_most: float = Field(
-        default=1.6, ge=0.5, le=20.0, description="cycles an instruction, most: an assumption; flash waits aside"
+    frame_ms: Annotated[float, unit("ms")] = Field(
+        default=33.0, gt=0.0, le=10_000.0, description="time from frame to frame (33: 30 a second)"
+    )
+    cpi_least: Annotated[float, unit("cycles")] = Field(
+        default=1.3,
+        ge=0.5,
+        le=20.0,
+        description="least number of cycles an instruction takes: an assumption; flash waits aside",
+    )
+    cpi_most: Annotated[float, unit("cycles")] = Field(
+        default=1.6,
+        ge=0.5,
+        le=20.0,
+        description="greatest number of cycles an instruction takes: an assumption; flash waits aside",
     )
     optimise: Literal["s", "1", "2", "3"] = Field(
-        default="3", description="the compiler's -O: at 3 it unrolls more, and flash is plenty"
+        default="3", description="level of the compiler's -O: at 3 it unrolls more, and flash is plenty"
     )
 
     def __post_init__(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from experiments.bench.engine.errors import short
-from experiments.bench.judging.verdict import Claim
+from experiments.bench.judging.claim import Claim
 
 
 def check_claims(experiment: str, claims: Any) -> None:

@@ -1,17 +1,15 @@
-"""What a judge finds, what becomes of a claim, and a claim itself: its words and its judge."""
+"""What a judge finds, and what becomes of a claim."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
-from experiments.bench.engine import interrupts
-from experiments.bench.engine.errors import check_name, short
-from experiments.bench.engine.user_code import apart, blamed
+from experiments.bench.engine.errors import short
 from experiments.bench.judging.checks import Check as Check
 from experiments.bench.judging.checks import decide as decide
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.count import Reason
 
 Judged = Literal["holds", "fails", "vacuous", "untestable", "untested"]
 """What a claim comes to.
@@ -27,6 +25,13 @@ WORST_FIRST: tuple[Judged, ...] = ("fails", "untested", "untestable", "vacuous")
 def together(verdicts: Collection[Judged]) -> Judged:
     """What several verdicts come to together: ``holds`` if all do, else the first that is there of `WORST_FIRST`."""
     return next((word for word in WORST_FIRST if word in verdicts), "holds")
+
+
+_UNJUDGED: Mapping[Reason, Judged] = {
+    "not shown": "untested",
+    "silent model": "vacuous",
+    "unknown constants": "untestable",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +56,8 @@ class Outcome:
         Of a claim about every single trial: how many of the ``n`` trials break it. ``None`` of any other claim.
     trouble
         What went wrong in a user's own judge; empty if nothing did.
+    checks
+        Everything that was asked, each with its reading, its bound and its slack; empty where nothing could be.
 
     Raises
     ------
@@ -66,10 +73,51 @@ class Outcome:
     each: int = 0
     broken: int | None = None
     trouble: str = ""
+    checks: tuple[Check, ...] = ()
 
     def __post_init__(self) -> None:
         if self.verdict not in get_args(Judged):
             raise ValueError(f"outcome: verdict={short(self.verdict)}: legal is {', '.join(get_args(Judged))}")
+
+    @classmethod
+    def of(
+        cls, checks: Iterable[Check], measured: str = "", effect: str = "", n: int = 0, each: int = 0
+    ) -> Outcome:  # fmt: skip
+        """Return what checks come to: the claim holds if all pass, and the weakest decides.
+
+        Parameters
+        ----------
+        checks
+            One or more.
+        measured, effect, n, each
+            As of an `Outcome`.
+
+        Raises
+        ------
+        UsageError
+            There are no checks, or something else is among them.
+        """
+        listed = tuple(checks)
+        holds, decided = decide(listed)
+        return cls("holds" if holds else "fails", measured, effect, n, decided, each, checks=listed)
+
+    @classmethod
+    def unjudged(
+        cls, why: str, *, reason: Reason = "not shown", effect: str = "", n: int = 0, each: int = 0,
+        checks: Iterable[Check] = (),
+    ) -> Outcome:  # fmt: skip
+        """Return the outcome of a claim that cannot be judged.
+
+        Parameters
+        ----------
+        why
+            Why, in words.
+        reason
+            The same in one of the words of `experiments.bench.judging.count.REASONS`.
+        effect, n, each, checks
+            As of an `Outcome`.
+        """
+        return cls(_UNJUDGED[reason], why, effect, n, each=each, checks=tuple(checks))
 
     def untested(self, why: str) -> Outcome:
         """Withhold the verdict.
@@ -212,105 +260,3 @@ class Verdict:
             raise ValueError(f"claim {self.id}: {counts} do not add up to {self.replicates} replicates")
         if not counts[self.verdict]:
             raise ValueError(f"claim {self.id}: {self.verdict} in replicate 0, and in 0 of {self.replicates}")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Claim:
-    """A claim: its words, which one of the paper's has in ``claims.toml``, and its judge; the wings' say more of them.
-
-    Raises
-    ------
-    ValueError
-        A claim that is not the paper's lacks words, has the id of one of the paper's, or has no judge.
-    """
-
-    id: str
-    judge: Callable[..., Outcome]
-    says: str = ""
-    source: str = ""
-    silent_passes: bool = False
-
-    def __post_init__(self) -> None:
-        check_name("claim", self.id)
-        if not callable(self.judge):
-            raise ValueError(f"claim {self.id}: judge={short(self.judge)}: legal is a function")
-        for name in ("says", "source"):
-            if not isinstance(getattr(self, name), str):
-                raise ValueError(f"claim {self.id}: {name}={short(getattr(self, name))}: legal is a text")
-        if self.says and not self.own:
-            raise ValueError(f"claim {self.id}: one of the paper's claims has that id; give yours another")
-        if not self.says and self.own:
-            raise ValueError(f"claim {self.id}: says='': a claim of your own needs words")
-        if not self.own:
-            says, source = claim_texts()[self.id]
-            object.__setattr__(self, "says", says)
-            object.__setattr__(self, "source", source)
-
-    @property
-    def own(self) -> bool:
-        """Whether it is none of the paper's."""
-        return self.id not in claim_texts()
-
-    def described(self) -> dict[str, str]:
-        """Describe the claim as ``experiment.json`` does.
-
-        Returns
-        -------
-        dict of str to str
-            ``id``, ``says`` and ``source``.
-        """
-        return {"id": self.id, "says": self.says, "source": self.source}
-
-    def ask(self, rows: Sequence[Any], *more: Any) -> Outcome:
-        """Ask the judge.
-
-        A user's own judge that raises, or answers no `Outcome`, leaves the claim untested: the tables count.
-
-        Parameters
-        ----------
-        rows, *more
-            Rows of a run's table, and what the judge gets beside them.
-
-        Returns
-        -------
-        Outcome
-            What the judge finds.
-        """
-        if not self.own:
-            return self.judge(rows, *more)
-        copies = [dict(row) for row in rows]  # what a judge changes is its own
-        try:
-            answer = apart(lambda: self.judge(copies, *more))
-            if not isinstance(answer, Outcome):
-                return _broken(f"its judge answered {short(answer)}, expected an Outcome", len(rows))
-            texts = str(answer.measured), str(answer.effect)
-            return Outcome(
-                answer.verdict, *texts, int(answer.n) or len(rows), str(answer.decided), int(answer.each), answer.broken
-            )  # fmt: skip
-        except BaseException as error:  # SystemExit too: sys.exit in a judge ends the judge
-            interrupts.pass_on(error)
-            return _broken(f"its judge failed: {blamed(error, rows)}", len(rows))
-
-    def verdict(self, found: Outcome, **more: Any) -> Verdict:
-        """Make a verdict of an outcome.
-
-        Parameters
-        ----------
-        found
-            The outcome.
-        **more
-            Further fields of the verdict.
-
-        Returns
-        -------
-        Verdict
-            The verdict.
-        """
-        return Verdict(
-            self.id, self.says, self.source, found.verdict, found.measured, found.effect, found.n, found.decided,
-            **{"trouble": found.trouble, **more},
-        )  # fmt: skip
-
-
-def _broken(trouble: str, rows: int) -> Outcome:
-    return Outcome("untested", trouble, n=rows, trouble=trouble)

@@ -16,15 +16,15 @@ from experiments.bench.engine.batch import Resources, worker_count
 from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.engine.models import shown_models
 from experiments.bench.engine.terminal import error_console, tell_troubles
-from experiments.bench.judging.verdict import Claim
+from experiments.bench.judging.claim import Claim
 from experiments.bench.public.arguments import assignments, flag, folder, is_path, model_texts, whole
 from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.pictures.eyes import both
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.plan import plan as robot_plan
+from experiments.bench.store.description import check_own
 from experiments.bench.store.files import new_folder
-from experiments.bench.store.places import check_folder
 
 if TYPE_CHECKING:
     from experiments.bench.clips.summary import OfflineReport
@@ -61,8 +61,7 @@ class Asked:
 
 
 def perform(
-    experiment: Experiment | OfflineExperiment, asked: Asked, folder: Path, resources: Resources, *, resume: bool,
-    recordings: bool,
+    experiment: Experiment | OfflineExperiment, asked: Asked, folder: Path, resources: Resources, *, recordings: bool,
 ) -> Report | OfflineReport:  # fmt: skip
     """Plan, run and conclude an experiment of either kind.
 
@@ -71,7 +70,7 @@ def perform(
     UsageError
         It cannot be run so; nothing is written then.
     FileExistsError
-        There is a run in ``folder``, and ``resume`` is False.
+        There are tables in ``folder``, and nothing that tells of which run.
     """
     made = planned(experiment, asked)
     for note in missing_models(made):
@@ -81,10 +80,10 @@ def perform(
 
         with resources.pool(rendering=False) as pool:
             record = recordings and made.experiment.recorded
-            return clips_run.run(made, folder, pool, resources, resume=resume, record=record)
+            return clips_run.run(made, folder, pool, resources, record=record)
     from experiments.bench.robot import run as robot_run
 
-    return robot_run.run(made, folder, resources, resume=resume, recordings=recordings)
+    return robot_run.run(made, folder, resources, recordings=recordings)
 
 
 def planned(experiment: Experiment | OfflineExperiment, asked: Asked) -> Plan | OfflinePlan:
@@ -128,7 +127,6 @@ def run(
     only: bool = False,
     settings: Mapping[str, Any] | None = None,
     out: str | os.PathLike[str] | None = None,
-    resume: bool = False,
     recordings: bool = True,
     workers: int | None = None,
     cluster: str | None = None,
@@ -159,9 +157,8 @@ def run(
         Parameter -> value, as ``{"dsnn.n_con": 6, "experiment.speeds_cm_s": [4, 6]}``. ``colias parameters`` lists
         them all.
     out
-        The folder for the results; otherwise a new one, ``runs/NAME-TIME``.
-    resume
-        Whether to go on with the run in ``out``: only what is missing is done.
+        The folder for the results; otherwise a new one, ``runs/NAME-TIME``. Where this run was begun there, only what
+        is missing is done.
     recordings
         Whether to write a Rerun recording of each trial.
     workers
@@ -183,7 +180,7 @@ def run(
     UsageError
         Something cannot be run so, in one line; nothing was written. It is a ``ValueError``.
     FileExistsError
-        There is a run in ``out`` already, and ``resume`` is False.
+        There are other files in ``out``, and nothing that tells of which run.
 
     Examples
     --------
@@ -197,9 +194,7 @@ def run(
         name = _name(experiment)
         declared = registry.find(name)
     registry.check_claims(declared, name)
-    going_on, other = flag("resume", resume), flag("other_code", other_code)
-    if going_on and out is None:
-        raise UsageError("resume=True: say by out= which run to go on with")
+    other = flag("other_code", other_code)
     if cluster is not None and not isinstance(cluster, str):
         raise UsageError(f"cluster={short(cluster)}: legal is the address of a Dask scheduler, tcp://...")
     count = None if repeats is None else whole("repeats", repeats)
@@ -207,12 +202,11 @@ def run(
         model_texts(models), flag("only", only), assignments(settings), count, whole("seed", seed), eyes
     )  # fmt: skip
     place = new_folder(declared.name) if out is None else folder("out", out)
-    if not going_on:
-        check_folder(place, f"out={place}")
+    check_own(place, f"out={place}")
     resources = Resources(
         worker_count(None if workers is None else whole("workers", workers)), cluster, flag("quiet", quiet), other
     )
-    report = perform(declared, asked, place, resources, resume=going_on, recordings=flag("recordings", recordings))
+    report = perform(declared, asked, place, resources, recordings=flag("recordings", recordings))
     tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
     return load(place)
 

@@ -14,8 +14,9 @@ from typing import Any, Literal, get_args
 
 from experiments.bench.engine.errors import short
 from experiments.bench.engine.models import NO_SPIKES
+from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.numbers import is_number, unreadable
-from experiments.bench.judging.verdict import Claim, Outcome, Verdict
+from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.robot import judges
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Motion
 from experiments.bench.robot.judges import Rows

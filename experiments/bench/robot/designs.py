@@ -7,33 +7,27 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from colias_sim.field_docs import with_field_docs
+from colias_sim.field_docs import unit, with_field_docs
 from experiments.bench.robot.experiment import Condition, Direction, Motion
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
-SpeedCmS = Annotated[float, Field(ge=0.5, le=35.0)]
-SlowSpeedCmS = Annotated[float, Field(ge=0.5, le=15.0)]
-DistanceCm = Annotated[float, Field(ge=3.0, le=20.0)]
-AngleDeg = Annotated[float, Field(ge=-60.0, le=60.0)]
+SpeedCmS = Annotated[float, Field(ge=0.5, le=35.0), unit("cm/s")]
+SlowSpeedCmS = Annotated[float, Field(ge=0.5, le=15.0), unit("cm/s")]
+DistanceCm = Annotated[float, Field(ge=3.0, le=20.0), unit("cm")]
+AngleDeg = Annotated[float, Field(ge=-60.0, le=60.0), unit("degrees")]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 WallContrast = Annotated[float, Field(ge=0.0, le=4.0)]
-DriveCmS = Annotated[float, Field(ge=-5.0, le=5.0)]
-TurnDegS = Annotated[float, Field(ge=-30.0, le=30.0)]
+DriveCmS = Annotated[float, Field(ge=-5.0, le=5.0), unit("cm/s")]
+TurnDegS = Annotated[float, Field(ge=-30.0, le=30.0), unit("degrees/s")]
 
 
-def _pose_sd() -> float:
-    return Field(default=1.0, ge=0.0, le=5.0, description="spread of the start position, along both axes")
-
-
-def _heading_sd() -> float:
-    return Field(default=1.0, ge=0.0, le=5.0, description="spread of the path's heading")
-
-
-def _acceleration() -> float:
-    """Starts and stops happen in view here, and an abrupt start 5 cm away is a flash of motion of its own."""
-    said = "with which approach and recession start and stop"
-    return Field(default=17.0, ge=5.0, le=200.0, description=said)
+POSE_SD: float = Field(default=1.0, ge=0.0, le=5.0, description="spread of the start position, along both axes")
+HEADING_SD: float = Field(default=1.0, ge=0.0, le=5.0, description="spread of the path's heading")
+ACCELERATION: float = Field(
+    default=17.0, ge=5.0, le=200.0, description="acceleration with which approach and recession start and stop"
+)
+"""Starts and stops happen in view, and an abrupt start 5 cm away is a flash of motion of its own."""
 
 
 def _ways(chosen: str) -> tuple[Direction, ...]:
@@ -47,10 +41,12 @@ class Translation:
     """Straight crossings of the field of view, perpendicular to the optical axis, all speeds at all distances."""
 
     speeds_cm_s: tuple[SpeedCmS, ...] = Field(min_length=1, description="speeds of the stimulus")
-    distances_cm: tuple[DistanceCm, ...] = Field(min_length=1, description="camera to path")
-    direction: Literal["rightward", "leftward", "both"] = Field(default="rightward", description="in the image")
-    pose_sd_mm: float = _pose_sd()
-    heading_sd_deg: float = _heading_sd()
+    distances_cm: tuple[DistanceCm, ...] = Field(min_length=1, description="distance from the camera to the path")
+    direction: Literal["rightward", "leftward", "both"] = Field(
+        default="rightward", description="direction of the crossing in the image"
+    )
+    pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
+    heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
 
     def conditions(self) -> tuple[Condition, ...]:
         """List the conditions: speeds within distances within directions.
@@ -80,16 +76,24 @@ def angular(motion: Motion, angle: float, speed: float, near: float, far: float,
 class Angular:
     """Straight lines at several angles to the optical axis, through one point before the camera."""
 
-    motion: Literal["approach", "recession"] = Field(description="towards that point, or away from it")
+    motion: Literal["approach", "recession"] = Field(
+        description="whether the stimulus moves towards the camera or away from it"
+    )
     angles_deg: tuple[AngleDeg, ...] = Field(
-        default=(-30.0, -15.0, 0.0, 15.0, 30.0), min_length=1, description="to the axis, negative on the robot's left"
+        default=(-30.0, -15.0, 0.0, 15.0, 30.0),
+        min_length=1,
+        description="angle of the path to the optical axis, negative on the robot's left",
     )
     speed_cm_s: SlowSpeedCmS = Field(default=6.0, description="speed of the stimulus")
-    near_cm: float = Field(default=5.0, ge=4.0, le=10.0, description="camera to the near end, on the axis")
-    far_cm: float = Field(default=20.0, ge=15.0, le=25.0, description="camera to the far end")
-    acceleration_cm_s2: float = _acceleration()
-    pose_sd_mm: float = _pose_sd()
-    heading_sd_deg: float = _heading_sd()
+    near_cm: Annotated[float, unit("cm")] = Field(
+        default=5.0, ge=4.0, le=10.0, description="distance from the camera to the path's near end, on the axis"
+    )
+    far_cm: Annotated[float, unit("cm")] = Field(
+        default=20.0, ge=15.0, le=25.0, description="distance from the camera to the path's far end"
+    )
+    acceleration_cm_s2: Annotated[float, unit("cm/s2")] = ACCELERATION
+    pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
+    heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
 
     def conditions(self) -> tuple[Condition, ...]:
         """List the conditions: one for each angle.
@@ -109,12 +113,16 @@ class General:
     """One of each motion: straight approach and recession, a crossing each way."""
 
     speed_cm_s: SlowSpeedCmS = Field(default=6.0, description="speed of the stimulus")
-    distance_cm: DistanceCm = Field(default=8.0, description="camera to the path of the crossings")
-    near_cm: float = Field(default=5.0, ge=4.0, le=10.0, description="camera to the near end of approach and recession")
-    far_cm: float = Field(default=20.0, ge=15.0, le=25.0, description="camera to their far end")
-    acceleration_cm_s2: float = _acceleration()
-    pose_sd_mm: float = _pose_sd()
-    heading_sd_deg: float = _heading_sd()
+    distance_cm: DistanceCm = Field(default=8.0, description="distance from the camera to the path of the crossings")
+    near_cm: Annotated[float, unit("cm")] = Field(
+        default=5.0, ge=4.0, le=10.0, description="distance from the camera to the near end of approach and recession"
+    )
+    far_cm: Annotated[float, unit("cm")] = Field(
+        default=20.0, ge=15.0, le=25.0, description="distance from the camera to the far end of approach and recession"
+    )
+    acceleration_cm_s2: Annotated[float, unit("cm/s2")] = ACCELERATION
+    pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
+    heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
 
     def conditions(self) -> tuple[Condition, ...]:
         """List the conditions: approach, recession, rightward, leftward.
@@ -141,10 +149,12 @@ class Contrast:
         default=(0.02, 0.2, 0.4, 0.6, 0.8, 1.0), min_length=1, description="reflectance of the stimulus's shell"
     )
     speed_cm_s: SpeedCmS = Field(default=6.0, description="speed of the stimulus")
-    distance_cm: DistanceCm = Field(default=8.0, description="camera to path")
-    direction: Literal["rightward", "leftward", "both"] = Field(default="rightward", description="in the image")
-    pose_sd_mm: float = _pose_sd()
-    heading_sd_deg: float = _heading_sd()
+    distance_cm: DistanceCm = Field(default=8.0, description="distance from the camera to the path")
+    direction: Literal["rightward", "leftward", "both"] = Field(
+        default="rightward", description="direction of the crossing in the image"
+    )
+    pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
+    heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
 
     def conditions(self) -> tuple[Condition, ...]:
         """List the conditions: greys within directions.
@@ -167,13 +177,17 @@ class Clutter:
     """Crossings before walls of several contrasts."""
 
     wall_contrasts: tuple[WallContrast, ...] = Field(
-        default=(0.0, 0.5, 1.0, 2.0, 4.0), min_length=1, description="contrast of the wall's texture; 1: the arena's"
+        default=(0.0, 0.5, 1.0, 2.0, 4.0),
+        min_length=1,
+        description="contrast of the wall's texture; 1: as the arena has it",
     )
     speed_cm_s: SpeedCmS = Field(default=6.0, description="speed of the stimulus")
-    distance_cm: DistanceCm = Field(default=8.0, description="camera to path")
-    direction: Literal["rightward", "leftward", "both"] = Field(default="rightward", description="in the image")
-    pose_sd_mm: float = _pose_sd()
-    heading_sd_deg: float = _heading_sd()
+    distance_cm: DistanceCm = Field(default=8.0, description="distance from the camera to the path")
+    direction: Literal["rightward", "leftward", "both"] = Field(
+        default="rightward", description="direction of the crossing in the image"
+    )
+    pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
+    heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
 
     def conditions(self) -> tuple[Condition, ...]:
         """List the conditions: contrasts within directions.
@@ -202,10 +216,12 @@ class Egomotion:
         default=(-1.0, 1.0), description="driving of the observer where it does not turn, forward positive"
     )
     speed_cm_s: SpeedCmS = Field(default=6.0, description="speed of the stimulus")
-    distance_cm: DistanceCm = Field(default=8.0, description="camera to path, in mid-crossing")
-    direction: Literal["rightward", "leftward", "both"] = Field(default="rightward", description="in the image")
-    pose_sd_mm: float = _pose_sd()
-    heading_sd_deg: float = _heading_sd()
+    distance_cm: DistanceCm = Field(default=8.0, description="distance from the camera to the path, in mid-crossing")
+    direction: Literal["rightward", "leftward", "both"] = Field(
+        default="rightward", description="direction of the crossing in the image"
+    )
+    pose_sd_mm: Annotated[float, unit("mm")] = POSE_SD
+    heading_sd_deg: Annotated[float, unit("degrees")] = HEADING_SD
 
     def conditions(self) -> tuple[Condition, ...]:
         """List the conditions: turns, then drives, within directions.

@@ -15,8 +15,8 @@ from experiments.bench.engine import interrupts
 from experiments.bench.engine.errors import check_declared, plain, short
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.user_code import place_of
+from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.declared import check_claims
-from experiments.bench.judging.verdict import Claim
 from experiments.bench.robot.mechanism.parts import NEEDED
 
 Motion = Literal["translation", "approach", "recession"]

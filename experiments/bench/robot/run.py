@@ -82,7 +82,7 @@ def batch(plan: Plan, keep: Keep) -> Batch[TrialSpec]:
     )
 
 
-def run(plan: Plan, out: Path, resources: Resources, *, resume: bool, recordings: bool) -> Report:
+def run(plan: Plan, out: Path, resources: Resources, *, recordings: bool) -> Report:
     """Run a checked plan's trials with a pool of its own.
 
     Parameters
@@ -90,11 +90,11 @@ def run(plan: Plan, out: Path, resources: Resources, *, resume: bool, recordings
     plan
         From `experiments.bench.robot.plan.plan`.
     out
-        The run's folder: a new one, or with ``resume`` one that holds a part of this run.
+        The run's folder: a new one, or one that holds a part of this run.
     resources
         Workers, or a cluster.
-    resume, recordings
-        Whether to go on with a run, and whether to record each trial for Rerun.
+    recordings
+        Whether to record each trial for Rerun.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def run(plan: Plan, out: Path, resources: Resources, *, resume: bool, recordings
         What the run amounts to, as its files say.
     """
     made = batch(plan, Keep(recordings))
-    with resources.pool() as pool, closing(made.open(out, resources, resume)) as folder:
+    with resources.pool() as pool, closing(made.open(out, resources)) as folder:
         failures = made.fill(folder, pool, resources)
         from experiments.bench.robot.summary import conclude  # not before: workers do without matplotlib
 

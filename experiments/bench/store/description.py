@@ -15,9 +15,9 @@ from dsnn import CHANNELS
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import family, rebuilt
 from experiments.bench.engine.user_code import is_file
-from experiments.bench.judging.verdict import Claim
+from experiments.bench.judging.claim import Claim
 from experiments.bench.store import provenance
-from experiments.bench.store.places import fresh, naming, regular
+from experiments.bench.store.places import check_folder, fresh, naming, regular
 
 NAME = "experiment.json"
 RESUMED = "resumed_with"
@@ -39,7 +39,7 @@ THRESHOLDS = "thresholds"
 It is there for those who read the folder, who do not run the file that declares a model. It is no parameter of the run:
 it follows from the model's own, and from its file, whose digest is noted.
 """
-OWN_FILES = ("trials.parquet", "frames.parquet", "failures.json")
+OWN_FILES, SUBFOLDERS = ("trials.parquet", "frames.parquet", "failures.json"), ("recordings", "parts")
 BEGUN = "begun"
 """The entry that says when the run was begun: ISO 8601, UTC. It is a note like `RENDERERS`."""
 NOTED = (BEGUN, RESUMED, RENDERERS, PIXELS)
@@ -79,18 +79,48 @@ def vacant(folder: Path) -> bool:
     """Whether all that ``folder`` holds, if it is there, is what a run that never began leaves."""
     if not folder.exists():
         return True
-    recordings = folder / "recordings"
-    left = [path for path in folder.iterdir() if path.name != ".lock" and path.suffix != ".part" and path != recordings]
-    return not left and not _recorded(recordings)
+    kept = _kept_in(folder)
+    left = [path for path in folder.iterdir() if path.name != ".lock" and path.suffix != ".part" and path not in kept]
+    return not left and not any(map(_filled, kept))
+
+
+def check_own(folder: Path, asked: str) -> None:
+    """Hold a folder for a run against what it holds: nothing, or a run, whole or in parts one folder down.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    asked
+        The option and its value, as ``--out runs/mine``: the message begins with it.
+
+    Raises
+    ------
+    UsageError
+        It is no folder that can be written.
+    FileExistsError
+        It holds other files, which no run is to be mixed with.
+    """
+    check_folder(folder, asked)
+    if vacant(folder) or begun(folder) or any(map(begun, folder.iterdir())):
+        return
+    if holds_results(folder):
+        raise FileExistsError(f"{asked}: already holds a run, whose {NAME} is gone; choose a new folder")
+    raise FileExistsError(f"{asked}: holds other files; choose a new folder, or an empty one")
 
 
 def holds_results(folder: Path) -> bool:
     """Whether ``folder`` holds tables or recordings of a run, whatever it was."""
-    return any(os.path.lexists(folder / name) for name in OWN_FILES) or _recorded(folder / "recordings")
+    return any(os.path.lexists(folder / name) for name in OWN_FILES) or any(map(_filled, _kept_in(folder)))
 
 
-def _recorded(recordings: Path) -> bool:
-    return recordings.is_dir() and any(path.suffix != ".part" for path in recordings.iterdir())
+def _kept_in(folder: Path) -> list[Path]:
+    """The folders of recordings and of parts of tables."""
+    return [folder / name for name in SUBFOLDERS]
+
+
+def _filled(folder: Path) -> bool:
+    return folder.is_dir() and any(path.suffix != ".part" for path in folder.iterdir())
 
 
 def write_new(folder: Path, description: Mapping[str, Any]) -> None:
@@ -145,8 +175,8 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
     if differing:
         more = f"; {len(differing) - MOST_TOLD} more differ" if len(differing) > MOST_TOLD else ""
         text = "; ".join(differing[:MOST_TOLD])
-        advice = ": repeat the first command's options" if "--" in text else ""
-        raise UsageError(f"{folder}: {text}{more}{advice}")
+        advice = "repeat the first command's options, or " if "--" in text else ""
+        raise UsageError(f"{folder}: {text}{more}: {advice}choose another --out")
     try:
         for entry in (RENDERERS, PIXELS):
             noted(there, entry)

@@ -18,7 +18,7 @@ from dsnn import forms
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.user_code import as_loaded, closure, is_own, sha256
 from experiments.bench.engine.user_modules import is_users, package_folders
-from experiments.bench.judging.verdict import Claim
+from experiments.bench.judging.claim import Claim
 
 LIBRARIES = (
     "colias-sim", "mujoco", "mujoco-core", "numpy", "opencv-python-headless", "gymnasium", "rerun-sdk", "scipy",

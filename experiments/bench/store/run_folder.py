@@ -1,4 +1,4 @@
-"""Tables of a run: a row per trial and model, a row per frame and model, whole and atomically written."""
+"""The folder of a run that is being written: its description, tables, failures and recordings."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import os
 import shutil
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,9 +32,11 @@ from experiments.bench.store.contents import (
     read_table,
     same_rows,
 )
+from experiments.bench.store.description import NAME as DESCRIPTION
 from experiments.bench.store.description import (
     PIXELS,
     RENDERERS,
+    begun,
     codes,
     holds_results,
     noted,
@@ -54,6 +56,7 @@ from experiments.bench.store.rows import (
     mixture,
     recording_name,
 )
+from experiments.bench.store.tables import PARTS, TABLES, file_name, remove_parts, sources
 
 RECORDINGS, LOCK = "recordings", ".lock"
 
@@ -63,8 +66,9 @@ WITHOUT_LOCKS = frozenset({errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.E
 FOR_TABLES_BYTES = 2 * 2**20
 """What recordings leave free on a disk, beside room for the table of frames anew: rows outlive recordings."""
 
-WRITING_SHARE = 0.05
-"""Of a run's time, what rewriting the tables may take: they are brought up to date as often as this allows."""
+PART_S, PART_SHARE = 1.0, 0.02
+"""A part of the tables is written as soon as this time has passed since the last, or this share of the run so far, if
+that is longer: so much may a kill lose, and an hour's run has some 200 parts."""
 
 
 class RunFolder(Files):
@@ -104,14 +108,20 @@ class RunFolder(Files):
         self.provenance: Mapping[str, Any] = {}
         """What computes, as the folder was entered with it."""
         self._lock: FileLock | None = None
-        self._written: frozenset[int] = frozenset()
+        self._pending: list[int] = []
+        self._next_part = 0
+        self._frames_bytes = 0
+        self._began = time.monotonic()
         self._due = 0.0
-        self._stale = False
+        self._joined = True
 
-    def enter(self, description: Mapping[str, Any], begun: bool, contents: Contents, other_code: bool = False) -> None:
-        """`reopen` a run that was ``begun``, otherwise `create` one; ``contents`` is what it may hold."""
+    def enter(self, description: Mapping[str, Any], contents: Contents, other_code: bool = False) -> None:
+        """Go on with the run that the folder holds, or `create` one; ``contents`` is what it may hold.
+
+        Raises ``FileExistsError`` where there are tables without a description, and `UsageError` as `reopen` does.
+        """
         self._contents = contents
-        if begun:
+        if begun(self.folder):
             self.reopen(description, contents, other_code)
         else:
             self.create(description)
@@ -132,7 +142,8 @@ class RunFolder(Files):
         except FileExistsError:
             self.close()
             raise FileExistsError(
-                f"{self.folder} already holds a run: choose another --out, remove it, or go on with it by --resume"
+                f"{self.folder} already holds a run, which was begun just now or whose {DESCRIPTION} is gone:"
+                " choose another --out, or remove it"
             ) from None
         except BaseException:
             self.close()
@@ -159,12 +170,9 @@ class RunFolder(Files):
             self.close()
             raise
         self._made_by(description)
-        self._written = self.done()
         self._noted = {entry: noted(there, entry) for entry in self._noted}
         if there != read_description(self.folder):
             self.write_json("experiment.json", there)
-        if not self._before.keys() <= self._rows.keys():
-            self._write_rows()  # before the frames: whenever this is cut short, a trial that has its row has its frames
 
     def _made_by(self, description: Mapping[str, Any]) -> None:
         self.provenance = {key: description[key] for key in (*provenance.KEYS, "form") if key in description}
@@ -176,23 +184,36 @@ class RunFolder(Files):
         What those have left stays until then, but for trials that lack the row of a model.
         """
         check_recordings(self.recordings, contents, recording_name)
-        if not os.path.lexists(self.path("trials.parquet")):
-            return
-        table = read_table(self.path("trials.parquet"), self._trial_schema)
-        rows = checked_rows(table, contents, codes)
-        listed = self._listed_failures()
-        failures = checked_failures(listed, rows, contents, Failure)
-        gone = {t for t in rows if contents.trials[t].recorded and not is_recording(self.recording(t))}
-        partly = set(lacking(rows, [(f.trial, f.model) for f in failures], contents))
+        files = list(sources(self.folder))
+        listed = self._listed_failures() if files else []
+        for part in files:
+            self._read_source(part, contents, codes)
+        failures = checked_failures(listed, self._rows, contents, Failure)
+        gone = {t for t in self._rows if contents.trials[t].recorded and not is_recording(self.recording(t))}
+        partly = set(lacking(self._rows, [(f.trial, f.model) for f in failures], contents))
         self._again = gone | partly
-        self._before = {trial: rows[trial] for trial in self._again}
-        self._rows = {trial: own for trial, own in rows.items() if trial not in partly}
+        self._before = {trial: self._rows[trial] for trial in sorted(self._again)}
+        for trial in partly:
+            del self._rows[trial], self._frames[trial]
         self._failures = [failure for failure in failures if failure.trial not in partly]
-        frames = read_table(self.path("frames.parquet"), self._frame_schema)
-        self._frames = checked_frames(frames, self._rows, contents)
-        # Rows in another order, or frames of trials without rows, which a kill leaves, are put right.
-        self._stale = self.rows() != table.to_pylist() or not self.frames().equals(frames)
-        self._stale |= len(listed) != len(self._failures)
+        self._next_part = max((part for part in files if part is not None), default=-1) + 1
+        self._joined &= not self._next_part and not partly and len(listed) == len(self._failures)
+
+    def _read_source(self, part: int | None, contents: Contents, codes: frozenset[str]) -> None:
+        """Take in the trials of a part, or of the whole tables, that no newer part has."""
+        file, of_frames = file_name("trials", part), file_name("frames", part)
+        table = read_table(self.path(file), self._trial_schema)
+        rows = checked_rows(table, contents, codes, file)
+        new = {trial: own for trial, own in rows.items() if trial not in self._rows}
+        frames = read_table(self.path(of_frames), self._frame_schema)
+        kept = checked_frames(frames, new, contents, of_frames)
+        if part is None:
+            # Rows in another order, or frames of trials without rows, are put right when the tables are joined.
+            self._joined = [row for own in new.values() for row in own] == table.to_pylist()
+            self._joined &= joined_frames(kept, self._frame_schema).equals(frames)
+        self._frames_bytes += self.path(of_frames).stat().st_size
+        self._rows |= new
+        self._frames |= kept
 
     def _listed_failures(self) -> Any:
         path = self.path("failures.json")
@@ -203,7 +224,7 @@ class RunFolder(Files):
 
     def _check_links(self) -> None:
         """Raise `UsageError` where what is written into, and not replaced as files are, is a link."""
-        for name in (RECORDINGS, LOCK):
+        for name in (RECORDINGS, PARTS, LOCK):
             inside(self.folder, name)
 
     def _take(self) -> None:
@@ -230,15 +251,15 @@ class RunFolder(Files):
         return frozenset(self._rows.keys() - self._again)
 
     def written(self) -> frozenset[int]:
-        """The finished trials that the tables on the disk hold: fewer than are done where these cannot be written."""
-        return self._written
+        """The finished trials that are on the disk: fewer than are done where that is full."""
+        return self.done() - {*self._pending}
 
     def recording(self, trial: int) -> Path:
         """Path of a trial's recording."""
         return self.recordings / recording_name(trial)
 
     def add(self, trial: TrialRecord, condition: str, seed: int) -> None:
-        """Append a finished trial: its recording, then the tables as soon as they may take the time.
+        """Append a finished trial: its recording, then its rows and frames, in a part with others that end meanwhile.
 
         A recording that could not be made or written is a failure of its own, which names ``condition`` and ``seed``.
 
@@ -254,22 +275,24 @@ class RunFolder(Files):
         reason = self._record(trial)
         self._note(trial)
         if trial.index in self._again:
-            self._make_room(trial.index, rows)
+            self._again.remove(trial.index)
+            self._failures = [failure for failure in self._failures if failure.trial != trial.index]
+            if not same_rows(self._before[trial.index], rows):
+                self._changed.append(trial.index)
         self._rows[trial.index] = rows
         self._frames[trial.index] = trial.frames
         self._failures += trial.failures
         if reason:
             self._failures.append(Failure(trial.index, RECORDING, condition, seed, 1, reason))
-        self._stale = True
+        self._pending.append(trial.index)
         if time.monotonic() >= self._due:
-            self.flush()
+            self._write_part()
 
     def _record(self, trial: TrialRecord) -> str:
         """Write a trial's recording where there is one; return why there is none where there should be."""
         if not isinstance(trial.recording, bytes):
             return trial.recording or ""
-        path, tables = self.recording(trial.index), self.path("frames.parquet")
-        kept = FOR_TABLES_BYTES + 2 * (tables.stat().st_size if tables.exists() else 0)
+        path, kept = self.recording(trial.index), FOR_TABLES_BYTES + 2 * self._frames_bytes
         try:
             free = shutil.disk_usage(self.recordings).free
             if free < len(trial.recording) + kept:
@@ -301,37 +324,50 @@ class RunFolder(Files):
         self._noted |= new
         self.write_json("experiment.json", {**read_description(self.folder), **new})
 
-    def _make_room(self, trial: int, rows: Sequence[Mapping[str, Any]]) -> None:
-        """Forget what is there of a trial that was done again."""
-        self._again.remove(trial)
-        self._failures = [failure for failure in self._failures if failure.trial != trial]
-        if not same_rows(self._before[trial], rows):
-            self._changed.append(trial)
-            if self._rows.pop(trial, None):
-                self._write_rows()  # at no moment are its new frames there with its old row
-
     def fail(self, failure: Failure) -> None:
         """Note a trial that could not be finished."""
         self._failures.append(failure)
-        self._stale = True
+        self._joined = False
 
     def failures(self) -> list[Failure]:
         """What failed so far, in order of trial."""
         return sorted(self._failures, key=lambda failure: (failure.trial, failure.model))
 
-    def flush(self) -> None:
-        """Bring the tables up to date, and the list of failures."""
-        if not self._stale:
-            return
-        began = time.monotonic()
+    def _write_part(self) -> None:
+        """Write the trials that are on no disk yet as a part of the tables."""
+        trials, names = sorted(self._pending), [file_name(name, self._next_part) for name in TABLES]
+        self.path(PARTS).mkdir(exist_ok=True)
+        self._joined = False
         # Rows last: whenever this is cut short, a trial that has its row has its frames, and its models' failures.
+        # Those of a trial done again go with its new rows alone: without them it would be done once more.
+        again = self._before.keys() & {*trials}
+        frames = {trial: self._frames[trial] for trial in trials}
+        self.write_table(names[1], joined_frames(frames, self._frame_schema))
+        self._write_failures(but=again)
+        self._write_rows(names[0], [row for trial in trials for row in self._rows[trial]])
+        if again:
+            self._write_failures()
+        self._frames_bytes += self.path(names[1]).stat().st_size
+        self._next_part += 1
+        self._pending.clear()
+        now = time.monotonic()
+        self._due = now + max(PART_S, PART_SHARE * (now - self._began))
+
+    def flush(self) -> None:
+        """Bring the whole tables up to date, and the list of failures; their parts go."""
+        if self._pending:
+            self._write_part()  # which has room where two copies of everything have none
+        if self._joined:
+            return
         self.write_table("frames.parquet", self.frames())
+        self._write_failures()
+        self._write_rows("trials.parquet", self.rows())
+        remove_parts(self.folder)
+        self._joined = True
+
+    def _write_failures(self, but: Collection[int] = ()) -> None:
         if self._failures or self.path("failures.json").exists():
-            self.write_json("failures.json", self.failures())
-        self._write_rows()
-        self._stale, self._written = False, self.done()
-        ended = time.monotonic()
-        self._due = ended + (ended - began) / WRITING_SHARE
+            self.write_json("failures.json", [failure for failure in self.failures() if failure.trial not in but])
 
     def rows(self) -> list[dict[str, Any]]:
         """The rows so far, in order of trial, then model."""
@@ -371,11 +407,16 @@ class RunFolder(Files):
 
     def frames(self) -> pa.Table:
         """The per-frame table so far, in the same order."""
-        tables = [self._frames[trial] for trial in sorted(self._frames)]
-        return pa.concat_tables(tables) if tables else self._frame_schema.empty_table()
+        return joined_frames(self._frames, self._frame_schema)
 
-    def _write_rows(self) -> None:
-        self.write_table("trials.parquet", pa.Table.from_pylist(self.rows(), self._trial_schema))
+    def _write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
+        self.write_table(name, pa.Table.from_pylist(list(rows), self._trial_schema))
+
+
+def joined_frames(frames: Mapping[int, pa.Table], schema: pa.Schema) -> pa.Table:
+    """Return the frames of trials as one table, in the order of the trials."""
+    tables = [frames[trial] for trial in sorted(frames)]
+    return pa.concat_tables(tables) if tables else schema.empty_table()
 
 
 def _mb(size: int) -> str:

@@ -256,10 +256,13 @@ def _shown_once(clips: Sequence[Clip]) -> tuple[Clip, ...]:
     return tuple(dataclasses.replace(own[0], name=", ".join(clip.name for clip in own)) for own in alike.values())
 
 
-def _description(made: Sequence[Offline], study: Study, parameters: Parameters, seed: int, clips: int) -> dict[str, Any]:
+def _description(
+    made: Sequence[Offline], study: Study, parameters: Parameters, seed: int, clips: int
+) -> dict[str, Any]:
     """What ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
     models = {model.label: model for each in made for model in each.models}
     files = [path for each in made for path in provenance.of((), each.declared)["files"]]
+    sources = [*(model.source for model in models.values()), *files, *filter(None, (study.file,))]
     return {
         "experiments": [dataclasses.replace(each.declared, clips=each.clips) for each in made],
         "repeats": [1] * len(made),
@@ -267,5 +270,5 @@ def _description(made: Sequence[Offline], study: Study, parameters: Parameters, 
         "trials": clips,
         "models": tuple(models.values()),
         "changed": {**differing(tuple(models.values()), offline=True), **parameters},
-        **provenance.of((*(model.source for model in models.values()), *files, *filter(None, (study.file,))), made[0].declared),
+        **provenance.of(sources, made[0].declared),
     }

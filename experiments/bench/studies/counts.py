@@ -1,4 +1,4 @@
-"""From a study's trials to its counts: in how many replicates each claim holds at each point, and the measures there."""
+"""From a study's trials to its counts: in how many replicates each claim holds at each point, and the measures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.judging.count import REASONS, Count, count
-from experiments.bench.judging.verdict import Claim, Outcome, together
+from experiments.bench.judging.claim import Claim
+from experiments.bench.judging.verdict import Outcome, together
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.store.rows import Failure, group
 from experiments.bench.studies.grid import Point

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import PRESET, ConfiguredModel, Shown
-from experiments.bench.engine.settings import changed, collect, described, names, preset_of
+from experiments.bench.engine.settings import changed, collect, names, preset_of, unit_of
 from experiments.bench.store.parameters import Parameters
 from experiments.bench.studies.study import Axis, Level
 
@@ -24,13 +23,6 @@ Values = tuple[tuple[str, str], ...]
 MOST_POINTS, MOST_AXES = 1000, 2
 ENDS: Mapping[str, int] = {"first": 0, "last": -1}
 """Suffix of a key -> the place, in a parameter of several values, of the value that it means."""
-
-_SUFFIXES: Mapping[str, str] = {
-    "_cm_s2": "cm/s2", "_deg_s": "degrees/s", "_cm_s": "cm/s", "_cm": "cm", "_mm": "mm", "_deg": "degrees",
-    "_ms": "ms",
-}  # fmt: skip
-_IN_WORDS = re.compile(r", (ms|px)\b")
-"""A unit in a parameter's description."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,11 +282,8 @@ def _default(key: str, bases: Sequence[Base]) -> float | str | None:
 
 
 def _unit(key: str, bases: Sequence[Base]) -> str:
-    """The unit of a parameter, from the end of its name or from its description; empty where neither has one."""
+    """The unit that a parameter declares; empty where it has none."""
     name, _ = apart(key)
     knowing = next(base for base in bases if base.knows(name))
-    description = next(row.description for row in described(knowing.sections) if row.key == name)
-    in_words = _IN_WORDS.search(description)
-    if in_words:
-        return in_words[1]
-    return next((unit for suffix, unit in _SUFFIXES.items() if name.endswith(suffix)), "")
+    section, _, parameter = name.partition(".")
+    return unit_of(knowing.sections[section], parameter)

@@ -8,7 +8,7 @@ from typing import Any
 
 from experiments.bench.clips.experiment import Showing
 from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.judging.verdict import Claim
+from experiments.bench.judging.claim import Claim
 from experiments.bench.robot.experiment import TrialSpec
 from experiments.bench.store.parameters import Parameters
 from experiments.bench.studies.grid import Point

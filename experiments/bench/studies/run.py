@@ -19,7 +19,7 @@ from experiments.bench.clips.rows import clip_contents
 from experiments.bench.clips.show import show_without_frames
 from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.judging.verdict import Claim
+from experiments.bench.judging.claim import Claim
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
@@ -102,7 +102,7 @@ def batch(plan: StudyPlan, name: str = "") -> Batch[Any]:
     )  # fmt: skip
 
 
-def run(plan: StudyPlan, out: Path, resources: Resources, *, resume: bool | None = None, name: str = "") -> Counts:
+def run(plan: StudyPlan, out: Path, resources: Resources, *, name: str = "") -> Counts:
     """Run what a study's folder lacks, and write its table and figure.
 
     Parameters
@@ -113,8 +113,6 @@ def run(plan: StudyPlan, out: Path, resources: Resources, *, resume: bool | None
         The study's folder: a new one, or one that holds a part of this study.
     resources
         Workers, or a cluster.
-    resume
-        Whether to go on with a study that was begun; ``None``: if there is one.
     name
         What the run and its files are called, otherwise by the study's name.
 
@@ -126,12 +124,12 @@ def run(plan: StudyPlan, out: Path, resources: Resources, *, resume: bool | None
     Raises
     ------
     FileExistsError
-        The folder holds a run, and ``resume`` is False.
+        There are tables, and nothing that tells of which run.
     UsageError
-        There is nothing to go on with, or another run.
+        There is another run.
     """
     whole = batch(plan, name)
-    with resources.pool() as pool, closing(whole.open(out, resources, resume)) as folder:
+    with resources.pool() as pool, closing(whole.open(out, resources)) as folder:
         failures = whole.fill(folder, pool, resources)
         counts = Counts(plan, folder.rows(), failures)
         write(counts, folder, name or plan.study.name)

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from experiments.bench.engine.errors import UsageError, check_name
-from experiments.bench.judging.verdict import Claim
+from experiments.bench.judging.claim import Claim
 
 if TYPE_CHECKING:
     import pyarrow as pa

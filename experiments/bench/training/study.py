@@ -92,8 +92,8 @@ class Studied:
     failures: Sequence[Failure]
 
 
-def open_folder(study: Study, folder: Path, *, resume: bool) -> list[int]:
-    """Make the study's folder, or check the one there is.
+def open_folder(study: Study, folder: Path) -> list[int]:
+    """Make the study's folder, or check the one in which it was begun.
 
     Returns
     -------
@@ -103,22 +103,22 @@ def open_folder(study: Study, folder: Path, *, resume: bool) -> list[int]:
     Raises
     ------
     FileExistsError
-        A new folder is asked for, and there is something in it.
+        There is something else in it.
     UsageError
-        There is no study to go on with, another one, or a policy in it that is not of this study.
+        There is another study, or a policy in it that is not of this study.
     """
     here = study.describe()
-    if not resume:
+    if not (folder / NAME).exists():
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):
-            raise FileExistsError(f"--out {folder}: holds something already; choose another, or --resume it")
+            raise FileExistsError(f"--out {folder}: holds something already; choose another")
         Files(folder).write_json(NAME, here)
         return []
     there = _read(folder)
     for name in here:
         if there.get(name) != here[name]:
             raise UsageError(
-                f"--resume {folder}: has {name} {_said(there.get(name))}, asked for is {_said(here[name])}"
+                f"--out {folder}: has {name} {_said(there.get(name))}, asked for is {_said(here[name])}; choose another"
             )
     done = [seed for seed in study.seeds if _finished(study, folder, seed)]
     versions(study, folder, done)
@@ -150,7 +150,7 @@ def check_installed(learnt: Mapping[str, str], folder: Path) -> None:
     here = installed()
     for name, version in learnt.items():
         if here[name] != version:
-            raise UsageError(f"--resume {folder}: its seeds were learnt by {name} {version}, installed is {here[name]}")
+            raise UsageError(f"--out {folder}: its seeds were learnt by {name} {version}, installed is {here[name]}")
 
 
 def train(study: Study, folder: Path, seed: int, resources: Resources) -> None:
@@ -166,7 +166,7 @@ def train(study: Study, folder: Path, seed: int, resources: Resources) -> None:
         lambda: progress(name, rounds, resources.quiet, f"steps of {count(study.first.envs, 'env')}", width=ROLLOUT),
     )
     if learnt.stopped:
-        said = f"stopped in training seed {seed}; finished ones are in {folder}: go on by --resume {folder}"
+        said = f"stopped in training seed {seed}; finished ones are in {folder}: --out {folder} goes on"
         error_console.print(said, soft_wrap=True, markup=False)
         raise KeyboardInterrupt
     whole = _policy(folder, seed).parent
@@ -203,15 +203,13 @@ def _policy(folder: Path, seed: int) -> Path:
 
 
 def _read(folder: Path) -> dict[str, Any]:
-    """What the folder says of its study; `UsageError` if it says nothing."""
+    """What the folder says of its study; `UsageError` if that cannot be read."""
     try:
         there = json.loads(regular(folder / NAME).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise UsageError(f"--resume {folder}: no training of several seeds there ({NAME} is missing)") from None
     except (ValueError, RecursionError):
-        raise UsageError(f"--resume {folder}: {NAME} cannot be read") from None
+        raise UsageError(f"--out {folder}: {NAME} cannot be read") from None
     if not isinstance(there, dict):
-        raise UsageError(f"--resume {folder}: {NAME} cannot be read")
+        raise UsageError(f"--out {folder}: {NAME} cannot be read")
     return there
 
 

@@ -20,7 +20,6 @@ from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.settings import check_counts, watchers
 from experiments.bench.figures import plotting
 from experiments.bench.store import provenance
-from experiments.bench.store.description import begun, read_description, vacant
 from experiments.bench.store.parameters import differing
 from experiments.bench.store.rows import Failure
 from experiments.bench.store.run_folder import RunFolder
@@ -130,23 +129,8 @@ def run(made: TuningPlan, out: Path, pool: Pool, resources: Resources) -> Tuning
         Where the clips are shown.
     """
     work = batch(made)
-    with closing(work.open(out, resources, _begun(out))) as folder:
+    with closing(work.open(out, resources)) as folder:
         return conclude(made, folder, work.fill(folder, pool, resources))
-
-
-def _begun(out: Path) -> bool:
-    """Whether these are curves begun; `UsageError` where ``out`` holds anything else, which is never touched."""
-    if not out.exists():
-        return False
-    if not out.is_dir():
-        raise UsageError(f"--out {out}: is a file; choose a folder")
-    if not begun(out):
-        if not vacant(out):
-            raise UsageError(f"--out {out}: holds other files; choose a new folder, or an empty one")
-        return False
-    if read_description(out).get("experiment") != EXPERIMENT:
-        raise UsageError(f"--out {out}: holds another run; choose a new folder, or an empty one")
-    return True
 
 
 def conclude(made: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -> TuningReport:

@@ -18,6 +18,7 @@ import pytest
 import rerun as rr
 from matplotlib.image import imread
 
+from experiments.bench.cli import main as cli_main
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from tests.conftest import Colias
 from tests.helpers.chapters import README, blocks, titled
@@ -393,10 +394,17 @@ def test_completion_names_commands_and_experiments(tmp_path, shell):
     assert "leaderboard" in said[0] and "speed" in said[1]
 
 
-def test_help_and_lists(colias):
-    said = colias("--help").stdout
-    assert all(word in said for word in ("colias run speed", "trials.parquet", "parameters", "view"))
-    assert max(map(len, said.splitlines())) <= 100
+@pytest.mark.parametrize("columns", [60, 80, 140])
+def test_help_is_as_wide_as_the_terminal(colias, columns):
+    """Every command stands under a heading, and nothing is cut or runs over the edge."""
+    text = colias("--help", COLUMNS=str(columns)).stdout
+    headings = [line.split()[1] for line in text.splitlines() if line.startswith("╭")]
+    assert headings == ["Options", *(heading.split()[0] for heading in cli_main.GROUPS)]
+    assert max(map(len, text.splitlines())) <= columns
+    assert all(word in " ".join(text.split()) for word in ("colias run speed", "reproduce", "doctor"))
+
+
+def test_lists(colias):
     listed = colias("list").stdout
     assert all(name in listed for name in ("speed", "distance", "dsnn", "bright", "plain", "dim"))
     assert "dsnn.n_con=8" in colias("parameters").stdout
