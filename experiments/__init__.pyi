@@ -1,8 +1,6 @@
 """The public names with their types, for type checkers and editors; at run time ``__init__.py`` looks them up."""
 
-from experiments.bench.clips.axis import along_background as along_background
 from experiments.bench.clips.claims import ClipClaim as ClipClaim
-from experiments.bench.clips.constants import along_constants as along_constants
 from experiments.bench.clips.experiment import Clip as Clip
 from experiments.bench.clips.experiment import Figure as Figure
 from experiments.bench.clips.experiment import OfflineExperiment as OfflineExperiment
@@ -70,8 +68,6 @@ __all__ = [
     "Watched",
     "Wheels",
     "__version__",
-    "along_background",
-    "along_constants",
     "compare",
     "decide",
     "load",

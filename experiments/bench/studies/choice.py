@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.judging.texts import claim_texts
 from experiments.bench.judging.claim import Claim
+from experiments.bench.judging.texts import claim_texts
 from experiments.bench.studies.measures import MEASURES, SPIKES, Measure, spikes_in
 from experiments.bench.studies.study import Study
 

@@ -151,7 +151,8 @@ def points_of_run(study: Study, own: OfflinePlan) -> StudyPlan:
             if label not in by_label:
                 raise UsageError(f"study {study.name}: {name} is played by {label}, which {own.experiment.name} lacks")
         others = plays or {label: label for label in by_label if label != model.label}
-        watching = (Watcher.of(model, model.label), *(Watcher.of(by_label[each], name) for name, each in others.items()))
+        beside = (Watcher.of(by_label[label], name) for name, label in others.items())
+        watching = (Watcher.of(model, model.label), *beside)
         for replicate in range(own.repeats):
             trials = range(replicate * size, (replicate + 1) * size)
             shares[point, model.label, own.experiment.name, replicate] = Share(

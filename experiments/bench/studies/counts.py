@@ -9,8 +9,8 @@ from functools import cached_property
 from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.judging.count import REASONS, Count, count
 from experiments.bench.judging.claim import Claim
+from experiments.bench.judging.count import REASONS, Count, count
 from experiments.bench.judging.verdict import Outcome, together
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.store.rows import Failure, group

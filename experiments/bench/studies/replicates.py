@@ -13,8 +13,8 @@ from typing import Any
 
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.claims import ClipClaim
-from experiments.bench.judging.count import Reason
 from experiments.bench.judging.claim import Claim
+from experiments.bench.judging.count import Reason
 from experiments.bench.judging.verdict import Outcome, together
 from experiments.bench.robot.claims import RobotClaim, outcome
 from experiments.bench.robot.experiment import TrialSpec
