@@ -57,14 +57,15 @@ def breaks(counts: "Counts") -> Tables:
         name = getattr(claim, "id", claim)
         cells = {float(dict(cell.point.values)[NAME]) / FPS: cell for cell in counts.cells if cell.claim == name}
         failing = {speed: cell for speed, cell in cells.items() if cell.count.fails}
-        first = min(failing, default=None)
+        first = min(failing, default=0.0)
+        decided = f"{first:.2g} px a frame: {failing[first].outcomes[0].decided}" if failing else ""
         rows.append(
             {
                 "claim": name,
                 "holds at (px a frame)": _listed(speed for speed, cell in cells.items() if cell.holds),
                 "fails at": _listed(failing),
                 "not judged at": _listed(speed for speed, cell in cells.items() if not cell.count.judged),
-                "breaks first": "" if first is None else f"{first:.2g} px a frame: {failing[first].outcomes[0].decided}",
+                "breaks first": decided,
             }
         )
     return {"Where each claim breaks": rows}

@@ -107,9 +107,9 @@ def map_claims(
     if measure is not None and not numbers:
         raise UsageError("--measure: expected names joined by commas, for example peak-speed-potential")
     study = Study(
-        "map", "claims and numbers over a grid of parameters", claims=named, measures=numbers, experiments=names,
-        over=over, models=shown_models(("dsnn",), model, only), assignments=assignments or (), repeats=repeats,
-        replicates=replicates, every_trial=False,
+        "map", "claims and numbers over a grid of parameters", claims=tuple(named), measures=tuple(numbers),
+        experiments=tuple(names), over=tuple(over), models=tuple(shown_models(("dsnn",), model, only)),
+        assignments=tuple(assignments or ()), repeats=repeats, replicates=replicates, every_trial=False,
     )  # fmt: skip
     plan = run.planned(study, seed)
     folder = run_folder(out, f"map-{'-'.join(each.name for each in declared)}")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -17,6 +18,9 @@ from experiments.bench.cli.options import (
     resources,
     run_folder,
 )
+
+if TYPE_CHECKING:
+    from experiments.bench.engine.batch import Resources
 
 MODEL_CLAIMS = "model-claims"
 QUICK = (2, 5)
@@ -65,9 +69,7 @@ def study(
         given = {"--quick": quick, "--replicates": replicates, "--repeats": repeats}
         for option in (option for option, used in given.items() if used):
             raise UsageError(f"{MODEL_CLAIMS} and {option}: its clips are shown once, or at the seeds that they need")
-        from experiments.bench.cli.model_claims import judge
-
-        return judge(model, run_folder(out, MODEL_CLAIMS), seed, means)
+        return _model_claims(model or ["all"], run_folder(out, MODEL_CLAIMS), seed, means)
     if model:
         raise UsageError(f"--model: goes with {MODEL_CLAIMS}; the study {name} says itself which models it judges")
     asked = registry.find(name)
@@ -88,3 +90,17 @@ def study(
         table.show(counts, folder, asked.name)
     broken = tell_troubles((cell.claim, cell.trouble) for cell in counts.cells)
     return EXIT_FAILED if counts.failures or broken else 0
+
+
+def _model_claims(names: list[str], folder: Path, seed: int, means: Resources) -> int:
+    """Judge the claims of models' own papers, and show them."""
+    from experiments.bench.engine.terminal import out_console, show_places
+    from experiments.bench.reproduction import table
+    from experiments.bench.reproduction.models import run
+
+    verdicts, failures = run.run(folder, names, seed, means)
+    if not means.quiet:
+        table.show_model_claims(verdicts)
+        out_console.print()
+        show_places({"verdicts": folder / "model_claims.json"})
+    return EXIT_FAILED if failures else 0

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
-from experiments.bench.clips.claims import ClipClaim, about
-from experiments.bench.clips.constants import COMPARING, SUFFIX, compares_with, outcomes, said
 from experiments.bench.clips.judging.assumed import ASSUMED
-from experiments.bench.clips.judging.paper import DSNN
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.judging.replicates import UNKNOWN
 from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.robot.mechanism.excitation import Course, described
+from experiments.bench.studies import registry
+from experiments.bench.studies.clips import points_of_run
+from experiments.bench.studies.constants import COMPARING, STUDIES, compares_with, outcomes, said
+from experiments.bench.studies.counts import Counts
 
 _EXCITATION = "excitation and inhibition over time, and what w_i = 0.9 leaves of symmetric motion"
 _SPEED = ("ensembles", "count, time in view, firing rate and potential, 2 to 30 cm/s, beside variants of the DSNN")
@@ -74,18 +74,10 @@ def interval(claim: Verdict) -> str:
 def constants(claim: str, shows: Sequence[OfflineReport]) -> dict[str, Outcome]:
     """Return the constants of the other model -> what the claim comes to with them; empty where they were not run."""
     for report in shows:
-        threshold = report.plan.thresholds.get(DSNN)
-        for own in report.plan.experiment.claims:
-            if isinstance(own, ClipClaim) and own.id == f"{claim}{SUFFIX}" and threshold is not None:
-                rows = about(own, [row for row in report.rows if row["repeat"] == 0])
-                return outcomes(claim, rows, threshold) if _whole(own, rows) else {}
+        name = report.plan.experiment.name
+        if name in STUDIES and any(getattr(each, "id", each) == claim for each in registry.find(name).claims):
+            return outcomes(Counts(points_of_run(registry.find(name), report.plan), report.rows), claim)
     return {}
-
-
-def _whole(claim: ClipClaim, rows: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether every model answered every clip."""
-    clips = {row["clip"] for row in rows}
-    return bool(rows) and len(rows) == len(clips) * len(claim.models)
 
 
 def assumed(claim: str, shows: Sequence[OfflineReport]) -> str:

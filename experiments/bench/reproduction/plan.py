@@ -20,14 +20,16 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging.texts import claim_texts
 from experiments.bench.reproduction import robustness
-from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.robot.claims import CLAIMS, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS, to_json
-
-WHOLE = 10
-"""Trials of each condition in a whole replicate, as in the paper."""
+from experiments.bench.studies import run as study_run
+from experiments.bench.studies.plan import StudyPlan
+from experiments.bench.studies.replicates import MODEL
+from experiments.bench.studies.study import WHOLE, Study
+from experiments.studies.onboard import BEST, series_of
+from experiments.studies.sensitivity import STUDY as SENSITIVE
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +102,10 @@ class Planned:
     """The paper's experiments with the robot, then those of the user."""
     offline: list[OfflinePlan]
     loops: list[BehaviourPlan]
-    others: list[robustness.Case]
+    others: StudyPlan | None
     """Replicates 1, 2, ... of the paper's experiments; replicate 0 is ``plans``."""
-    moves: list[robustness.Case]
+    moves: StudyPlan | None
+    """The study of sensitivity."""
 
     def paper(self) -> list[Plan]:
         """Return the plans of the paper's experiments: replicate 0."""
@@ -111,9 +114,10 @@ class Planned:
     def amount(self) -> str:
         """Say how many trials with the robot there are, by what they are for."""
         paper, every = (sum(len(each.specs()) for each in plans) for plans in (self.paper(), self.plans))
-        again, moved = (sum(len(case.specs) for case in cases) for cases in (self.others, self.moves))
+        again, moved = (len(each.specs) if each else 0 for each in (self.others, self.moves))
         own = f", {every - paper} of other experiments" if every > paper else ""
-        said = f"{paper} in replicate 0, {again} in {len(self.others)} more, {moved} with something moved{own}"
+        more = self.scale.replicates - 1
+        said = f"{paper} in replicate 0, {again} in {more} more, {moved} with something moved{own}"
         return f"{every + again + moved} trials with the robot ({said})"
 
 
@@ -122,7 +126,7 @@ def planned(
     only: bool = False,
 ) -> Planned:  # fmt: skip
     """What `experiments.bench.reproduction.reproduce.reproduce` runs; `UsageError` for what cannot be run."""
-    shown = [robustness.MODEL, *(name for name in models if name != robustness.MODEL)]
+    shown = [MODEL, *(name for name in models if name != MODEL)]
     plans = [
         plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed)
         for name in (*robustness.paper(), *robustness.SHOWN, *extra)
@@ -132,12 +136,27 @@ def planned(
         scale, seed, plans,
         offline=[_offline_plan(name, scale, seed) for name in scale.offline if not robot_only],
         loops=[] if robot_only else closed_loop_claims.plans(scale.episodes, seed, scale.steps),
-        others=robustness.replicate_cases(
-            range(seed + 1, seed + scale.replicates), scale.repeats, shown if only else None,
-            (BEST.label,) if scale.onboard else (),
-        ),
-        moves=robustness.sensitivity_cases(scale.repeats, seed) if scale.moves else [],
+        others=_others(scale, seed, shown if only else None),
+        moves=study_run.planned(dataclasses.replace(SENSITIVE, repeats=scale.repeats), seed) if scale.moves else None,
     )  # fmt: skip
+
+
+def _others(scale: Scale, seed: int, among: Sequence[str] | None) -> StudyPlan | None:
+    """The replicates of the paper's experiments beside replicate 0: a study without a grid."""
+    if scale.replicates == 1:
+        return None
+    study = Study(
+        REPLICATES,
+        "the paper's experiments at other seeds",
+        claims=tuple(robustness.judged_in()),
+        experiments=robustness.paper(),
+        models=(MODEL,),
+        repeats=scale.repeats,
+        replicates=scale.replicates - 1,
+        probe=series_of((MODEL, BEST.label)) if scale.onboard else None,
+    )
+    beside = (BEST.label,) if scale.onboard else ()
+    return study_run.planned(study, seed + 1, robustness.models_in(among, beside))
 
 
 def design(made: Planned) -> dict[str, Any]:
@@ -152,7 +171,7 @@ def design(made: Planned) -> dict[str, Any]:
     runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form", THRESHOLDS)
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
-        "studies": [(case.name, case.moved, case.specs) for case in (*made.others, *made.moves)],
+        "studies": [(each.study.name, each.specs) for each in (made.others, made.moves) if each],
         "claims": claim_texts(),
         "least": [{claim.id: claim.least for claim in CLAIMS.values()}, clips_claims.CONDITIONS,
                   clips_claims.LEAST_GREYS, footage_claims.LEAST_SECONDS, closed_loop_claims.LEAST_SEEDS],

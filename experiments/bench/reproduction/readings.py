@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips.constants import SPEED
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.judging.replicates import counted
 from experiments.bench.judging.texts import Reading, readings
@@ -14,6 +13,7 @@ from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.mechanism.judges import FALLING, ROBOT_SPEEDS
+from experiments.bench.studies.constants import SPEED
 
 NOT_RUN = "not run"
 FALLING_IN, FRAMES_IN, WINDOW = "ensembles", "clutter-frames", "C29"

@@ -125,9 +125,7 @@ def measures(
     return tuple(chosen)
 
 
-def check_given(
-    chosen: Sequence[tuple[Measure, str]], experiment: str, conditions: Sequence[Any], where: str
-) -> None:
+def check_given(chosen: Sequence[tuple[Measure, str]], experiment: str, conditions: Sequence[Any], where: str) -> None:
     """Raise `UsageError` for a measure that an experiment does not give at some points, which ``where`` names."""
     for measure, name in chosen:
         if name == experiment and not measure.given_by(conditions):

@@ -68,7 +68,8 @@ def outcomes(counts: Counts, claim: str) -> dict[str, Outcome]:
 
 
 def _told(counts: Counts) -> Tables:
-    rows = [{"claim": claim.id, "over all choices": said(outcomes(counts, claim.id))} for claim, _ in counts.plan.claims]
+    claims = [claim.id for claim, _ in counts.plan.claims]
+    rows = [{"claim": claim, "over all choices": said(outcomes(counts, claim))} for claim in claims]
     return {"With which constants each claim holds": rows}
 
 

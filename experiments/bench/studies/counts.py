@@ -318,7 +318,7 @@ class Counts:
 def count_columns(own: Count) -> dict[str, Any]:
     """Return a count as columns: ``holds``, ``fails``, each reason, all replicates, the interval and the word."""
     low, high = own.interval or (None, None)
-    reasons = {reason: own.unjudged.get(reason, 0) for reason in REASONS}
+    reasons = {str(reason): own.unjudged.get(reason, 0) for reason in REASONS}
     return {"holds": own.holds, "fails": own.fails, **reasons, "replicates": own.replicates, "low": low, "high": high,
             "word": own.word}  # fmt: skip
 

@@ -106,25 +106,25 @@ def planned(
         renderings += made
         called += names
     if any(measure.conditions for measure, _ in measures):  # an axis may move the conditions themselves
-        every = {name: [c for each in renderings if each.plan.experiment.name == name
-                        for c in each.plan.experiment.conditions()] for name in conditions}  # fmt: skip
+        every = {name: [c for part in renderings if part.plan.experiment.name == name
+                        for c in part.plan.experiment.conditions()] for name in conditions}  # fmt: skip
         measures = choice.measures(every, study, "robot", channels, of_spikes=of_spikes)
-    for each in renderings:
-        where = "; ".join(model.label for model in each.plan.settings.models[:1])
-        choice.check_given(measures, each.plan.experiment.name, each.plan.experiment.conditions(), where)
-    trials = sum(each.plan.repeats * len(each.plan.experiment.conditions()) for each in renderings)
+    for part in renderings:
+        where = "; ".join(model.label for model in part.plan.settings.models[:1])
+        choice.check_given(measures, part.plan.experiment.name, part.plan.experiment.conditions(), where)
+    trials = sum(part.plan.repeats * len(part.plan.experiment.conditions()) for part in renderings)
     check_counts(seed, study.replicates, "--replicates", trials)
     motions = None if study.every_trial else _motions(claims, measures)
     specs: list[TrialSpec] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate in range(study.replicates):
-        for each in renderings:
-            own = _specs(each.plan, replicate, len(specs), motions)
+        for part in renderings:
+            own = _specs(part.plan, replicate, len(specs), motions)
+            numbers = range(len(specs), len(specs) + len(own))
             specs += own
-            trial_range = range(own[0].index, own[-1].index + 1) if own else range(0)
-            for (point, model), watchers in each.watchers.items():
-                name = each.plan.experiment.name
-                shares[point, model, name, replicate] = Share(name, replicate, trial_range, watchers)
+            for (point, model), watchers in part.watchers.items():
+                name = part.plan.experiment.name
+                shares[point, model, name, replicate] = Share(name, replicate, numbers, watchers)
     judged = tuple(dict.fromkeys((point, model) for point, model, _, replicate in shares if not replicate))
     order = {point: place for place, point in enumerate(points)}
     names_in_order = {model.label: place for place, model in enumerate(models)}

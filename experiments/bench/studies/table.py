@@ -27,17 +27,22 @@ def show(counts: Counts, folder: Path, name: str) -> None:
     folder, name
         Where its files are, and what they are called.
     """
+    show_counts(counts)
+    out_console.print()
+    places: dict[str, object] = {"figure": folder / f"{name}.png", "table": folder / TABLE}
+    if counts.failures:
+        places["failures"] = folder / "failures.json"
+    show_places(places)
+
+
+def show_counts(counts: Counts) -> None:
+    """Print the tables of a study."""
     if counts.plan.axes and all(axis.of_keys for axis in counts.plan.axes):
         _show_grids(counts)
     else:
         _show_matrix(counts)
     for title, rows in counts.tables.items():
         show_rows(title, rows)
-    out_console.print()
-    places: dict[str, object] = {"figure": folder / f"{name}.png", "table": folder / TABLE}
-    if counts.failures:
-        places["failures"] = folder / "failures.json"
-    show_places(places)
 
 
 def _show_grids(counts: Counts) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from experiments.bench.clips.constants import COMPARING
 from experiments.bench.clips.judging.assumed import deciding
 from experiments.bench.judging.paper import cited
 from experiments.bench.judging.texts import Reading, chosen, readings_of_all
@@ -14,6 +13,7 @@ from experiments.bench.reproduction.mechanisms import constants
 from experiments.bench.reproduction.page.overview import Tile, cause_of, tile
 from experiments.bench.reproduction.readings import Chapter, Row
 from experiments.bench.reproduction.reproduce import Reproduction
+from experiments.bench.studies.constants import COMPARING
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
-"""What other commands left in a reproduction's folder, or in folders inside it: maps, eyes and drives, models' claims.
+"""What other commands left in a reproduction's folder, or in folders inside it: studies, maps, models' claims.
 
-``colias map --out REPORT/NAME``, ``colias reproduce --fidelity --out REPORT/NAME`` and ``colias reproduce --models all
---out REPORT/NAME`` put them there. A file that cannot be read is left out.
+``colias study NAME --out REPORT/NAME`` and ``colias map --out REPORT/NAME`` put them there. A file that cannot be read
+is left out.
 """
 
 from __future__ import annotations
@@ -15,30 +15,10 @@ from typing import Any
 from experiments.bench.reproduction.page.overview import Tile, sign
 from experiments.bench.reproduction.page.sections import Picture, figure_of
 from experiments.bench.store.places import regular
+from experiments.bench.studies.counts import FORM
 
-
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """In how many replicates a claim held with one eye and drive, in words."""
-
-    claim: str
-    said: str
-
-
-@dataclass(frozen=True, slots=True)
-class EyeTable:
-    """The claims with each eye and drive.
-
-    Parameters
-    ----------
-    claims
-        The columns.
-    rows
-        Eye and drive in words, and a cell for each claim.
-    """
-
-    claims: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[Cell, ...]], ...]
+OTHERS = ("experiment", "claims", "readings", "design", "behaviours", "failures", "model_claims")
+"""Files of a reproduction that are no studies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,33 +40,42 @@ class Stored:
     ----------
     maps
         Figures of maps.
-    eyes
-        The claims with the robot's true eye and wheels; ``None`` without.
     models
         Claims of the models' own papers.
     """
 
     maps: tuple[Picture, ...]
-    eyes: EyeTable | None
     models: tuple[ModelClaim, ...]
 
 
 def stored(folder: Path) -> Stored:
-    """Return what other commands left in the folder of a reproduction."""
+    """Return the maps and the models' claims that other commands left in the folder of a reproduction."""
     maps = [
         figure_of(path, f"map-{path.parent.name}", f"Map {path.parent.name}")
         for path in sorted(folder.glob("*/map.svg"))
     ]
-    eyes = next((_eyes(rows) for rows in _lists(folder, "fidelity.json") if rows), None)
     models = [_model_claim(row) for rows in _lists(folder, "model_claims.json") for row in rows]
-    return Stored(tuple(maps), eyes, tuple(models))
+    return Stored(tuple(maps), tuple(models))
+
+
+def studies(folder: Path) -> dict[str, dict[str, Any]]:
+    """Return the studies in the folder of a reproduction, or one level below: name -> what its ``NAME.json`` holds.
+
+    Of several of a name that in the folder itself counts, or else the first. Maps are left out: their figures show
+    them.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for path in (*sorted(folder.glob("*.json")), *sorted(folder.glob("*/*.json"))):
+        if path.stem in found or path.stem in (*OTHERS, "map"):
+            continue
+        table = read(path.parent, path.stem)
+        if isinstance(table, dict) and table.get("form") == FORM and table.get("study") == path.stem:
+            found[path.stem] = table
+    return found
 
 
 def read(folder: Path, name: str) -> Any:
-    """Return what the file ``NAME.json`` in a folder holds; ``None`` where there is none that can be read.
-
-    Chapters of other studies are given their data by this: see `experiments.bench.reproduction.chapters`.
-    """
+    """Return what the file ``NAME.json`` in a folder holds; ``None`` where there is none that can be read."""
     try:
         return json.loads(regular(folder / f"{name}.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -99,20 +88,6 @@ def _lists(folder: Path, name: str) -> Iterator[list[dict[str, Any]]]:
         rows = read(path.parent, path.stem)
         if isinstance(rows, list):
             yield rows
-
-
-def _eyes(rows: list[dict[str, Any]]) -> EyeTable:
-    claims = tuple(dict.fromkeys(row["claim"] for row in rows))
-    cells = {(f"{row['eye']} eye, {row['drive']}", row["claim"]): row for row in rows}
-    places = tuple(dict.fromkeys(place for place, _ in cells))
-    return EyeTable(
-        claims, tuple((place, tuple(_held(claim, cells[place, claim]) for claim in claims)) for place in places)
-    )
-
-
-def _held(claim: str, row: dict[str, Any]) -> Cell:
-    vacuous = f", vacuous in {row['vacuous']}" if row["vacuous"] else ""
-    return Cell(claim, f"{row['held']} of {row['replicates']}{vacuous}")
 
 
 def _model_claim(row: dict[str, Any]) -> ModelClaim:
