@@ -8,7 +8,7 @@ from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.study import Tables
 
 EYE = Axis("eye", (Level("default"), Level("ov7670", ("camera.preset=ov7670",))))
-DRIVE = Axis("drive", (Level("pose feedback"), Level("open loop", ("robot.preset=colias4",))))
+WHEELS = Axis("wheels", (Level("pose feedback"), Level("open loop", ("robot.preset=colias4",))))
 
 
 def driven(counts: Counts) -> Tables:
@@ -31,6 +31,6 @@ STUDY = Study(
     name="fidelity",
     summary="C13 to C20 and C29 with the default camera or the robot's, and with pose feedback or its wheels open loop",
     claims=("C13", "C14", "C15", "C16", "C17", "C18", "C19", "C20", "C29"),
-    axes=(EYE, DRIVE),
+    axes=(EYE, WHEELS),
     tables=driven,
 )

@@ -14,6 +14,7 @@ from typing import Any
 from experiments.bench.clips.claims import ClipClaim, find
 from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing
 from experiments.bench.clips.plan import OfflinePlan
+from experiments.bench.clips.rows import CLIP_SCHEMA
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import ConfiguredModel, Shown, look_up
 from experiments.bench.engine.settings import changed, check_counts, watchers
@@ -97,7 +98,7 @@ def planned(study: Study, experiments: Sequence[OfflineExperiment], seed: int) -
     made = [_offline(each, study, seed, claims, before.base.applying(study.assignments))
             for each, before in zip(answering, plain, strict=True)]  # fmt: skip
     bases = [each.base for each in made]
-    grid.check_levels(study.axes, bases, study.name)
+    grid.check_levels(study.axes, bases, study.name, CLIP_SCHEMA.names)
     axes = study.axes + (grid.axes_of(study.over, bases, study.assignments) if study.over else ())
     points = grid.points_of([(axis.name, axis.labels) for axis in axes])
     renderings = [rendering for each in made for rendering in _renderings(each, axes, points)]

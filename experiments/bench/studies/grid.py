@@ -175,9 +175,14 @@ def _check(key: str, level: str, bases: Sequence[Base]) -> None:
         raise UsageError(f"--over {key}={level}: {name} has one value, neither a first nor a last")
 
 
-def check_levels(axes: Sequence[Axis], bases: Sequence[Base], name: str) -> None:
-    """Raise `UsageError` for a setting of a level that is no key of any experiment and model of the study."""
+def check_levels(axes: Sequence[Axis], bases: Sequence[Base], name: str, columns_there: Collection[str]) -> None:
+    """Raise `UsageError` for a setting of a level that is no key of any experiment and model of the study.
+
+    An axis is a column of the table of trials too: its name may be none of ``columns_there``.
+    """
     for axis in axes:
+        if axis.name in columns_there:
+            raise UsageError(f"study {name}: axis {axis.name}: the table of trials has that column; give it another")
         for level in axis.levels:
             check_assignments(bases, level.settings, f"study {name}: axis {axis.name}: {level.label}:")
 

@@ -16,6 +16,7 @@ from experiments.bench.engine.settings import check_counts
 from experiments.bench.robot.claims import RobotClaim, find
 from experiments.bench.robot.experiment import Experiment, TrialSpec
 from experiments.bench.robot.plan import Plan, describe, plan, sections
+from experiments.bench.robot.rows import TRIAL_SCHEMA
 from experiments.bench.store import provenance
 from experiments.bench.studies import choice, grid
 from experiments.bench.studies.grid import Base, Point, Values
@@ -96,7 +97,7 @@ def planned(
     there = {key: base for key, base in bases.items() if key[0] in {each.name for each in answering}}
     grid.check_assignments([declared[key] for key in there], study.assignments)
     _check_repeats(claims, {name: own.repeats for (name, _), own in plans.items()}, study)
-    grid.check_levels(study.axes, list(there.values()), study.name)
+    grid.check_levels(study.axes, list(there.values()), study.name, TRIAL_SCHEMA.names)
     axes = study.axes + (grid.axes_of(study.over, list(there.values()), study.assignments) if study.over else ())
     points = grid.points_of([(axis.name, axis.labels) for axis in axes])
     renderings: list[Rendering] = []
