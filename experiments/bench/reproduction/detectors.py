@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from experiments.bench.judging.verdict import Verdict
-from experiments.bench.reproduction.page.stored import studies
+from experiments.bench.studies.stored import studies
 
 STUDY, CLAIM = "detectors", "C21"
 

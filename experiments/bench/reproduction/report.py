@@ -16,12 +16,13 @@ from experiments.bench.reproduction.page.cards import cards
 from experiments.bench.reproduction.page.drawn import drawing
 from experiments.bench.reproduction.page.overview import overview, tile
 from experiments.bench.reproduction.page.sections import clip_section, loop_section, robot_section
-from experiments.bench.reproduction.page.stored import stored, studies
+from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.store.description import plain
 from experiments.bench.store.files import Files
 from experiments.bench.studies import figure
+from experiments.bench.studies.stored import studies
 from experiments.bench.studies.study import WHOLE
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from experiments.bench.engine.errors import UsageError, check_name
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
 
     from experiments.bench.robot.experiment import TrialSpec
     from experiments.bench.store.rows import TrialRecord
-    from experiments.bench.studies.counts import Counts
 
 WHOLE = 10
 """Trials of each condition in a whole replicate, as in the paper."""
@@ -172,7 +170,9 @@ class Study:
     probe
         What is kept of a trial beside its row.
     tables
-        Makes further tables from the counts and the rows.
+        Makes further tables from what the study comes to: `experiments.bench.studies.counts.Counts`.
+    file
+        The .py file that declares it, which ``colias study`` fills in.
 
     Raises
     ------
@@ -202,8 +202,8 @@ class Study:
     as_run: bool = False
     claim_at: Callable[[Claim, Mapping[str, str]], Claim] | None = None
     probe: Probe | None = None
-    tables: Callable[[Counts], Tables] | None = None
-    file: str = ""
+    tables: Callable[[Any], Tables] | None = None
+    file: str = field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
         check_name("study", self.name)
@@ -219,6 +219,3 @@ class Study:
                 raise UsageError(f"study {self.name}: axes: {axis!r}: legal is an experiments.Axis with levels")
             if len(set(axis.labels)) < len(axis.labels):
                 raise UsageError(f"study {self.name}: axis {axis.name}: a level is there twice")
-
-
-NO_LEVELS: Mapping[str, str] = MappingProxyType({})

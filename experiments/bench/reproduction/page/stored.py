@@ -6,7 +6,6 @@ is left out.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,11 +13,7 @@ from typing import Any
 
 from experiments.bench.reproduction.page.overview import Tile, sign
 from experiments.bench.reproduction.page.sections import Picture, figure_of
-from experiments.bench.store.places import regular
-from experiments.bench.studies.counts import FORM
-
-OTHERS = ("experiment", "claims", "readings", "design", "behaviours", "failures", "model_claims")
-"""Files of a reproduction that are no studies."""
+from experiments.bench.studies.stored import read
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,30 +51,6 @@ def stored(folder: Path) -> Stored:
     ]
     models = [_model_claim(row) for rows in _lists(folder, "model_claims.json") for row in rows]
     return Stored(tuple(maps), tuple(models))
-
-
-def studies(folder: Path) -> dict[str, dict[str, Any]]:
-    """Return the studies in the folder of a reproduction, or one level below: name -> what its ``NAME.json`` holds.
-
-    Of several of a name that in the folder itself counts, or else the first. Maps are left out: their figures show
-    them.
-    """
-    found: dict[str, dict[str, Any]] = {}
-    for path in (*sorted(folder.glob("*.json")), *sorted(folder.glob("*/*.json"))):
-        if path.stem in found or path.stem in (*OTHERS, "map"):
-            continue
-        table = read(path.parent, path.stem)
-        if isinstance(table, dict) and table.get("form") == FORM and table.get("study") == path.stem:
-            found[path.stem] = table
-    return found
-
-
-def read(folder: Path, name: str) -> Any:
-    """Return what the file ``NAME.json`` in a folder holds; ``None`` where there is none that can be read."""
-    try:
-        return json.loads(regular(folder / f"{name}.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
 
 
 def _lists(folder: Path, name: str) -> Iterator[list[dict[str, Any]]]:
