@@ -10,8 +10,6 @@ from experiments.bench.cli.options import (
     EXIT_FAILED,
     Assignments,
     Cluster,
-    Models,
-    Only,
     OtherCode,
     Out,
     Quiet,
@@ -74,8 +72,14 @@ def map_claims(
     seed: Seed = 0,
     out: Out = None,
     assignments: Assignments = None,
-    model: Models = None,
-    only: Only = False,
+    model: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--model",
+            metavar="MODEL",
+            help="A model judged, otherwise dsnn: a name or a .py file, or dsnn:w_i=1. Repeatable.",
+        ),
+    ] = None,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -85,13 +89,12 @@ def map_claims(
 
     The experiments have a robot, or all are off-line ones, whose clips have keys such as cluttered.grey. A replicate
     has all conditions at one seed; replicate k has the seed --seed + k. A claim is judged on the first of the
-    experiments that declares it, for dsnn and each --model. Experiments without claims show the mean number of spikes
+    experiments that declares it, for each model. Experiments without claims show the mean number of spikes
     in each condition. Points that differ in the network alone share their frames. Writes counts.csv, map.json, map.svg,
     map.png and the trials.
     """
     from experiments.bench import registry
     from experiments.bench.engine.errors import UsageError
-    from experiments.bench.engine.models import shown_models
     from experiments.bench.engine.terminal import tell_troubles
     from experiments.bench.studies import run, table
     from experiments.bench.studies.study import Study
@@ -108,7 +111,7 @@ def map_claims(
         raise UsageError("--measure: expected names joined by commas, for example peak-speed-potential")
     study = Study(
         "map", "claims and numbers over a grid of parameters", claims=tuple(named), measures=tuple(numbers),
-        experiments=tuple(names), over=tuple(over), models=tuple(shown_models(("dsnn",), model, only)),
+        experiments=tuple(names), over=tuple(over), models=tuple(dict.fromkeys(model or ("dsnn",))),
         assignments=tuple(assignments or ()), repeats=repeats, replicates=replicates, every_trial=False,
     )  # fmt: skip
     plan = run.planned(study, seed)
