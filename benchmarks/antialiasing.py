@@ -1,4 +1,4 @@
-"""What each way of antialiasing costs and how near it comes to 16x16 samples a pixel, a third of a pixel a frame."""
+"""Cost of each way of antialiasing, and its nearness to 16x16 samples a pixel, a third of a pixel a frame."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def vector() -> Table:
 
 @contextmanager
 def _player(arguments: dict[str, Any]) -> Iterator[Callable[[], int]]:
-    """What takes a hundred steps of an env in another process and says so."""
+    """Yield a function that takes a hundred steps of an env in another process."""
     spawn = multiprocessing.get_context("spawn")
     ours, theirs = spawn.Pipe()
     process = spawn.Process(target=_play, args=(theirs, arguments), daemon=True)

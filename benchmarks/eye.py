@@ -1,4 +1,4 @@
-"""What the eye ``ov7670`` costs, and how far its few renders are from a dense reference, in HS and in spikes."""
+"""Cost of the eye ``ov7670``, and distance of its few renders from a dense reference, in HS and in spikes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from scenes import ARENAS
 
 FRAMES = 60
 SPEEDS = (0.04, 0.06, 0.10)
-"""Of the crossings by which the approximation is judged, in m/s at 8 cm."""
+"""Speeds of the crossings by which the approximation is judged, in m/s at 8 cm."""
 
 EYE = CameraConfig.preset("ov7670")
 DENSE_SAMPLES = 8
@@ -80,7 +80,9 @@ GAINS = (0.1, 0.25, 0.5, 0.75, 1.25, 1.5, 2.0, 3.0)
 
 
 def light_table() -> Table:
-    """How near a picture at another gain is to the picture scaled, and what clipping the light as OpenGL does costs."""
+    """Tell how near a picture at another gain is to the picture scaled, and what clipping the light as OpenGL does
+    costs.
+    """
     result = Table(title="Pictures at gains from 0.1 to 3 against the picture scaled, in grey levels")
     for name in ("arena", "greatest error", "mean error", "greatest where light is clipped"):
         result.add_column(name, justify="left" if name == "arena" else "right")

@@ -1,4 +1,6 @@
-"""What making, using and closing an env over and over leaves behind; ``python -m benchmarks.leaks`` runs it alone."""
+"""Memory and files left behind by making, using and closing an env over and over; ``python -m benchmarks.leaks`` runs
+it alone.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,7 @@ MAKERS: Mapping[str, tuple[Callable[[], Any], tuple[int, int, int]]] = {
     "two, in this process": (lambda: gym.make_vec(ENV, num_envs=2, workers=0), (20, 100, 200)),
     "two, in processes": (lambda: gym.make_vec(ENV, num_envs=2), (10, 20, 40)),
 }
-"""What makes an env, and after how many cycles to look."""
+"""Commands that make an env, and numbers of cycles after which to look."""
 
 
 def table() -> Table:

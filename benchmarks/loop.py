@@ -74,7 +74,7 @@ def loop_table() -> Table:
 
 
 class _Split:
-    """Which share of a crossing its renders take, in the best of the rounds it is asked ``of``."""
+    """Share of a crossing that its renders take, in the best of the rounds it is asked ``of``."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim, self._rounds = sim, list[tuple[float, float]]()
@@ -110,7 +110,9 @@ class _Split:
 
 
 def recording_table() -> Table:
-    """What recording adds to `colias run speed --repeats 1` in one process: to its wall time, and to its work."""
+    """Return what recording adds to `colias run speed --repeats 1` in one process: to its wall time, and to its
+    work.
+    """
     experiment, settings = configure(registry.load("speed"), ["dsnn"], ())
     plan = Plan(experiment, settings, repeats=1, seed=0)
     wall: dict[bool, list[float]] = {False: [], True: []}

@@ -1,4 +1,4 @@
-"""How long commands that only tell something take, from nothing to their end, beside Python and NumPy alone.
+"""Time that commands take which only tell something, from nothing to their end, beside Python and NumPy alone.
 
 ``python -m benchmarks.start`` runs these alone.
 """
@@ -27,7 +27,7 @@ WORK: Mapping[str, Sequence[str]] = {
     "colias list": (*COLIAS, "list"),
     "colias parameters": (*COLIAS, "parameters"),
 }
-"""What is timed -> the arguments of Python."""
+"""Name of what is timed -> the arguments of Python."""
 GOALS = {"colias --help": 0.5, "colias list": 1.0}
 """Seconds that a command may take at most."""
 

@@ -21,7 +21,7 @@ class Rounds:
         return float(self.taken[name].min())
 
     def ratio(self, name: str, base: str) -> float:
-        """How many times ``base``: the median of the ratios within each round, which a slow spell leaves alone."""
+        """Tell how many times ``base``: the median of the ratios within each round, which a slow spell leaves alone."""
         return float(np.median(self.taken[name] / self.taken[base]))
 
 

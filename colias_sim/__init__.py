@@ -3,9 +3,10 @@
 This package knows no vision model.
 """
 
-from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING
+
+import lazy_loader
 
 from colias_sim.gl import choose_backend
 from colias_sim.siblings import warn_of_strangers
@@ -56,16 +57,10 @@ if TYPE_CHECKING:
     from colias_sim.camera import Camera, Frame
     from colias_sim.simulation import Simulation
 else:
-    _PLACES = {"Camera": "camera", "Frame": "camera", "Simulation": "simulation"}
-
-    def __getattr__(name: str) -> object:
-        """Look up a name whose module imports MuJoCo (PEP 562)."""
-        if name not in _PLACES:
-            raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-        value = getattr(import_module(f"{__name__}.{_PLACES[name]}"), name)
-        globals()[name] = value
-        return value
+    __getattr__, _, _ = lazy_loader.attach(
+        __name__, submod_attrs={"camera": ["Camera", "Frame"], "simulation": ["Simulation"]}
+    )
 
     def __dir__() -> list[str]:
-        """Every public name, looked up already or not."""
+        """List every public name, looked up already or not."""
         return sorted({*globals(), *__all__})

@@ -1,4 +1,6 @@
-"""Which part of a picture has to be rendered anew, where a camera and all that stands behind the robots are still."""
+"""The part of a picture that has to be rendered anew, where a camera and all that stands behind the robots are
+still.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,7 @@ import numpy.typing as npt
 from colias_sim.config import CameraConfig
 
 STILL = 1e-6
-"""By how much a camera at rest may be off the picture's, in m and in rotation: a robot at rest is never quite so."""
+"""Largest distance of a camera at rest from the picture's, in m and in rotation: a robot at rest is never quite so."""
 NEAR_M = 0.005
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
@@ -29,7 +31,7 @@ class Box:
         return Box(_around(self.rows, other.rows), _around(self.columns, other.columns))
 
     def times(self, down: int, across: int) -> tuple[range, range]:
-        """Its rows and columns in a render with ``down`` x ``across`` pixels for each of the camera's."""
+        """Return its rows and columns in a render with ``down`` x ``across`` pixels for each of the camera's."""
         rows, columns = self.rows, self.columns
         return range(rows.start * down, rows.stop * down), range(columns.start * across, columns.stop * across)
 

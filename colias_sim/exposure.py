@@ -1,4 +1,5 @@
-"""When a camera renders: the moments of an exposure, row by row, and the loop that controls the exposure time.
+"""Times at which a camera renders: the moments of an exposure, row by row, and the loop that controls the exposure
+time.
 
 Nothing here renders. A frame is planned one frame ahead, as its first rows may be exposed before the frame before it
 has ended. So the exposure loop's answer to frame n is in force from frame n + 2.
@@ -52,7 +53,7 @@ WHOLE = Render(0)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FramePlan:
-    """What is settled of a frame before it begins.
+    """Plan of a frame, settled before it begins.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ _LIBRARIES = {"egl": ("libEGL.so.1", "libGL.so.1"), "osmesa": ("libOSMesa.so.8",
 
 
 class GLUnavailable(OSError):
-    """Nothing can render here. The message names the package to install."""
+    """Error: nothing can render here. The message names the package to install."""
 
 
 def choose_backend() -> str:
@@ -155,12 +155,12 @@ def require_screen() -> None:
 
 
 def has_screen() -> bool:
-    """Whether there is a screen to open a window on."""
+    """Tell whether there is a screen to open a window on."""
     return not sys.platform.startswith("linux") or _has_display()
 
 
 def render_modes(every: Sequence[str]) -> list[str]:
-    """Those of an env's render modes that this machine can show."""
+    """Return those of an env's render modes that this machine can show."""
     return [mode for mode in every if mode != "human" or has_screen()]
 
 

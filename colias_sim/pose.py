@@ -1,4 +1,4 @@
-"""Where a robot stands, how fast its wheels turn, and where another stands as it sees it."""
+"""A robot's pose, the speeds of its wheels, and the bearing of another robot."""
 
 from __future__ import annotations
 

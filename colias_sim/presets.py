@@ -1,4 +1,4 @@
-"""What the presets of robot and camera change, and where their numbers are from."""
+"""Presets of robot and camera, and the sources of their numbers."""
 
 from __future__ import annotations
 

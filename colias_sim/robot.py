@@ -119,7 +119,7 @@ class Robot:
 
     @property
     def queues(self) -> bool:
-        """Whether commands wait on a motor board: then `tick` has to be called in every control interval."""
+        """Tell whether commands wait on a motor board: then `tick` has to be called in every control interval."""
         return self._board is not None
 
     def begins(self) -> float:
@@ -194,7 +194,7 @@ class Robot:
             self._turn(WheelSpeeds(*self._board.at(float(self._data.time))))
 
     def _commanded(self, wheels: WheelSpeeds) -> WheelSpeeds:
-        """What the wheels are to do now, as ``wheels`` are commanded now."""
+        """Return what the wheels are to do now, as ``wheels`` are commanded now."""
         real = self.realised(wheels)
         if self._board is None:
             return real

@@ -49,7 +49,7 @@ class Sensor:
 
     @property
     def bands(self) -> bool:
-        """Whether it was made to render bands of rows: a rolling shutter."""
+        """Tell whether it was made to render bands of rows: a rolling shutter."""
         return self._strips is not None
 
     def restart(self) -> None:

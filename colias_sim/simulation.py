@@ -99,7 +99,7 @@ class Simulation:
         self.robots = {name: Robot(self.model, self.data, name, robot) for name in variants if name not in parked}
         self.parked = {name: Parked(self.model, name) for name in variants if name in parked}
         self.everyone: dict[str, Robot | Parked] = {**self.robots, **self.parked}
-        self._queuing = tuple(each for each in self.robots.values() if each.queues)
+        self._queuing = tuple(robot for robot in self.robots.values() if robot.queues)
         self.frame_interval = 1.0 / camera.fps
         self._clock = FrameClock(camera.fps)
         self.command_interval = self._clock.command_steps * self._clock.timestep
@@ -122,7 +122,7 @@ class Simulation:
 
     @property
     def seeing(self) -> bool:
-        """Whether there is a camera."""
+        """Tell whether there is a camera."""
         return self._camera is not None
 
     @property
@@ -173,8 +173,8 @@ class Simulation:
         self.turn_wall(phase if self.scene.turn_wall else 0.0)
         for name, pose in placements.items():
             self.everyone[name].place(pose)
-        for each in self.robots.values():
-            each.restart(rng)
+        for robot in self.robots.values():
+            robot.restart(rng)
         self._settle()
         if self._camera is not None:
             self._camera.restart(self.data)

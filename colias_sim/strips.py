@@ -48,7 +48,7 @@ class Strips:
 
     @staticmethod
     def slots(config: CameraConfig) -> int:
-        """How many slots spare readings: one for each sample of an exposure, and one for the next frame's."""
+        """Tell how many slots spare readings: one for each sample of an exposure, and one for the next frame's."""
         return min(config.exposure_samples + 1, _MOST_SLOTS)
 
     def draw(

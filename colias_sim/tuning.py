@@ -1,4 +1,4 @@
-"""Which settings a camera can take anew after it was made."""
+"""Settings that a camera can take anew after it was made."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the models are made of: first-order low-passes, Gaussian blurs, sums."""
+"""Parts that the models are made of: first-order low-passes, Gaussian blurs, sums."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ def total(values: npt.NDArray[Any]) -> float:
 
 FLUSH_EVERY = 64
 FLUSH_OFTEN = 16
-"""For low-passes of 40 ms and less, which fade from 1e-30 to subnormal numbers in under 64 frames."""
+"""Floor for low-passes of 40 ms and less, which fade from 1e-30 to subnormal numbers in under 64 frames."""
 FACTOR = 1e-9
-"""Where states are multiplied with one another nothing below this is kept: products of less are subnormal."""
+"""Floor of states that are multiplied with one another: nothing below it is kept: products of less are subnormal."""
 FADED = np.float32(1e-6)
-"""Of a signal in grey levels that keeps a residue of its last value: nothing is left of what is smaller."""
+"""Floor of a signal in grey levels that keeps a residue of its last value: nothing is left of what is smaller."""
 
 
 def flush(state: npt.NDArray[np.float32], below: float = 1e-30) -> None:

@@ -1,4 +1,4 @@
-"""Which form of the network runs: the C kernel (``native``) where it is built, else NumPy (``numpy``).
+"""The form of the network that runs: the C kernel (``native``) where it is built, else NumPy (``numpy``).
 
 The forms agree within 1e-5 in HS and VS, not to the bit (`docs/architecture.md`). So a run notes its form and is never
 gone on with by another.
@@ -49,7 +49,9 @@ def chosen(form: str | None = None) -> str:
 
 
 def note() -> str:
-    """What a person should know of the form that runs, in one line; empty where it is the native one, or asked for."""
+    """Return what a person should know of the form that runs, in one line; empty where it is the native one, or asked
+    for.
+    """
     reason = native.missing()
     if not reason or os.environ.get(VARIABLE):
         return ""

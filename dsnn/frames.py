@@ -1,4 +1,4 @@
-"""What may enter a model: the one gate every frame passes."""
+"""Frames that may enter a model: the one gate every frame passes."""
 
 from __future__ import annotations
 

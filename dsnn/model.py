@@ -1,4 +1,4 @@
-"""What every vision model offers, and the value it answers with."""
+"""The interface of every vision model, and the value it answers with."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FloatMap = npt.NDArray[np.floating]
 CHANNELS = ("hs", "vs", "looming", "azimuth")
 """The potentials and positions that a model may answer by: fields of `Response`."""
 SPIKING = ("hs", "vs", "looming")
-"""Those of `CHANNELS` that have spikes, in the order in which a trial's spikes are taken from a model's own."""
+"""Channels, of `CHANNELS`, that have spikes, in the order in which a trial's spikes are taken from a model's own."""
 
 
 @dataclass(frozen=True, slots=True)

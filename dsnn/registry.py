@@ -55,7 +55,8 @@ class ModelEntry:
     source: str = ""
     """The literature that the model is written from."""
     channels: tuple[str, ...] = DIRECTION
-    """What of a `Response` it answers by: some of ``hs``, ``vs``, ``looming``, ``azimuth``; the rest is dropped."""
+    """Fields of a `Response` that it answers by, some of ``hs``, ``vs``, ``looming``, ``azimuth``; the rest is dropped.
+    """
     offline: Any = None
     """The parameters of the off-line tests; None where they are those of the robot."""
     thresholds: Mapping[str, str] = field(default_factory=dict)
@@ -126,7 +127,7 @@ class ModelEntry:
 
 
 def _is_frozen(value: Any) -> bool:
-    """Whether it is an instance of a frozen dataclass: what a model changed in its parameters would last."""
+    """Tell whether it is an instance of a frozen dataclass: what a model changed in its parameters would last."""
     if isinstance(value, type) or not dataclasses.is_dataclass(value):
         return False
     return bool(getattr(type(value), "__dataclass_params__").frozen)  # noqa: B009 (mypy does not know it)

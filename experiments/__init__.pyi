@@ -1,40 +1,40 @@
-"""The public names with their types, for type checkers and editors; at run time ``__init__.py`` looks them up."""
+"""The public names and where they are defined: read by ``__init__.py`` at run time, by type checkers and by editors."""
 
-from experiments.bench.clips.claims import ClipClaim as ClipClaim
-from experiments.bench.clips.experiment import Clip as Clip
-from experiments.bench.clips.experiment import Figure as Figure
-from experiments.bench.clips.experiment import OfflineExperiment as OfflineExperiment
-from experiments.bench.closed_loop.behaviour import Behaviour as Behaviour
-from experiments.bench.closed_loop.behaviour import Wheels as Wheels
-from experiments.bench.engine.errors import UsageError as UsageError
-from experiments.bench.judging.checks import Check as Check
-from experiments.bench.judging.checks import decide as decide
-from experiments.bench.judging.scores import Score as Score
-from experiments.bench.judging.verdict import Outcome as Outcome
-from experiments.bench.judging.verdict import Verdict as Verdict
-from experiments.bench.public.comparison import Comparison as Comparison
-from experiments.bench.public.comparison import compare as compare
-from experiments.bench.public.episodes import score as score
-from experiments.bench.public.footage import Watched as Watched
-from experiments.bench.public.footage import watch as watch
-from experiments.bench.public.listing import runs as runs
-from experiments.bench.public.result import Run as Run
-from experiments.bench.public.result import load as load
-from experiments.bench.public.run import run as run
-from experiments.bench.robot.claims import RobotClaim as Claim
-from experiments.bench.robot.designs import Angular as Angular
-from experiments.bench.robot.designs import Clutter as Clutter
-from experiments.bench.robot.designs import Contrast as Contrast
-from experiments.bench.robot.designs import Egomotion as Egomotion
-from experiments.bench.robot.designs import General as General
-from experiments.bench.robot.designs import Translation as Translation
-from experiments.bench.robot.experiment import Condition as Condition
-from experiments.bench.robot.experiment import Experiment as Experiment
-from experiments.bench.studies.study import Axis as Axis
-from experiments.bench.studies.study import Level as Level
-from experiments.bench.studies.study import Study as Study
+from .bench.clips.claims import ClipClaim as ClipClaim
+from .bench.clips.experiment import Clip as Clip
+from .bench.clips.experiment import Figure as Figure
+from .bench.clips.experiment import OfflineExperiment as OfflineExperiment
+from .bench.closed_loop.behaviour import Behaviour as Behaviour
+from .bench.closed_loop.behaviour import Wheels as Wheels
+from .bench.engine.errors import UsageError as UsageError
+from .bench.judging.checks import Check as Check
+from .bench.judging.checks import decide as decide
+from .bench.judging.scores import Score as Score
+from .bench.judging.verdict import Outcome as Outcome
+from .bench.judging.verdict import Verdict as Verdict
+from .bench.public.claims import Claim as Claim
+from .bench.public.comparison import Comparison as Comparison
+from .bench.public.comparison import compare as compare
+from .bench.public.episodes import score as score
+from .bench.public.footage import Watched as Watched
+from .bench.public.footage import watch as watch
+from .bench.public.listing import runs as runs
+from .bench.public.result import Run as Run
+from .bench.public.result import load as load
+from .bench.public.run import run as run
+from .bench.public.version import __version__ as __version__
+from .bench.robot.designs import Angular as Angular
+from .bench.robot.designs import Clutter as Clutter
+from .bench.robot.designs import Contrast as Contrast
+from .bench.robot.designs import Egomotion as Egomotion
+from .bench.robot.designs import General as General
+from .bench.robot.designs import Translation as Translation
+from .bench.robot.experiment import Condition as Condition
+from .bench.robot.experiment import Experiment as Experiment
+from .bench.studies.study import Axis as Axis
+from .bench.studies.study import Level as Level
+from .bench.studies.study import Study as Study
 
-__version__: str
 NAMES: tuple[str, ...]
 OFFLINE: tuple[str, ...]
 

@@ -14,7 +14,7 @@ from experiments.clutter_contrast import SPEEDS as OBJECT_SPEEDS
 from experiments.clutter_depth import GREYS as EXTREME
 
 SPEEDS = (2.0, 8.0, 15.0, 30.0, 60.0, 150.0, 300.0)
-"""Of the background, px/s: 0.07 to 10 px a frame at 30 frames per second."""
+"""Speeds of the background, px/s: 0.07 to 10 px a frame at 30 frames per second."""
 
 DEPTH = tuple(
     Clip(

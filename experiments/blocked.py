@@ -1,4 +1,4 @@
-"""The same translations with one pathway blocked (the paper's simu-clean-dth, -dtv): what ON and OFF each add."""
+"""Translations of ``clean`` with one pathway blocked (the paper's simu-clean-dth, -dtv): what ON and OFF each add."""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
     from experiments.bench.cli.entry import run_file

@@ -1,4 +1,4 @@
-"""Why the count falls with distance: count, time in view, firing rate and potential at 6 cm/s, 5 to 15 cm.
+"""Reasons why the count falls with distance: count, time in view, firing rate and potential at 6 cm/s, 5 to 15 cm.
 
 The paper's distances are 5, 10 and 15 cm; 6, 8 and 12 cm fill in. Ten repeats are the paper's own design.
 """

@@ -1,4 +1,4 @@
-"""What the ensemble and its delays do: the speed tests with the DSNN beside variants of itself, 2 to 30 cm/s.
+"""Effects of the ensemble and its delays: the speed tests with the DSNN beside variants of itself, 2 to 30 cm/s.
 
 The paper's text says that connecting several cells, with delays that depend on their spacing, improves the response to
 speed, and that the peak over speeds comes from the sampling distance and the number of connections. The variants have

@@ -1,4 +1,5 @@
-"""Why the count goes with the angle of recession as it does (C13, C19, C20): excitation, inhibition and their residue.
+"""Reasons why the count goes with the angle of recession as it does (C13, C19, C20): excitation, inhibition and their
+residue.
 
 The trials are those of `angular-recession` at the same seed, frame by frame. Beside the DSNN they are shown to it with
 w_i = 1, and to its two pathways, each alone, with w_i = 0 and 1: excitation and inhibition follow from these.

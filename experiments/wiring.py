@@ -1,4 +1,4 @@
-"""Where the envs' neural observations get their models: the one room that knows both sides."""
+"""Wiring of the envs' neural observations to their models: the one room that knows both sides."""
 
 from __future__ import annotations
 

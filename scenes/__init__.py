@@ -7,7 +7,7 @@ from pathlib import Path
 from scenes.hints import nearest
 
 FOLDER = Path(__file__).parent
-"""Where the files are."""
+"""Folder of the files."""
 
 ARENA_RADIUS_CM = 45.0
 WALL_PANELS = 24  # flat panels around

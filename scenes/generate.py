@@ -16,7 +16,7 @@ from scenes import ARENA_RADIUS_CM, WALL_PANELS
 
 ASSETS = Path(__file__).parent / "assets"
 SEEDS = {"clutter": 2018, "leaves": 2019}
-"""Of each picture's own stream. The files in ``scenes/assets`` came from these: never change one."""
+"""Seeds of each picture's own stream. The files in ``scenes/assets`` came from these: never change one."""
 WIDTH, HEIGHT = 1024, 192  # texels around and up the wall: about three per camera pixel
 STRIPES = 12
 FINER, LEAVES, SMALLEST, LARGEST = 2, 9000, 4.0, 90.0  # texels, two per millimetre and more, of the leaves

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import ast
+import atexit
 import functools
 import os
 import subprocess
@@ -97,7 +98,12 @@ class Colias:
     """The command line as a user runs it: a process of its own, in an empty folder.
 
     ``warm`` starts it as a copy of one that has the large libraries (`tests.helpers.warm`), otherwise Python starts.
+    Unless the arguments say how many workers there are, its jobs run in its own process: a worker takes longer to start
+    than most of them.
     """
+
+    PLAYING = ("run", "sweep", "tune", "leaderboard", "reproduce", "behave")
+    """Commands whose jobs workers may do."""
 
     def __init__(self, folder: Path, timeout_s: float = 300.0, *, warm: bool = True) -> None:
         self.folder, self.timeout_s, self.warm = folder, timeout_s, warm and hasattr(os, "fork")
@@ -116,7 +122,9 @@ class Colias:
 @functools.cache
 def server() -> Warm:
     """The server of this test process's commands; it ends with the process, whose end of their connection closes."""
-    return Warm()
+    warm = Warm()
+    atexit.register(warm.close)  # and is waited for, so that what its commands took is counted as this process's
+    return warm
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from experiments.bench.figures.plotting import STYLE
 
 DOCS = Path(__file__).parents[1] / "docs"
 SPEED = 0.3
-"""Of the stimulus in the pictures, in m/s: fast, so that what motion does to them can be seen."""
+"""Speed of the stimulus in the pictures, in m/s: fast, so that what motion does to them can be seen."""
 STILL = SceneConfig(light_sd=0, turn_wall=False)
 EYE = CameraConfig.preset("ov7670")
 PICTURES = {

@@ -38,7 +38,7 @@ STIMULUS = ("stimulus", "cluttered", "--set", "cluttered.columns=320", "--out", 
 WATCH = ("watch", "film.avi", "--no-view", "--model", "dsnn", "--model", "hybrid", "--table", "watch.parquet")
 REPRODUCE = ("reproduce", "--quick")
 BY_A_CLOCK = ("wall_s", "us_", "code")
-"""What columns begin with that tell of the machine or of the source, not of the numbers."""
+"""Beginnings of columns that tell of the machine or of the source, not of the numbers."""
 
 
 def main() -> int:

@@ -16,12 +16,12 @@ import ast
 import json
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
-import xml.etree.ElementTree as ElementTree
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -31,8 +31,10 @@ ROOT = Path(__file__).parents[1]
 LIST = Path(__file__).with_suffix(".json")
 PACKAGES = ("dsnn", "colias_sim", "experiments")
 SEED, COUNT = 26, 100
-BUDGET_S = 45.0
-"""Seconds of tests, as measured without a mutant, that one mutant is given."""
+MODULES = 8
+"""Test modules that a mutant is given."""
+LIMIT_S = 600.0
+"""What these may take together before it is said to hang."""
 
 
 @dataclass(frozen=True)
@@ -93,15 +95,15 @@ class Mutant:
     """The statement as `ast.unparse` writes it; of a compound statement its head."""
     kind: str
     place: int
-    """Which of the statement's nodes of this kind."""
+    """Index among the statement's nodes of this kind."""
     occurrence: int
-    """Which of the function's statements of this text."""
+    """Index among the function's statements of this text."""
     after: str
-    """What stands in the node's place."""
+    """Text that stands in the node's place."""
 
     @property
     def key(self) -> tuple[str, str, str, int, int]:
-        """What is the same wherever the function stands."""
+        """Return what is the same wherever the function stands."""
         return self.function, self.statement, self.kind, self.place, self.occurrence
 
 
@@ -122,7 +124,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a mutant."""
+    """Fate of a mutant."""
 
     mutant: Mutant
     where: str
@@ -328,7 +330,7 @@ def copy(target: Path) -> None:
     )  # fmt: skip
 
 
-def pytest(folder: Path, arguments: Sequence[str], timeout_s: float | None = None) -> subprocess.CompletedProcess[str]:
+def pytest(folder: Path, arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:
     """Run pytest in the copy, in one process, and end all that it started."""
     environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments]
@@ -337,68 +339,53 @@ def pytest(folder: Path, arguments: Sequence[str], timeout_s: float | None = Non
         start_new_session=True,
     ) as process:  # fmt: skip
         try:
-            output, _ = process.communicate(timeout=timeout_s)
+            output, _ = process.communicate(timeout=LIMIT_S)
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, 9)
             raise
         return subprocess.CompletedProcess(command, process.returncode, output, "")
 
 
-def baseline(folder: Path, tests: Sequence[str]) -> tuple[dict[str, float], list[str]]:
-    """Run tests without a mutant: seconds by test module, and the tests that fail even so."""
-    report = folder / "baseline.xml"
-    pytest(folder, [*tests, f"--junitxml={report}"])
-    seconds: Counter[str] = Counter()
-    failing = []
-    for case in ElementTree.parse(report).iter("testcase"):
-        parts = case.attrib["classname"].split(".")
-        stem = next((i for i, part in enumerate(parts) if part.startswith("test_")), len(parts) - 1)
-        module = "/".join(parts[: stem + 1]) + ".py"
-        seconds[module] += float(case.attrib["time"])
-        if case.find("failure") is not None or case.find("error") is not None:
-            failing.append(f"{module}::{case.attrib['name']}")
-    return dict(seconds), failing
+def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
+    """Return the test modules that name a mutant's module, class and function, those that fewest name before others."""
+    places = [folder / test for test in tests]
+    modules = sorted(path for place in places for path in ([place] if place.is_file() else place.rglob("test_*.py")))
+    texts = {path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8") for path in modules}
+    names = {site.path.stem, *(name for name in site.mutant.function.split(".") if name and not name.startswith("__"))}
+    naming = {name: [test for test, text in texts.items() if re.search(rf"\b{name}\b", text)] for name in names}
+    scores: Counter[str] = Counter({test: 0 for test in texts})
+    for found in naming.values():
+        for test in found:
+            scores[test] += 1 / len(found)
+    return sorted(texts, key=lambda test: -scores[test])[:MODULES]
 
 
-def nearest(site: Site, folder: Path, seconds: Mapping[str, float]) -> list[str]:
-    """Return the test modules for a mutant: those that name its function or module first, then the quick ones."""
-    module = site.path.relative_to(folder).with_suffix("").as_posix().replace("/", ".")
-    parts = [part for part in site.mutant.function.split(".") if part and not part.startswith("__")]
-
-    def mentions(test: str) -> int:
-        text = (folder / test).read_text(encoding="utf-8")
-        package, _, stem = module.rpartition(".")
-        imports = module in text or f"from {package} import {stem}" in text
-        return 2 * any(part in text for part in parts) + imports
-
-    chosen: list[str] = []
-    spent = 0.0
-    for test in sorted(seconds, key=lambda test: (-mentions(test), seconds[test])):
-        if not chosen or spent + seconds[test] <= BUDGET_S:
-            chosen.append(test)
-            spent += seconds[test]
-    return chosen
+def first_failure(done: subprocess.CompletedProcess[str]) -> str:
+    """Return the id of the first test that failed, or of the module that could not be imported."""
+    lines = [line.split(" ") for line in done.stdout.splitlines() if line.startswith(("FAILED ", "ERROR "))]
+    return lines[0][1] if lines else ""
 
 
-def judge(site: Site | None, mutant: Mutant, folder: Path, seconds: Mapping[str, float], skip: list[str]) -> Result:
-    """Apply a mutant, run its tests, take it back."""
+def judge(site: Site | None, mutant: Mutant, folder: Path, failing: list[str]) -> Result:
+    """Apply a mutant, run its tests, take it back. A test that fails without it too is added to ``failing``."""
     if site is None:
         return Result(mutant, "", "gone")
-    tests = nearest(site, folder, seconds)
-    limit_s = 60 + 4 * sum(seconds[test] for test in tests)
+    tests = nearest(site, folder, [test for test in AREAS[mutant.area].tests if (folder / test).exists()])
     where = f"{site.path.relative_to(folder).as_posix()}:{site.line}"
-    source, begin, by = site.path.read_bytes(), time.monotonic(), ""
-    site.path.write_bytes(site.apply(source))
-    try:
-        done = pytest(folder, ["-x", "--tb=no", "-rfE", *(f"--deselect={test}" for test in skip), *tests], limit_s)
-        outcome = "survived" if done.returncode == 0 else "killed"
-        lines = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-        if outcome == "killed":
-            by = (lines or done.stdout.splitlines() or [f"exit status {done.returncode}"])[-1]
-    except subprocess.TimeoutExpired:
-        outcome = "timed out"
-    finally:
-        site.path.write_bytes(source)
+    source, begin, by, outcome = site.path.read_bytes(), time.monotonic(), "", ""
+    while not outcome:
+        site.path.write_bytes(site.apply(source))
+        try:
+            done = pytest(folder, ["-x", "--tb=no", "-rfE", *(f"--deselect={test}" for test in failing), *tests])
+            by = first_failure(done)
+            outcome = "survived" if done.returncode == 0 else "killed"
+        except subprocess.TimeoutExpired:
+            outcome = "timed out"
+        finally:
+            site.path.write_bytes(source)
+        if outcome == "killed" and by not in failing and "::" in by and pytest(folder, [by]).returncode:
+            failing.append(by)
+            outcome = ""
     return Result(mutant, where, outcome, by[:200], tuple(tests), round(time.monotonic() - begin, 1))
 
 
@@ -425,23 +412,17 @@ def run(out: Path, areas: Sequence[str], only: Sequence[int]) -> list[Result]:
         folder = Path(name)
         copy(folder)
         places = find(mutants, folder)
-        for area in areas:
-            chosen = [
-                (number, mutant, site) for number, (mutant, site) in enumerate(zip(mutants, places, strict=True), 1)
-                if mutant.area == area and (not only or number in only)
-            ]  # fmt: skip
-            if not chosen:
+        failing: list[str] = []
+        for number, (mutant, site) in enumerate(zip(mutants, places, strict=True), 1):
+            if mutant.area not in areas or (only and number not in only):
                 continue
-            tests = [test for test in AREAS[area].tests if (folder / test).exists()]
-            seconds, failing = baseline(folder, tests) if any(site for _, _, site in chosen) else ({}, [])
-            print(f"{area}: {sum(seconds.values()):.0f} s of tests; fail without a mutant: {failing}", flush=True)
-            for number, mutant, site in chosen:
-                result = judge(site, mutant, folder, seconds, failing)
-                results.append(result)
-                where = result.where or f"was {mutant.path}"
-                print(f"{number:3} {area:10} {result.outcome:9} {result.seconds:5.0f} s  {mutant.kind:10} {where}  "
-                      f"{mutant.function}: {result.by}", flush=True)  # fmt: skip
-                out.write_text(json.dumps([asdict(result) for result in results], indent=1) + "\n")
+            result = judge(site, mutant, folder, failing)
+            results.append(result)
+            where = result.where or f"was {mutant.path}"
+            print(f"{number:3} {mutant.area:10} {result.outcome:9} {result.seconds:5.0f} s  {mutant.kind:10} {where}  "
+                  f"{mutant.function}: {result.by}", flush=True)  # fmt: skip
+            out.write_text(json.dumps([asdict(result) for result in results], indent=1) + "\n")
+        print(f"fail without a mutant too, and were left out: {', '.join(failing) or 'none'}")
     return results
 
 

@@ -2,7 +2,7 @@
 
 ``colias reproduce`` leaves its design, verdicts and scores in its folder. This writes what the README and the chapters
 of docs/ quote of them into ``docs/results.json``, with the design they were measured by, and renews the pages between
-their markers. Nothing outside the markers, nor in ``experiments/bench/judging/tried.toml``, quotes a measured figure.
+their markers. Nothing outside the markers, nor in what a claim says was tried, quotes a measured figure.
 `tests/tools/test_numbers.py` holds the pages against the file, and the file's design against that of the code.
 """
 
@@ -19,8 +19,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from experiments.bench.judging.claims import words
 from experiments.bench.judging.overall import totals
-from experiments.bench.judging.texts import claim_texts
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"
@@ -44,7 +44,7 @@ class NotFinished(Exception):
 
 
 def taken(run: Path) -> dict[str, Any]:
-    """What ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
+    """Return what ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
     design, claims, own = (_json(run / f"{name}.json") for name in ("design", "claims", "behaviours"))
     tables = sorted(run.glob("behave-*/scores.csv"))
     if not tables:
@@ -96,11 +96,11 @@ def blocks(results: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _verdicts(results: Mapping[str, Any]) -> str:
-    """What claims came to, and a row a claim: its words, its verdict, and in how many replicates it held."""
+    """Return what claims came to, and a row a claim: its words, its verdict, and in how many replicates it held."""
     columns = "| claim | the paper says | verdict | in all replicates | replicate 0 |"
     lines = [_counted(results), "", columns, "|---|---|---|---|---|"]
     for claim in results["claims"]:
-        says, _ = claim_texts()[claim["id"]]
+        says = words(claim["id"]).says
         lines.append(
             f"| {claim['id']} | {_cell(says)} | {claim['overall']} | {_cell(claim['held'])} | {claim['verdict']} |"
         )

@@ -118,5 +118,5 @@ def batch_of(space: spaces.Space[Any], actions: Any, count: int) -> npt.NDArray[
 
 
 def _legal(wheels: npt.NDArray[Any]) -> bool:
-    """Whether all are numbers in [-1, 1]."""
+    """Tell whether all are numbers in [-1, 1]."""
     return wheels.dtype.kind in "fiu" and bool(((wheels >= -1) & (wheels <= 1)).all())

@@ -16,7 +16,7 @@ WALL = "wall"
 
 
 class Apparatus:
-    """What may differ between the episodes of one simulation.
+    """The properties that may differ between the episodes of one simulation.
 
     Parameters
     ----------

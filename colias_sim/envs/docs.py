@@ -143,7 +143,8 @@ def arguments(options: type[Any]) -> str:
 
 def _factors() -> str:
     rows = (
-        f"| `{each.name}` | {each.unit} | {each.low:g} .. {each.high:g} | {each.changes} |" for each in FACTORS.values()
+        f"| `{factor.name}` | {factor.unit} | {factor.low:g} .. {factor.high:g} | {factor.changes} |"
+        for factor in FACTORS.values()
     )
     return "\n".join(rows)
 

@@ -10,7 +10,7 @@ from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 
 @dataclass(frozen=True, slots=True)
 class EpisodeSettings:
-    """What the factors decide of one episode.
+    """Decisions of the factors for one episode.
 
     Parameters
     ----------

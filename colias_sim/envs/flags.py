@@ -1,4 +1,4 @@
-"""What the checks of arguments share. Python counts ``True`` as 1; no argument of an env means it so."""
+"""Checks that arguments share. Python counts ``True`` as 1; no argument of an env means it so."""
 
 from __future__ import annotations
 

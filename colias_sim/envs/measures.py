@@ -1,4 +1,4 @@
-"""What the episodes of an env are measured by, declared as data. Whoever plays the episodes computes the numbers."""
+"""Measures of an env's episodes, declared as data. Whoever plays the episodes computes the numbers."""
 
 from __future__ import annotations
 

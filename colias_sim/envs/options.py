@@ -201,7 +201,7 @@ def checked(kind: Callable[..., T], values: Mapping[str, Any]) -> T:
         made = kind(**values)
     except ValidationError as error:
         problems = [each for each in error.errors() if not flags or (each["loc"] and each["loc"][0] not in flags)]
-        raise ValueError("; ".join([*flags.values(), *(_problem(kind, each) for each in problems)])) from None
+        raise ValueError("; ".join([*flags.values(), *(_problem(kind, problem) for problem in problems)])) from None
     if flags:
         raise ValueError("; ".join(flags.values()))
     return made

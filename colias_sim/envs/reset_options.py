@@ -30,7 +30,7 @@ _APART = 2 * HULL_RADIUS + CLEARANCE
 
 @dataclass(frozen=True, slots=True)
 class ResetOptions:
-    """What one episode is given, checked.
+    """Options of one episode, checked.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ Vector = npt.NDArray[np.float32]
 SPEED, TURN, LENGTH = 0.35, 5.0, 2 * ARENA_RADIUS_CM / 100
 """The scales of speeds (m/s), turn rates (rad/s) and distances (m): a state's entry is the quantity over its scale."""
 OWN_ENTRIES, OTHER_ENTRIES = 7, 5
-"""How many entries of the state vector describe the observer itself, and how many describe each other robot."""
+"""Number of entries of the state vector that describe the observer itself, and that describe each other robot."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from colias_sim.envs.world import World
 from colias_sim.pose import Pose
 
 TOUCH_COST = 10.0
-"""What touching anything costs: the reward's term ``touch`` is minus this."""
+"""Cost of touching anything: the reward's term ``touch`` is minus this."""
 
 
 class Task(World):

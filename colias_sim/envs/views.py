@@ -1,4 +1,4 @@
-"""Where pictures of an env are taken from, and what is drawn in them for people alone: markers, ground, insets."""
+"""Places that pictures of an env are taken from, and things drawn in them for people alone: markers, ground, insets."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FOVY_DEG = 32.0
 """Vertical field of view of the views on the whole arena, in degrees."""
 ELEVATIONS_DEG: Mapping[str, float] = {"arena": -42.0, "top": -90.0}
 WALL_SHOWN = 0.13
-"""How much of the wall's height a view on the whole arena has in it at least, in metres."""
+"""Least height of the wall that a view on the whole arena has in it, in metres."""
 MARGIN = 0.97
 """The share of the picture that the arena fills in its tighter direction."""
 LEAST_INSET_WIDTH = 200
@@ -155,7 +155,7 @@ def _whole_arena(elevation_deg: float, aspect: float) -> mujoco.MjvCamera:
 
 
 def _fit(points: Vector, elevation_deg: float, distance: float, aspect: float) -> tuple[bool, float]:
-    """Whether points (N, 3) are in the picture from there, and the y to look at that centres them vertically."""
+    """Tell whether points (N, 3) are in the picture from there, and the y to look at that centres them vertically."""
     up, back = math.radians(90.0 + elevation_deg), math.radians(-elevation_deg)
     upward = np.array([0.0, math.cos(up), math.sin(up)])
     forward = np.array([0.0, math.cos(back), -math.sin(back)])

@@ -1,4 +1,4 @@
-"""What an agent sees: the camera's last frame, the vision model's answers, and the observation made of them."""
+"""Sight of an agent: the camera's last frame, the vision model's answers, and the observation made of them."""
 
 from __future__ import annotations
 

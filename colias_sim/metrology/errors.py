@@ -1,4 +1,4 @@
-"""What frames can lack."""
+"""Errors about frames that lack something."""
 
 
 class MetrologyError(ValueError):

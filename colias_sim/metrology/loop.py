@@ -26,14 +26,14 @@ OFF_WHOLE, OFF_SHARE = 0.05, 0.01
 """Steps by which a change of the mean may miss a whole number n of steps: 0.05 + 0.01 n, as rounding bends it."""
 
 MOST_CHANCE = 0.01
-"""How many steps may fit by chance where the one that was found is certain."""
+"""Number of steps that may fit by chance where the one found is certain."""
 MOST_OTHER = 20
 """The most steps in a frame of another fit: a finer one fits anything."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExposureLoop:
-    """What settling pictures tell of the loop that controls the exposure time.
+    """Properties, told by settling pictures, of the loop that controls the exposure time.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def _tolerance(counts: Floats) -> Floats:
 
 
 def _certain(settled: Sequence[_Settling], steps: int) -> bool:
-    """Whether no other step fits the changes, and the one that does would hardly fit changes of any size.
+    """Tell whether no other step fits the changes, and the one that does would hardly fit changes of any size.
 
     A change of any size fits by chance with twice the tolerance. Changes of one size tell no more than one of them:
     they come of equal light, or of a loop at its most steps. But the last of several in a sequence could have been of
@@ -192,12 +192,12 @@ def _certain(settled: Sequence[_Settling], steps: int) -> bool:
 
 
 def _counted(jump: float, largest: float, steps: int) -> tuple[bool, int]:
-    """Whether a change is one up, and of about how many steps."""
+    """Tell whether a change is one up, and of about how many steps."""
     return jump > 0, max(round(abs(jump) / largest * steps), 1)
 
 
 def _common(intervals: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
-    """What intervals have in common; where noise leaves nothing, what is between them."""
+    """Return what intervals have in common; where noise leaves nothing, what is between them."""
     if not intervals:
         return None
     low, high = max(min(own) for own in intervals), min(max(own) for own in intervals)

@@ -19,9 +19,9 @@ QUANTISATION = 1.0 / 12.0
 CLIP_SDS = 4.0
 """A pixel counts where its mean is this many sd away from 0 and from 255: clipping makes noise look smaller."""
 SCATTER_SDS = 4.0
-"""Of the scatter of `unsteadiness` where all is noise, about one over the root of the number of values."""
+"""Bound on the scatter of `unsteadiness` where all is noise, about one over the root of the number of values."""
 LEAST_PIXELS = 30
-"""Of a bin of grey levels."""
+"""Width of a bin of grey levels."""
 
 
 @dataclass(frozen=True, slots=True)

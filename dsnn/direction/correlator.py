@@ -20,7 +20,7 @@ from dsnn.retina import Floats
 
 
 class Correlators:
-    """Both pathways' ensembles: delay the signals in `f` at every spacing and sum over the field.
+    """Ensembles of correlators in both pathways: delay the signals in `f` at every spacing and sum over the field.
 
     ``f`` is the (2, R, C) float32 window to write the ON and OFF signals into before `step`.
     """

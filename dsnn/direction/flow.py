@@ -23,13 +23,15 @@ PRESETS = {
 }
 
 MIN_SIZE = 32
-"""Of either side, px: OpenCV's DIS reads outside smaller images, and crashes (its patches are 8 px at quarter size)."""
+"""Least length of either side, px: OpenCV's DIS reads outside smaller images, and crashes (its patches are 8 px at
+quarter size).
+"""
 
 
 @with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class FlowParams:
-    """Which of OpenCV's settings of DIS to use."""
+    """Choice among OpenCV's settings of DIS."""
 
     preset: Literal["ultrafast", "fast", "medium"] = Field(
         default="ultrafast", description="OpenCV's preset of DIS, from coarse and quick to fine and slow"

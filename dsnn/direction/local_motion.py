@@ -165,7 +165,7 @@ class LocalMotion:
 
 
 def split(centre: Floats, around: Floats) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Where both fields brighten, and where both darken, each (R, C).
+    """Return where both fields brighten, and where both darken, each (R, C).
 
     What cancels but for rounding has no sign: it would depend on the order of the additions.
     """

@@ -74,7 +74,7 @@ class DSNN(NonCopyable):
         return self._layers.step(luma(frame, self.shape, channels), maps)
 
     def azimuth(self) -> float:
-        """Where in the view the motion of the last frame was.
+        """Return where in the view the motion of the last frame was.
 
         Returns
         -------

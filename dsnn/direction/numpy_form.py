@@ -24,7 +24,7 @@ from dsnn.retina import Floats, Retina
 
 _SIGN_SHIFT = 31
 LEAST_ENERGY = 1.0
-"""Of the azimuth, as ``DSNN_LEAST_ENERGY`` of the C form: noise alone, of less energy, points nowhere."""
+"""Least energy of the azimuth, as ``DSNN_LEAST_ENERGY`` of the C form: noise alone, of less energy, points nowhere."""
 
 
 class Lamina:

@@ -1,4 +1,6 @@
-"""What every looming detector of one potential does around its layers: check a frame, spike, count to a collision."""
+"""Work that every looming detector of one potential does around its layers: check a frame, spike, count to a
+collision.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +50,7 @@ class Detector(NonCopyable, ABC):
 
     @property
     def collision(self) -> bool:
-        """Whether the frames up to the last one mean a collision."""
+        """Tell whether the frames up to the last one mean a collision."""
         return self._count >= self._n_sp
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:

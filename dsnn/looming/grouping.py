@@ -1,4 +1,4 @@
-"""What both models of the locust's lobula giant movement detectors (LGMDs) share: grouping and the potential."""
+"""Layers that both models of the locust's lobula giant movement detectors (LGMDs) share: grouping and the potential."""
 
 from __future__ import annotations
 

@@ -122,7 +122,7 @@ class LGMD1(NonCopyable):
 
     @property
     def collision(self) -> bool:
-        """Whether the frames up to the last one mean a collision."""
+        """Tell whether the frames up to the last one mean a collision."""
         return self._in_a_row >= self.params.n_sp
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:

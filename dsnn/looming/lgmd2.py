@@ -175,7 +175,7 @@ class LGMD2(NonCopyable):
 
     @property
     def collision(self) -> bool:
-        """Whether the frames up to the last one mean a collision."""
+        """Tell whether the frames up to the last one mean a collision."""
         return self._count >= self.params.n_sp
 
     def step(self, frame: npt.NDArray[Any], *, channels: Channels = "grey", maps: bool = False) -> Response:

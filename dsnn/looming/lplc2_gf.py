@@ -23,7 +23,7 @@ from dsnn.retina import Floats, Retina
 PAPER_FOCAL_PX, ROBOT_FOCAL_PX = 60.0, 70.7
 """Pixels per unit of tangent: of the paper's 200x150 frames (240 on a screen of 800x600), and of the robot's camera."""
 FITTING_SIDE = 60
-"""Of the paper's receptive fields, 40 to 100 px of its frames, the largest that fits into the robot's 72 rows."""
+"""Side of the paper's receptive fields, 40 to 100 px of its frames, the largest that fits into the robot's 72 rows."""
 
 
 @with_field_docs
@@ -236,7 +236,9 @@ class LPLC2GF(Detector):
         return int(np.count_nonzero(self._arms(horizontal) & self._arms(vertical.T).T))
 
     def _arms(self, motion: Floats) -> npt.NDArray[np.bool_]:
-        """Where both arms along the rows of opponent motion, (R, C - 1), exceed their threshold, (R - 1, C - 1)."""
+        """Return where both arms along the rows of opponent motion, (R, C - 1), exceed their threshold, (R - 1, C
+        - 1).
+        """
         q = self.params
         length, width = q.side // 2, q.width // 2
         rows, columns = motion.shape
@@ -266,5 +268,5 @@ class LPLC2GF(Detector):
 def _clipped(
     places: npt.NDArray[np.int_], before: int, after: int, most: int
 ) -> tuple[npt.NDArray[np.int_], npt.NDArray[np.int_]]:
-    """Both ends of a stretch about each place, inside 0 .. most."""
+    """Return both ends of a stretch about each place, inside 0 .. most."""
     return np.clip(places + before, 0, most), np.clip(places + after, 0, most)

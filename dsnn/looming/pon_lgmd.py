@@ -114,7 +114,9 @@ class PONLGMD(Detector):
         return k, int(k >= q.t_sp)
 
     def _pathway(self, change: Floats, before: Floats) -> Floats:
-        """What is left of one polarity's change; ``before`` is its motion signal of the last frame, and renewed."""
+        """Return what is left of one polarity's change; ``before`` is its motion signal of the last frame, and
+        renewed.
+        """
         q = self.params
         motion = np.tanh(change / (cv2.sepFilter2D(change, -1, self._surround, self._surround) + np.float32(q.alpha_1)))
         contrast = np.abs(cv2.filter2D(motion, -1, self._neighbours))

@@ -1,4 +1,5 @@
-"""What both self-inhibited LGMDs share: halved, clipped, truncated signals, and inhibition inside blocks of 3x3 cells.
+"""Layers that both self-inhibited LGMDs share: halved, clipped, truncated signals, and inhibition inside blocks of 3x3
+cells.
 
 Facts of the public firmware of the Colias robot for these detectors, in which every state is an unsigned byte.
 """
@@ -23,13 +24,15 @@ def halved(change: Floats) -> Floats:
 
 
 def truncated(values: Floats) -> Floats:
-    """What an unsigned byte keeps: whole numbers from 0 to 255, rounded down. The firmware wraps what is larger."""
+    """Return what an unsigned byte keeps: whole numbers from 0 to 255, rounded down. The firmware wraps what is
+    larger.
+    """
     whole: Floats = np.floor(np.clip(values, np.float32(0.0), np.float32(MOST_STATE)) + _BARELY)
     return whole
 
 
 def exact(values: Floats) -> Floats:
-    """The same in floating point: no truncation, but nothing negative, and nothing of what has faded."""
+    """Keep a signal in floating point: no truncation, but nothing negative, and nothing of what has faded."""
     kept: Floats = values * (values > FADED)
     return kept
 

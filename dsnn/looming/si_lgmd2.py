@@ -176,7 +176,7 @@ class _Pathway:
         self._before[:] = 0.0
 
     def step(self, signal: Floats, weight: float, least: float, left: float) -> tuple[Floats, Floats]:
-        """What is left of (R, C), and the self-inhibition, less (``left``) in blocks of more than ``least``."""
+        """Return what is left of (R, C), and the self-inhibition, less (``left``) in blocks of more than ``least``."""
         self._now, self._before = self._before, self._now
         self._now[:] = signal
         lateral = np.zeros_like(signal)
@@ -188,7 +188,7 @@ class _Pathway:
         return exact(signal - np.float32(weight) * self._kept(lateral)), self._blocks.back(inhibition)
 
     def _mixed(self, gain: float) -> Floats:
-        """This frame's signal by ``gain``, the last one's by what is left of 1."""
+        """Mix this frame's signal by ``gain``, the last one's by what is left of 1."""
         return np.asarray(cv2.addWeighted(self._now, gain, self._before, 1.0 - gain, 0.0), np.float32)
 
 

@@ -31,7 +31,7 @@ Floats = npt.NDArray[np.float32]
 
 @functools.cache
 def missing() -> str:
-    """Why the native form cannot run, in words that follow "the native form"; empty where it can."""
+    """Tell why the native form cannot run, in words that follow "the native form"; empty where it can."""
     if _loaded is None:
         return "is not built"
     built_from = _loaded.ffi.string(_loaded.lib.vision_source).decode()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 HEADERS = ("dsnn.h", "onboard.h")
-"""What Python calls; they include no other header of ours."""
+"""Headers of the functions that Python calls; they include no other header of ours."""
 ONBOARD = (
     "onboard.c", "onboard.h", "onboard_target.h", "onboard_arithmetic.h", "onboard_state.h", "onboard_retina.h",
     "onboard_lamina.h", "onboard_adaptation.h", "onboard_correlation.h", "onboard_plate.h",
@@ -21,7 +21,7 @@ ONBOARD = (
 SOURCES = (
     "dsnn.c", "dsnn.h", "lgmd1.c", "passes.c", "exponential.c", "models.h", "lanes.h", "memory.h", *ONBOARD,
 )  # fmt: skip
-"""What the module is built from."""
+"""Sources that the module is built from."""
 
 
 def digest() -> str:

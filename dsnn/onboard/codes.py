@@ -1,4 +1,4 @@
-"""How a delayed signal D is kept in 8 bits: linear, or companded in segments with steps of twice the size each."""
+"""Codes that keep a delayed signal D in 8 bits: linear, or companded in segments with steps of twice the size each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a delayed signal D of few bits cannot follow: long delays change it by less than a step a frame.
+"""Changes that a delayed signal D of few bits cannot follow: long delays change it by less than a step a frame.
 
 A frame changes D by ``alpha (F - D)``, with ``alpha = dt / (dt + tau)``, and D is then rounded to a code. A change of
 less than half a step is lost, with truncation a rise of less than a step. Nothing makes up for it: D stands still as
@@ -31,7 +31,7 @@ SMALL = 1 / 64
 
 @dataclass(frozen=True, slots=True)
 class DeadZone:
-    """What the delay of the most frames cannot follow. Shares are of the range of D, which is that of F.
+    """Changes that the delay of the most frames cannot follow. Shares are of the range of D, which is that of F.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class DeadZone:
 
     @property
     def matters(self) -> bool:
-        """Whether it is more than `SMALL`."""
+        """Tell whether it is more than `SMALL`."""
         return max(self.falling, self.rising) > SMALL
 
 

@@ -1,4 +1,4 @@
-"""What the robot's arithmetic changes: answers of two networks to the same frames, compared."""
+"""Changes by the robot's arithmetic: answers of two networks to the same frames, compared."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from dsnn.params import DSNNParams
 
 @dataclass(frozen=True, slots=True)
 class ErrorReport:
-    """How far potentials and spikes are from those of the float network, HS and VS taken together.
+    """Distance of potentials and spikes from those of the float network, HS and VS taken together.
 
     Parameters
     ----------

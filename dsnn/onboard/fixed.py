@@ -21,13 +21,13 @@ LONGEST_SIDE = 4096
 Q15 = 15
 LARGEST_P, LARGEST_G = 32767, 32768
 SUM_BITS = 45
-"""Of a field sum before it is weighted: then no product with a Q15 number leaves 63 bits."""
+"""Bits of a field sum before it is weighted: then no product with a Q15 number leaves 63 bits."""
 SIGMOID_END, SIGMOID_STEPS = 12, 32
 """The table of the sigmoid goes to an argument of 12, where it is 1 - 6e-6 of its end, in steps of 1/32."""
 HALF = 16383
 """The largest output of the sigmoid in Q15, so that HS and VS stay within (-1, 1)."""
 MOST_SPIKES = 256
-"""In one frame: where the table of thresholds ends."""
+"""Greatest rise in one frame, where the table of thresholds ends."""
 _CODES = np.arange(256)
 
 
@@ -86,7 +86,7 @@ class Fixed:
 
     @property
     def la_max(self) -> int:
-        """Where LA saturates."""
+        """Return where LA saturates."""
         return (1 << self.lamina_bits) - 1
 
     @property
@@ -177,7 +177,7 @@ def _q(value: float, bits: int = Q15) -> int:
 
 
 def _room(largest: float, steps: int) -> int:
-    """How many fractional bits ``largest`` leaves in a word that ends at ``steps``; 15 at most."""
+    """Tell how many fractional bits ``largest`` leaves in a word that ends at ``steps``; 15 at most."""
     return 15 if largest * 2.0**15 <= steps else max(math.floor(math.log2(steps / largest)), 0)
 
 
@@ -199,7 +199,7 @@ def _decay(q: OnboardParams, alphas: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _plate(scale: float, frac: int) -> tuple[int, int, int, int]:
-    """How a field sum S in Q``frac`` becomes the sigmoid's argument in Q16: ``(S >> shift) * gain >> right``."""
+    """Tell how a field sum S in Q``frac`` becomes the sigmoid's argument in Q16: ``(S >> shift) * gain >> right``."""
     factor = 2.0 ** (16 - frac) / scale
     limit = max(min(math.ceil(SIGMOID_END * 2.0**16 / factor), 2**46), 1)
     shift = max(limit.bit_length() - 31, 0)

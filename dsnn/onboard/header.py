@@ -55,7 +55,13 @@ def header(shape: tuple[int, int], params: OnboardParams) -> str:
     for name, kind in TABLES.items():
         lines += _table(name, kind, getattr(fixed, name))
     fields = [*(f".{name} = ONBOARD_{name.upper()}" for name in names), *(f".{t} = onboard_{t}" for t in TABLES)]
-    lines += ["static const onboard_config onboard_fixed = {", *(f"    {each}," for each in fields), "};", "#endif", ""]
+    lines += [
+        "static const onboard_config onboard_fixed = {",
+        *(f"    {field}," for field in fields),
+        "};",
+        "#endif",
+        "",
+    ]
     return "\n".join([*lines, "#endif", ""])
 
 

@@ -138,7 +138,9 @@ class NumpyOnboard:
         return potential
 
     def _sigmoid(self, size: int) -> int:
-        """Of a low-passed field sum that is not negative, in Q15 up to 1/2: the table's entries, joined by lines."""
+        """Compute the sigmoid of a low-passed field sum that is not negative, in Q15 up to 1/2: the table's entries,
+        joined by lines.
+        """
         c = self._c
         if size >= c.plate_limit:
             return c.sigmoid[-1]

@@ -15,7 +15,7 @@ from dsnn.filters import alpha, residue
 from dsnn.params import DSNNParams
 
 LARGEST_RESIDUE = 0.99
-"""Of the sum of ``a_i``: with 1 or more P grows without bound, and near 1 it leaves 16 bits."""
+"""Largest sum of ``a_i``: with 1 or more P grows without bound, and near 1 it leaves 16 bits."""
 LARGEST_LA = 32767
 """Grey levels: LA - A is a whole number of 16 bits."""
 LEAST_ALPHA = 0.5 / 32768.0

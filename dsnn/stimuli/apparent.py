@@ -56,7 +56,7 @@ class ApparentParams(ClipParams):
 
 
 class Apparent(Stimulus[ApparentParams]):
-    """Nothing in it is random: every seed gives the same frames.
+    """Stimulus of apparent motion. Nothing in it is random: every seed gives the same frames.
 
     The truth names the motion from the first step to the frame before the second, and as ``background_velocity`` the
     spacing over the delay; after the second step all is still.
@@ -101,7 +101,9 @@ class Apparent(Stimulus[ApparentParams]):
 
 
 def _bars(field: int, p: ApparentParams) -> npt.NDArray[np.bool_]:
-    """Where along the motion the first bars are and the second ones, (2, ``field``): whole pairs, in the middle."""
+    """Return where along the motion the first bars are and the second ones, (2, ``field``): whole pairs, in the
+    middle.
+    """
     pairs = field // p.period_px
     margin = (field - pairs * p.period_px) // 2 + (p.period_px - p.spacing_px - p.width_px) // 2
     along = np.arange(field)

@@ -16,7 +16,7 @@ from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, 
 from dsnn.stimuli.streams import stream
 
 STEPS = 4096
-"""Of one period, as fine as it is painted."""
+"""Samples of one period, as fine as it is painted."""
 
 
 @with_field_docs

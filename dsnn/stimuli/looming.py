@@ -127,7 +127,9 @@ class Looming(Stimulus[LoomingParams]):
         return np.where(steps >= 0, self._first_s - steps / p.fps, np.nan)
 
     def _truth(self, step: int) -> Truth:
-        """Of the frame ``step`` frames after the motion began; before it and after its end the square stands."""
+        """Return the truth of the frame ``step`` frames after the motion began; before it and after its end the square
+        stands.
+        """
         p, done = self.params, min(max(step, 0), self._steps)
         looming = p.motion == "looming"
         contact = self._first_s - (done if looming else self._steps - done) / p.fps
@@ -146,7 +148,9 @@ class Looming(Stimulus[LoomingParams]):
 
 
 def _grating(p: LoomingParams, frames: int, seed: int) -> Grating:
-    """What drifts behind the square for as long as the clip lasts; ``ValueError`` for a mean that it cannot have."""
+    """Return what drifts behind the square for as long as the clip lasts; ``ValueError`` for a mean that it cannot
+    have.
+    """
     if p.background_grey > 127.5:
         raise ValueError(f"background_grey={p.background_grey:g}: before a grating legal is up to 127.5")
     duration_s = frames / p.fps

@@ -27,9 +27,9 @@ TRUNK_WIDTH, HEAD_WIDTH, LEG_WIDTH = 0.24, 0.13, 0.12
 HEAD, HIP, KNEE = 0.13, 0.55, 0.77
 """Lower ends of head, trunk and thighs, down from the top."""
 THIGH_SWING, SHANK_SWING = 0.25, 0.75
-"""Of the middle of thigh and shank, in shares of the foot's: a leg turns about the hip."""
+"""Swing of the middle of thigh and shank, in shares of the foot's: a leg turns about the hip."""
 CAMERA_HEIGHT = 1.15
-"""Of the camera above the ground, in heights of a body: 2 m for a person of 1.75 m."""
+"""Height of the camera above the ground, in heights of a body: 2 m for a person of 1.75 m."""
 WHEEL_GREY = 25.0
 
 
@@ -70,11 +70,11 @@ class Mover:
 
     @property
     def leaves_s(self) -> float:
-        """When its back is at the other border."""
+        """Tell when its back is at the other border."""
         return self.enters_s + (self.columns + self.width) / abs(self.velocity)
 
     def gone(self, seconds: float) -> float:
-        """How far it has come at a time, px; negative before it enters."""
+        """Tell how far it has come at a time, px; negative before it enters."""
         return abs(self.velocity) * (seconds - self.enters_s)
 
     def box(self, seconds: float) -> Box:
@@ -82,7 +82,7 @@ class Mover:
         return self._part(seconds, 0.0, WIDTH[self.kind], 0.0, 1.0)
 
     def parts(self, seconds: float) -> Iterator[tuple[Box, float]]:
-        """What is painted at a time, in this order: boxes and their greys."""
+        """Yield what is painted at a time, in this order: boxes and their greys."""
         first, second, third = self.greys
         if self.kind == "car":
             yield self._part(seconds, -0.06, 1.68, 0.0, 0.4), third

@@ -70,7 +70,7 @@ class ObjectParams(ClipParams):
 
 
 class ObjectPath:
-    """Where the object of ``params`` is at every frame: at rest, in motion, at rest.
+    """Positions of the object of ``params`` at every frame: at rest, in motion, at rest.
 
     Raises ``ValueError`` if it has no room to move, or would not come nearer by looming.
     """
@@ -102,7 +102,7 @@ class ObjectPath:
         return 2 * self._rest + self._steps + 1
 
     def truth(self, index: int, background: Velocity = STILL) -> Truth:
-        """Of frame ``index``, before a background that moves with ``background``."""
+        """Return the truth of frame ``index``, before a background that moves with ``background``."""
         step = index - self._rest
         moving = 0 <= step < self._steps
         done = min(max(step, 0), self._steps) / self._params.fps

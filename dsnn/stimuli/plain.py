@@ -28,7 +28,7 @@ class PlainParams(ObjectParams):
 
 
 class Plain(Stimulus[PlainParams]):
-    """Nothing in it is random: every seed gives the same frames."""
+    """Stimulus of an object before an even ground. Nothing in it is random: every seed gives the same frames."""
 
     def __init__(self, params: PlainParams, seed: int = 0) -> None:
         super().__init__(params, seed)

@@ -28,13 +28,13 @@ class StimulusEntry:
     """A registered stimulus: its default parameters, and how to build it from some."""
 
     name: str
-    """By which `stimulus` finds it."""
+    """Name by which `stimulus` finds it."""
     summary: str
     """A line for ``colias list``."""
     build: Callable[[Any, int], Stimulus[ClipParams]]
     """Makes the clip from parameters and a seed."""
     params: ClipParams
-    """Its default parameters: a frozen, validated dataclass."""
+    """Default parameters of the stimulus: a frozen, validated dataclass."""
 
 
 _ENTRIES = (

@@ -1,4 +1,4 @@
-"""What every stimulus is: a sequence of frames, each with the truth about what moves in it."""
+"""The base of every stimulus: a sequence of frames, each with the truth about what moves in it."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What moves in one frame.
+    """Truth about the motion in one frame.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ class StimulusFrame:
 @with_field_docs
 @validated(frozen=True, config=CONFIG)
 class ClipParams:
-    """What every stimulus has: a frame's size and the rate."""
+    """Parameters of every stimulus: a frame's size and the rate."""
 
     rows: Annotated[int, unit("px")] = Field(default=180, ge=8, le=4096, description="rows of a frame (paper: 180)")
     columns: Annotated[int, unit("px")] = Field(

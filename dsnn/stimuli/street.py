@@ -27,20 +27,20 @@ from dsnn.stimuli.streams import stream
 Floats = npt.NDArray[np.float32]
 
 GROUND_ROW = 0.93
-"""Where the nearest stand, in shares of the frame's rows."""
+"""Place of the nearest movers' feet, in shares of the frame's rows."""
 LEAVES_MEAN, LEAVES_SD = 80.0, 35.0
 CROWNS = ((0.16, 0.28, 0.20, 0.32), (0.84, 0.30, 0.18, 0.30))
 """Foliage behind those who move: column and row of the middle, half width and half height, in shares of the frame."""
 BUSHES = ((0.30, 0.98, 0.13, 0.13), (0.72, 1.00, 0.17, 0.13))
 """Foliage before them, over their feet."""
 RAGGED, EDGE = 0.15, 8.0
-"""How far leaves stick out of a crown, in shares of its radius, and how sharp its rim is."""
+"""Distance that leaves stick out of a crown, in shares of its radius, and sharpness of its rim."""
 
 
 @with_field_docs
 @validated(frozen=True, config=CONFIG)
 class StreetParams(ClipParams):
-    """Who crosses the street, and the wind. The wind blows from the first frame to the last."""
+    """Movers that cross the street, and the wind. The wind blows from the first frame to the last."""
 
     movers: Literal["one", "opposite", "group"] = Field(
         default="one",
@@ -174,7 +174,7 @@ def _movers(p: StreetParams, rng: np.random.Generator) -> tuple[Mover, ...]:
 
 
 def _ground(p: StreetParams, rng: np.random.Generator) -> Floats:
-    """What stands still, (R, C): a house front with windows above a darker pavement."""
+    """Return what stands still, (R, C): a house front with windows above a darker pavement."""
     shape = rows, columns = p.rows, p.columns
     grey = np.full(shape, p.ground_grey, np.float32)
     if p.ground == "even":

@@ -1,4 +1,4 @@
-"""What every Rerun recording is made of: a file, a layout, timelines, pictures, and what models answered.
+"""Parts of every Rerun recording: a file, a layout, timelines, pictures, and what models answered.
 
 The only module that uses what Rerun keeps to itself: see `send_layout`.
 """
@@ -26,7 +26,7 @@ LIMIT_COLOUR = (140, 140, 140)
 TIMELINE = "sim_time"
 """The timeline that every layout opens with: seconds of a trial, an episode, a clip or a video."""
 PAPER = rrb.archetypes.PlotBackground(color=(250, 250, 247), show_grid=False)
-"""Of plots: the palette is for a light background."""
+"""Background of plots: the palette is for a light background."""
 
 
 def recorded(
@@ -113,11 +113,11 @@ def jpegs(recording: rr.RecordingStream, entity: str, images: Images, times: lis
 
 
 class Answered(Protocol):
-    """What a model answered to the frames of a recording."""
+    """Answers of a model to the frames of a recording."""
 
     @property
     def model(self) -> str:
-        """Its name."""
+        """Return the model's name."""
         ...
 
     @property

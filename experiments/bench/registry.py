@@ -8,13 +8,14 @@ from pathlib import Path
 
 from dsnn.hints import nearest
 from experiments import NAMES, OFFLINE
-from experiments.bench.clips.claims import CLAIMS, ClipClaim
+from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import beside
 from experiments.bench.engine.user_code import declared, is_file
+from experiments.bench.judging import claims as shipped
 from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.robot.experiment import Experiment
 
 
@@ -46,7 +47,7 @@ def find(name: str) -> Experiment | OfflineExperiment:
 
 
 def _of_file(path: Path) -> object:
-    """What a user's file declares, with the file's path; a relative path of a model is looked for beside it."""
+    """Return what a user's file declares, with the file's path; a relative path of a model is looked for beside it."""
     experiment = declared(path, "EXPERIMENT")
     if not isinstance(experiment, Experiment | OfflineExperiment):
         return experiment
@@ -64,19 +65,19 @@ def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
     name
         What it was asked for by.
     """
-    named = [claim for claim in experiment.claims if isinstance(claim, str)]
-    unknown = [claim for claim in named if claim not in claim_texts()]
-    if unknown:
-        raise UsageError(f"{name}: unknown claim '{unknown[0]}': known are {', '.join(claim_texts())}")
-    offline = isinstance(experiment, OfflineExperiment)
-    others = [claim for claim in named if offline and claim not in CLAIMS]
-    if others:
-        raise UsageError(f"{name}: no clips answer for claim '{others[0]}': those of clips are {', '.join(CLAIMS)}")
-    own = [claim for claim in experiment.claims if isinstance(claim, Claim)]
-    if own:
+    kind: type[Claim]
+    if isinstance(experiment, OfflineExperiment):
+        kind, public, what = ClipClaim, "experiments.ClipClaim", "clips"
+    else:
         from experiments.bench.robot.claims import RobotClaim  # not before: statistics take their time to load
 
-        kind, said = (ClipClaim, "experiments.ClipClaim") if offline else (RobotClaim, "experiments.Claim")
-        for claim in own:
+        kind, public, what = RobotClaim, "experiments.Claim", "trials with the robot"
+    for claim in experiment.claims:
+        if isinstance(claim, Claim):
             if not isinstance(claim, kind):
-                raise UsageError(f"{name}: claim {claim.id} is a {type(claim).__name__}: expected {said} here")
+                raise UsageError(f"{name}: claim {claim.id} is a {type(claim).__name__}: expected {public} here")
+        elif claim not in claim_ids(PAPER):
+            raise UsageError(f"{name}: unknown claim '{claim}': known are {', '.join(claim_ids(PAPER))}")
+        elif not any(isinstance(declared, kind) for declared in shipped.declared(claim)):
+            known = ", ".join(shipped.of_kind(kind))
+            raise UsageError(f"{name}: no {what} answer for claim '{claim}': those of {what} are {known}")

@@ -6,12 +6,12 @@ here by its own judge at every speed, one at a time, in the direction that its w
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from experiments import Axis, Level, Outcome, Study
 from experiments.background import SPEEDS
-from experiments.bench.clips.claims import CLAIMS, CONDITIONS, ClipClaim
-from experiments.bench.clips.judging.paper import Rows, levels, rises, rows_of
+from experiments.bench.clips.claims import ClipClaim, find
+from experiments.bench.clips.judging import Rows, levels, rises, rows_of
 from experiments.bench.studies.study import Tables
 
 if TYPE_CHECKING:
@@ -41,13 +41,17 @@ def at_speed(claim: "Claim", point: Mapping[str, str]) -> ClipClaim:
     """Return one of the paper's claims asked at one speed of the background."""
     assert isinstance(claim, ClipClaim)
     speed = float(point[NAME])
-    conditions = {**CONDITIONS[claim.id], "background_speed": (speed if claim.id in RIGHTWARD else -speed,)}
+    shift = speed if claim.id in RIGHTWARD else -speed
+    conditions: dict[str, tuple[Any, ...]] = {**claim.conditions, "background_speed": (shift,)}
     if claim.id in OBJECT_SPEED:
         conditions["speed"] = (OBJECT_SPEED[claim.id],)
     if claim.id in ("C6", "C7"):
         conditions["grey"] = GREYS
-    judge = c7_rises if claim.id == "C7" else claim.judge
-    return replace(claim, conditions=conditions, judge=judge, says="", source="")
+    if claim.id == "C7":  # one speed of the background answers a half of it, which is a claim of its own
+        half, says = "C7-rises", "peak HS rises with the object's speed"
+        conditions["object"] = ("present",)
+        return replace(claim, id=half, says=says, conditions=conditions, judge=c7_rises)
+    return replace(claim, conditions=conditions)
 
 
 def breaks(counts: "Counts") -> Tables:
@@ -78,7 +82,7 @@ def _listed(speeds: Iterable[float]) -> str:
 STUDY = Study(
     name="background",
     summary="C5 to C11 before a background that shifts at 0.07 to 10 px a frame; of C7 without the 2017 model",
-    claims=tuple(CLAIMS[f"C{number}"] for number in range(5, 12)),
+    claims=tuple(find(f"C{number}") for number in range(5, 12)),
     experiments=("background",),
     axes=(BACKGROUND,),
     repeats=None,

@@ -20,18 +20,17 @@ from tests.attack.processes import Ended, colias
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A command that leaves a run's folder: its words without those that name the folder, and with which it goes on."""
+    """A command that leaves a run's folder: its words without those that name the folder."""
 
     words: tuple[str, ...]
-    again: str
 
 
 QUIETLY, MODELS = ("--workers", "0", "-q"), ("--model", "dsnn", "--model", "emd")
 KINDS = {
-    "robot": Kind(("run", "tiny.py", "--repeats", "2", *QUIETLY, *MODELS), "--resume"),
-    "clips": Kind(("run", "clips.py", "--repeats", "2", *QUIETLY, "--model", "dsnn"), "--resume"),
-    "tune": Kind(("tune", "--curve", "size", *QUIETLY, *MODELS), "--out"),
-    "behave": Kind(("behave", "straight", "--episodes", "2", "--no-baselines", *QUIETLY), "--out"),
+    "robot": Kind(("run", "tiny.py", "--repeats", "2", *QUIETLY, *MODELS)),
+    "clips": Kind(("run", "clips.py", "--repeats", "2", *QUIETLY, "--model", "dsnn")),
+    "tune": Kind(("tune", "--curve", "size", *QUIETLY, *MODELS)),
+    "behave": Kind(("behave", "straight", "--episodes", "2", "--no-baselines", *QUIETLY)),
 }  # fmt: skip
 
 DERIVED = ("summary.csv", "comparisons.csv", "claims.json", "scores.csv", "tuning.csv", "preferences.csv")
@@ -56,7 +55,7 @@ def copied(made: Path, place: Path) -> Path:
 
 def go_on(folder: Path, kind: str) -> Ended:
     """The same command again on what it left."""
-    return colias(folder, [*KINDS[kind].words, KINDS[kind].again, "out"], timeout_s=90.0)
+    return colias(folder, [*KINDS[kind].words, "--out", "out"], timeout_s=90.0)
 
 
 def tables(out: Path) -> dict[str, Any]:

@@ -82,8 +82,8 @@ _BEHAVE = (
 _BIG = ("cluttered", "--set", "cluttered.speed=20")
 
 JOBS = (
-    Job("run", (*_RUN, "--out", "out"), ("out/trials.parquet", "out/figure.svg"), (*_RUN, "--resume", "out")),
-    Job("run-clips", (*_CLIPS, "--out", "out"), ("out/trials.parquet", "out/figure.svg"), (*_CLIPS, "--resume", "out")),
+    Job("run", (*_RUN, "--out", "out"), ("out/trials.parquet", "out/figure.svg"), (*_RUN, "--out", "out")),
+    Job("run-clips", (*_CLIPS, "--out", "out"), ("out/trials.parquet", "out/figure.svg"), (*_CLIPS, "--out", "out")),
     Job("sweep", _SWEEP, ("out/sweep.csv",), _SWEEP),
     Job("tune", _TUNE, ("out/tuning.csv",), _TUNE),
     Job("leaderboard", ("leaderboard", "--repeats", "1", "--workers", "2", "--out", "out"), ("out/leaderboard.csv",)),

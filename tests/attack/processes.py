@@ -1,4 +1,8 @@
-"""Commands as a person starts them: real processes, in a session of their own, marked so that none is lost sight of."""
+"""Commands as a person starts them: real processes, in a session of their own, marked so that none is lost sight of.
+
+A command is a copy of a process that has the large libraries (`tests.helpers.warm`), where its start is not what is
+attacked: where it is to be interrupted, Python itself starts.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +13,12 @@ import subprocess
 import sys
 import time
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
-from tests.conftest import one_core
+from tests.conftest import one_core, own_core, server
 
 ROOT = Path(__file__).parents[2]
 ENTRY = "experiments.bench.cli"
@@ -71,6 +76,8 @@ def colias(
     timeout_s: float = 150.0,
 ) -> Ended:
     """Run ``colias ARGUMENTS`` in ``folder`` to its end."""
+    if interrupt is None and hasattr(os, "fork"):
+        return _warm(folder, arguments, environment, timeout_s)
     return python(folder, ("-m", ENTRY, *arguments), environment=environment, interrupt=interrupt, timeout_s=timeout_s)
 
 
@@ -84,21 +91,41 @@ def python(
 ) -> Ended:
     """Run Python in ``folder``; its output goes to files, as a pipe would wait for whoever still holds it."""
     mark = uuid.uuid4().hex
-    said = folder.parent / f"{folder.name}.{mark[:8]}"
-    out, err = said.with_suffix(".out"), said.with_suffix(".err")
-    with out.open("wb") as stdout, err.open("wb") as stderr:
+    with _streams(folder, mark) as (out, err):
         process = subprocess.Popen(
             [sys.executable, *arguments], cwd=folder, env=_environment(mark, environment), stdin=subprocess.DEVNULL,
-            stdout=stdout, stderr=stderr, start_new_session=True, preexec_fn=_prepare,
+            stdout=out, stderr=err, start_new_session=True, preexec_fn=_prepare,
         )  # fmt: skip
         try:
             status = _wait(process, interrupt, timeout_s)
         finally:
-            left = _left_behind(mark)
-    ended = Ended(status, _text(out), _text(err), tuple(left))
-    out.unlink()
-    err.unlink()
-    return ended
+            left = _left_behind(mark, process.pid)
+        return Ended(status, _text(out), _text(err), tuple(left))
+
+
+def _warm(folder: Path, arguments: Sequence[str], environment: Mapping[str, str] | None, timeout_s: float) -> Ended:
+    """Run ``colias ARGUMENTS`` as a copy of a process that has its libraries."""
+    mark, status, session = uuid.uuid4().hex, None, 0
+    with _streams(folder, mark) as (out, err):
+        try:
+            session = server().start(
+                [*arguments], folder, _environment(mark, environment), own_core(), (out.fileno(), err.fileno()),
+                session=True,
+            )  # fmt: skip
+            status = server().wait(timeout_s)
+        finally:
+            left = _left_behind(mark, session)
+        return Ended(status, _text(out), _text(err), tuple(left))
+
+
+@contextlib.contextmanager
+def _streams(folder: Path, mark: str) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
+    """Files beside ``folder`` for what a command prints, while it runs."""
+    paths = [folder.parent / f"{folder.name}.{mark[:8]}.{end}" for end in ("out", "err")]
+    with paths[0].open("w+b") as out, paths[1].open("w+b") as err:
+        yield out, err
+    for path in paths:
+        path.unlink()
 
 
 def _prepare() -> None:
@@ -138,10 +165,10 @@ def _wait(process: subprocess.Popen[bytes], interrupt: Interrupt | None, timeout
         raise
 
 
-def _left_behind(mark: str) -> list[str]:
-    """The processes with this mark that do not end within the grace; they are killed."""
+def _left_behind(mark: str, session: int) -> list[str]:
+    """The processes with this mark or of this session that do not end within the grace; they are killed."""
     deadline = time.monotonic() + GRACE_S
-    while (there := _marked(mark)) and time.monotonic() < deadline:
+    while (there := _there(mark, session)) and time.monotonic() < deadline:
         time.sleep(0.05)
     for pid in there:
         with contextlib.suppress(ProcessLookupError):
@@ -149,19 +176,22 @@ def _left_behind(mark: str) -> list[str]:
     return sorted(there.values())
 
 
-def _marked(mark: str) -> dict[int, str]:
-    """The processes with this mark in their environment: process id -> command line."""
+def _there(mark: str, session: int) -> dict[int, str]:
+    """The living processes with this mark in their environment, or of this session: process id -> command line."""
     wanted = f"{MARK}={mark}".encode()
     found = {}
     for place in Path("/proc").iterdir():
         if place.name.isdigit():
             try:
-                if wanted in (place / "environ").read_bytes().split(b"\0"):
+                state, _, _, number = (place / "stat").read_text().rsplit(")", 1)[1].split()[:4]
+                ours = int(number) == session or wanted in (place / "environ").read_bytes().split(b"\0")
+                if ours and state != "Z":
                     found[int(place.name)] = (place / "cmdline").read_bytes().replace(b"\0", b" ").decode().strip()
             except OSError:  # it has ended, or is another user's
                 continue
     return found
 
 
-def _text(path: Path) -> str:
-    return path.read_bytes().decode("utf-8", errors="replace")
+def _text(stream: IO[bytes]) -> str:
+    stream.seek(0)
+    return stream.read().decode("utf-8", errors="replace")

@@ -81,7 +81,7 @@ def read_by_commands(folder: Path, kind: str) -> None:
         colias("export", folder, "--to", to, "--out", folder.parent / "exported", "--force", "-q")
     colias("export", folder, "--frames", folder.parent / "pictures", "--force", "-q")
     colias(*KINDS[kind].words, KINDS[kind].again, folder)
-    colias("run", experiment, "--dry-run", "--resume", folder)
+    colias("run", experiment, "--dry-run", "--out", folder)
     colias("view", folder)
     with whatever():
         stored(folder.parent)

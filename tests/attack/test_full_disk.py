@@ -167,8 +167,7 @@ def test_a_run_on_a_small_disk_loses_no_row_for_a_recording(workers, whole, tmp_
             if stopped and int(stopped[1]) != len(done):
                 own.append(f"says {stopped[0]!r}, and {len(done)} trials are there")
             subprocess.run(["mount", "-o", f"remount,size={2**26}", str(disk)], check=True)
-            begun = (disk / "out" / "experiment.json").exists()
-            again = colias(folder, [*run, "--resume" if begun else "--out", str(disk / "out")], timeout_s=90)
+            again = colias(folder, [*run, "--out", str(disk / "out")], timeout_s=90)
             own += [f"gone on with: {said}" for said in wrong(again, disk, (0,))]
             if rows(disk / "out") != rows(folder / "out"):
                 own.append("gone on with: other rows")

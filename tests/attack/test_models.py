@@ -1,7 +1,8 @@
 """Bad models beside good ones, through every command that shows frames: each loses its own part alone, or works.
 
-Sixty of them (`SIXTY`) through each of run, watch, tune, leaderboard, a small reproduce and (`test_envs`) envs, and
-some of the rest; with COLIAS_ATTACK_FULL=1 all of them, and the worst through the whole of `reproduce --quick`.
+What is done about a model is done at one place, `engine.model_runner`: sixty of them (`SIXTY`) show that through run,
+watch and (`test_envs`) envs. That tune, leaderboard and reproduce show frames by that place too, the `WORST` show, one
+of each kind. With COLIAS_ATTACK_FULL=1 all models go through the first, and the sixty through the last.
 """
 
 from __future__ import annotations
@@ -147,7 +148,7 @@ def test_a_killer_loses_the_trial_and_the_run_goes_on(case, folder, honest):
     }  # fmt: skip
     (failure,) = strict_json(folder / "out" / "failures.json")
     assert (failure["trial"], failure["model"], failure["attempts"]) == (1, "", 3)
-    resumed = colias(folder, [*command.words[:-2], "--resume", "out", *_models(case, command)])
+    resumed = colias(folder, [*command.words[:-2], "--out", "out", *_models(case, command)])
     assert resumed.status == 1 and resumed.crashes() == [], resumed
     assert command.tables(folder) == tables
 
@@ -258,7 +259,7 @@ def pictures(path: Path) -> list[bytes]:
 # The long commands, with the worst.
 
 
-@pytest.mark.parametrize("cases", some([SIXTY, WORST], 1), ids=_id)
+@pytest.mark.parametrize("cases", some([WORST, SIXTY], 1), ids=_id)
 @pytest.mark.parametrize("command", [commands.TUNE, commands.LEADERBOARD], ids=lambda c: c.name)
 def test_many_through_the_long_commands(command, cases, folder, honest):
     expect_none(problems(command, cases, folder, honest(command)))
@@ -266,7 +267,14 @@ def test_many_through_the_long_commands(command, cases, folder, honest):
 
 @pytest.mark.parametrize(
     ("command", "usual", "cases"),
-    some([(commands.SMALL_REPRODUCE, commands.SMALL_GENERAL, SIXTY), (commands.REPRODUCE, commands.GENERAL, WORST)], 1),
+    some(
+        [
+            (commands.SMALL_REPRODUCE, commands.SMALL_GENERAL, WORST),
+            (commands.SMALL_REPRODUCE, commands.SMALL_GENERAL, SIXTY),
+            (commands.REPRODUCE, commands.GENERAL, WORST),
+        ],
+        1,
+    ),
     ids=lambda given: given.name if isinstance(given, Command) else _id(given),
 )
 def test_many_through_reproduce(command, usual, cases, folder, honest):

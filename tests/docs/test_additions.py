@@ -41,7 +41,7 @@ MODEL = ModelEntry("mean", "the mean of the frame", Mean, Params(), channels=("h
 ROBOT = """
 from dataclasses import dataclass
 
-from experiments import Check, Claim, Condition, Experiment, Outcome, decide
+from experiments import Check, Claim, Condition, Experiment, Outcome
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,7 @@ class Crossings:
 
 def spikes_both_ways(rows, threshold):
     fewest = min(row["spikes"] for row in rows)
-    holds, decided = decide([Check(f"{fewest} spikes (needs above 0)", fewest)])
-    return Outcome("holds" if holds else "fails", f"{fewest} spikes or more", decided=decided)
+    return Outcome.of([Check(f"{fewest} spikes", fewest, 0)], f"{fewest} spikes or more")
 
 
 EXPERIMENT = Experiment(
@@ -71,15 +70,14 @@ EXPERIMENT = Experiment(
 """
 
 CLIPS = """
-from experiments import Check, Clip, ClipClaim, OfflineExperiment, Outcome, decide
+from experiments import Check, Clip, ClipClaim, OfflineExperiment, Outcome
 
 SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
 
 
 def sees(rows, threshold):
     peak = max(row["peak_hs"] for row in rows)
-    holds, decided = decide([Check(f"HS up to {peak:.2f} (needs above {threshold:g})", peak - threshold)])
-    return Outcome("holds" if holds else "fails", f"HS up to {peak:.2f}", decided=decided)
+    return Outcome.of([Check(f"HS up to {peak:.2f}", peak, threshold)], f"HS up to {peak:.2f}")
 
 
 EXPERIMENT = OfflineExperiment(
@@ -143,7 +141,7 @@ def test_the_command_line_judges_a_claim_and_goes_on(colias):
     assert done.returncode == 0, done.stderr
     assert "both-ways holds: it spikes both ways" in done.stdout
     before = pq.read_table(colias.folder / "out" / "trials.parquet")
-    again = colias("run", "mine.py", *quick, "--resume", "out")
+    again = colias("run", "mine.py", *quick, "--out", "out")
     assert again.returncode == 0 and "2 of them done already" in again.stderr, again.stderr
     assert pq.read_table(colias.folder / "out" / "trials.parquet") == before
 

@@ -15,11 +15,13 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from numpydoc.docscrape import NumpyDocString
 
 from tests.helpers.chapters import PAGES, ROOT, blocks
 from tools.pages import docstrings, surface
 
 EXPORTED, PUBLIC = surface.exported(), surface.public()
+ENTRIES = ("Parameters", "Attributes", "Returns", "Yields", "Raises")
 API = ROOT / "docs" / "reference" / "api"
 
 
@@ -58,9 +60,8 @@ def is_property(name: str) -> bool:
     return not isinstance(value, types.FunctionType | classmethod | staticmethod)
 
 
-def page(thing: Any, text: str | None = None) -> docstrings.Sections:
-    said = "\n".join(docstrings.completed(thing, text or inspect.getdoc(thing) or "", find))
-    return docstrings.sections(said)
+def page(thing: Any) -> NumpyDocString:
+    return docstrings.completed(thing, inspect.getdoc(thing) or "", find)
 
 
 def raised(function: Any) -> set[str]:
@@ -78,9 +79,14 @@ def raised(function: Any) -> set[str]:
     return {name for name in found if name[0].isupper()}
 
 
-def documented(own: docstrings.Sections, function: Any) -> set[str]:
+def errors(documented: NumpyDocString) -> set[str]:
+    """The exceptions of a section ``Raises``."""
+    return {entry.type.rpartition(".")[2] for entry in documented["Raises"]}
+
+
+def covered(documented: NumpyDocString, function: Any) -> set[str]:
     """The exceptions of a section ``Raises``, and those that are special cases of them."""
-    names = {line.strip().rpartition(".")[2] for line in own.get("Raises", ()) if line and not line[0].isspace()}
+    names = errors(documented)
     known = {**vars(builtins), **getattr(function, "__globals__", {})}
     kinds = tuple(known[name] for name in names if isinstance(known.get(name), type))
     special = {name for name, kind in known.items() if isinstance(kind, type) and issubclass(kind, kinds or ())}
@@ -94,42 +100,47 @@ def expected(function: Any) -> list[str]:
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_function_documents_what_it_takes_and_gives(name):
     function = FUNCTIONS[name]
-    own = page(function)
-    assert docstrings.names_in(own.get("Parameters", [])) == expected(function)
+    documented = page(function)
+    assert docstrings.names_in(documented["Parameters"]) == expected(function)
     gives = inspect.signature(function).return_annotation not in ("None", None, inspect.Signature.empty)
-    assert bool({"Returns", "Yields"} & set(own)) == (gives and not is_property(name))
-    assert raised(function) <= documented(own, function)
+    assert bool(documented["Returns"] or documented["Yields"]) == (gives and not is_property(name))
+    assert raised(function) <= covered(documented, function)
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_no_section_is_empty(name):
-    for title, lines in page(FUNCTIONS[name]).items():
-        assert not title or any(map(str.strip, lines)), title
+def test_no_section_and_no_entry_is_empty(name):
+    text = inspect.getdoc(FUNCTIONS[name]) or ""
+    documented = NumpyDocString(text)
+    for title in re.findall(r"^(\w[\w ]*)\n-{3,}$", text, re.MULTILINE):
+        assert documented[title], title
+        for entry in documented[title] if title in ENTRIES else ():
+            assert entry.desc, (title, entry)
 
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_a_class_documents_how_it_is_made(name):
     cls = CLASSES[name]
-    own = page(cls)
-    listed = [each for title in docstrings.LISTS for each in docstrings.names_in(own.get(title, []))]
+    documented = page(cls)
+    listed = [name for title in docstrings.LISTS for name in docstrings.names_in(documented[title])]
     if dataclasses.is_dataclass(cls):
         assert set(listed) == set(docstrings.fields(cls))
-        told = docstrings.sections(inspect.getdoc(cls) or "")
-        assert set(docstrings.LISTS) & set(told) or all(docstrings.fields(cls).values()), "a field is not described"
+        written = NumpyDocString(inspect.getdoc(cls) or "")
+        listed_there = any(written[title] for title in docstrings.LISTS)
+        assert listed_there or all(docstrings.fields(cls).values()), "a field is not described"
     elif getattr(cls, "_is_protocol", False):
         return
     elif isinstance(cls.__init__, types.FunctionType):
-        assert docstrings.names_in(own.get("Parameters", [])) == expected(cls.__init__)
+        assert docstrings.names_in(documented["Parameters"]) == expected(cls.__init__)
     if not hasattr(cls, "__pydantic_fields__"):  # pydantic's error is the only one then
         made = "__post_init__" if dataclasses.is_dataclass(cls) else "__init__"
         makers = (vars(base)[made] for base in cls.__mro__ if made in vars(base) and is_ours(base))
         for maker in makers:
-            assert raised(maker) <= documented(own, maker)
+            assert raised(maker) <= covered(documented, maker)
 
 
 @pytest.mark.parametrize("name", [name for name in CLASSES if hasattr(CLASSES[name], "__pydantic_fields__")])
 def test_validated_parameters_say_what_a_wrong_one_raises(name):
-    assert "pydantic.ValidationError" in page(CLASSES[name]).get("Raises", [])
+    assert "ValidationError" in errors(page(CLASSES[name]))
 
 
 def test_constants_are_described():
@@ -182,14 +193,3 @@ def test_an_example_runs_as_shown(name, tmp_path, monkeypatch):
     assert test.examples
     doctest.DocTestRunner(verbose=False).run(test, out=said.append)
     assert not said, "".join(said)
-
-
-# --- the helper itself -----------------------------------------------------------------------------------------------
-
-
-def test_sections_are_split_and_joined():
-    text = "One line.\n\nParameters\n----------\nx, y\n    Where.\n*rest\n    More.\n\nReturns\n-------\nint\n    It."
-    parts = docstrings.sections(text)
-    assert list(parts) == ["", "Parameters", "Returns"]
-    assert docstrings.names_in(parts["Parameters"]) == ["x", "y", "rest"]
-    assert docstrings.sections("\n".join(docstrings.joined(parts)))["Returns"] == ["int", "    It."]

@@ -261,7 +261,7 @@ def test_a_run_notes_its_form_and_is_not_gone_on_with_by_another(colias, monkeyp
     assert '"form": "numpy"' in (colias.folder / "out" / "experiment.json").read_text()
     monkeypatch.setenv(forms.VARIABLE, "native")
     for more in ((), ("--other-code",)):
-        done = colias(*arguments, "--resume", "out", *more)
+        done = colias(*arguments, "--out", "out", *more)
         assert (done.returncode, done.stderr) == (2, 'colias: out: form is "numpy" there and "native" now\n')
     monkeypatch.setenv(forms.VARIABLE, "fast")
     done = colias(*arguments, "--out", "other")

@@ -30,7 +30,7 @@ class Damage:
     do: Do
     ends: Literal["refused", "mended"]
     says: str = ""
-    """What stderr has; with ``|`` between, the words of ``--resume`` and those of commands that go on by ``--out``."""
+    """What stderr has; with ``|`` between, the words of several commands."""
 
     def __str__(self) -> str:
         return self.name

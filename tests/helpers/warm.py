@@ -1,10 +1,11 @@
 """Processes that start quickly: each is a copy of one that has imported the large libraries already.
 
 Half of what a short ``colias`` command takes is the import of NumPy, SciPy, Matplotlib and others. `Warm` starts a
-server that has imported them, and nothing of this project. The server copies itself (fork) for each command, so a
-command is a process of its own as a user's is: with its folder, environment, streams and exit status, and with this
-project's modules, MuJoCo and OpenGL imported anew. The tests of starting and of ending (`tests/helpers/processes.py`,
-tests/bench/cli/test_cli.py, tests/bench/engine/test_interrupts.py) start Python itself.
+server that has imported them, and of this project the two packages that keep nothing of the process they are imported
+in. The server copies itself (fork) for each command, so a command is a process of its own as a user's is: with its
+folder, environment, streams and exit status, and with the bench, MuJoCo and OpenGL imported anew; with another
+``PYTHONPATH`` than the server's, the two packages too. The tests of starting and of ending
+(`tests/helpers/processes.py`, tests/bench/cli/test_cli.py, tests/bench/engine/test_interrupts.py) start Python itself.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ LIBRARIES = (
     "attrs", "psutil", "threadpoolctl", "tomllib", "importlib.resources.readers", "multiprocessing.popen_spawn_posix",
 )  # fmt: skip
 """What the server imports; none of it starts a thread or reads an environment variable that tests set."""
+OURS = ("dsnn", "colias_sim")
 MODULE = "experiments.bench.cli"
 
 
@@ -47,29 +49,44 @@ class Warm:
         self, arguments: list[str], folder: Path, environment: dict[str, str], cores: set[int] | None, timeout_s: float
     ) -> subprocess.CompletedProcess[str]:
         """Do what ``python -m experiments.bench.cli ARGUMENTS`` does, and wait for its end."""
-        asked = {
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+            self.start(arguments, folder, environment, cores, (out.fileno(), err.fileno()))
+            status = self.wait(timeout_s)
+            if status is None:
+                raise subprocess.TimeoutExpired(arguments, timeout_s)
+            texts = []
+            for file in (out, err):
+                file.seek(0)
+                texts.append(file.read().decode(errors="replace"))
+        return subprocess.CompletedProcess(arguments, status, *texts)
+
+    def start(
+        self, arguments: list[str], folder: Path, environment: dict[str, str], cores: set[int] | None,
+        streams: tuple[int, int], *, session: bool = False,
+    ) -> int:  # fmt: skip
+        """Start it with these files as its output, in a ``session`` of its own if asked for; return its process id."""
+        request = {
             "arguments": arguments,
             "folder": str(folder),
             "environment": environment,
             "cores": sorted(cores or ()),
+            "session": session,
         }
-        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-            message = json.dumps(asked).encode()
-            socket.send_fds(self._socket, [len(message).to_bytes(4, "big")], [out.fileno(), err.fileno()])
-            self._socket.sendall(message)
-            pid = int(self._line(time.monotonic() + timeout_s))
-            try:
-                status = int(self._line(time.monotonic() + timeout_s))
-            except TimeoutError:
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGKILL)
-                self._line(time.monotonic() + 10)
-                raise subprocess.TimeoutExpired(arguments, timeout_s) from None
-            said = []
-            for file in (out, err):
-                file.seek(0)
-                said.append(file.read().decode(errors="replace"))
-        return subprocess.CompletedProcess(arguments, status, *said)
+        message = json.dumps(request).encode()
+        socket.send_fds(self._socket, [len(message).to_bytes(4, "big")], list(streams))
+        self._socket.sendall(message)
+        self._pid = int(self._line(time.monotonic() + 60))
+        return self._pid
+
+    def wait(self, timeout_s: float) -> int | None:
+        """Wait for the end of what was started; return its exit status, None where it had to be killed."""
+        try:
+            return int(self._line(time.monotonic() + timeout_s))
+        except TimeoutError:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self._pid, signal.SIGKILL)
+            self._line(time.monotonic() + 10)
+            return None
 
     def _line(self, until: float) -> str:
         found = b""
@@ -92,7 +109,7 @@ def serve(connection: socket.socket) -> None:
     import gc
     import importlib
 
-    for name in LIBRARIES:
+    for name in (*LIBRARIES, *OURS):
         importlib.import_module(name)
     # What is there by now is looked at by no collection of a copy. The one at its end would write into each object,
     # and so copy all of the memory that the copies share: 0.3 s each.
@@ -123,11 +140,17 @@ def _become(asked: dict, streams: list[int], connection: socket.socket) -> None:
         os.dup2(stream, number)
     for stream in (nothing, *streams):
         os.close(stream)
+    if asked["session"]:
+        os.setsid()
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # the tests themselves may have it ignored
+    tempfile.tempdir = None  # of the environment that follows
     os.chdir(asked["folder"])
     os.environ.clear()
     os.environ.update(asked["environment"])
     if asked["cores"] and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, asked["cores"])
+    if not _ours_are(asked["environment"]):
+        _forget_ours()
     # As Python has them for `python -m MODULE`: the folder first, then what the environment names.
     first = ["", *filter(None, asked["environment"].get("PYTHONPATH", "").split(os.pathsep))]
     sys.path[:] = [*first, *(path for path in sys.path[1:] if path not in first)]
@@ -146,6 +169,22 @@ def _become(asked: dict, streams: list[int], connection: socket.socket) -> None:
         traceback.print_exc()
     # As the interpreter ends a process: threads joined, functions of atexit run, streams written out.
     raise _End(status)
+
+
+def _ours_are(environment: dict[str, str]) -> bool:
+    """Whether a command with this environment would import the packages of this checkout."""
+    root = str(Path(__file__).parents[2])
+    return {*filter(None, environment.get("PYTHONPATH", "").split(os.pathsep))} <= {root}
+
+
+def _forget_ours() -> None:
+    """Let the two packages be imported anew, and register their envs anew."""
+    from gymnasium.envs.registration import registry
+
+    for name in [name for name in sys.modules if name.split(".")[0] in (*OURS, "scenes")]:
+        del sys.modules[name]
+    for name in [name for name, spec in registry.items() if str(spec.entry_point).startswith("colias_sim")]:
+        del registry[name]
 
 
 class _End(SystemExit):

@@ -11,14 +11,17 @@ import pytest
 
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging import statistics
-from experiments.bench.judging.texts import causes, claim_texts, tried
+from experiments.bench.judging.claim_files import PAPER, claim_ids
+from experiments.bench.judging.claims import words
 from experiments.bench.leaderboard import stimuli
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned
-from experiments.bench.robot.claims import CLAIMS
+from experiments.bench.robot.claims import paper_claims
 from experiments.bench.store.description import to_json
 from experiments.bench.tuning.probes import families
 from tests.helpers.chapters import PAGES as EVERY_PAGE
 from tools.numbers import PAGES, RESULTS, ROOT, blocks, renewed
+
+CLAIMS = paper_claims()
 
 MARKED = re.compile(r"<!-- measured: .*?<!-- end of measured -->", re.DOTALL)
 
@@ -52,7 +55,7 @@ def test_what_was_measured_is_of_the_design_that_the_code_has():
 
 
 def test_every_claim_has_a_figure_and_every_scale_a_design():
-    assert [claim["id"] for claim in results()["claims"]] == list(claim_texts())
+    assert [claim["id"] for claim in results()["claims"]] == list(claim_ids(PAPER))
     assert len({described(scale)["digest"] for scale in (QUICK, USUAL, FULL)}) == 3
 
 
@@ -109,7 +112,7 @@ def test_the_command_takes_figures_over(run):
     readme, claims, behaviours = texts.values()
     counted = "0 of 2 claims hold; 1 held in some replicates so far: C1; 1 was not judged: C2"
     assert f"{counted}. A replicate has 7" in readme
-    says, _ = claim_texts()["C1"]
+    says = words("C1").says
     assert f"| C1 | {says} | mixed | held in 2 of 3 replicates so far; not judged in 1 | holds |" in readme
     held = "held in 2 of 3 replicates so far; not judged in 1"
     decided = r"\|VS\| 0.1 (needs below 0.2); all replicates: 1 of 60 trials break it"
@@ -158,24 +161,25 @@ SETTINGS = {
     "B2": {"10", "22"},
     "C28": {"50", "160", "22", "110", "70", "120", "0.9", "200", "150", "140", "1.4", "80"},
 }
-"""What `tried.toml` may say in figures: what was set, never what was measured."""
+"""What a claim's `tried` may say in figures: what was set, never what was measured."""
 
 
 def test_what_was_tried_quotes_no_measured_figure():
-    for claim, text in tried().items():
+    for claim, text in ((claim, words(claim).tried) for claim in claim_ids()):
         plain = re.sub(r"\b(C|LGMD|B)\d+|cm/s2", "", text)
         figures = set(re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?", plain))
-        assert figures <= SETTINGS[claim], (claim, figures - SETTINGS[claim])
+        assert figures <= SETTINGS.get(claim, set()), (claim, figures - SETTINGS.get(claim, set()))
 
 
 def test_a_cause_is_one_line_and_quotes_no_measured_figure():
     """Every claim of which it is told what was tried has one."""
-    assert set(causes()) == set(tried())
-    for claim, text in causes().items():
+    causes = {claim: words(claim).cause for claim in claim_ids() if words(claim).cause}
+    assert set(causes) == {claim for claim in claim_ids() if words(claim).tried}
+    for claim, text in causes.items():
         assert len(text) <= 120 and "\n" not in text and text.endswith("."), claim
         plain = re.sub(r"\b(C|LGMD|B)\d+|cm/s2|model of 2017", "", text)
         figures = set(re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?", plain))
-        assert figures <= SETTINGS[claim], (claim, figures - SETTINGS[claim])
+        assert figures <= SETTINGS.get(claim, set()), (claim, figures - SETTINGS.get(claim, set()))
 
 
 def prose():

@@ -65,14 +65,14 @@ class Command:
 
     @property
     def title(self) -> str:
-        """As it is typed."""
+        """Return the command as it is typed."""
         return " ".join((PROGRAM, *self.words))
 
     def walk(self) -> Iterator[Command]:
-        """This command, and those below it."""
+        """Yield this command, and those below it."""
         yield self
-        for each in self.commands:
-            yield from each.walk()
+        for command in self.commands:
+            yield from command.walk()
 
 
 def tree() -> Command:
@@ -83,9 +83,9 @@ def tree() -> Command:
 def _command(found: Any, words: tuple[str, ...]) -> Command:
     context = typer.Context(found, info_name=" ".join((PROGRAM, *words)))
     kinds: dict[str, list[Parameter]] = {"argument": [], "option": []}
-    for each in found.params:
-        if not each.hidden:
-            kinds[each.param_type_name].append(_parameter(each, context))
+    for param in found.params:
+        if not param.hidden:
+            kinds[param.param_type_name].append(_parameter(param, context))
     below = getattr(found, "commands", {})
     return Command(
         words, found.short_help or "", found.help or "", " ".join(found.collect_usage_pieces(context)),
@@ -95,11 +95,13 @@ def _command(found: Any, words: tuple[str, ...]) -> Command:
 
 
 def _parameter(found: Any, context: typer.Context) -> Parameter:
-    """Of help's own record: the names and the value, then the help and in brackets what else is said."""
+    """Read an option from help's own record: the names and the value, then the help and in brackets what else is
+    said.
+    """
     shown, said = found.get_help_record(context)
     words = found.help or ""
     extras = said.removeprefix(words).strip().removeprefix("[").removesuffix("]").split("; ")
-    default = next((each.removeprefix("default: ") for each in extras if each.startswith("default: ")), "")
+    default = next((extra.removeprefix("default: ") for extra in extras if extra.startswith("default: ")), "")
     if found.param_type_name == "argument":
         names, value = (found.metavar or found.name,), shown.partition(" ")[2].strip("<>")
         return Parameter(names, value, default, words)
@@ -108,5 +110,5 @@ def _parameter(found: Any, context: typer.Context) -> Parameter:
         return Parameter((*found.opts, *found.secondary_opts), "", ways[0] if default else "", words)
     value = re.sub(r"^(?:--?[\w-]+(?:, )?)+ ?", "", shown).strip("<>").removesuffix(" range")
     value = re.sub(r"^list\[(.*)\]$", r"\1", value)  # its help says that it is repeatable
-    legal = [each for each in extras if "<=" in each]
+    legal = [extra for extra in extras if "<=" in extra]
     return Parameter(tuple(found.opts), ", ".join([value, *legal]), default, words)

@@ -1,4 +1,4 @@
-"""Docstrings in numpydoc's form, read and completed: their sections, the fields of dataclasses, types.
+"""Docstrings completed, as numpydoc parsed them: with the fields of dataclasses, with types.
 
 The types of parameters are in signatures, the meaning of a dataclass's fields may stand below each field, and methods
 of one kind in several classes are documented once. Here these come together, so that no source says anything twice.
@@ -15,53 +15,30 @@ import inspect
 import itertools
 import re
 import sys
-import textwrap
 import typing
 from pathlib import Path
 from types import FunctionType, NoneType, UnionType
 from typing import Any
 
 import numpy as np
+from numpydoc.docscrape import NumpyDocString, Parameter
 
-Sections = dict[str, list[str]]
 LISTS = ("Parameters", "Attributes")
 """Sections whose entries are parameters or fields."""
 LONGEST = 40
 """Characters of a default beside the name of its parameter; the signature has longer ones."""
 SHARED = re.compile(r"Parameters, returns and errors are those of `([\w.]+)`\.")
-"""What a method says that is documented elsewhere."""
-_ITEM = re.compile(r"^\S")
-_ORDER = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Notes", "References", "Examples")
+"""Sentence of a method that is documented elsewhere."""
 
 
-def sections(text: str) -> Sections:
-    """Split a docstring without indentation into its sections; ``""`` has what stands before the first."""
-    lines, found, title = text.splitlines(), {"": list[str]()}, ""
-    index = 0
-    while index < len(lines):
-        under = lines[index + 1] if index + 1 < len(lines) else ""
-        if lines[index].strip() and re.fullmatch(r"-{3,}", under):
-            title = lines[index].strip()
-            found[title] = []
-            index += 2
-            continue
-        found[title].append(lines[index])
-        index += 1
-    return found
+def names_in(entries: list[Parameter]) -> list[str]:
+    """Return the names that the entries of a section document, without stars."""
+    return [name for entry in entries for name in _names(entry)]
 
 
-def joined(parts: Sections) -> list[str]:
-    """Join sections to the lines of a docstring."""
-    lines = list(parts.get("", ()))
-    for title in sorted((title for title in parts if title), key=_ORDER.index):
-        lines += ["", title, "-" * len(title), *parts[title]]
-    return lines
-
-
-def names_in(section: list[str]) -> list[str]:
-    """Return the names that a section of parameters documents, without stars."""
-    heads = (line.partition(" : ")[0] for line in section if _ITEM.match(line))
-    return [name.strip().lstrip("*") for head in heads for name in head.split(",")]
+def _names(entry: Parameter) -> list[str]:
+    """The names of an entry, as ``x, y``."""
+    return [name.strip().lstrip("*") for name in entry.name.split(",")]
 
 
 @functools.cache
@@ -103,8 +80,8 @@ def fields(cls: type[Any]) -> dict[str, str]:
     return {field.name: said.get(field.name, "") for field in dataclasses.fields(cls) if field.init}
 
 
-def completed(thing: Any, text: str, find: typing.Callable[[str], Any]) -> list[str]:
-    """Return the lines of a docstring with what is said of the thing elsewhere.
+def completed(thing: Any, text: str, find: typing.Callable[[str], Any]) -> NumpyDocString:
+    """Return a docstring with what is said of the thing elsewhere.
 
     Parameters
     ----------
@@ -117,31 +94,26 @@ def completed(thing: Any, text: str, find: typing.Callable[[str], Any]) -> list[
 
     Returns
     -------
-    list of str
-        The lines: the sections of the method that it shares them with, the fields of a dataclass, and types.
+    numpydoc.docscrape.NumpyDocString
+        It has the sections of the method that it shares them with, the fields of a dataclass, and types.
     """
-    parts = sections(text)
-    shared = SHARED.search(text)
-    if shared:
-        source = sections(inspect.getdoc(find(shared[1])) or "")
-        parts |= {title: lines for title, lines in source.items() if title in ("Parameters", "Returns", "Raises")}
-        parts[""] = SHARED.sub("", "\n".join(parts[""])).rstrip().splitlines()
-    if inspect.isclass(thing) and dataclasses.is_dataclass(thing) and not set(LISTS) & set(parts) and fields(thing):
-        parts["Parameters"] = [
-            line for name, said in fields(thing).items() for line in (name, *textwrap.indent(said, "    ").splitlines())
-        ]
+    page = NumpyDocString(SHARED.sub("", text))
+    if shared := SHARED.search(text):
+        source = NumpyDocString(inspect.getdoc(find(shared[1])) or "")
+        for title in ("Parameters", "Returns", "Raises"):
+            page[title] = source[title] or page[title]
+    if inspect.isclass(thing) and dataclasses.is_dataclass(thing) and not any(page[title] for title in LISTS):
+        page["Parameters"] = [Parameter(name, "", meaning.splitlines()) for name, meaning in fields(thing).items()]
     types = parameter_types(thing)
-    for title in set(LISTS) & set(parts):
-        parts[title] = [_typed(line, types) if _ITEM.match(line) else line for line in parts[title]]
-    return joined(parts)
+    for title in LISTS:
+        page[title] = [_typed(entry, types) for entry in page[title]]
+    return page
 
 
-def _typed(line: str, types: dict[str, str]) -> str:
-    """The head of an entry, ``x, y``, with the type and default that all its names have."""
-    if " : " in line:
-        return line
-    each = {types.get(name.strip().lstrip("*"), "") for name in line.split(",")}
-    return f"{line} : {each.pop()}" if len(each) == 1 and "" not in each else line
+def _typed(entry: Parameter, types: dict[str, str]) -> Parameter:
+    """An entry, as ``x, y``, with the type and default that all its names have."""
+    kinds = {types.get(name, "") for name in _names(entry)}
+    return entry._replace(type=entry.type or kinds.pop()) if len(kinds) == 1 else entry
 
 
 def parameter_types(thing: Any) -> dict[str, str]:
@@ -178,7 +150,7 @@ def _hints(thing: Any) -> dict[str, Any]:
 
 @functools.cache
 def _checked_imports(module: str) -> dict[str, Any]:
-    """What a module imports under ``if TYPE_CHECKING:``."""
+    """Return what a module imports under ``if TYPE_CHECKING:``."""
     path = inspect.getsourcefile(sys.modules[module])
     space: dict[str, Any] = {}
     tree = ast.parse(Path(path).read_text(encoding="utf-8")) if path else ast.Module([], [])

@@ -1,4 +1,4 @@
-"""What the pictures of models and of stimuli share: frames with their times, and how a picture is saved.
+"""Drawing that the pictures of models and of stimuli share: frames with their times, and how a picture is saved.
 
 A picture is as wide as a phone's screen, so that its letters are legible there; a wide screen shows it larger.
 """
@@ -21,7 +21,7 @@ INCHES = 4.4
 """Width of a picture: 420 px of a browser."""
 DPI = 160
 SIZE = 9
-"""Of letters, points."""
+"""Size of letters, points."""
 SHOWN = 5
 """Frames of a clip in its picture."""
 

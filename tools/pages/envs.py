@@ -19,7 +19,7 @@ from tools.pages.markdown import code, prose, sentence, table
 STEPS, AHEAD = 20, 0.3
 """Until the picture is taken, and the speed of both wheels."""
 SIZE = (640, 480)
-"""Of the picture, width and height, px."""
+"""Size of the picture, width and height, px."""
 
 
 def write(folder: Path) -> None:
@@ -52,12 +52,12 @@ def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
         f"What `render()` shows {STEPS} steps after `reset(seed=0)`, both wheels at {AHEAD:g}."
         " At the left the observer from near, at the right its camera."
     )
-    baselines = [f"{code(each)}: {prose(BEHAVIOURS[each].summary)}" for each in entry.baselines]
+    baselines = [f"{code(baseline)}: {prose(BEHAVIOURS[baseline].summary)}" for baseline in entry.baselines]
     rows = [
         ("Make it", code(f'gymnasium.make("{name}")')),
         ("Class", code(f"{module}.{kind}")),
         ("Steps", f"{entry.max_episode_steps:,} at most"),
-        ("Measures", ", ".join(prose(each.name) for each in entry.all_measures)),
+        ("Measures", ", ".join(prose(all_measure.name) for all_measure in entry.all_measures)),
         ("Baselines", "<br>".join(baselines)),
     ]
     markdown.write(
@@ -73,7 +73,7 @@ def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
 
 
 def _anchor(module: str, kind: str) -> str:
-    """What links to the class of the env lead to."""
+    """Return what links to the class of the env lead to."""
     said = "A [ColiasEnv](../api/colias_sim.envs.base.ColiasEnv.rst): that page has its methods."
     return f":::{{py:class}} {module}.{kind}(**arguments)\n{said}\n:::\n"
 

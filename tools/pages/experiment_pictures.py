@@ -26,11 +26,11 @@ Place = tuple[float, float]
 MOST = 12
 """Clips in a picture."""
 ACROSS, GAP = 3, 0.06
-"""How many frames stand side by side, and inches between them."""
+"""Number of frames side by side, and inches between them."""
 MOTIONS = {"translation": (HUES[0], 1.6), "approach": (HUES[1], 3.6), "recession": (HUES[3], 1.6)}
 """Motion -> the colour of its paths and their width, points: an approach may have a recession on it."""
 WIDE, HIGH = INCHES - 0.6, 2.9
-"""Of the view from above, inches."""
+"""Size of the view from above, inches."""
 TITLE = 0.15
 """Inches of a line of a frame's title."""
 

@@ -12,14 +12,14 @@ from experiments import NAMES, OFFLINE
 from experiments.bench import registry
 from experiments.bench.clips.experiment import Clip, OfflineExperiment
 from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.claims import words
 from experiments.bench.robot.experiment import Experiment
 from tools.pages import docstring_text, experiment_pictures, markdown
 from tools.pages.markdown import code, prose, sentence, table
 from tools.pages.parameter_tables import parameters, written
 
 MOST_ROWS = 30
-"""Of a table of clips."""
+"""Largest number of rows of a table of clips."""
 
 
 def write(folder: Path) -> None:
@@ -124,9 +124,8 @@ def _change(change: tuple[str, Any]) -> str:
 def _claims(claims: Sequence[str | Claim]) -> str:
     if not claims:
         return ""
-    texts = claim_texts()
     rows = [
-        (code(claim), prose(texts[claim][0])) if isinstance(claim, str) else (code(claim.id), prose(claim.says))
+        (code(claim), prose(words(claim).says)) if isinstance(claim, str) else (code(claim.id), prose(claim.says))
         for claim in claims
     ]
     said = "[What the numbers mean](../../what-the-numbers-mean.md) explains the verdicts."

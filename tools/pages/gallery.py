@@ -19,7 +19,7 @@ class Entry:
 
     title: str
     command: str
-    """It runs in a folder that the cards before it have left their results in."""
+    """Command of the card. It runs in a folder that the cards before it have left their results in."""
     picture: str
     """The file that it makes, below that folder."""
     words: str

@@ -16,7 +16,7 @@ _LITERAL = re.compile(
     r"|[a-z][a-z\d]*(?:_[a-z\d]+)+(?:\.\w+)*"  # a name of the code
     r")"
 )
-"""What reads as code in a help text or a description."""
+"""Text that reads as code in a help text or a description."""
 
 
 def escaped(text: str) -> str:

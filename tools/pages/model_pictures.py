@@ -34,7 +34,7 @@ SECOND, THIRD = "#383838", "#dd3d74"
 LEFT, RIGHT = 0.64, 0.08
 """Inches beside the panels."""
 HEIGHTS = {"potential": 1.45, "spikes": 0.75, "azimuth": 0.75}
-"""Of the panels, inches."""
+"""Heights of the panels, inches."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,13 +58,13 @@ class Shown:
 
 
 def kinds(entry: ModelEntry) -> tuple[str, ...]:
-    """What a model answers: ``direction``, ``looming`` or both."""
+    """Return what a model answers: ``direction``, ``looming`` or both."""
     return tuple(kind for kind, channel in (("direction", "hs"), ("looming", "looming")) if channel in entry.channels)
 
 
 def shown(entry: ModelEntry, kind: str) -> Shown:
     """Show the standard clip of a kind to a model with its parameters on the robot."""
-    (clip,) = [each for each in CLIPS if each.name == STANDARD[kind]]
+    (clip,) = [clip for clip in CLIPS if clip.name == STANDARD[kind]]
     built = clip.build(0)
     frames = tuple(built)
     series = run_model(entry.build(built.shape, entry.robot), (frame.luma for frame in frames))

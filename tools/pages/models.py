@@ -29,7 +29,7 @@ KINDS: Mapping[tuple[str, ...], str] = {
     ("looming",): "Looming",
     ("direction", "looming"): "Direction and looming",
 }
-"""What a model answers -> the heading of its part of the index."""
+"""Kind of a model's answers -> the heading of its part of the index."""
 
 
 def write(folder: Path) -> None:

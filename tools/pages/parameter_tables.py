@@ -85,6 +85,6 @@ def _unit_cell(unit: str) -> str:
 
 
 def changes(values: Any, base: Any) -> Sequence[str]:
-    """What is set in ``values`` that is otherwise in ``base``, as texts for ``--set``."""
+    """Return what is set in ``values`` that is otherwise in ``base``, as texts for ``--set``."""
     names = (field.name for field in dataclasses.fields(values) if field.name != PRESET)
     return [f"{n}={written(getattr(values, n))}" for n in names if getattr(values, n) != getattr(base, n)]

@@ -1,4 +1,4 @@
-"""What Sphinx is told when it documents a name: its docstring completed, a signature without types, links.
+"""Hooks of Sphinx that document a name: its docstring completed, a signature without types, links.
 
 Types are in the list of parameters, with links; a signature with all of them would be several lines long.
 """
@@ -21,7 +21,7 @@ from sphinx.util.nodes import make_refnode
 from tools.pages import docstrings, surface
 
 FIRST = 400
-"""Before numpydoc reads a docstring, which it does at 500."""
+"""Priority before that at which numpydoc reads a docstring, which it does at 500."""
 
 
 @functools.cache
@@ -62,7 +62,7 @@ def _on_docstring(app: Sphinx, what: str, name: str, thing: Any, options: Any, l
     if name in _public() and surface.is_constant(thing):
         lines[:] = docstrings.constant(name, thing).splitlines()
     elif what in ("function", "method", "class", "exception"):
-        lines[:] = docstrings.completed(thing, "\n".join(lines), _find)
+        lines[:] = str(docstrings.completed(thing, "\n".join(lines), _find)).splitlines()
 
 
 def _on_signature(

@@ -16,7 +16,7 @@ PACKAGES = (
     "dsnn",
     "dsnn.stimuli",
 )
-"""Those whose ``__all__`` is public."""
+"""Packages whose ``__all__`` is public."""
 
 BEYOND: Mapping[str, tuple[str, ...]] = {
     "colias_sim.envs.base": ("ColiasEnv",),

@@ -1,4 +1,4 @@
-"""What shows a stimulus: experiments, scores, curves and claims, each with the number of its clips."""
+"""Uses of a stimulus: experiments, scores, curves and claims, each with the number of its clips."""
 
 from __future__ import annotations
 

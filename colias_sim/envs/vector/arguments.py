@@ -26,7 +26,7 @@ def env_count(num_envs: Any) -> int:
 
 
 def autoreset(mode: AutoresetMode | str) -> AutoresetMode:
-    """When an env that has ended is reset, for the argument ``autoreset_mode``."""
+    """Tell when an env that has ended is reset, for the argument ``autoreset_mode``."""
     try:
         return AutoresetMode(mode)
     except ValueError:

@@ -17,7 +17,7 @@ from colias_sim.offscreen import shared_contexts
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What one process is to host.
+    """The envs that one process is to host.
 
     Parameters
     ----------

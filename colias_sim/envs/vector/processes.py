@@ -172,7 +172,7 @@ class Processes:
             If a process dies.
         """
         try:
-            contents = [cloudpickled(each) for each in arguments]
+            contents = [cloudpickled(argument) for argument in arguments]
         except Exception as error:
             said = f"what {arguments[0][0]!r} is given does not pickle, which another process needs ({error})"
             return [ValueError(f"{said}: give something that does, or workers=0")]

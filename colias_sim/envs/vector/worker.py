@@ -1,4 +1,4 @@
-"""What runs in a process of a vector env: it hosts envs and answers requests until its pipe ends."""
+"""Main loop in a process of a vector env: it hosts envs and answers requests until its pipe ends."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from colias_sim.envs.vector.info import pack_infos
 from colias_sim.envs.vector.pickling import cloudpickled, pack_error
 
 Reply = tuple[bool, Any]
-"""Whether the request succeeded; then its answer, otherwise the error as `PackedError`."""
+"""Reply to a request: whether it succeeded; then its answer, otherwise the error as `PackedError`."""
 
 
 def serve(pipe: Connection, memory: int, content: bytes) -> None:

@@ -85,11 +85,15 @@ def export(
 
 
 def _tables(run: Path, place: Path, kind: str, quiet: bool) -> None:
+    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import show_places
     from experiments.bench.store import convert
     from experiments.bench.store.places import replacing_folder
+    from experiments.bench.store.record import Record
 
-    tables = convert.tables_of(run)
+    tables = Record.read(run).tables()
+    if not tables:
+        raise UsageError(f"{run}: no trial of its parts is finished")
     with replacing_folder(place) as part:
         made = convert.write(tables, part, kind)
     if not quiet:
@@ -99,19 +103,14 @@ def _tables(run: Path, place: Path, kind: str, quiet: bool) -> None:
 def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
     import dataclasses
 
-    from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import progress, show_places
     from experiments.bench.measured import export as measured_export
-    from experiments.bench.public.result import load
     from experiments.bench.store.places import replacing_folder
+    from experiments.bench.store.record import Record
 
-    found = load(run)
-    if "settings" not in found.description or found.offline:
-        raise UsageError(f"{run}: --to log: legal is a run of trials with the robot")
-    with replacing_folder(place) as part, progress("export", found.done, quiet) as advance:
-        made = measured_export.write_log(
-            found.description, found.trials, found.frames, found.recordings, part, tracked=tracked, advance=advance
-        )
+    record = Record.read(run)
+    with replacing_folder(place) as part, progress("export", record.done, quiet) as advance:
+        made = measured_export.write_log(record, part, tracked=tracked, advance=advance)
     made = dataclasses.replace(made, command=made.command.replace(str(part), str(place)))
     if not quiet:
         pictured = {"frames": place / made.frames.name} if made.frames else {}
@@ -167,12 +166,10 @@ def _pictures(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
 def _recordings(run: Path, trial: int | None, asked: str) -> dict[Path, Path]:
     """Where what is made of a recording goes, inside the new folder -> the recording; of one trial, or of all."""
     from experiments.bench.engine.errors import UsageError
+    from experiments.bench.store.record import Record
     from experiments.bench.video.source import recording
 
-    if trial is not None:
-        found = [recording(run, trial)]
-    else:
-        found = [run] if run.suffix == ".rrd" else sorted(run.rglob("*.rrd")) if run.is_dir() else []
+    found = [recording(run, trial)] if trial is not None else Record.read(run).all_recordings()
     if not found:
         raise UsageError(f"{asked}: {run} has no recordings (.rrd), which hold the frames")
     inside = [path.relative_to(run) if path != run else Path(path.name) for path in found]

@@ -79,9 +79,7 @@ def run_folder(out: Path | None, name: str) -> Path:
     Raises
     ------
     UsageError
-        Results cannot be written there.
-    FileExistsError
-        It holds other files, and no run.
+        Results cannot be written there, or it holds other files and no run.
     """
     from experiments.bench.store import description, files
 

@@ -15,55 +15,17 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
-from experiments.bench.clips.judging import mechanism, street
-from experiments.bench.clips.judging import paper as judges
-from experiments.bench.clips.judging.paper import BLOCKED, DSNN, EARLIER, EMD, Rows
-from experiments.bench.clips.judging.paper import SIGNED as SIGNED
+from experiments.bench.clips.judging import DSNN, EVERY, SHADES, SIGNED, Row, Rows
 from experiments.bench.engine.errors import short
 from experiments.bench.engine.models import NO_SPIKES
+from experiments.bench.judging import claims as shipped
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.numbers import is_number, unreadable
 from experiments.bench.judging.verdict import Outcome
 
 POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")
-SHADES = ("dark", "light")
-LEAST_GREYS = 5
-OF_GREYS = ("C9", "C10", "C24", "C26")
-"""Claims that need so many grey levels."""
 HARDLY = 0.5
 """Px a frame below which a background hardly moves: it takes two frames and more to pass a pixel."""
-
-ALONE = {"C11": "background_speed", "C28": "foliage"}
-"""Claim that is also about clips without an object -> which of its conditions these have to meet."""
-
-EVERY = ()
-"""Of a column of `CONDITIONS`: each level that is there."""
-
-_BACKGROUNDS, _CONTRAST_SPEEDS = (-2.0, -4.0, -6.0, -8.0, -10.0), (40.0, 60.0, 80.0, 100.0, 120.0)
-_PAIRS = (*mechanism.SAME, *mechanism.OPPOSITE)
-_CROSSING: Mapping[str, tuple[Any, ...]] = {"motion": ("rightward",)}
-CONDITIONS: Mapping[str, Mapping[str, tuple[Any, ...]]] = {
-    "C1": {"motion": tuple(SIGNED), "shade": SHADES},
-    "C2": {"motion": tuple(SIGNED), "shade": SHADES},
-    "C3": {"motion": ("looming", "receding"), "shade": SHADES},
-    "C4": {"motion": tuple(SIGNED)},
-    "C5": {"motion": ("looming", "receding"), "background_speed": (8.0,)},
-    "C6": {**_CROSSING, "background_speed": (-8.0,)},
-    "C7": {**_CROSSING, "speed": (40.0, 80.0, 120.0), "background_speed": _BACKGROUNDS, "grey": EVERY},
-    "C8": {**_CROSSING, "speed": (40.0, 80.0, 120.0), "background_speed": _BACKGROUNDS, "shade": SHADES},
-    "C9": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
-    "C10": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
-    "C11": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
-    "C28": {"foliage": ("windblown",), "movers": ("one", "opposite", "group"), "motion": ("rightward", "leftward")},
-    "C22": {"stimulus": ("edge",), "motion": ("rightward", "leftward"), "polarity": ("on", "off")},
-    "C23": {"stimulus": ("apparent",), "motion": ("rightward", "leftward"), "polarity": _PAIRS},
-    "C24": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
-    "C26": {**_CROSSING, "background_speed": (-8.0,), "speed": _CONTRAST_SPEEDS, "grey": EVERY},
-    "C27": {"object": ("absent",), "background_speed": _BACKGROUNDS},
-}
-"""Claim -> the values of clips that its words name, or the paper's text on its figure; other clips do not count.
-``shade`` is dark or light, against what the object passes.
-"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,6 +55,12 @@ class ClipClaim(Claim):
         Whether it is about every single clip: then one that breaks it refutes it, whichever others are missing.
     of_potentials
         Whether it is about potentials alone: then a model without a spiking threshold is judged too, by one of 0.
+    alone
+        The condition that clips without an object have to meet, where it is about such clips too.
+    least_greys
+        How many grey levels of the object it needs.
+    title, cause, tried, mechanism
+        What is told of it beside its words, as of an `experiments.Claim`.
 
     Raises
     ------
@@ -101,11 +69,10 @@ class ClipClaim(Claim):
 
     Examples
     --------
-    >>> from experiments import Check, ClipClaim, Outcome, decide
+    >>> from experiments import Check, ClipClaim, Outcome
     >>> def silent(rows, threshold):
     ...     worst = max(max(row["peak_hs"], -row["trough_hs"]) for row in rows)
-    ...     holds, decided = decide([Check(f"|HS| up to {worst:.2f} (needs below {threshold:g})", threshold - worst)])
-    ...     return Outcome("holds" if holds else "fails", f"|HS| up to {worst:.2f}", decided=decided)
+    ...     return Outcome.of([Check(f"|HS| up to {worst:.2f}", worst, threshold, "below")])
     >>> claim = ClipClaim(id="depth-is-silent", says="HS stays below T", judge=silent,
     ...                   conditions={"motion": ("looming", "receding")})
     """
@@ -115,6 +82,8 @@ class ClipClaim(Claim):
     conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     of_every_clip: bool = False
     of_potentials: bool = False
+    alone: str = ""
+    least_greys: int = 0
 
     def __post_init__(self) -> None:
         Claim.__post_init__(self)
@@ -132,47 +101,14 @@ class ClipClaim(Claim):
         return DSNN if DSNN in self.models else min(self.models)
 
 
-def _entry(
-    claim: str, judge: Callable[[Rows, float], Outcome], *beside: str, every: bool = False, silent: bool = False
-) -> ClipClaim:
-    models, conditions = frozenset({DSNN, *beside}), CONDITIONS[claim]
-    return ClipClaim(
-        id=claim, judge=judge, models=models, conditions=conditions, of_every_clip=every, silent_passes=silent
-    )  # fmt: skip
-
-
-CLAIMS: Mapping[str, ClipClaim] = {
-    claim.id: claim
-    for claim in (
-        _entry("C1", judges.c1, every=True),
-        _entry("C2", judges.c2, every=True, silent=True),
-        _entry("C3", judges.c3, every=True, silent=True),
-        _entry("C4", judges.c4, *BLOCKED, every=True),
-        _entry("C5", judges.c5, EARLIER, every=True, silent=True),
-        _entry("C6", judges.c6, EARLIER, every=True),
-        _entry("C7", judges.c7, EARLIER),
-        _entry("C8", judges.c8, every=True, silent=True),
-        _entry("C9", judges.c9),
-        _entry("C10", judges.c10),
-        _entry("C11", judges.c11, EMD),
-        _entry("C28", street.c28, every=True),
-        _entry("C22", mechanism.c22, *BLOCKED, every=True),
-        _entry("C23", mechanism.c23),
-        _entry("C24", mechanism.c24_clips, *mechanism.FEWER),
-        _entry("C26", mechanism.c26, EMD),
-        _entry("C27", mechanism.c27, *mechanism.WITHOUT, every=True),
-    )
-}
-"""The paper's claims about clips, by id."""
+def paper_claims() -> Mapping[str, ClipClaim]:
+    """Return the paper's claims that clips answer for, by id."""
+    return shipped.of_kind(ClipClaim)
 
 
 def find(claim: Claim | str) -> ClipClaim:
     """Return a claim by its id; ``KeyError`` if clips do not answer for it."""
-    if isinstance(claim, ClipClaim):
-        return claim
-    if isinstance(claim, Claim):
-        raise TypeError(f"claim {claim.id} is a {type(claim).__name__}, not one about clips")
-    return CLAIMS[claim]
+    return shipped.find(claim, ClipClaim)
 
 
 def judge(
@@ -207,20 +143,20 @@ def judge(
 def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]) -> Outcome:
     missing = sorted(asked.models - {row["model"] for row in rows})
     if missing:
-        return Outcome("untested", f"needs {' and '.join(missing)}")
+        return Outcome.unjudged(f"needs {' and '.join(missing)}")
     threshold = thresholds[asked.spiking]
     if threshold is None and not asked.of_potentials:
-        return Outcome("untested", NO_SPIKES)
+        return Outcome.unjudged(NO_SPIKES)
     unknown = [name for name in asked.conditions if name not in ("shade", *rows[0])]
     if unknown:
-        return Outcome("untested", f"clips have no column {unknown[0]}", n=len(rows))
+        return Outcome.unjudged(f"clips have no column {unknown[0]}", n=len(rows))
     own = about(asked, rows)
     without = _unanswered(own, asked.models) or unreadable(own, POTENTIALS)
     if without:
-        return Outcome("untested", f"of the clips {without}", n=len(own))
+        return Outcome.unjudged(f"of the clips {without}", n=len(own))
     lacking = _lacking(asked, own)
     if lacking and not (own and asked.of_every_clip):
-        return Outcome("untested", lacking)
+        return Outcome.unjudged(lacking)
     found = asked.ask(own, 0.0 if threshold is None else threshold)
     told = replace(found, measured="; ".join(filter(None, (found.measured, "" if asked.own else _shift(asked, own)))))
     return told.untested(lacking) if lacking and told.verdict in ("holds", "untestable") else told
@@ -242,16 +178,15 @@ def _shift(claim: ClipClaim, rows: Rows) -> str:
     return f"the background shifts {reach} px a frame{', hardly moving' if max(per_frame) < HARDLY else ''}"
 
 
-def about(claim: ClipClaim, rows: Rows) -> list[Mapping[str, Any]]:
+def about(claim: ClipClaim, rows: Rows) -> list[Row]:
     """Return the rows of the clips and models that a claim's words are about."""
     return [row for row in rows if row["model"] in claim.models and _is_about(claim, row)]
 
 
-def _is_about(claim: ClipClaim, row: Mapping[str, Any]) -> bool:
+def _is_about(claim: ClipClaim, row: Row) -> bool:
     """Whether a claim's words are about what a row was shown."""
     if row["object"] == "absent" and not _may_be_alone(claim):
-        ground = ALONE.get(claim.id)
-        return ground is not None and row[ground] in claim.conditions[ground]
+        return bool(claim.alone) and row[claim.alone] in claim.conditions[claim.alone]
     return all(_value(row, name) in values for name, values in claim.conditions.items() if values != EVERY)
 
 
@@ -260,7 +195,7 @@ def _may_be_alone(claim: ClipClaim) -> bool:
     return claim.own or "object" in claim.conditions
 
 
-def _value(row: Mapping[str, Any], name: str) -> Any:
+def _value(row: Row, name: str) -> Any:
     """A column's value, or of ``shade`` what the object is against its ground; ``None`` if neither, or unknown."""
     if name != "shade":
         return row[name]
@@ -290,10 +225,10 @@ def _lacking(claim: ClipClaim, rows: Rows) -> str:
     if names or not present:
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
         return f"needs clips of {names[0] if names and names[0] else 'an object'}{more}"
-    if claim.id in OF_GREYS and len(wanted["grey"]) < LEAST_GREYS:
-        return f"needs at least {LEAST_GREYS} grey levels (has {len(wanted['grey'])})"
-    if claim.id in ALONE and len(present) == len(rows):
-        return f"needs clips of the {'background' if claim.id == 'C11' else 'foliage'} alone"
+    if claim.least_greys and len(wanted["grey"]) < claim.least_greys:
+        return f"needs at least {claim.least_greys} grey levels (has {len(wanted['grey'])})"
+    if claim.alone and len(present) == len(rows):
+        return f"needs clips of the {claim.alone.removesuffix('_speed')} alone"
     return ""
 
 

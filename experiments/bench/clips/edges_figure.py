@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from experiments.bench.clips.judging.mechanism import LEAST_OF_OTHER, MOST_OF_DRIVEN
-from experiments.bench.clips.judging.paper import DSNN, strongest
+from experiments.bench.clips.judging import DSNN, LEAST_OF_OTHER, MOST_OF_DRIVEN, strongest
 from experiments.bench.figures.palette import LINES, colours
 from experiments.bench.figures.plotting import STYLE, columns_of_key, extra_widths, plain
 
@@ -30,13 +29,13 @@ SKY = "#b9b9b9"
 """The ground in the icons, between the greys of the two objects."""
 NAMES = {DSNN: "intact", "dsnn-on-blocked": "ON blocked", "dsnn-off-blocked": "OFF blocked"}
 CLEAR = 7.0
-"""Of a bar's numbers above its highest dot, per cent: over the line at 5 %."""
+"""Distance of a bar's numbers above its highest dot, per cent: over the line at 5 %."""
 WIDTHS = (1.15, 1.0, 0.95)
-"""Of the stimulus's icons, of a panel of traces, and of the bars: relative to each other."""
+"""Widths of the stimulus's icons, of a panel of traces, and of the bars: relative to each other."""
 SAME = 0.004
 """Potentials that differ by less look like one curve."""
 BAR_WIDTH = 0.16
-"""Of a bar, where there are many."""
+"""Width of a bar, where there are many."""
 MOST_WRITTEN = 4
 """Bars beyond which words and numbers stand upright."""
 
@@ -135,14 +134,14 @@ def _styles(tints: Mapping[str, str]) -> dict[str, Any]:
     broken, found, used = LINES[1:], {}, set()
     for place, (model, tint) in enumerate((model, tint) for model, tint in tints.items() if model != DSNN):
         turns = [(place + 1 + more) % len(broken) for more in range(len(broken))]
-        turn = next((each for each in turns if (tint, each) not in used), turns[0])
+        turn = next((turn for turn in turns if (tint, turn) not in used), turns[0])
         used.add((tint, turn))
         found[model] = broken[turn]
     return {**found, DSNN: "-"}
 
 
 def _icons(axes: Axes, polarity: str) -> None:
-    """Both objects that have such an edge, the edge marked; and luminance over time where the edge passes."""
+    """Draw both objects that have such an edge, the edge marked; and luminance over time where the edge passes."""
     name, cases = CASES[polarity]
     axes.set(xlim=(0, 10), ylim=(0, 12.4))
     axes.set_axis_off()
@@ -180,7 +179,7 @@ def _limits(axes: Axes, thresholds: Mapping[str, float | None]) -> None:
 
 
 def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], tints: Mapping[str, str]) -> None:
-    """For each model a bar at the mean of its shares over the clips, and a dot for each clip."""
+    """Draw for each model a bar at the mean of its shares over the clips, and a dot for each clip."""
     clips = list(dict.fromkeys(row["clip"] for row in rows))
     others = [model for model in tints if model != DSNN and any((clip, model) in left for clip in clips)]
     upright = 90 if len(others) > MOST_WRITTEN else 0

@@ -17,7 +17,7 @@ from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.declared import check_claims
 
 DRAWN = ("speed", "grey", "background_speed")
-"""Those that a figure of peaks may be drawn against."""
+"""Names of the changes that a figure of peaks may be drawn against."""
 CLIP = "experiments.Clip(name, stimulus, changes, jitter_px)"
 
 
@@ -99,7 +99,7 @@ class Clip:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """How an off-line experiment is drawn.
+    """Way to draw an off-line experiment.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ class Showing:
     models: tuple[ConfiguredModel, ...]
 
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
-        """Its models, each with the clip's frame rate, 1/s."""
+        """Return the job's models, each with the clip's frame rate, 1/s."""
         rate = _fps(self.condition)
         return ((model, rate) for model in self.models)
 

@@ -243,7 +243,7 @@ def _background_parts(rows: Rows, shades: Mapping[float, Any]) -> list[tuple[str
 
 
 def _px_a_frame(row: Mapping[str, Any]) -> float:
-    """How fast the background shifts, either way."""
+    """Tell how fast the background shifts, either way."""
     return float(abs(row["background_speed"]) / (row["fps"] if row["speed_unit"] == "px/s" else 1.0))
 
 
@@ -278,7 +278,7 @@ def _limits(axes: Axes, thresholds: Mapping[str, float | None], models: Sequence
 
 
 def _threshold_keys(thresholds: Mapping[str, float | None], models: Sequence[str]) -> list[Line2D]:
-    """What the dashed lines are: thresholds, and of which models where there are several."""
+    """Return what the dashed lines are: thresholds, and of which models where there are several."""
     levels = {model: level for model in models if (level := thresholds.get(model)) is not None}
     owners = {level: [model for model in levels if levels[model] == level] for level in levels.values()}
     said = []

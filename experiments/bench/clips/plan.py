@@ -1,4 +1,4 @@
-"""What an off-line run is to do, and how ``experiment.json`` tells of it."""
+"""Plan of an off-line run, and its description in ``experiment.json``."""
 
 from __future__ import annotations
 
@@ -40,6 +40,7 @@ class OfflinePlan:
         """
         models, changed = self.showings[0].models, self.changed()
         return {
+            "kind": "clips",
             "experiment": self.experiment,
             "repeats": self.repeats,
             "seed": self.seed,

@@ -20,11 +20,11 @@ from experiments.bench.engine.models import ConfiguredModel
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What one model made of the clip."""
+    """Answers of one model to a clip."""
 
     model: str
     channels: tuple[str, ...]
-    """Those that the model declares."""
+    """Channels that the model declares."""
     thresholds: Mapping[str, float | None]
     """Channel -> its spiking threshold."""
     series: ResponseSeries
@@ -41,7 +41,7 @@ class Played:
 
     name: str
     settings: dict[str, Any]
-    """What made the clip: name -> value."""
+    """Settings that made the clip: name -> value."""
     frames: npt.NDArray[np.uint8]
     truths: tuple[Truth, ...]
     times_s: npt.NDArray[np.float64]

@@ -38,7 +38,7 @@ class ClipRow(JobRow):
     movers: str | None
     foliage: str | None
     polarity: str | None
-    """Of an edge ``on`` or ``off``, of two steps ``on-off`` and so on."""
+    """Polarity of an edge, ``on`` or ``off``, of two steps ``on-off`` and so on."""
     fps: float | None
     """Frames per second of the clip."""
     background_mean: float | None
@@ -58,12 +58,12 @@ class ShownRow(ClipRow, ModelRow):
     hs_leftward: float | None
     """The lowest HS of those in which it says leftward."""
     hs_against: float | None
-    """How far HS goes against the truth's direction in either, 0 if it never does; null without such frames."""
+    """Distance that HS goes against the truth's direction in either, 0 if it never does; null without such frames."""
     frames: int
     wall_s: float
     """Time that the clip took to show."""
     code: str
-    """Of what computed the row: see `experiments.bench.store.provenance`."""
+    """Digest of the code that computed the row: see `experiments.bench.store.provenance`."""
 
 
 CLIP_SCHEMA = schema_of(ClipRow, ModelRow, ShownRow)
@@ -71,7 +71,7 @@ SERIES_SCHEMA = schema_of(FrameRow, ResponseRow)
 
 
 def clip_contents(shown: Sequence[Showing], recorded: Iterable[int] = (), *, frames: bool = True) -> Contents:
-    """What a run of these clips may hold; the ``recorded`` ones leave recordings."""
+    """Return what a run of these clips may hold; the ``recorded`` ones leave recordings."""
     with_recording = frozenset(recorded)
     known: dict[int, Mapping[str, Any]] = {}  # clips of all repeats are the same few objects
     trials = {}

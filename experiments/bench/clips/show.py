@@ -23,7 +23,7 @@ from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.store.rows import Failure, TrialRecord, recording_of
 
 JPEG_QUALITY = 85
-"""Of recorded frames: exact ones of a photograph are ten times as large; `colias play` keeps them."""
+"""JPEG quality of recorded frames: exact ones of a photograph are ten times as large; `colias play` keeps them."""
 
 
 def show(showing: Showing, *, record: bool = False) -> TrialRecord:

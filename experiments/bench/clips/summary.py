@@ -1,4 +1,4 @@
-"""What an off-line run amounts to: its claims at every seed, and its figure."""
+"""Summary of an off-line run: its claims at every seed, and its figure."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from experiments.bench.store.run_folder import RunFolder
 
 @dataclass(frozen=True, slots=True)
 class OfflineReport:
-    """What an off-line run amounts to: a row a clip and model, the verdicts, and what failed."""
+    """Summary of an off-line run: a row a clip and model, the verdicts, and what failed."""
 
     plan: OfflinePlan
     folder: Path

@@ -1,4 +1,4 @@
-"""What an off-line run shows on the terminal: potentials of its clips, the verdicts, where everything is."""
+"""Tables of an off-line run on the terminal: potentials of its clips, the verdicts, where everything is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a behaviour is: a policy over what the network, or a privileged sense, says."""
+"""Behaviours: policies over the answers of the network, or of a privileged sense."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Wheels = tuple[float, float]
 """A type: speeds of the wheels, left and right, as shares of the maximum; beyond -1 and 1 they are cut."""
 
 Policy = Callable[[Any], Wheels]
-"""What to do next, from what is sensed: a `dsnn.Response`, or a `colias_sim.envs.State`."""
+"""Function from what is sensed to what to do next: a `dsnn.Response`, or a `colias_sim.envs.State`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Behaviour:
-    """What drives the robot in an env.
+    """A driver of the robot in an env.
 
     Parameters
     ----------

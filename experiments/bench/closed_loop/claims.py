@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache
 
 from colias_sim.envs import ENVS
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
@@ -13,9 +13,10 @@ from experiments.bench.closed_loop.episode import Setting
 from experiments.bench.closed_loop.power import MOST_EPISODES, Pilot, episodes_needed
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
 from experiments.bench.closed_loop.scores import Row, mean, rate, rate_ratio
+from experiments.bench.judging import claims as shipped
+from experiments.bench.judging.checks import Check
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.scores import Score
-from experiments.bench.judging.texts import tried
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.store.rows import mixture
 
@@ -57,7 +58,7 @@ def plans(episodes: int, seed: int, steps: int | None = None) -> list[BehaviourP
 
 def judge(by_env: Mapping[str, Episodes]) -> list[Verdict]:
     """Judge every claim on the episodes there are: env -> behaviour -> rows."""
-    return [_verdict(claim, by_env.get(claim.env, {})) for claim in CLAIMS.values()]
+    return [_verdict(claim, by_env.get(claim.env, {})) for claim in claims().values()]
 
 
 def episodes(played: Sequence[Played]) -> dict[str, Episodes]:
@@ -70,7 +71,7 @@ def _verdict(claim: BehaviourClaim, played: Episodes) -> Verdict:
     found, mixed = claim.judge(played), mixture([row for rows in played.values() for row in rows])
     if mixed:
         found = replace(found, measured=f"{found.measured}; {mixed}")
-    limits = tried().get(claim.id, "") if found.verdict == "fails" else ""
+    limits = claim.tried if found.verdict == "fails" else ""
     return claim.verdict(found, experiment=claim.env, tried=limits)
 
 
@@ -78,26 +79,13 @@ def rarer(played: Episodes, against: str, times: float) -> Outcome:
     """Judge whether ``hybrid`` collides less often per metre than ``against``, by more than ``times``."""
     own, other = played.get("hybrid", ()), played.get(against, ())
     if not own or not other:
-        return Outcome("untested", f"needs episodes of hybrid and {against}")
+        return Outcome.unjudged(f"needs episodes of hybrid and {against}")
     ratio = rate_ratio(other, own)
     measured = (
-        f"hybrid {rate(own, 'driven_m')} collisions a metre ({_hits(own)}), {against} {rate(other, 'driven_m')}"
-        f" ({_hits(other)}): {ratio} times"
+        f"hybrid {rate(own, 'driven_m')} collisions a metre ({collisions_text(own)}), "
+        f"{against} {rate(other, 'driven_m')} ({collisions_text(other)}): {ratio} times"
     )
     return _judged(measured, len(own) + len(other), ratio, times, {"hybrid": own, against: other})
-
-
-def rarer_than_lgmd(played: Episodes) -> Outcome:
-    """Judge ``hybrid`` against LGMD alone, and tell what the hybrid without direction does."""
-    found = rarer(played, "lgmd", LGMD_RATIO)
-    if found.verdict == "untested":
-        return found
-    found = replace(found, decided=found.decided + _underpowered(played))
-    if not played.get("lgmd-hybrid"):
-        return found
-    blind = rate_ratio(played["lgmd-hybrid"], played["hybrid"])
-    said = f"the hybrid without direction, a side by chance, {_hits(played['lgmd-hybrid'])}: {blind} times"
-    return replace(found, measured=f"{found.measured}; {said}")
 
 
 @cache
@@ -106,8 +94,8 @@ def lgmd_episodes() -> int:
     return episodes_needed(PILOT["hybrid"], PILOT["lgmd"], LGMD_RATIO) or MOST_EPISODES
 
 
-def _underpowered(played: Episodes) -> str:
-    """What is to be said of B2 where its episodes are too few, or too short, for a power of 80 %; otherwise empty.
+def underpowered_text(played: Episodes) -> str:
+    """Return what is to be said of B2 where its episodes are too few, or too short, for a power of 80 %.
 
     Episodes that are cut short are worth as many whole ones as they are long together.
     """
@@ -126,24 +114,25 @@ def above(played: Episodes, name: str, column: str, bound: float) -> Outcome:
     rows = [row for row in played.get(name, ()) if row[column] is not None]
     score = mean(rows, column)
     if score is None:
-        return Outcome("untested", f"needs episodes of {name}")
+        return Outcome.unjudged(f"needs episodes of {name}")
     return _judged(f"{score}", len(rows), score, bound, {name: rows})
 
 
 def _judged(measured: str, n: int, score: Score, bound: float, played: Episodes) -> Outcome:
     """It holds where the whole interval of ``score`` is above ``bound``."""
     seeds = {name: len({row["seed"] for row in rows}) for name, rows in played.items()}
-    found = Outcome("untested", measured, n=n)
     if min(seeds.values()) < LEAST_SEEDS:
         has = ", ".join(f"{count} of {name}" for name, count in seeds.items())
-        return found.untested(f"needs episodes at {LEAST_SEEDS} seeds or more of each behaviour (has {has})")
+        why = f"needs episodes at {LEAST_SEEDS} seeds or more of each behaviour (has {has})"
+        return Outcome.unjudged(f"{why}; measured: {measured}", n=n)
     if math.isnan(score.value) or math.isnan(score.low):
-        return found.untested("the measure is no number: no episode collided, or one has none")
-    said = f"lower end of the 95 % interval {score.low:.3g} (needs above {bound:g})"
-    return replace(found, verdict="holds" if score.low > bound else "fails", decided=said)
+        why = "the measure is no number: no episode collided, or one has none"
+        return Outcome.unjudged(f"{why}; measured: {measured}", n=n)
+    return Outcome.of([Check(f"lower end of the 95 % interval {score.low:.3g}", score.low, bound)], measured, n=n)
 
 
-def _hits(rows: Sequence[Row]) -> str:
+def collisions_text(rows: Sequence[Row]) -> str:
+    """Return how many episodes collided in how many metres, in words."""
     metres = sum(row["driven_m"] for row in rows)
     return f"{sum(bool(row['touched']) for row in rows)} in {metres:.1f} m"
 
@@ -164,23 +153,6 @@ class BehaviourClaim(Claim):
     judge: Callable[[Episodes], Outcome]
 
 
-_ENTRIES = (
-    BehaviourClaim(
-        id="B1", env=AVOIDANCE, judge=partial(rarer, against="straight", times=5.0),
-        says="hybrid avoidance collides at least 5 times less often per metre than the straight drive",
-    ),
-    BehaviourClaim(
-        id="B2", env=AVOIDANCE, judge=rarer_than_lgmd,
-        says="hybrid avoidance collides less often per metre than LGMD alone",
-    ),
-    BehaviourClaim(
-        id="B3", env=OPTOMOTOR, judge=partial(above, name="optomotor", column="optomotor_gain", bound=0.5),
-        says="the optomotor reflex's gain is above 0.5",
-    ),
-    BehaviourClaim(
-        id="B4", env=FIXATION, judge=partial(above, name="fixation", column="in_view", bound=0.8),
-        says="fixation keeps the target in view 80 % of the time",
-    ),
-)  # fmt: skip
-CLAIMS: Mapping[str, BehaviourClaim] = {claim.id: claim for claim in _ENTRIES}
-"""Our own claims, by id. The paper's are about open loops."""
+def claims() -> Mapping[str, BehaviourClaim]:
+    """Return our own claims, by id. The paper's are about open loops."""
+    return shipped.of_kind(BehaviourClaim)

@@ -27,22 +27,22 @@ from experiments.bench.streams import stream
 
 Floats = npt.NDArray[np.float64]
 Agent = Callable[[Any], Any]
-"""What an env may be driven by: observation in, action out."""
+"""Agent that may drive an env: observation in, action out."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What an episode sets: who behaves, where, and what of the env is changed."""
+    """Setting of an episode: who behaves, where, and what of the env is changed."""
 
     behaviour: str
     """A registered name, or the absolute path of a .py file."""
     env: str
     options: tuple[tuple[str, Any], ...] = ()
     steps: int | None = None
-    """After how many frames it is over; otherwise the env's own number."""
+    """Number of frames after which the episode is over; otherwise the env's own number."""
 
     def label(self) -> str:
-        """For people."""
+        """Return a label for people."""
         changed = "".join(f", {name}={value}" for name, value in self.options)
         return f"{self.behaviour} in {self.env.partition('/')[2]}{changed}"
 
@@ -64,7 +64,9 @@ class EpisodeSpec:
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """What happened, a value per frame: (T,) each, but ``frames`` (T, R, C) uint8, empty where nothing was seen."""
+    """Record of an episode, a value per frame: (T,) each, but ``frames`` (T, R, C) uint8, empty where nothing was
+    seen.
+    """
 
     name: str
     env: str
@@ -80,7 +82,7 @@ class Episode:
     model: str
     """The vision model's name; empty where nothing was seen."""
     channels: tuple[str, ...]
-    """Those that the vision model declares."""
+    """Channels that the vision model declares."""
     series: ResponseSeries | None
     rewards: Floats
     infos: Mapping[str, Floats]
@@ -89,7 +91,7 @@ class Episode:
 
     @property
     def steps(self) -> int:
-        """How many."""
+        """Tell how many."""
         return len(self.rewards)
 
 
@@ -156,7 +158,9 @@ def agent(policy: Policy, senses: str, model: Any = None) -> Agent:
 
 
 def _wheels(answer: Any) -> npt.NDArray[np.float32]:
-    """What a policy returned, as numbers; `UsageError` for what is callable: a class given as a reflex makes such."""
+    """Return what a policy returned, as numbers; `UsageError` for what is callable: a class given as a reflex makes
+    such.
+    """
     if callable(answer):
         kind = getattr(answer if isinstance(answer, type) else type(answer), "__name__", "")
         instead = f"for a reflex with memory use Behaviour(..., make={kind})"

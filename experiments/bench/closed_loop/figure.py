@@ -36,11 +36,11 @@ from experiments.bench.judging.scores import Standing
 from scenes import ARENA_RADIUS_CM
 
 COLLISION, PARKED, DRIVING, WALL = HUES[4], "#5a5a5a", "#ffffff", "#8a8a8a"
-"""Of crosses, of robots that are parked and of those that drive, and of the arena's outline."""
+"""Colours of crosses, of robots that are parked and of those that drive, and of the arena's outline."""
 ACROSS = 4
 """Most panels of paths side by side."""
 WIDTH, TRACK_INCHES, KEYS_INCHES = 9.6, 2.45, 0.75
-"""Of the figure, of a row of panels of paths, of the keys below them; inches."""
+"""Sizes of the figure, of a row of panels of paths, of the keys below them; inches."""
 SHOWN_CM = ARENA_RADIUS_CM + 2.0
 """Half the width of a panel of paths."""
 
@@ -65,7 +65,7 @@ def draw(played: Played) -> Figure:
         )
         for measure in env.all_measures
     ]  # fmt: skip
-    looks = marks(each.name for each in standings)
+    looks = marks(standing.name for standing in standings)
     upper = 1.1 + INCHES_A_ROW * len(standings)
     lower = -(-len(standings) // ACROSS) * TRACK_INCHES + KEYS_INCHES if env.draws_paths else 0.0
     with mpl.rc_context(plotting.STYLE):
@@ -129,7 +129,7 @@ def _tracks(axes: Axes, standing: Standing, played: Played, colour: str) -> None
 
 
 def _keys(played: Played, *, many: bool) -> list[Line2D]:
-    """What is in the panels of paths."""
+    """Return what is in the panels of paths."""
     ink = "#222222"
     keys = [Line2D([], [], color=ink, lw=1.5, label="path of the first episode" if many else "path")]
     if many:

@@ -1,4 +1,4 @@
-"""What a behaviour is, and how to find one: registered by name, a user's own by the path of its file."""
+"""Behaviours found by name: registered by name, a user's own by the path of its file."""
 
 from __future__ import annotations
 

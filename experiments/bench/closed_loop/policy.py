@@ -30,7 +30,7 @@ TRAINED_UNDER = ("camera", "robot", "noise", "randomise")
 
 WHEELS = 2
 SENSED = len(NEURAL) + WHEELS
-"""What a network sees: the neural observation, and what it last told the wheels."""
+"""Senses of a network: the neural observation, and what it last told the wheels."""
 
 
 def _known_env(name: str) -> str:
@@ -56,7 +56,8 @@ def _legal_options(options: Mapping[str, Any], info: ValidationInfo) -> Mapping[
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class Steering:
-    """How a network's two answers in [-1, 1] move the wheels: not at once, full speed being 1250 degrees/s of turn.
+    """Rule by which a network's two answers in [-1, 1] move the wheels: not at once, full speed being 1250 degrees/s of
+    turn.
 
     Each frame a wheel keeps a share of its command and adds to it, within a limit; shares of the maximum.
     """
@@ -66,7 +67,7 @@ class Steering:
     limit: float = Field(default=0.3, gt=0.0, le=1.0, description="the greatest command")
 
     def sense(self, observation: Vector, command: Vector) -> Vector:
-        """What the network sees, (9,), of an observation (7,) and the last command (2,)."""
+        """Return what the network sees, (9,), of an observation (7,) and the last command (2,)."""
         return np.concatenate([observation, command / np.float32(self.limit)]).astype(np.float32)
 
     def command(self, last: Vector, answer: Vector) -> Vector:
@@ -77,7 +78,7 @@ class Steering:
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class About:
-    """What a policy is for, how large, and where it came from."""
+    """Purpose, size and origin of a policy."""
 
     env: Annotated[str, AfterValidator(_known_env)]
     seed: int = Field(ge=0, lt=2**32)
@@ -118,7 +119,7 @@ class Policy:
         return answered
 
     def behaviour(self, name: str) -> Behaviour:
-        """What `behave` plays: each episode begins with the wheels at rest."""
+        """Return what `behave` plays: each episode begins with the wheels at rest."""
         trained = "untrained" if self.about.steps == 0 else f"trained for {self.about.steps:,} steps"
         return Behaviour(name, f"a network {trained}", self.about.env, lambda rng: self._driver(), "neural",
                          self.about.model)  # fmt: skip

@@ -21,7 +21,7 @@ from experiments.bench.store.places import replacing
 
 ENDING = ".npz"
 MOST_BYTES = 4 * 2**20
-"""Of a file, and of all that it unpacks to: room for the largest network that `About` allows."""
+"""Largest size of a file, and of all that it unpacks to: room for the largest network that `About` allows."""
 
 
 def save(policy: Policy, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""How many episodes a comparison of two behaviours' collisions takes: power, from the rates of a pilot. Pure.
+"""Number of episodes that a comparison of two behaviours' collisions takes: power, from the rates of a pilot. Pure.
 
 Judged is `experiments.bench.closed_loop.scores.rate_ratio`: two counts of collisions, each over the metres driven, and
 the exact interval of their ratio given the sum of the counts. The pilot is of other seeds than those that are judged.
@@ -30,7 +30,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Pilot:
-    """What the pilot episodes of one behaviour came to.
+    """Results of the pilot episodes of one behaviour.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ JPEG_QUALITY = 85
 OBSERVER_COLOUR, OTHER_COLOUR = (46, 120, 80), (25, 25, 25)
 TRACK_COLOURS = ((46, 160, 90), (214, 39, 40))
 LEFT, RIGHT = rgb(HUES[1]), rgb(HUES[6])
-"""Of the wheels."""
+"""Colours of the wheels."""
 
 
 def record(episode: Episode) -> bytes:
@@ -55,7 +55,7 @@ def _short(episode: Episode) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Neurons:
-    """What the env's vision model answered; its thresholds are not drawn."""
+    """Answers of the env's vision model; its thresholds are not drawn."""
 
     model: str
     channels: tuple[str, ...]
@@ -89,7 +89,9 @@ def _write(episode: Episode, recording: rr.RecordingStream) -> None:
 
 
 def _arena(recording: rr.RecordingStream, episode: Episode, times: list[rr.TimeColumn]) -> None:
-    """From above: x to the right, y up, centimetres; robots as discs with their heading, tracks of who moves."""
+    """Draw the arena from above: x to the right, y up, centimetres; robots as discs with their heading, tracks of who
+    moves.
+    """
     turn = np.linspace(0, 2 * np.pi, 65)
     wall = ARENA_RADIUS_CM * np.column_stack([np.cos(turn), np.sin(turn)])
     recording.log("arena/wall", rr.LineStrips2D([_shown(wall)], colors=[LIMIT_COLOUR], radii=[0.3]), static=True)

@@ -42,11 +42,15 @@ SET_BY_BEHAVIOUR = ("observation", "actions", "render_mode", "render_view", "ren
 
 @dataclass(frozen=True, slots=True)
 class BehaviourPlan:
-    """Who plays where: ``settings`` in order, the first being that asked for; each the same ``episodes`` seeds."""
+    """Plan of who plays where: ``settings`` in order, the first being that asked for; each the same ``episodes``
+    seeds.
+    """
 
     settings: tuple[Setting, ...]
     episodes: int
     seed: int
+    kind: str = "episodes"
+    """As `experiments.bench.store.kinds` names it."""
 
     def specs(self) -> list[EpisodeSpec]:
         """Every episode; those of equal repeat have equal seeds, so equal worlds."""
@@ -57,9 +61,10 @@ class BehaviourPlan:
         ]
 
     def describe(self) -> dict[str, Any]:
-        """What makes two runs one."""
+        """Return what makes two runs one."""
         return {
-            "experiment": "behave", "seed": self.seed, "repeats": self.episodes, "trials": len(self.specs()),
+            "kind": self.kind, "experiment": "behave", "seed": self.seed, "repeats": self.episodes,
+            "trials": len(self.specs()),
             "settings": [dataclasses.asdict(setting) for setting in self.settings],
             **provenance.of(self._sources()),
         }  # fmt: skip
@@ -71,7 +76,7 @@ class BehaviourPlan:
         return [str(Path(source).resolve()) if is_own(source) else source for source in found]
 
     def contents(self, recorded: int) -> Contents:
-        """What the run's folder may hold, with recordings of the first ``recorded`` episodes."""
+        """Return what the run's folder may hold, with recordings of the first ``recorded`` episodes."""
         names = {setting.behaviour: load_behaviour(setting.behaviour).name for setting in self.settings}
         trials = {}
         for spec in self.specs():
@@ -84,7 +89,7 @@ class BehaviourPlan:
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """What became of a plan."""
+    """Results of a plan."""
 
     folder: Path
     env: str
@@ -96,7 +101,7 @@ class Played:
     options: tuple[tuple[str, Any], ...] = ()
     """The arguments of the env that were set."""
     starts: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
-    """Of the first episode, where every robot stood at its start: x and y in cm, heading in degrees. Empty where no
+    """Poses of the robots at the start of the first episode: x and y in cm, heading in degrees. Empty where no
     paths are drawn."""
 
 

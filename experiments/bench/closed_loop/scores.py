@@ -1,4 +1,4 @@
-"""What episodes come to: the measures of each env, with their 95 % intervals. Pure."""
+"""Scores of episodes: the measures of each env, with their 95 % intervals. Pure."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class EpisodeRow(JobRow):
     frames: int
     seconds: float
     touched: bool
-    """Whether it ended by touching something."""
+    """Whether the episode ended by touching something."""
     driven_m: float
     reward: float
     code: str
-    """Of what computed the row: see `experiments.bench.store.provenance`."""
+    """Digest of the code that computed the row: see `experiments.bench.store.provenance`."""
 
 
 class StepRow(FrameRow):
@@ -148,7 +148,7 @@ def free_distance(rows: Sequence[Row]) -> Score:
 
 
 def rate_ratio(first: Sequence[Row], second: Sequence[Row], per: str = "driven_m") -> Score:
-    """How many times more often the ``first`` collide than the ``second``, with the exact conditional interval.
+    """Tell how many times more often the ``first`` collide than the ``second``, with the exact conditional interval.
 
     Given their sum, the count of the first is binomial, its chance set by the ratio and the two stretches.
     """

@@ -1,4 +1,4 @@
-"""What a reflex is given: the answer of a model, of which only the declared channels can be read."""
+"""View of a reflex: the answer of a model, of which only the declared channels can be read."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ PUBLISHED = {"lplc2": 0.961, "si-lgmd1": 0.937}
 
 @dataclass(frozen=True, slots=True)
 class Survival:
-    """How one behaviour fared.
+    """Survival of one behaviour.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ def best_against(found: Sequence[Survival], group: Sequence[str], reference: str
 
 
 def published(episodes: int) -> str:
-    """What is to be said of the escape rates that were published, by so many ``episodes`` of each model."""
+    """Return what is to be said of the escape rates that were published, by so many ``episodes`` of each model."""
     (first, high), (second, low) = PUBLISHED.items()
     needed = shares_needed(high, low)
     return (

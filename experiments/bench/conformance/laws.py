@@ -27,17 +27,17 @@ from experiments.bench.streams import stream
 Frames = npt.NDArray[np.uint8]
 SHAPE, LARGER = (72, 99), (180, 320)
 REST: Mapping[str, float] = MappingProxyType({"hs": 0.0, "vs": 0.0, "looming": 0.5})
-"""Of each potential, while nothing moves."""
+"""Largest size of each potential while nothing moves."""
 NEGLIGIBLE = 1e-6
 LEAST_SHARE = 0.5
-"""Of the stronger of two answers to mirror images, what the weaker one has to reach."""
+"""Share, of the stronger of two answers to mirror images, that the weaker one has to reach."""
 ALIKE = 0.02
-"""How far two looming potentials to mirror images may be apart."""
+"""Largest difference of two looming potentials to mirror images."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Whether a model keeps a law: ``trouble`` says what is broken and how to mend it, and is empty if it is kept."""
+    """Result of a law for a model: ``trouble`` says what is broken and how to mend it, and is empty if it is kept."""
 
     law: str
     asks: str

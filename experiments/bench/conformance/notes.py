@@ -1,4 +1,6 @@
-"""What breaks no law and is rarely meant: dropped answers, potentials without spikes, spikes without a threshold."""
+"""Oddities that break no law and are rarely meant: dropped answers, potentials without spikes, spikes without a
+threshold.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,7 @@ def notes(chosen: ConfiguredModel) -> list[str]:
 
 
 def _answers(chosen: ConfiguredModel) -> list[Any]:
-    """As the model gives them, to be looked at before undeclared channels are dropped."""
+    """Return the answers as the model gives them, to be looked at before undeclared channels are dropped."""
     found = []
     for frames in (crossing(), approach()):
         shape = (frames.shape[1], frames.shape[2])
@@ -54,13 +56,19 @@ def _uncounted(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
 
 
 def _silent(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
-    """Of a user's own file: of those that ship, the hybrid holds its spikes back on purpose while nothing looms."""
+    """Note silent channels of a user's own file: of those that ship, the hybrid holds its spikes back on purpose while
+    nothing looms.
+    """
     found: list[str] = []
     if not is_file(chosen.source):
         return found
     names = chosen.declared.thresholds
     for channel, threshold in chosen.thresholds.items():
-        if channel not in SPIKING or threshold is None or any(getattr(each, f"{channel}_spikes") for each in answers):
+        if (
+            channel not in SPIKING
+            or threshold is None
+            or any(getattr(answer, f"{channel}_spikes") for answer in answers)
+        ):
             continue
         above = sum(abs(getattr(answer, channel)) > threshold for answer in answers)
         if above:

@@ -1,4 +1,4 @@
-"""What ``colias check`` prints."""
+"""Output of ``colias check``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from experiments.bench.conformance.laws import Finding
 from experiments.bench.engine.terminal import count, out_console, show_line
 
 MOST_US = 1000.0
-"""What a model may cost a frame of 99x72, us, without a word about it: the robot's camera gives 30 frames a second."""
+"""Largest cost of a model for a frame of 99x72, us, without a word about it: the robot's camera gives 30 frames a
+second.
+"""
 
 
 def show(label: str, findings: Sequence[Finding], us: float | None, notes: Sequence[str] = ()) -> None:
@@ -16,14 +18,14 @@ def show(label: str, findings: Sequence[Finding], us: float | None, notes: Seque
 
     Of several rounds ``us`` is that of the fastest: what else runs on the machine only adds.
     """
-    for each in findings:
-        said = f"broken: {each.trouble}" if each.trouble else f"kept: {each.asks}"
-        show_line(f"{each.law:<13}{said}", 13)
+    for finding in findings:
+        said = f"broken: {finding.trouble}" if finding.trouble else f"kept: {finding.asks}"
+        show_line(f"{finding.law:<13}{said}", 13)
     for note in notes:
         show_line(f"note: {note}", 4)
     if us is not None:
         more = "; more than 1 ms: say why in its docstring" if us > MOST_US else ""
         out_console.print(f"{'cost':<13}{us:.0f} us a frame at 99x72, in its fastest round{more}", markup=False)
-    broken = sum(bool(each.trouble) for each in findings)
+    broken = sum(bool(finding.trouble) for finding in findings)
     told = f"breaks {count(broken, 'law')} of {len(findings)}" if broken else f"keeps all {len(findings)} laws"
     out_console.print(f"{label} {told}", markup=False)

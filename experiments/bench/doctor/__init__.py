@@ -1,1 +1,1 @@
-"""What ``colias doctor`` finds out about a machine."""
+"""Checks of ``colias doctor`` on a machine."""

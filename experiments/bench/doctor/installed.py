@@ -59,7 +59,9 @@ def packages() -> Finding:
 
 
 def _unmet(text: str) -> str:
-    """What is wrong with one requirement of the project's own, in words; empty where it is met, or of an extra."""
+    """Return what is wrong with one requirement of the project's own, in words; empty where it is met, or of an
+    extra.
+    """
     needed = Requirement(text)
     if needed.marker is not None and not needed.marker.evaluate({**_environment(), "extra": ""}):
         return ""

@@ -94,7 +94,7 @@ def run_folder(folder: Path) -> Finding:
 
 
 def _locks(path: Path) -> str:
-    """What is to be said of the file system's locks; empty where they work."""
+    """Return what is to be said of the file system's locks; empty where they work."""
     try:
         with FileLock(path, timeout=1):
             return ""

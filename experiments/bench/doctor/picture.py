@@ -35,7 +35,7 @@ def drawing() -> list[Finding]:
 
 
 def _remedy(said: str) -> str:
-    """What to do where nothing can be drawn."""
+    """Return what to do where nothing can be drawn."""
     chosen = os.environ.get("MUJOCO_GL", "")
     if "no backend" in said or (chosen and "apt-get" not in said):
         return "unset MUJOCO_GL, or set it to egl, osmesa or glfw"
@@ -70,7 +70,7 @@ def _pixels(found: dict[str, Any]) -> Finding:
 
 
 def _probe() -> dict[str, Any]:
-    """What the process of its own finds; ``trouble`` alone where it cannot draw."""
+    """Return what the process of its own finds; ``trouble`` alone where it cannot draw."""
     try:
         import time
 

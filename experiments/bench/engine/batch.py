@@ -37,7 +37,7 @@ SHOWN_FAILURES = 10
 
 @dataclass(frozen=True, slots=True)
 class Resources:
-    """What to run with.
+    """Resources of a run: pool, progress and the like.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Resources:
     other_code: bool = False
 
     def where(self) -> str:
-        """On what jobs run, in words: ``on 2 workers``."""
+        """Tell in words what jobs run on: ``on 2 workers``."""
         return f"on {self.cluster or count(max(self.workers, 1), 'worker')}"
 
     @contextmanager
@@ -94,7 +94,7 @@ class Spec(Protocol):
 
     @property
     def index(self) -> int:
-        """Its number in the run."""
+        """Return the job's number in the run."""
         ...
 
     @property
@@ -104,11 +104,11 @@ class Spec(Protocol):
 
     @property
     def condition(self) -> Labelled:
-        """What it sets."""
+        """Return what it sets."""
         ...
 
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
-        """Its models, each with the rate of the frames that it is shown, 1/s."""
+        """Return the job's models, each with the rate of the frames that it is shown, 1/s."""
         ...
 
 
@@ -260,7 +260,7 @@ def _run(
 
 
 def _by_same_code(work: Callable[[AnySpec], TrialRecord], made_by: Mapping[str, Any], spec: AnySpec) -> TrialRecord:
-    """In a worker: do the job, if the worker has the code that the rows will be marked with, before it and after."""
+    """Do the job in a worker, if the worker has the code that the rows will be marked with, before it and after."""
     if made_by:
         provenance.check(made_by)
     done = work(spec)

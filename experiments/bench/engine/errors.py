@@ -1,4 +1,4 @@
-"""What is wrong with what a person gave, and what went wrong: in one line for people."""
+"""Errors in one line for people: about what a person gave, and about what went wrong."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ LONGEST_TROUBLE = 500
 
 
 def explained(error: BaseException, said: str | None = None) -> str:
-    """What an exception says, or ``said`` instead, in one line that begins with the exception's kind.
+    """Return what an exception says, or ``said`` instead, in one line that begins with the exception's kind.
 
     The line has at most `LONGEST_TROUBLE` characters, and none that would steer a terminal.
     """

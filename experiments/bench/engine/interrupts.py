@@ -1,4 +1,4 @@
-"""What Ctrl-C does, moment by moment. Imports next to nothing: whatever is imported before `begin` is not guarded.
+"""Effects of Ctrl-C, moment by moment. Imports next to nothing: whatever is imported before `begin` is not guarded.
 
 Python raises ``KeyboardInterrupt`` wherever the program happens to be. Inside the import of a compiled library that
 is lost, or ends as an unrelated error; while worker processes start it leaves them half made. So a command of ours
@@ -33,7 +33,7 @@ _NOW, _HELD, _OPEN = "now", "held", "open"
 
 
 class _State:
-    """How the next Ctrl-C is taken, when the last was noted, and whether it has been passed on."""
+    """State of interrupts: how the next Ctrl-C is taken, when the last was noted, whether it has been passed on."""
 
     mode = _NOW
     noted_s: float | None = None
@@ -79,7 +79,7 @@ def check() -> None:
 
 
 def pass_on(error: BaseException) -> None:
-    """Of a ``KeyboardInterrupt`` in a user's code: raise it again, unless that code itself has raised it.
+    """Raise a ``KeyboardInterrupt`` of a user's code again, unless that code itself has raised it.
 
     Workers are deaf to Ctrl-C, and the commands take it otherwise: only where Python's own behaviour stays may it be
     a person's.

@@ -23,7 +23,7 @@ QUEUED = 2
 """Jobs handed out for each worker: one under way, one waiting, so that nobody idles and little is lost."""
 
 LOOK_EVERY_S = 2.0
-"""How often to see whether the pool is still there while nothing comes back."""
+"""Seconds between looks whether the pool is still there while nothing comes back."""
 
 LONGEST_REASON = 20_000
 """Characters of the reason of a job's failure, which may name many models."""
@@ -33,10 +33,11 @@ DIED = "its worker process died each time"
 
 @dataclass(frozen=True, slots=True)
 class Raised:
-    """What a job raised, in words: not every exception survives the way back from a worker."""
+    """An error that a job raised, in words: not every exception survives the way back from a worker."""
 
     kind: str
-    """Its class, after the file and line of a user's own code; empty of the bench's own errors of a trial."""
+    """Class of the exception, after the file and line of a user's own code; empty of the bench's own errors of a trial.
+    """
     text: str
 
     def __str__(self) -> str:
@@ -116,7 +117,7 @@ class Jobs(Generic[Job, Done]):
 
 
 def _attempt(parcel: bytes) -> Any:
-    """In the worker: do the job, and put what it raises into words."""
+    """Do the job in the worker, and put what it raises into words."""
     own = os.getpid()
     fatal: tuple[type[Exception], ...] = ()
     try:

@@ -80,7 +80,7 @@ class ModelRunner:
         return response
 
     def series(self) -> ResponseSeries | None:
-        """Its answers to all frames; ``None`` if something went wrong."""
+        """Return the model's answers to all frames; ``None`` if something went wrong."""
         return None if self.trouble else ResponseSeries.from_responses(self.responses)
 
     def _guarded(self, call: Callable[[], Any]) -> Any:

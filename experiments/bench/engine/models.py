@@ -29,13 +29,15 @@ class ConfiguredModel:
     source: str
     """A registered name, or the absolute path of a .py file."""
     network: Any
-    """Its parameters, a frozen dataclass."""
+    """Parameters of the network, a frozen dataclass."""
     entry: ModelEntry | None = field(default=None, compare=False, repr=False)
-    """What its source declared when it was chosen, so that a run has one model even if its file is edited meanwhile."""
+    """Entry that the model's source declared when it was chosen, so that a run has one model even if its file is edited
+    meanwhile.
+    """
 
     @property
     def declared(self) -> ModelEntry:
-        """What its source declares."""
+        """Return what its source declares."""
         return self.entry or load_model(self.source)
 
     @property
@@ -89,7 +91,9 @@ def rebuilt(label: str, source: str, fields: Mapping[str, Any]) -> ConfiguredMod
 
 
 NO_SPIKES = "this model does not spike: it has no threshold called t_sp, nor one that ModelEntry.thresholds names"
-"""Why a count, or a claim about counts, says nothing of a model. ``colias check`` tells where a model spikes anyway."""
+"""Reason why a count, or a claim about counts, says nothing of a model. ``colias check`` tells where a model spikes
+anyway.
+"""
 RATE_TOLERANCE = 0.002
 """Share by which a frame rate may differ from what a model assumes without a note: 29.97 frames/s are 30."""
 MOST_NAMED = 6
@@ -171,7 +175,7 @@ def family(name: str) -> str:
 
 
 LEFT_OUT = ("dsnn-reference",)
-"""It answers as the DSNN does, slowly: to test against."""
+"""Model that answers as the DSNN does, slowly: to test against."""
 
 COMPARED = tuple(name for name in MODELS if name not in LEFT_OUT)
 """The own models of the commands that compare models."""

@@ -13,7 +13,9 @@ from experiments.bench.engine.workers.local import LocalPool
 
 
 class Pool(Protocol):
-    """Where jobs run: ``width`` at a time on ``executor``, whose futures raise `WorkerDied` where that happened."""
+    """Pool of workers: ``width`` jobs run at a time on ``executor``, whose futures raise `WorkerDied` where that
+    happened.
+    """
 
     width: int
     executor: Executor
@@ -49,10 +51,10 @@ class InProcess:
         self.executor: Executor = _Here()
 
     def look(self) -> None:
-        """This process is there."""
+        """Do nothing: this process is there."""
 
     def close(self) -> None:
-        """Nothing to stop."""
+        """Do nothing: there is nothing to stop."""
 
 
 @contextlib.contextmanager

@@ -17,7 +17,7 @@ from experiments.bench.engine.models import Asked, ConfiguredModel, Shown, famil
 
 LISTED_BY = "colias parameters"
 SECTIONS = frozenset(map(family, MODELS))
-"""Those of the registered models."""
+"""Sections of the registered models."""
 
 
 def applied(shown: Sequence[Shown], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
@@ -170,7 +170,7 @@ def _preset(value: Any, name: str, say: Callable[[str, str], str]) -> Any:
 
 
 def names(value: Any) -> Iterator[str]:
-    """What ``--set`` can change of ``value``."""
+    """Yield the names of what ``--set`` can change of ``value``."""
     yield from (field.name for field in dataclasses.fields(value))
     if _presets(value):
         yield PRESET

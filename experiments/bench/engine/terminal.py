@@ -1,4 +1,4 @@
-"""What commands print: the two consoles, progress with the time left, verdicts, and where results are.
+"""Output of commands: the two consoles, progress with the time left, verdicts, and where results are.
 
 The time left is estimated from a run's own first jobs, on this machine.
 """
@@ -26,7 +26,7 @@ from rich.text import Text
 from experiments.bench.judging.verdict import Verdict
 
 LINE_EVERY_S = 60.0
-"""How often to tell where there is no terminal to draw a bar on."""
+"""Seconds between lines of progress where there is no terminal to draw a bar on."""
 MINUTES_FROM_S = 150.0
 
 PIPE_WIDTH = 100
@@ -34,7 +34,7 @@ PIPE_WIDTH = 100
 WHOLE_WIDTH = 100_000
 """Columns in which everything fits."""
 RECORD_INDENT, BETWEEN = 4, "   "
-"""Of a row that is no table's: what its other lines are moved in by, and what is between two of its cells."""
+"""Indents of a row that is no table's: what its other lines are moved in by, and what is between two of its cells."""
 
 
 class _Console(Console):
@@ -199,7 +199,8 @@ class Advance(Protocol):
 
 
 class Pace:
-    """How fast jobs come back, ``width`` at a time, the first of each worker aside: it has the worker's start in it.
+    """Pace at which jobs come back, ``width`` at a time, the first of each worker aside: it has the worker's start in
+    it.
 
     ``whole`` is the sum of the jobs' sizes. Nothing is said before ``least`` jobs are back.
     """
@@ -221,7 +222,7 @@ class Pace:
 
     @property
     def known(self) -> bool:
-        """Whether as many jobs again are back as there are workers, and no fewer than the least."""
+        """Tell whether as many jobs again are back as there are workers, and no fewer than the least."""
         return self.count >= max(2 * self._width, self._least)
 
     def left_s(self) -> float | None:

@@ -27,7 +27,7 @@ _loaded: dict[str, Mapping[str, str]] = {}
 
 
 def is_file(name: str) -> bool:
-    """Whether ``name`` means a file rather than something registered."""
+    """Tell whether ``name`` means a file rather than something registered."""
     return name.endswith(".py") or "/" in name
 
 
@@ -131,7 +131,7 @@ def _folder() -> str | None:
 
 
 def sha256(path: Path) -> str:
-    """Of what the file holds now, as 64 hex digits."""
+    """Return the digest of what the file holds now, as 64 hex digits."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
@@ -155,7 +155,7 @@ def place_of(error: BaseException) -> str:
 
 
 def blamed(error: BaseException, rows: Sequence[Mapping[str, object]]) -> str:
-    """Where a user's own judge raised an exception, and what; of a column that there is not, the nearest."""
+    """Return where a user's own judge raised an exception, and what; of a column that there is not, the nearest."""
     said = f"{place_of(error)}{explained(error)}"
     if isinstance(error, KeyError) and error.args and isinstance(error.args[0], str) and rows:
         near = closest(error.args[0], map(str, rows[0]))

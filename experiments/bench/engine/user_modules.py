@@ -33,10 +33,10 @@ from typing import Any
 from experiments.bench.engine.errors import UsageError
 
 USER_MODULE = "colias_user_"
-"""What the names of modules made from users' files begin with."""
+"""Prefix of the names of modules made from users' files."""
 
 PACKAGES = ("colias_sim", "dsnn", "scenes", "experiments")
-"""Those of this project."""
+"""Packages of this project."""
 
 INSTALLED = ("site-packages", "dist-packages")
 
@@ -399,7 +399,7 @@ def elsewhere(names: Iterable[str]) -> dict[str, str]:
 
 
 def _absolute(data: bytes, name: str, file: Path) -> set[str]:
-    """What a module outside of `units` imports: relative imports too, by their whole names."""
+    """Return what a module outside of `units` imports: relative imports too, by their whole names."""
     package = name if file.name == "__init__.py" else name.rpartition(".")[0]
     names = set(imported(data))
     for statement in ast.walk(_parsed(data)):
@@ -407,7 +407,7 @@ def _absolute(data: bytes, name: str, file: Path) -> set[str]:
             above = package.split(".")[: len(package.split(".")) - statement.level + 1]
             base = ".".join([*filter(None, above), *([statement.module] if statement.module else [])])
             names |= {base, *(f"{base}.{alias.name}" for alias in statement.names)}
-    return {prefix for each in names if each for prefix in _prefixes(each)}
+    return {prefix for name in names if name for prefix in _prefixes(name)}
 
 
 def _parsed(data: bytes) -> ast.AST:
@@ -494,7 +494,7 @@ def _own(name: str) -> Path | None:
 
 
 def _found(name: str) -> str | None:
-    """Where an import would find a module that is not loaded yet."""
+    """Return where an import would find a module that is not loaded yet."""
     path: list[str] | None = None
     spec = None
     parts = name.split(".")
@@ -529,7 +529,7 @@ def _foreign() -> tuple[Path, ...]:
 
 @functools.cache
 def package_folders() -> dict[str, Path]:
-    """Where this project's packages are, by name."""
+    """Return where this project's packages are, by name."""
     folders = {}
     for name in PACKAGES:
         spec = importlib.util.find_spec(name)

@@ -1,1 +1,1 @@
-"""How figures look: style, colours, scoreboards, and how they are saved."""
+"""Style of figures, colours, scoreboards, and saving."""

@@ -1,4 +1,4 @@
-"""How the models of a figure are told apart: a colour, a marker and a line style for each.
+"""Marks that tell the models of a figure apart: a colour, a marker and a line style for each.
 
 The ten hues were found by a search for colours that stay apart in normal vision and under simulated deuteranopia and
 protanopia (Machado, Oliveira and Fernandes 2009); `tests/bench/figures/test_palette.py` holds them to it. More than
@@ -17,13 +17,13 @@ HUES: tuple[str, ...] = (
     "#1137b1", "#fe8706", "#278100", "#85225e", "#dd3d74", "#7b5de6", "#118ca8", "#c19af7", "#5cc28a", "#004700",
 )  # fmt: skip
 GREYS: tuple[str, ...] = ("#989898", "#383838", "#c8c8c8")
-"""Of models and behaviours that a figure shows for comparison alone."""
+"""Colour of models and behaviours that a figure shows for comparison alone."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 LINES = ("-", ":", "--", "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (1, 3)), (0, (6, 3)), (0, (6, 2, 1, 2)))
 BASELINES = ("flow", "still", "random", "straight", "random-walk")
 """Models and behaviours that are drawn in grey; so are behaviours whose name begins with `PRIVILEGED`."""
 PRIVILEGED = "oracle-"
-"""Of behaviours that are told the state of the world."""
+"""Colour of behaviours that are told the state of the world."""
 NAMED = (
     "dsnn", "dsn2017", "emd", "lgmd1", "lgmd2", "hybrid", "dsnn-on-blocked", "dsnn-off-blocked", "dsnn-reference",
     "t4t5", "lplc2", "mlplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "pon-lgmd", "dsnn-onboard",
@@ -33,7 +33,7 @@ NAMED = (
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """How a series is drawn.
+    """Colour, marker and line style of a series.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How figures look: style, colours, and how they are saved."""
+"""Style of figures, colours, and saving."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ STYLE: dict[Any, Any] = {
 
 
 BOX = "\N{WHITE SQUARE}"
-"""What stands in a figure for a character that cannot be printed."""
+"""Sign that stands in a figure for a character that cannot be printed."""
 
 
 @contextlib.contextmanager
@@ -205,7 +205,7 @@ class Panel:
 
 
 APART = 0.17
-"""Of the dots of one row, from its middle."""
+"""Offsets of the dots of one row, from its middle."""
 INCHES_A_ROW = 0.34
 """Height of a row of a scoreboard."""
 TICKS_INCHES = 0.22
@@ -293,11 +293,11 @@ def log_ticks(low: float, high: float) -> list[float]:
 
 
 LEAST_TICKS, MOST_TICKS = 3, 5
-"""Of a logarithmic axis."""
+"""Ticks of a logarithmic axis."""
 
 
 def _keys(axes: Axes, panel: Panel) -> None:
-    """Which dots are which, below the numbers of the axis."""
+    """Write which dots are which, below the numbers of the axis."""
     whole = axes.get_figure(root=True)
     assert whole is not None
     below = ScaledTranslation(0.0, -TICKS_INCHES, whole.dpi_scale_trans)

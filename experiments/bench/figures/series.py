@@ -1,4 +1,4 @@
-"""How the series of a recording's plots look: a colour a model, lines and dots for its channels, thresholds by name."""
+"""Look of the series of a recording's plots: a colour a model, lines and dots for its channels, thresholds by name."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from experiments.bench.figures.palette import LINES, marks
 LIMIT_COLOUR = (140, 140, 140)
 Colour = tuple[int, int, int]
 LINE_WIDTH, DOT_SIZE = 1.5, 2.0
-"""Of series, in points of the screen."""
+"""Width of series, in points of the screen."""
 DOTS = {
     "hs": rr.components.MarkerShape.Square,
     "vs": rr.components.MarkerShape.Circle,
@@ -126,7 +126,7 @@ class Level:
 
     @property
     def entity(self) -> str:
-        """Where it is logged."""
+        """Return where it is logged."""
         sign = "plus" if self.value > 0 else "minus"
         return f"potential/threshold/{sign}_{abs(self.value):g}".replace(".", "_")
 

@@ -1,1 +1,1 @@
-"""What the robot's chip would compute: its program built, measured and checked in an emulator, and exported."""
+"""Firmware of the robot's chip: its program built, measured and checked in an emulator, and exported."""

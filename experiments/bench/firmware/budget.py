@@ -1,4 +1,4 @@
-"""What one program takes of the chip: RAM and flash of its linked ELF file, instructions a frame counted in QEMU."""
+"""Budget of one program on the chip: RAM and flash of its linked ELF file, instructions a frame counted in QEMU."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from experiments.bench.firmware.settings import Firmware
 from experiments.bench.firmware.toolchain import Compiler, QemuProgram
 
 MEASURED_FRAMES = 16
-"""Of each clip. The slowest state of the network's work, the adaptation, is at its level after 10 frames."""
+"""Frames of each clip. The slowest state of the network's work, the adaptation, is at its level after 10 frames."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Stage:
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """What one program takes of the chip. Sizes are bytes.
+    """Budget of one program on the chip. Sizes are bytes.
 
     Parameters
     ----------
@@ -118,12 +118,14 @@ class Budget:
 
     @property
     def fits_memory(self) -> bool:
-        """Whether it was linked into the chip's true regions; flash is one of them, and has the robot's code too."""
+        """Tell whether it was linked into the chip's true regions; flash is one of them, and has the robot's code
+        too.
+        """
         return not self.over and self.flash <= self.firmware.chip.flash
 
     @property
     def fits_time(self) -> bool:
-        """Whether the worst frame is done in time even at the most cycles an instruction."""
+        """Tell whether the worst frame is done in time even at the most cycles an instruction."""
         return self.milliseconds[1] <= self.firmware.chip.frame_ms
 
     @property
@@ -134,7 +136,7 @@ class Budget:
 
 @dataclass(frozen=True, slots=True)
 class Tools:
-    """What builds and emulates."""
+    """Tools that build and emulate."""
 
     compiler: Compiler
     qemu: QemuProgram
@@ -210,11 +212,11 @@ def measure_all(
 
 def varied(budgets: Iterable[Budget]) -> list[str]:
     """The keys of the grid."""
-    return list(dict.fromkeys(key for each in budgets for key in each.point))
+    return list(dict.fromkeys(key for budget in budgets for key in budget.point))
 
 
 def label(budget: Budget) -> str:
-    """What a program is called: its values of the grid's keys, or its main parameters where there is no grid."""
+    """Return what a program is called: its values of the grid's keys, or its main parameters where there is no grid."""
     if budget.point:
         return " ".join(f"{key.partition('.')[2]}={value}" for key, value in budget.point.items())
     network = budget.firmware.network
@@ -229,7 +231,9 @@ def format_words(wanted: Firmware) -> str:
 
 def answer(budgets: Sequence[Budget]) -> list[str]:
     """Say in words whether the paper's N_con = 8 fits at the robot's 99x72, and in which format."""
-    asked = [each for each in budgets if each.firmware.network.n_con == 8 and each.firmware.chip.shape == "99x72"]
+    asked = [
+        budget for budget in budgets if budget.firmware.network.n_con == 8 and budget.firmware.chip.shape == "99x72"
+    ]
     if not asked:
         return []
     lines = []

@@ -26,7 +26,7 @@ CONFIG = "onboard_config.h"
 
 FLASH, MAIN, CORE = "FLASH", "MAIN", "CORE"
 ADDRESSES: Mapping[str, int] = {FLASH: 0x0000_0000, MAIN: 0x2000_0000, CORE: 0x2100_0000}
-"""Of QEMU's board mps2-an386, whose memories are larger than the chip's."""
+"""Memories of QEMU's board mps2-an386, whose memories are larger than the chip's."""
 LARGE = 4 * 1024 * 1024
 """Bytes of each region of the script by which a program is measured that does not fit the chip."""
 ALIGNMENT = 8
@@ -38,7 +38,7 @@ LINK_TIMEOUT_S = 300.0
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """Where the network's states and the robot's own data lie.
+    """Place of the network's states and of the robot's own data.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Placement:
     robot_core: int = 0
 
     def words(self) -> str:
-        """In words, for a table."""
+        """Tell the placement in words, for a table."""
         both = f" and {CORE.lower()}" if self.split else ""
         return f"states {self.states.lower()}{both}, robot's {self.robot_core} B core"
 

@@ -37,7 +37,7 @@ class Difference:
     chip: float
 
     def words(self) -> str:
-        """In a line."""
+        """Tell the result in a line."""
         return (
             f"{self.clip}, frame {self.frame}: {self.channel} is {self.chip:g} on the chip, {self.host:g} on the host"
         )
@@ -45,7 +45,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What a check found.
+    """Result of a check.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Checked:
 
 
 def sequences(shape: tuple[int, int], trial: Frames | None) -> list[tuple[str, Frames]]:
-    """What is shown, in order. Each clip begins after a reset, and the first is shown again at the end.
+    """Return what is shown, in order. Each clip begins after a reset, and the first is shown again at the end.
 
     Where all clips together are shorter than `LEAST_FRAMES`, the synthetic ones are made longer.
     """

@@ -66,7 +66,7 @@ def golden(shape: tuple[int, int]) -> Mapping[str, Frames]:
             frames = held["frames"]
         if frames.shape[1:] != shape:
             size = shape[1], shape[0]
-            frames = np.stack([cv2.resize(each, size, interpolation=cv2.INTER_AREA) for each in frames])
+            frames = np.stack([cv2.resize(frame, size, interpolation=cv2.INTER_AREA) for frame in frames])
         found[f"golden {path.stem}"] = frames.astype(np.uint8, copy=False)
     return found
 

@@ -171,7 +171,7 @@ class Emulator:
         return struct.unpack(form, b"".join(parts))
 
     def _ended(self) -> EmulatorError:
-        """Why there is no process to talk to any more."""
+        """Tell why there is no process to talk to any more."""
         try:
             status = self._process.wait(5.0)
         except subprocess.TimeoutExpired:

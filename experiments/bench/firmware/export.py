@@ -8,11 +8,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from dsnn.native.binding import ONBOARD
 from dsnn.onboard.header import header
 from experiments.bench.engine.errors import UsageError, printable
+from experiments.bench.engine.templates import render
 from experiments.bench.firmware.budget import Budget, Tools
 from experiments.bench.firmware.build import (
     CHIP_SIDE,
@@ -30,12 +29,11 @@ from experiments.bench.firmware.settings import Firmware, dead_zone_notice
 from experiments.bench.store import places
 
 ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}
-"""Of the STM32F427 (its reference manual, memory map)."""
+"""Addresses of the STM32F427's memories (its reference manual, memory map)."""
 COPIED = (
     "startup.c", "memory.c", "chip.h", "camera.c", "camera.h", "semihost.c", "semihost.h", "counter.c", "counter.h",
     "answers.c", "host_main.c", "states.h", "split.h", SECTIONS,
 )  # fmt: skip
-TEMPLATES = Path(__file__).with_name("templates")
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +84,8 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
         CONFIG: text,
         "memory.ld": script(regions, chip, placement),
         "memory-qemu.ld": memory_script(chip, placement, large=True),
-        "Makefile": _template("Makefile.j2", words),
-        "README.md": _template("README.md.j2", words),
+        "Makefile": render("firmware/templates/Makefile.j2", **words) + "\n",
+        "README.md": render("firmware/templates/README.md.j2", **words) + "\n",
     }
     contents = {name: path.read_bytes() for name, path in sources.items()}
     contents |= {name: text.encode() for name, text in written.items()}
@@ -111,16 +109,6 @@ def check_folder(folder: Path) -> None:
     if folder.is_dir() and any(folder.iterdir()):
         raise UsageError(f"{folder}: is not empty; legal is a new or an empty folder")
     places.check_folder(folder, f"{folder}")
-
-
-def _template(name: str, words: dict[str, Any]) -> str:
-    loader = jinja2.FileSystemLoader(TEMPLATES)
-    page = jinja2.Environment(
-        loader=loader, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,
-    )  # fmt: skip
-    return page.get_template(name).render(words)
 
 
 def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | str) -> dict[str, Any]:

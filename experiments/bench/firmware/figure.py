@@ -1,4 +1,4 @@
-"""What fits the chip, as a figure: RAM by purpose and the worst frame's time, a row for each program."""
+"""Figure of what fits the chip: RAM by purpose and the worst frame's time, a row for each program."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def draw(budgets: Sequence[Budget]) -> Figure:
         memory, time = drawn.subplots(1, 2, sharey=True, width_ratios=(3, 2))
         _memory(memory, budgets)
         _time(time, budgets)
-        memory.set_yticks(range(len(budgets)), [plain(label(each)) for each in budgets])
+        memory.set_yticks(range(len(budgets)), [plain(label(budget)) for budget in budgets])
         memory.set_ylim(len(budgets) - 0.5, -0.5)
         memory.tick_params(axis="y", length=0)
         time.tick_params(axis="y", length=0)
@@ -63,7 +63,7 @@ def _memory(axes: Axes, budgets: Sequence[Budget]) -> None:
     chip = budgets[0].firmware.chip
     limit = (chip.ram_main + chip.ram_core) / KB
     axes.axvline(limit, color=LIMIT, ls="--", lw=1.0)
-    top = max(limit, *(sum(each.purposes.values()) / KB for each in budgets))
+    top = max(limit, *(sum(budget.purposes.values()) / KB for budget in budgets))
     axes.set_xlim(0.0, 1.5 * top)
     axes.set_title(f"RAM (kB); the chip has {chip.ram_main / KB:g} + {chip.ram_core / KB:g}", fontsize=9, loc="left")
 
@@ -77,7 +77,7 @@ def _time(axes: Axes, budgets: Sequence[Budget]) -> None:
         axes.annotate(f"{low:.2f} to {high:.2f}", (1.02, place), xycoords=("axes fraction", "data"), va="center",
                       fontsize=7, color=colour, annotation_clip=False)  # fmt: skip
     axes.axvline(chip.frame_ms, color=LIMIT, ls="--", lw=1.0)
-    top = max(chip.frame_ms, *(each.milliseconds[1] for each in budgets))
+    top = max(chip.frame_ms, *(budget.milliseconds[1] for budget in budgets))
     axes.set_xlim(0.0, 1.08 * top)
     said = (
         f"worst frame (ms), limit {chip.frame_ms:g}\nat {chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction"

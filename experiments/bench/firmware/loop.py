@@ -9,7 +9,7 @@ from pathlib import Path
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.firmware import toolchain
 from experiments.bench.firmware.settings import ALIAS, CHIP, MODEL, plain_key
-from experiments.bench.store.files import read_parquet
+from experiments.bench.store import tables
 
 CHIP_MODEL = "dsnn-firmware"
 SOURCE = str(Path(__file__).with_name("emulated.py"))
@@ -19,7 +19,7 @@ COLUMNS = ("hs", "vs", "hs_spikes", "vs_spikes")
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """What the two forms answered in a run.
+    """Answers of the two forms in a run.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def models() -> list[str]:
 
 def compare(folder: Path) -> Loop:
     """Compare the two forms' answers in ``frames.parquet`` of a finished run, every frame of every trial."""
-    table = read_parquet(folder / "frames.parquet", ["trial", "model", "frame", *COLUMNS])
+    table = tables.read(folder, "frames", ["trial", "model", "frame", *COLUMNS])
     rows: dict[str, dict[tuple[int, int], tuple[float, ...]]] = {MODEL: {}, CHIP_MODEL: {}}
     for row in table.to_pylist():
         rows[row["model"]][row["trial"], row["frame"]] = tuple(row[name] for name in COLUMNS)

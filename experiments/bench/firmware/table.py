@@ -46,14 +46,14 @@ def _table(budgets: Sequence[Budget]) -> Table:
         table.add_column(name.partition(".")[2] or name, justify="right")
     for name in ("RAM, B", "over, B", "robot, B", "flash, kB", "worst, M", "ms", "fits"):
         table.add_column(name, justify="right")
-    for each in budgets:
-        low, high = each.milliseconds
-        values = [each.point.get(key, "") for key in keys] or [label(each)]
-        verdict = Text("yes", "green") if each.fits else Text(f"no: {_why(each)}", "red")
+    for budget in budgets:
+        low, high = budget.milliseconds
+        values = [budget.point.get(key, "") for key in keys] or [label(budget)]
+        verdict = Text("yes", "green") if budget.fits else Text(f"no: {_why(budget)}", "red")
         table.add_row(
-            *values, f"{sum(each.purposes.values()):,}", f"{each.over:,}" if each.over else "",
-            f"{each.room:,}", f"{each.flash / 1024:.1f}",
-            f"{each.whole.worst / 1e6:.2f}", f"{low:.2f}-{high:.2f}", verdict,
+            *values, f"{sum(budget.purposes.values()):,}", f"{budget.over:,}" if budget.over else "",
+            f"{budget.room:,}", f"{budget.flash / 1024:.1f}",
+            f"{budget.whole.worst / 1e6:.2f}", f"{low:.2f}-{high:.2f}", verdict,
         )  # fmt: skip
     return table
 
@@ -99,7 +99,7 @@ def row(each: Budget, tools: Tools) -> dict[str, Any]:
 
 def write(budgets: Sequence[Budget], tools: Tools, path: Path) -> None:
     """Write ``budget.csv``: a line for each program."""
-    rows = [row(each, tools) for each in budgets]
+    rows = [row(budget, tools) for budget in budgets]
     with replacing(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()

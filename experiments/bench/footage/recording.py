@@ -38,7 +38,7 @@ from experiments.bench.store.places import fresh, naming, part
 QUALITY = 80
 CHUNK_FRAMES = 64
 ARROW_WIDTH = 6.0
-"""Of the arrows along HS and VS, in points of the screen: as wide in a small picture as in a large one."""
+"""Width of the arrows along HS and VS, in points of the screen: as wide in a small picture as in a large one."""
 PIPE_BYTES = 2**16
 LONGEST_ARROW_AT = 0.5
 """Potential from which an arrow is as long as it gets. Models spike from some 0.15 on, and rarely go beyond 0.5."""
@@ -149,7 +149,7 @@ class LiveLog:
             self._file.close(whole=whole)
 
     def _describe(self) -> None:
-        """What does not change: names, colours, where the arrows start."""
+        """Log what does not change: names, colours, where the arrows start."""
         stream, tints = self._stream, colours(model.label for model in self._models)
         stream.log("picture", rr.EncodedImage.from_fields(media_type="image/jpeg"), static=True)
         for place, model in enumerate(self._models):
@@ -171,7 +171,7 @@ class LiveLog:
 
     def _lines(self, place: int) -> list[Line]:
         model = self._models[place]
-        return lines(model.label, model.channels, [each.label for each in self._models])
+        return lines(model.label, model.channels, [model.label for model in self._models])
 
     def _send(self) -> None:
         chunk, self._chunk = self._chunk, _Chunk()
@@ -212,7 +212,7 @@ def arrow_lengths(potentials: npt.NDArray[np.float64], size: tuple[int, int]) ->
 
 
 def _direction(model: ConfiguredModel) -> str:
-    """Where the arrows of a model are logged."""
+    """Return where the arrows of a model are logged."""
     return f"picture/direction/{rr.escape_entity_path_part(model.label)}"
 
 

@@ -23,11 +23,11 @@ from dsnn import Response, forms
 from experiments.bench.engine.errors import explained
 from experiments.bench.engine.models import ConfiguredModel, rate_notes
 from experiments.bench.engine.terminal import coloured, error_console, out_console, show_line, show_table
-from experiments.bench.footage.claims import FlowJudge, Readings
+from experiments.bench.footage.claims import CLAIM, FlowJudge, FootageOutcomes
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.claims import words
 from experiments.bench.store import provenance
 from experiments.bench.store.places import part
 
@@ -35,13 +35,13 @@ WAYS = ("rightward", "leftward", "downward", "upward", "looming")
 SAME_ASPECT = 1.05
 EXIT_FAILED, EXIT_INTERRUPTED = 1, 130
 WRITING = (OSError, RuntimeError, pa.ArrowException)
-"""What libraries raise where an output cannot be written."""
+"""Errors that libraries raise where an output cannot be written."""
 STRONGER = "HS passes T, VS stays below T"
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What else to make of the footage: files that do not exist yet, a viewer, a verdict on C12."""
+    """Outputs to make of the footage: files that do not exist yet, a viewer, a verdict on C12."""
 
     record: Path | None = None
     table: Path | None = None
@@ -105,7 +105,7 @@ class _Spoilt:
 
 
 def _rest(what: str) -> str:
-    """Where what was written of an output is, if it is a file and there is something."""
+    """Return where what was written of an output is, if it is a file and there is something."""
     rest = part(Path(what))
     return f"; what came before is in {rest}" if rest.is_file() and rest.stat().st_size else ""
 
@@ -119,7 +119,7 @@ class _Output:
 
     @property
     def note(self) -> str:
-        """What to say of it at the end; empty if nothing."""
+        """Return what to say of it at the end; empty if nothing."""
         return str(self._inner.note)
 
     def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
@@ -179,7 +179,7 @@ def _interrupts() -> Iterator[threading.Event]:
 
 
 def _counted(pictures: Iterable[Picture], film: Footage) -> Iterator[Picture]:
-    """The same pictures, counted on the terminal where there is one."""
+    """Yield the pictures, counted on the terminal where there is one."""
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TextColumn("frames"))
     if not error_console.is_terminal:
         yield from pictures
@@ -209,7 +209,7 @@ def _show(film: Footage, size: tuple[int, int], watchers: Sequence[Watcher], see
 
 
 def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
-    """What a frame takes: of its own, and decoding (of a camera, waiting for the frame)."""
+    """Print the time that a frame takes: of its own, and decoding (of a camera, waiting for the frame)."""
     frames = max(seen.frames, 1)
     own, resizing, decoding = (
         seconds / frames * 1e3
@@ -221,20 +221,20 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
     show_line(f"{said}; decoding {decoding:.2f} ms besides", 12)
 
 
-def _show_claim(watchers: Sequence[Watcher], readings: Sequence[Readings]) -> None:
-    """C12 for each model, and in the paper's stronger words."""
-    for watcher, reading in zip(watchers, readings, strict=True):
-        outcome, words = reading.claim, reading.stronger
+def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[FootageOutcomes]) -> None:
+    """Show C12 for each model, and in the paper's stronger words."""
+    for watcher, outcomes_of_it in zip(watchers, outcomes, strict=True):
+        outcome, stronger = outcomes_of_it.claim, outcomes_of_it.stronger
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
         verdict = coloured(outcome.verdict)
-        out_console.print(Text.assemble("\n", ("C12", "b"), f"{who} ", verdict, f": {claim_texts()['C12'][0]}"))
+        out_console.print(Text.assemble("\n", (CLAIM, "b"), f"{who} ", verdict, f": {words(CLAIM).says}"))
         decided = f"decided by: {outcome.decided}" if outcome.decided else ""
         for line in filter(None, (decided, outcome.measured, outcome.effect)):
             out_console.print(f"    {line}", markup=False)
-        verdict = coloured(words.verdict)
+        verdict = coloured(stronger.verdict)
         out_console.print(Text.assemble("  in the paper's stronger words ", verdict, f": {STRONGER}"))
-        decided = f"decided by: {words.decided}" if words.decided else ""
-        for line in filter(None, (decided, words.measured)):
+        decided = f"decided by: {stronger.decided}" if stronger.decided else ""
+        for line in filter(None, (decided, stronger.measured)):
             out_console.print(f"    {line}", markup=False)
 
 

@@ -20,7 +20,7 @@ from dsnn.frames import frozen
 from experiments.bench.engine.errors import UsageError
 
 LONG_SIDE = 320
-"""Of the frames a network gets where no size is asked for: a 16:9 film becomes the paper's 320x180."""
+"""Largest size of the frames a network gets where no size is asked for: a 16:9 film becomes the paper's 320x180."""
 
 SIZES_PX = range(8, 4097)
 """Widths and heights that a network can be asked to see."""
@@ -96,7 +96,7 @@ class Footage:
         self._exhausted = True
 
     def ended_early(self) -> str:
-        """Why this is not all of the footage, in words; empty if it is, or if reading was broken off.
+        """Tell why this is not all of the footage, in words; empty if it is, or if reading was broken off.
 
         AVI and MP4 store their number of frames; elsewhere OpenCV estimates it from duration and rate, so there
         only an end before that duration counts.
@@ -113,7 +113,7 @@ class Footage:
         return f"ended early: {self._clock.frames} of the {self.announced} frames its header announces were decoded"
 
     def notes(self) -> list[str]:
-        """What to know about the footage as far as it was read, a line each."""
+        """Return what to know about the footage as far as it was read, a line each."""
         found = [f"the frame size changes: {change}" for change in self._resized]
         if not self.live and self._clock.varies():
             low, high = self._clock.shortest_s * 1e3, self._clock.longest_s * 1e3
@@ -135,7 +135,7 @@ class Footage:
 
 
 class _Clock:
-    """When each frame was, in seconds from the start, and between what bounds the intervals lie."""
+    """Times of the frames, in seconds from the start, and bounds of their intervals."""
 
     def __init__(self, live: bool) -> None:
         self._live = live
@@ -156,7 +156,7 @@ class _Clock:
         self.frames, self.now_s = self.frames + 1, now
 
     def varies(self) -> bool:
-        """Whether the intervals differ from their mean by more than `VARIES`."""
+        """Tell whether the intervals differ from their mean by more than `VARIES`."""
         if self.frames < 3:
             return False
         mean = self.now_s / (self.frames - 1)
@@ -182,7 +182,7 @@ def usual_size(size: tuple[int, int]) -> tuple[int, int]:
 
 
 def ahead(items: Iterator[Item], stop: threading.Event, depth: int = 8) -> Iterator[Item]:
-    """The same items, made up to ``depth`` ahead on a thread of their own, until ``stop`` is set.
+    """Yield the items, made up to ``depth`` ahead on a thread of their own, until ``stop`` is set.
 
     For cameras: one that hangs does not keep a user from stopping, and no frame is lost while another is worked on.
     For files it does not pay, FFmpeg decodes on threads already. What making an item raises is raised here.
@@ -246,7 +246,7 @@ def _open(source: str, live: bool) -> cv2.VideoCapture:
 
 
 def _positive(value: float, limit: float) -> float | None:
-    """What a container tells, if it can be true: absent values come as 0, -1, NaN or absurd."""
+    """Return what a container tells, if it can be true: absent values come as 0, -1, NaN or absurd."""
     return value if 0.0 < value <= limit else None
 
 

@@ -73,7 +73,7 @@ class Observer(Protocol):
 
     @property
     def note(self) -> str:
-        """What to say of it at the end; empty if nothing."""
+        """Return what to say of it at the end; empty if nothing."""
         ...
 
     def add(self, picture: Picture, answers: Sequence[Response | None]) -> None:
@@ -101,7 +101,7 @@ class Watcher:
 
     @property
     def trouble(self) -> str:
-        """What went wrong in the model; empty while nothing has."""
+        """Return what went wrong in the model; empty while nothing has."""
         return self._runner.trouble
 
     def step(self, picture: Picture) -> Response | None:
@@ -124,7 +124,7 @@ class Watcher:
 
 @dataclass(slots=True)
 class Seen:
-    """How much was seen, and what it took besides the models: sums over the frames, seconds."""
+    """Amount that was seen, and time that it took besides the models: sums over the frames, seconds."""
 
     frames: int = 0
     until_s: float = 0.0

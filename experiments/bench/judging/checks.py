@@ -1,4 +1,4 @@
-"""A claim is a list of checks, each with its distance from its bound; the weakest decides."""
+"""A claim is a list of checks, each a reading held against a bound; the weakest decides."""
 
 from __future__ import annotations
 
@@ -6,38 +6,115 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from numbers import Real
+from typing import Literal, get_args
 
 from experiments.bench.engine.errors import UsageError, short
+
+Needs = Literal["above", "at least", "below", "at most", "within"]
+"""Where a reading has to lie: on which side of its bound, or between two of them, ends included."""
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One thing that a claim asks for.
+    """One thing that a claim asks for: a reading, and the bound that it has to keep.
 
     Parameters
     ----------
-    said
-        The measured number and its bound, in words.
-    slack
-        How far inside its bound the number lies; below 0 where it lies outside. A NaN never passes.
-    strict
-        Whether a number on the bound itself fails.
+    says
+        The reading in words, with its number.
+    reading
+        What was measured. A NaN never passes.
+    bound
+        What it is held against; two numbers, the lower first, of a reading that has to lie ``within`` them.
+    needs
+        Where the reading has to lie: ``above`` or ``below`` the bound, ``at least`` or ``at most`` as much, ``within``.
+    unit
+        Of reading and bound.
+    scale
+        What a slack is divided by before the weakest of several checks is chosen, where these differ in their units.
+    asks
+        The bound in words; left out, these are made from the other fields.
+
+    Raises
+    ------
+    UsageError
+        A reading, bound or scale is no number, or ``needs`` is none of the five. It is a ``ValueError``.
 
     Examples
     --------
     >>> from experiments import Check
-    >>> Check("61.1 spikes at 6 cm/s (needs more than at 10: 45.8)", 61.1 - 45.8).passes
-    True
+    >>> check = Check("61.1 spikes at 6 cm/s", 61.1, 45.8, unit="spikes")
+    >>> check.passes, round(check.slack, 1), check.text
+    (True, 15.3, '61.1 spikes at 6 cm/s (needs above 45.8 spikes)')
     """
 
-    said: str
-    slack: float
-    strict: bool = True
+    says: str
+    reading: float
+    bound: float | tuple[float, float]
+    needs: Needs = "above"
+    unit: str = ""
+    scale: float = 1.0
+    asks: str = ""
+
+    def __post_init__(self) -> None:
+        where = f"check {short(self.says)}"
+        if self.needs not in get_args(Needs):
+            raise UsageError(f"{where}: needs={short(self.needs)}: legal is {', '.join(get_args(Needs))}")
+        for name, value in (("reading", self.reading), ("scale", self.scale)):
+            if not isinstance(value, Real):
+                raise UsageError(f"{where}: {name}={short(value)}: legal is a number")
+        bounds = self.bound if isinstance(self.bound, tuple) else (self.bound,)
+        many = 2 if self.needs == "within" else 1
+        if len(bounds) != many or not all(isinstance(bound, Real) for bound in bounds):
+            legal = "two numbers" if many == 2 else "a number"
+            raise UsageError(f"{where}: bound={short(self.bound)}: legal is {legal}, as it needs '{self.needs}'")
+
+    @property
+    def slack(self) -> float:
+        """How far inside its bound the reading lies, in the reading's unit; below 0 where it lies outside."""
+        if isinstance(self.bound, tuple):
+            return min(self.reading - self.bound[0], self.bound[1] - self.reading)
+        return self.reading - self.bound if self.needs in ("above", "at least") else self.bound - self.reading
 
     @property
     def passes(self) -> bool:
-        """Whether the number is inside its bound."""
-        return self.slack > 0.0 or (self.slack == 0.0 and not self.strict)
+        """Whether the reading keeps its bound."""
+        return self.slack > 0.0 or (self.slack == 0.0 and self.needs not in ("above", "below"))
+
+    @property
+    def text(self) -> str:
+        """The reading and its bound, in words."""
+        return f"{self.says} (needs {self.asks or self._bound_text()})"
+
+    def _bound_text(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        if isinstance(self.bound, tuple):
+            return f"{self.bound[0]:g} to {self.bound[1]:g}{unit}"
+        return f"{self.needs} {self.bound:g}{unit}"
+
+
+def weakest(checks: Iterable[Check]) -> Check:
+    """Return the check that decides: the worst that fails, or else the nearest to its bound, slack over scale.
+
+    Parameters
+    ----------
+    checks
+        At least one; of several that are as weak the first.
+
+    Raises
+    ------
+    UsageError
+        There are no checks, or something else is among them. It is a ``ValueError``.
+    """
+    listed = list(checks) if isinstance(checks, Iterable) else []
+    if not listed or not all(isinstance(check, Check) for check in listed):
+        raise UsageError(f"decide({short(checks)}): legal is at least one experiments.Check")
+    return min(listed, key=lambda check: (check.passes, _relative(check)))
+
+
+def _relative(check: Check) -> float:
+    slack = check.slack / check.scale
+    return -math.inf if math.isnan(slack) else slack
 
 
 def decide(checks: Iterable[Check]) -> tuple[bool, str]:
@@ -53,24 +130,18 @@ def decide(checks: Iterable[Check]) -> tuple[bool, str]:
     holds : bool
         Whether all pass.
     decided : str
-        What the weakest says: the worst that fails, or else the nearest to its bound.
+        What the weakest says: see `weakest`.
 
     Raises
     ------
     UsageError
-        There are no checks, something else is among them, or a slack is no number. It is a ``ValueError``.
+        There are no checks, or something else is among them. It is a ``ValueError``.
 
     Examples
     --------
     >>> from experiments import Check, decide
-    >>> decide([Check("3 spikes (needs more than 2)", 1.0), Check("8 spikes (needs more than 2)", 6.0)])
-    (True, '3 spikes (needs more than 2)')
+    >>> decide([Check("3 spikes", 3, 2), Check("8 spikes", 8, 2)])
+    (True, '3 spikes (needs above 2)')
     """
-    listed = list(checks) if isinstance(checks, Iterable) else []
-    if not listed or not all(isinstance(check, Check) for check in listed):
-        raise UsageError(f"decide({short(checks)}): legal is at least one experiments.Check")
-    for check in listed:
-        if not isinstance(check.slack, Real):
-            raise UsageError(f"decide: check {check.said!r}: slack={short(check.slack)}: legal is a number")
-    weakest = min(listed, key=lambda check: (check.passes, -math.inf if math.isnan(check.slack) else check.slack))
-    return all(check.passes for check in listed), weakest.said
+    check = weakest(checks)
+    return check.passes, check.text

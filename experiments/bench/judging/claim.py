@@ -1,4 +1,4 @@
-"""A claim: its words and its judge."""
+"""A claim: its words and its judge; and a reading of the paper that claims were used to choose."""
 
 from __future__ import annotations
 
@@ -9,46 +9,107 @@ from typing import Any
 from experiments.bench.engine import interrupts
 from experiments.bench.engine.errors import check_name, short
 from experiments.bench.engine.user_code import apart, blamed
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.claim_files import PACKAGE, claim_ids
 from experiments.bench.judging.verdict import Outcome, Verdict
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """A reading of the paper that was taken where it leaves room.
+
+    Parameters
+    ----------
+    id
+        Its name, with underscores between words.
+    says
+        The paper's words.
+    taken, others
+        The reading taken, and the others, one or more.
+    note
+        What a reader has to know of them.
+    used
+        Whether it was chosen because claims favoured it: those that name it, or all. Otherwise the claims that name it
+        tell the readings apart.
+    of_all
+        Whether it was chosen for all claims together; none then names it.
+    """
+
+    id: str
+    says: str
+    taken: str
+    others: tuple[str, ...]
+    note: str
+    used: bool = True
+    of_all: bool = False
+
+    @property
+    def name(self) -> str:
+        """Its name in words."""
+        return self.id.replace("_", " ")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A claim: its words, which one of the paper's has in ``claims.toml``, and its judge; the wings' say more of them.
+    """A claim: its words and its judge. Each wing has a kind of its own, which says what its judge gets.
+
+    Parameters
+    ----------
+    id
+        Its name in tables: up to 60 letters, digits, ``.``, ``-`` and ``_``. The ids of claims that ship are taken.
+    judge
+        From the rows that it is about to an `Outcome`.
+    says, source
+        Its words, and where they are from.
+    title
+        The same in a few words.
+    cause
+        In one line why it fails, or holds in some replicates only.
+    tried
+        What was tried to make it hold, or what limits it.
+    readings
+        The readings of the paper that it was used to choose, or that it tells apart.
+    mechanism
+        The experiment whose figure shows why it comes out as it does, and what that figure draws.
+    silent_passes
+        Whether a model that never answers anything would keep it.
 
     Raises
     ------
     ValueError
-        A claim that is not the paper's lacks words, has the id of one of the paper's, or has no judge.
+        It has no words or no judge, its id is taken, or a value is not legal.
     """
 
     id: str
     judge: Callable[..., Outcome]
     says: str = ""
     source: str = ""
+    title: str = ""
+    cause: str = ""
+    tried: str = ""
+    readings: tuple[Reading, ...] = ()
+    mechanism: tuple[str, str] = ("", "")
     silent_passes: bool = False
 
     def __post_init__(self) -> None:
         check_name("claim", self.id)
         if not callable(self.judge):
             raise ValueError(f"claim {self.id}: judge={short(self.judge)}: legal is a function")
-        for name in ("says", "source"):
+        for name in ("says", "source", "title", "cause", "tried"):
             if not isinstance(getattr(self, name), str):
                 raise ValueError(f"claim {self.id}: {name}={short(getattr(self, name))}: legal is a text")
-        if self.says and not self.own:
+        pair = self.mechanism
+        if not isinstance(pair, tuple) or len(pair) != 2 or not all(isinstance(text, str) for text in pair):
+            legal = "legal is a pair of an experiment's name and what its figure draws"
+            raise ValueError(f"claim {self.id}: mechanism={short(pair)}: {legal}")
+        if not self.own and not str(getattr(self.judge, "__module__", "")).startswith(f"{PACKAGE}."):
             raise ValueError(f"claim {self.id}: one of the paper's claims has that id; give yours another")
-        if not self.says and self.own:
+        if not self.says:
             raise ValueError(f"claim {self.id}: says='': a claim of your own needs words")
-        if not self.own:
-            says, source = claim_texts()[self.id]
-            object.__setattr__(self, "says", says)
-            object.__setattr__(self, "source", source)
 
     @property
     def own(self) -> bool:
-        """Whether it is none of the paper's."""
-        return self.id not in claim_texts()
+        """Whether it is none of those that ship, in `experiments.claims`."""
+        return self.id not in claim_ids()
 
     def described(self) -> dict[str, str]:
         """Describe the claim as ``experiment.json`` does.

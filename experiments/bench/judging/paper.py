@@ -3,21 +3,57 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from functools import cache
-from importlib.resources import files
 
-KINDS: Mapping[str, str] = {"figures": "Fig.", "equations": "Eq."}
+FIGURES = (
+    "physiology",
+    "motion-models",
+    "dsn",
+    "colias",
+    "simu-clean",
+    "simu-clean-dth",
+    "simu-clean-dtv",
+    "simu-nature-depth",
+    "simu-nature-trans",
+    "simu-sys-speed",
+    "simu-sys-grayscale-mp",
+    "simu-sys-grayscale",
+    "real-world",
+    "robot-exps-setting",
+    "robot-general-tests",
+    "robot-sys-trans",
+    "robot-sys-ar",
+)
+EQUATIONS = (
+    "high-pass",
+    "two-gauss",
+    "gauss-function",
+    "polar-dogs",
+    "halfwave",
+    "fdsr-lowpass",
+    "fdsr-subtraction",
+    "medulla-HS-EI",
+    "dynamic-lowpass",
+    "medulla-VS-EI",
+    "lobula-HS-EI",
+    "lobula-VS-EI",
+    "LPTCs",
+    "sigmoid",
+    "HS-VS",
+    "spiking",
+)
+"""The labels of the paper's LaTeX source (arXiv 1808.07692), in the order in which its figures and numbered equations
+stand there. LaTeX numbers both in that order, from 1: the source has no starred figure, no manual number and no
+equation without a number. So the place of a label here is the number that the paper prints.
+"""
+LABELS: Mapping[str, tuple[str, ...]] = {"Fig.": FIGURES, "Eq.": EQUATIONS}
 
 
 @cache
 def numbers() -> Mapping[str, str]:
-    """Label -> what the paper calls it, such as ``Fig. 12``; ``paper.toml`` says how the numbers are derived."""
-    table = tomllib.loads(files("experiments.bench.judging").joinpath("paper.toml").read_text(encoding="utf-8"))
-    return {
-        label: f"{short} {number}" for kind, short in KINDS.items() for number, label in enumerate(table[kind], start=1)
-    }
+    """Return label -> what the paper calls it, such as ``Fig. 12``."""
+    return {label: f"{kind} {n}" for kind, labels in LABELS.items() for n, label in enumerate(labels, start=1)}
 
 
 @cache

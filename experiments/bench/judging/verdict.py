@@ -153,8 +153,13 @@ class Outcome:
             return self
         if not of:
             return replace(self, measured=f"{self.measured}; not checked against translation (no {what} shows one)")
-        why = f"silent in all {of} {what}s of translation too"
-        return replace(self, verdict="vacuous", measured=f"{why}; measured: {self.measured}", decided=why)
+        return self.silent(f"silent in all {of} {what}s of translation too")
+
+    def silent(self, why: str) -> Outcome:
+        """Return the same of a model that keeps the claim by never answering; ``why`` says what it does not answer."""
+        return replace(
+            self, verdict=_UNJUDGED["silent model"], measured=f"{why}; measured: {self.measured}", decided=why
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,16 +6,14 @@ import base64
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
-
-import jinja2
 
 from experiments.bench.clips import plan as clips_plan
 from experiments.bench.clips import run as clips_run
 from experiments.bench.clips.experiment import Clip, OfflineExperiment
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.templates import render
 from experiments.bench.figures import plotting
 from experiments.bench.leaderboard import atlas_figure
 from experiments.bench.leaderboard.looming_stimuli import BEHIND, FRAME, SHADES, SQUARE
@@ -24,7 +22,6 @@ from experiments.bench.store.places import inside
 from experiments.bench.store.rows import Failure
 
 NAME = "atlas"
-MADE_OF = "experiments.bench.leaderboard"
 L_OVER_V = ("l_over_v_s", 0.16)
 DARK, LIGHT = SHADES["dark"], SHADES["light"]
 GROUND = ("background_speed", -8.0)
@@ -53,7 +50,7 @@ CLIPS = (
 
 @dataclass(frozen=True, slots=True)
 class Atlas:
-    """Where the atlas is, and what failed."""
+    """Files of the atlas, and what failed."""
 
     page: Path
     figure: Path
@@ -97,13 +94,10 @@ def run(folder: Path, models: Sequence[str], seed: int, resources: Resources) ->
 
 def _write_page(made: OfflinePlan, folder: Path) -> Path:
     """One self-contained page around the figure."""
-    environment = jinja2.Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    source = files(MADE_OF).joinpath("atlas.html.j2").read_text(encoding="utf-8")
     picture = base64.b64encode((folder / f"{NAME}.svg").read_bytes()).decode()
     entries = [(model.label, model.declared) for model in made.showings[0].models]
-    page = environment.from_string(source).render(
+    page = render(
+        "leaderboard/atlas.html.j2",
         picture=f"data:image/svg+xml;base64,{picture}",
         seed=made.seed,
         models=[(label, entry.summary, ", ".join(entry.channels), entry.source) for label, entry in entries],

@@ -23,7 +23,7 @@ from experiments.bench.figures.palette import colours
 from experiments.bench.figures.plotting import STYLE, columns_of_key, plain
 
 INCHES = (1.02, 0.62)
-"""Of a panel, across and down."""
+"""Size of a panel, across and down."""
 LABEL_INCHES, KEY_INCHES = 1.5, 0.75
 WRAP = 14
 """Characters of a column's heading in a line."""
@@ -31,12 +31,12 @@ BELOW, ABOVE = -1.45, 1.15
 TICKS = {"hs": -1.15, "vs": -1.35, "looming": -1.25}
 """Height of the spikes of each channel."""
 UPWARD = {"looming": -0.22}
-"""The same where nothing goes below 0."""
+"""Limits of the axis where nothing goes below 0."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Column:
-    """What a clip shows: a frame of it, and by frame whether something moves, (T,)."""
+    """Clip of a column: a frame of it, and by frame whether something moves, (T,)."""
 
     name: str
     picture: npt.NDArray[np.uint8]
@@ -129,7 +129,7 @@ def _cell(
         return
     styles = {"hs": "-", "vs": ":", "looming": "--" if signed else "-"}
     heights = TICKS if signed else UPWARD
-    for channel in (each for each in styles if each in model.channels):
+    for channel in (style for style in styles if style in model.channels):
         values = (own[channel] - REST) / REST if channel == "looming" else own[channel] / scale
         axes.plot(steps, values, ls=styles[channel], lw=1.0, color=tint)
         fired = np.flatnonzero(own[f"{channel}_spikes"])

@@ -1,4 +1,4 @@
-"""From the rows of trials and clips to each looming model's scores. Pure functions; nothing is run or drawn here."""
+"""Scores of each looming model from the rows of trials and clips. Pure functions; nothing is run or drawn here."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.clips.claims import SIGNED
+from experiments.bench.clips.judging import SIGNED
 from experiments.bench.engine.alarms import poisson_interval
 from experiments.bench.judging.scores import Score, Standing
 from experiments.bench.judging.statistics import area_under_roc, proportion_interval
@@ -18,7 +18,7 @@ from experiments.bench.leaderboard.scores import frame_time
 Row = Mapping[str, Any]
 LOOMING, RECEDING, TRANSLATION = "looming", "receding", "translation"
 GRATING, BACKGROUND = "grating", "background"
-"""What a row was shown."""
+"""Kinds of what a row was shown."""
 
 MEASURES = {
     "auc_translation_robot": "AUC, translation, robot",
@@ -65,7 +65,7 @@ class ShownClip:
 
 
 def shown(row: Row) -> str:
-    """What was shown, of a robot's trial or of a clip."""
+    """Return what was shown, of a robot's trial or of a clip."""
     if "direction" in row:  # a robot's trial
         return {"approach": LOOMING, "recession": RECEDING}.get(row["motion"], TRANSLATION)
     if row["stimulus"] == "grating":
@@ -141,7 +141,7 @@ def scores(
 
 
 def ranked(standings: Iterable[Standing]) -> list[Standing]:
-    """In the order that `SORTED_BY` tells; equals by name."""
+    """Return the scores in the order that `SORTED_BY` tells; equals by name."""
 
     def place(standing: Standing) -> tuple[float, float, str]:
         areas = [score.value for name, score in standing.scores.items() if name.startswith("auc_") and score]

@@ -1,4 +1,4 @@
-"""What the leaderboard shows to looming models: approaches, and what is none, through the robot's lens.
+"""Stimuli that the leaderboard shows to looming models: approaches, and what is none, through the robot's lens.
 
 All clips have 99x72 px and 30 frames/s.
 """

@@ -107,7 +107,7 @@ def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, res
 
 
 def of_kinds(models: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Those of ``models`` that stand in the ranking of direction, and those that stand in that of looming.
+    """Return those of ``models`` that stand in the ranking of direction, and those that stand in that of looming.
 
     A model that answers by neither, which tells where motion is alone, stands among those of direction.
     """
@@ -118,7 +118,7 @@ def of_kinds(models: Sequence[str]) -> tuple[list[str], list[str]]:
 
 @dataclass(frozen=True, slots=True)
 class _Done:
-    """What a batch came to; ``frames`` has a row for each frame and model, where they are kept."""
+    """Results of a batch; ``frames`` has a row for each frame and model, where they are kept."""
 
     rows: list[dict[str, Any]]
     frames: pa.Table
@@ -175,7 +175,7 @@ def _ranking(kind: Any, standings: Sequence[Standing]) -> Ranking:
 
 
 def _spikes(model: ConfiguredModel, *channels: str) -> bool:
-    """Whether a model has a threshold in any of some channels."""
+    """Tell whether a model has a threshold in any of some channels."""
     return any(model.thresholds.get(channel) is not None for channel in channels)
 
 

@@ -1,4 +1,4 @@
-"""From the rows of trials and clips to each direction model's scores. Pure functions; nothing is run or drawn here."""
+"""Scores of each direction model from the rows of trials and clips. Pure functions; nothing is run or drawn here."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.clips.claims import SIGNED
+from experiments.bench.clips.judging import SIGNED
 from experiments.bench.judging.scores import Score, Standing
 from experiments.bench.judging.statistics import area_under_roc, median_interval, proportion_interval
 
 Row = Mapping[str, Any]
 DEPTH, BACKGROUND = "depth", "background"
-"""What a row was shown, beside the four directions."""
+"""Kinds of what a row was shown, beside the four directions."""
 
 MEASURES = {
     "direction_robot": "direction, robot",
@@ -32,7 +32,7 @@ Scores = Mapping[str, Score | None]
 
 
 def shown(row: Row) -> str:
-    """What was shown: one of the four directions, `DEPTH`, or `BACKGROUND` alone."""
+    """Return what was shown: one of the four directions, `DEPTH`, or `BACKGROUND` alone."""
     if "direction" in row:  # a robot's trial
         return str(row["direction"]) if row["motion"] == "translation" else DEPTH
     if row["object"] == "absent" or row["motion"] is None:
@@ -77,7 +77,7 @@ def false_alarms(rows: Iterable[Row]) -> Score | None:
 
 
 def _fired(row: Row) -> bool:
-    """Whether any declared channel spiked; the others' counts are null."""
+    """Tell whether any declared channel spiked; the others' counts are null."""
     return any(row[name] for name in ("hs_spikes", "vs_spikes", "looming_spikes"))
 
 
@@ -89,7 +89,7 @@ def frame_time(us: Sequence[float] | None) -> Score | None:
 
 
 def _share(hits: Sequence[bool]) -> Score | None:
-    """Of independent trials, with Clopper and Pearson's interval."""
+    """Estimate the share of independent trials, with Clopper and Pearson's interval."""
     if not hits:
         return None
     return Score(sum(hits) / len(hits), *proportion_interval(sum(hits), len(hits)), len(hits))
@@ -113,11 +113,11 @@ def scores(
 
 
 def ranked(standings: Iterable[Standing]) -> list[Standing]:
-    """In the order that `SORTED_BY` tells; equals by name."""
+    """Return the scores in the order that `SORTED_BY` tells; equals by name."""
     return sorted(standings, key=lambda s: (-_mean(s, "direction"), -_mean(s, "auc"), s.name))
 
 
 def _mean(standing: Standing, kind: str) -> float:
-    """Of the robot's and the clips' score, as far as there are any; otherwise below all."""
+    """Average the robot's and the clips' score, as far as there are any; otherwise below all."""
     found = [score.value for s in ("robot", "clips") if (score := standing.scores[f"{kind}_{s}"]) is not None]
     return sum(found) / len(found) if found else -math.inf

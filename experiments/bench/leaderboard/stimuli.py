@@ -1,4 +1,4 @@
-"""What the leaderboard shows to every model: the robot's trials, and the off-line clips.
+"""Stimuli that the leaderboard shows to every model: the robot's trials, and the off-line clips.
 
 All of it is 320x180 px or the robot's 99x72, so that a model is met at the two sizes it is timed at.
 """
@@ -20,13 +20,13 @@ REPEATS = 5
 SPEEDS_CM_S = (4.0, 6.0, 10.0)
 DISTANCES_CM = (6.0, 10.0)
 NEAR_CM, FAR_CM, ACCELERATION_CM_S2 = 5.0, 20.0, 17.0
-"""Of approach and recession: those of the experiment ``general``."""
+"""Distances and acceleration of approach and recession: those of the experiment ``general``."""
 
 SPEEDS_PX_S = (120.0, 240.0)
 DEPTH_S = (1.0, 2.0)
-"""How long looming and receding take."""
+"""Duration of looming and receding, s."""
 SHIFT_PX_S = 8.0
-"""Of the background, to either side: within the paper's -2 .. -10."""
+"""Speed of the background, px/s, to either side: within the paper's -2 .. -10."""
 JITTER_PX = 0.3
 DEPTH = ("looming", "receding")
 
@@ -84,7 +84,9 @@ def plain_clips() -> tuple[Clip, ...]:
 
 
 def clutter_clips() -> tuple[Clip, ...]:
-    """Before a natural image shifting left: 12 clips of objects as on the even ground; then 4 of backgrounds alone."""
+    """Make the clips before a natural image shifting left: 12 clips of objects as on the even ground; then 4 of
+    backgrounds alone.
+    """
     before = {"columns": 320, "background_speed": -SHIFT_PX_S}
     objects = tuple(
         _clip(f"{shade} {motion}", "cluttered", motion, grey=grey, **before)
@@ -95,7 +97,9 @@ def clutter_clips() -> tuple[Clip, ...]:
 
 
 def _backgrounds() -> tuple[Clip, ...]:
-    """Nothing in these crosses, looms or recedes: what a model answers to them is a false alarm."""
+    """Make clips of backgrounds alone. Nothing in these crosses, looms or recedes: what a model answers to them is a
+    false alarm.
+    """
     alone = (("columns", 320), ("object", "absent"))
     return (
         Clip("shift left", "cluttered", (*alone, ("background_speed", -SHIFT_PX_S))),

@@ -31,7 +31,7 @@ def show(board: Board) -> None:
 
 
 def show_atlas(made: Atlas) -> None:
-    """Where the atlas is."""
+    """Print where the atlas is."""
     for name, place in {"page": made.page, "figure": made.figure}.items():
         out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
 

@@ -1,4 +1,4 @@
-"""How long a model takes for a frame, all models side by side: in one process, on one thread, in turns."""
+"""Time that a model takes for a frame, all models side by side: in one process, on one thread, in turns."""
 
 from __future__ import annotations
 

@@ -31,18 +31,18 @@ ENDINGS = (".pgm", ".png")
 LONGEST = 255
 """Characters of a file's name."""
 OTHERS = (".bmp", ".gif", ".jpeg", ".jpg", ".ppm", ".tif", ".tiff", ".webp")
-"""Of pictures that are not taken, and not left out in silence."""
+"""Endings of pictures that are not taken, and not left out in silence."""
 KINDS: Mapping[str, str] = {
     "still": "a still scene of many greys under constant light",
     "flat": "an evenly lit sheet that fills the view",
     "edge": "first the empty scene, then a dark upright object that crosses the view",
     "loop": "a still scene after the light has changed, until the picture rests",
 }
-"""What a folder shows, by the beginning of its name: ``still``, ``still-dim``, ``loop01`` and so on."""
+"""Kinds of what a folder shows, by the beginning of its name: ``still``, ``still-dim``, ``loop01`` and so on."""
 STEADY = ("still", "flat")
-"""What is to be taken of a scene that does not change."""
+"""Kind of folder of a scene that does not change."""
 LEAST_SHARE = 0.03
-"""Of the temporal variance, from which what is no noise is told: it makes the noise 1.5 % too large."""
+"""Share of the temporal variance, from which what is no noise is told: it makes the noise 1.5 % too large."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ POSES = (
     "stimulus_bearing_deg", "stimulus_x_cm", "stimulus_y_cm", "stimulus_heading_deg", "observer_x_cm",
     "observer_y_cm", "observer_heading_deg",
 )  # fmt: skip
-"""What a tracker over the arena may add; all of them or none."""
+"""Columns that a tracker over the arena may add; all of them or none."""
 FARTHEST = 1e4
 """cm and degrees of a pose; one beyond it is a damaged line."""
 ANSWERS = tuple(name for channel, spikes in CHANNELS.items() for name in (channel, spikes) if name)
@@ -28,10 +28,10 @@ KNOWN = (*INDEX, *CONDITION_COLUMNS, TIME, *ANSWERS, *POSES)
 """All columns, in the order in which a log is written."""
 WHOLE = frozenset({"trial", "seed", *(spikes for spikes in CHANNELS.values() if spikes)})
 ROBOT, SIMULATION = "robot", "simulation"
-"""What ``origin`` may be; blank is ``robot``. ``colias export --to log`` writes ``simulation``."""
+"""Values that ``origin`` may have; blank is ``robot``. ``colias export --to log`` writes ``simulation``."""
 TEXTS = frozenset({"model", "origin", *WORDS})
 SPELT = {True: re.compile(r"[+-]?[0-9]+"), False: re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")}
-"""How a cell spells a whole number, and any. Python alone would take 1_0 for 10, and the digits of every script."""
+"""Spelling in a cell of a whole number, and any. Python alone would take 1_0 for 10, and the digits of every script."""
 LONGEST = 400
 """Characters of a number."""
 EXAMPLES = {True: "12", False: "-0.25 or 2.5e-1"}

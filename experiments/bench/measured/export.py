@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.engine.user_code import is_file
@@ -21,6 +19,7 @@ from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.store.description import stored_thresholds
 from experiments.bench.store.origin import COLUMN, FRAMES_MEASURED, MEASURED
 from experiments.bench.store.pictures import pictures, write_pictures
+from experiments.bench.store.record import Record
 from experiments.bench.store.rows import group
 
 LOG, FRAMES = "log.csv", "frames"
@@ -32,27 +31,20 @@ Row = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """What was written of a run: the log, the folder of frames if there are any, and the command that imports them."""
+    """Files written of a run: the log, the folder of frames if there are any, and the command that imports them."""
 
     log: Path
     frames: Path | None
     command: str
 
 
-def write_log(
-    description: Mapping[str, Any], trials: pa.Table, frames: pa.Table, recordings: Sequence[Path], out: Path, *,
-    tracked: bool, advance: Callable[[], None],
-) -> Written:  # fmt: skip
+def write_log(run: Record, out: Path, *, tracked: bool, advance: Callable[[], None]) -> Written:
     """Write a run of the robot as a log.
 
     Parameters
     ----------
-    description
-        Its ``experiment.json``.
-    trials, frames
-        Its tables.
-    recordings
-        Its recordings, which hold the frames of the camera.
+    run
+        The run; its recordings hold the frames of the camera.
     out
         A new folder.
     tracked
@@ -65,25 +57,22 @@ def write_log(
     UsageError
         The run is not of the robot.
     """
-    lacking = [name for name in (*CONDITION_COLUMNS, "trial", "model", "seed") if name not in trials.column_names]
-    if lacking or TIME_IN_RUN not in frames.column_names:
-        raise UsageError(
-            f"--to log: the run is not of trials with the robot (no column {(lacking or [TIME_IN_RUN])[0]})"
-        )
-    rows = trials.to_pylist()
-    channels = _channels(description, rows)
+    if not run.kind.robot:
+        raise UsageError(f"{run.folder}: --to log: legal is a run of trials with the robot, not {run.kind.what}")
+    rows = run.trials.to_pylist()
+    channels = _channels(run.description, rows)
     header = [*INDEX, *CONDITION_COLUMNS, TIME]
     header += [name for channel, spikes in CHANNELS.items() for name in (channel, spikes)
                if name and any(channel in own for own in channels.values())]  # fmt: skip
     header += POSES if tracked else ()
     out.mkdir(parents=True, exist_ok=True)
-    own = group(frames.to_pylist(), "trial", "model")
+    own = group(run.frames.to_pylist(), "trial", "model")
     with (out / LOG).open("w", newline="", encoding="utf-8") as file:
         lines = csv.writer(file, lineterminator="\n")
         lines.writerow(header)
         for row in rows:
             lines.writerows(_lines(header, row, own.get((row["trial"], row["model"]), ()), channels[row["model"]]))
-    there = {path.stem: path for path in recordings}
+    there = {path.stem: path for path in run.recordings}
     for trial in dict.fromkeys(row["trial"] for row in rows):
         recording = there.get(trial_name(trial))
         seen = pictures(recording).get(CAMERA) if recording else None
@@ -91,7 +80,7 @@ def write_log(
             write_pictures(out / FRAMES / trial_name(trial), seen, PGM)
         advance()
     pictured = out / FRAMES if (out / FRAMES).is_dir() else None
-    return Written(out / LOG, pictured, _command(description, out / LOG, pictured, channels))
+    return Written(out / LOG, pictured, _command(run.description, out / LOG, pictured, channels))
 
 
 TIME_IN_RUN = "sim_time_s"
@@ -154,7 +143,7 @@ def _declaring(name: str, files: Sequence[str]) -> str:
 
 
 def _declares(path: Path, name: str) -> bool:
-    """Whether a file gives ``EXPERIMENT`` a value, and has the experiment's name. It is read, and not run."""
+    """Tell whether a file gives ``EXPERIMENT`` a value, and has the experiment's name. It is read, and not run."""
     try:
         statements = ast.parse(path.read_bytes()).body if path.is_file() else []
     except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):

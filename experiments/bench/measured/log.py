@@ -22,7 +22,7 @@ from experiments.bench.robot.experiment import CONDITION_COLUMNS, Condition, Exp
 Floats = npt.NDArray[np.float64]
 Cells = Mapping[str, Any]
 SEPARATORS = {";": "';'", "\t": "a tab", "|": "'|'"}
-"""What other programs put between the columns of a table, in words."""
+"""Signs that other programs put between the columns of a table, in words."""
 UNNAMED = ""
 """The model of a log without a column ``model``."""
 
@@ -72,7 +72,7 @@ class Log:
 
     @property
     def answered(self) -> bool:
-        """Whether the robot's own network answered; otherwise the log is of a camera alone."""
+        """Tell whether the robot's own network answered; otherwise the log is of a camera alone."""
         return any(channels for trial in self.trials for channels in trial.answers.values())
 
 
@@ -144,7 +144,7 @@ class _Reader:
 
 def telling(conditions: Sequence[Condition]) -> list[str]:
     """Return the columns in which conditions differ: without them a log does not say what a trial showed."""
-    return [name for name in CONDITION_COLUMNS if len({getattr(each, name) for each in conditions}) > 1]
+    return [name for name in CONDITION_COLUMNS if len({getattr(condition, name) for condition in conditions}) > 1]
 
 
 def read(path: Path, experiment: Experiment) -> Log:
@@ -260,14 +260,16 @@ def _condition(reader: _Reader, cells: Cells, line: int) -> Condition:
     """Find the condition of the experiment that a trial's columns name."""
     conditions, name = reader.experiment.conditions(), reader.experiment.name
     given = [column for column in CONDITION_COLUMNS if column in cells]
-    fitting = [each for each in conditions if all(getattr(each, column) == cells[column] for column in given)]
+    fitting = [
+        condition for condition in conditions if all(getattr(condition, column) == cells[column] for column in given)
+    ]
     if len(fitting) == 1:
         return fitting[0]
     for column in given:
-        levels = list(dict.fromkeys(getattr(each, column) for each in conditions))
+        levels = list(dict.fromkeys(getattr(condition, column) for condition in conditions))
         if cells[column] not in levels:
-            shown = ", ".join("blank" if each is None else f"{each:g}" if isinstance(each, float) else each
-                              for each in levels)  # fmt: skip
+            shown = ", ".join("blank" if level is None else f"{level:g}" if isinstance(level, float) else level
+                              for level in levels)  # fmt: skip
             value = "blank" if cells[column] is None else cells[column]
             reader.refuse(
                 f"{column}={value}: no condition of {name} (it has {shown}; --set experiment.* changes it)", line

@@ -32,7 +32,7 @@ RATE_TOLERANCE = 0.001
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Given:
-    """What one model answered to a trial.
+    """Answers of one model to a trial.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ from experiments.bench.store.rows import Failure, TrialRecord, recording_of
 from experiments.bench.store.run_folder import RunFolder
 
 EYE = "@"
-"""Before the name of an eye, in the labels of `experiments.bench.robot.pictures.eyes`."""
+"""Prefix of the name of an eye, in the labels of `experiments.bench.robot.pictures.eyes`."""
 MOST_OFF = 10.0
 """Times by which a log's frame rate may differ from the camera's setting."""
 SHOWN_FRAMES = "@frames"
@@ -43,7 +43,7 @@ SHOWN_FRAMES = "@frames"
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """How a log is to be taken.
+    """Way to take a log.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def prepare(experiment: Experiment, asked: Asked) -> Import:
 
 
 def _source(log: Log, label: str, ran: Sequence[str]) -> str:
-    """What ``--model`` would be given for a label of the log: of one eye's model, that model.
+    """Return what ``--model`` would be given for a label of the log: of one eye's model, that model.
 
     Raises `UsageError` for the path of a file: a file is run where ``--ran`` names it, and not because a cell does.
     """
@@ -227,14 +227,14 @@ def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
 
 
 def _described(made: Import) -> dict[str, Any]:
-    """What ``experiment.json`` holds."""
+    """Return what ``experiment.json`` holds."""
     said = [_provenance(trial, shown=shown) for trial in made.log.trials
             for shown, models in ((False, made.ran), (True, made.shown)) if models]  # fmt: skip
     measured = {
         "provenance": "; ".join(dict.fromkeys(said)), "log": str(made.log.path), "sha256": sha256(made.log.path),
         "frames": str(made.frames.folder) if made.frames else None,
     }  # fmt: skip
-    return {**describe(made.plan), "trials": len(made.log.trials), "measured": measured}
+    return {**describe(made.plan), "kind": "measured", "trials": len(made.log.trials), "measured": measured}
 
 
 @contextmanager
@@ -285,7 +285,7 @@ def _record(made: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> 
 
 
 def _provenance(trial: LoggedTrial, *, shown: bool) -> str:
-    """Where the answers of a trial come from: the robot's own, or those of a model ``shown`` its frames."""
+    """Return where the answers of a trial come from: the robot's own, or those of a model ``shown`` its frames."""
     if trial.simulated:
         return FRAMES_OF_SIMULATION if shown else LOG_OF_SIMULATION
     return FRAMES_MEASURED if shown else MEASURED

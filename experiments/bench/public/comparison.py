@@ -21,7 +21,8 @@ from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import TRIAL_SCHEMA
 from experiments.bench.store import provenance
-from experiments.bench.store.description import BEGUN, LONGEST, RESUMED, THRESHOLDS
+from experiments.bench.store.description import BEGUN, KIND, LONGEST, RESUMED, THRESHOLDS
+from experiments.bench.store.kinds import CLIPS
 from experiments.bench.store.rows import group
 
 CLIP_COLUMNS = ("stimulus", "clip", *SHOWN)
@@ -116,9 +117,8 @@ def compare(first: Run | str | os.PathLike[str], second: Run | str | os.PathLike
         {"parameter": name, "first": _json(here), "second": _json(there)}
         for name, here, there in _parameters(one, other)
     ]
-    columns = CLIP_COLUMNS if one.offline else CONDITION_COLUMNS
+    columns, table = (CLIP_COLUMNS, CLIP_SCHEMA) if one.kind is CLIPS else (CONDITION_COLUMNS, TRIAL_SCHEMA)
     results, note = _results(one, other, columns)
-    table = CLIP_SCHEMA if one.offline else TRIAL_SCHEMA
     schema = pa.schema({**{name: table.field(name).type for name in columns}, **_TESTED})
     return Comparison(
         one, other, pa.Table.from_pylist(differing, PARAMETER_SCHEMA), pa.Table.from_pylist(results, schema), note,
@@ -163,8 +163,8 @@ def _parameters(one: Run, other: Run) -> Iterator[tuple[str, Any, Any]]:
 
 def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a run but its models', named as ``--set`` names them."""
-    left = {key: value for key, value in description.items()
-            if key not in (*provenance.KEYS, BEGUN, RESUMED, THRESHOLDS, "changed", "trials", "models")}  # fmt: skip
+    aside = (*provenance.KEYS, KIND, BEGUN, RESUMED, THRESHOLDS, "changed", "trials", "models")
+    left = {key: value for key, value in description.items() if key not in aside}
     if "measured" in left:
         left.pop("seed", None)  # an imported log has none
     declared = left.pop("experiment", {})
@@ -212,6 +212,9 @@ def _pairs(one: Run, other: Run) -> list[tuple[str, str]]:
 
 def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[str, Any]], str]:
     """A row per model and condition, and why there are none."""
+    for run in (one, other):
+        if not run.kind.robot and run.kind is not CLIPS:
+            return [], f"nothing to pair: {run.folder} is of {run.kind.what}, which no trials pair"
     if not (one.done and other.done):
         return [], f"nothing to pair: {(other if one.done else one).folder} has no finished trial"
     tables = [run.trials for run in (one, other)]

@@ -14,9 +14,7 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.public import arguments
 from experiments.bench.public.result import load
 from experiments.bench.store.description import NAME, begun, holds_results, short
-
-DEEPEST = 3
-"""Levels of folders that are looked through: a sweep's parts are one down."""
+from experiments.bench.store.record import Record, part_folders
 
 SCHEMA = pa.schema(
     {
@@ -70,21 +68,25 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
     path = arguments.folder("folder", folder)
     if not path.is_dir():
         raise UsageError(f"{path}: no such folder")
-    rows = [_row(each) for each in _found(path, DEEPEST)]
+    rows = [_row(each) for each in _found(path)]
     return pa.Table.from_pylist(sorted(rows, key=lambda row: (row["when"], row["run"])), SCHEMA)
 
 
-def _found(folder: Path, deep: int) -> Iterator[Path]:
-    """The folders that are runs, or look as if they had been."""
+def _found(folder: Path) -> Iterator[Path]:
+    """The folders that are runs, or look as if they had been: those of a whole after it."""
     if begun(folder) or holds_results(folder):
         yield folder
-        return
+        if not _is_whole(folder):
+            return
+    for path in part_folders(folder):
+        yield from _found(path)
+
+
+def _is_whole(folder: Path) -> bool:
     try:
-        inside = sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
-    except OSError:
-        return
-    for path in inside if deep else ():
-        yield from _found(path, deep - 1)
+        return Record.read(folder).kind.parts
+    except UsageError:
+        return False
 
 
 def _row(folder: Path) -> dict[str, Any]:

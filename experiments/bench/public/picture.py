@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-import pyarrow as pa
 from matplotlib.figure import Figure
 
 from dsnn.model import SPIKING
@@ -22,68 +20,74 @@ from experiments.bench.robot.mechanism import figure as mechanism_figure
 from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
 from experiments.bench.robot.rows import caption, drawable
 from experiments.bench.store.description import stored_thresholds
+from experiments.bench.store.kinds import CLIPS, MEASURED, TRIALS, Kind
+
+if TYPE_CHECKING:
+    from experiments.bench.public.result import Run
 
 
-def draw(folder: Path, said: Mapping[str, Any], trials: pa.Table, frames: pa.Table) -> Figure:
-    """Draw the figure that the run's own command drew.
-
-    Parameters
-    ----------
-    folder
-        The run's, for messages.
-    said
-        Its ``experiment.json``.
-    trials, frames
-        Its tables.
-    """
-    declared, rows = said["experiment"], trials.to_pylist()
-    if not isinstance(declared, Mapping):
-        raise UsageError(f"{folder}: the figure of {declared} is not drawn from its tables; see the pictures there")
+def draw(run: Run) -> Figure:
+    """Draw the figure that the run's own command drew; `UsageError` where it is not drawn from the tables."""
+    drawer = _DRAWERS.get(run.kind)
+    if drawer is None:
+        raise UsageError(
+            f"{run.folder}: the figure of {run.kind.what} is not drawn from its tables; see the pictures there"
+        )
+    rows = run.trials.to_pylist()
     if not rows:
-        raise UsageError(f"{folder}: no trial of it is finished")
+        raise UsageError(f"{run.folder}: no trial of it is finished")
     try:
-        if "clips" in declared:
-            shown = [row for row in rows if row["repeat"] == 0]
-            thresholds = _thresholds(folder, said, said["models"])
-            title = clips_figure.title(declared["name"], said["seed"], said.get("changed") or {})
-            drawn = clips_figure.draw(Drawing(**declared["figure"]), shown, frames, thresholds, title)
-        else:
-            drawn = _of_robot(folder, said, rows, frames)
+        drawn = drawer(run, rows)
     except (KeyError, TypeError, IndexError) as error:
-        raise UsageError(f"{folder}: not the files of one run: {type(error).__name__}: {error}") from None
+        raise UsageError(f"{run.folder}: not the files of one run: {type(error).__name__}: {error}") from None
     setattr(drawn, "_repr_png_", lambda: _png(drawn))  # what notebooks look for  # noqa: B010
     return drawn
 
 
-def _of_robot(folder: Path, said: Mapping[str, Any], rows: list[Any], frames: pa.Table) -> Figure:
+def _of_clips(run: Run, rows: list[Any]) -> Figure:
+    """The figure of clips."""
+    declared = run.description["experiment"]
+    shown = [row for row in rows if row["repeat"] == 0]
+    thresholds = _thresholds(run, run.description["models"])
+    title = clips_figure.title(declared["name"], run.description["seed"], run.description.get("changed") or {})
+    return clips_figure.draw(Drawing(**declared["figure"]), shown, run.frames, thresholds, title)
+
+
+def _of_robot(run: Run, rows: list[Any]) -> Figure:
     """The figure of trials with the robot."""
-    declared, settings = said["experiment"], said["settings"]
+    declared, settings = run.description["experiment"], run.description["settings"]
     models = {model["label"]: model for model in settings["models"]}
     labels = list(models)
-    name, arena, repeats = caption(declared["name"], settings["scene"]["arena"], said["repeats"], rows)
-    thresholds = _thresholds(folder, said, settings["models"])
+    name, arena, repeats = caption(declared["name"], settings["scene"]["arena"], run.description["repeats"], rows)
+    thresholds = _thresholds(run, settings["models"])
     blind = settings["robot"].get("open_loop", False)  # a run of an older version has no such setting
-    changed = said.get("changed") or {}
+    changed = run.description.get("changed") or {}
     if declared["figure"] == "excitation" and set(NEEDED) <= set(models):
-        found = excitation.courses(rows, frames, float(models[WHOLE]["network"]["w_i"]))
-        if found:
+        courses = excitation.courses(rows, run.frames, float(models[WHOLE]["network"]["w_i"]))
+        if courses:
             title = robot_figure.title(name, [WHOLE], arena, repeats, changed, blind)
-            return excitation_figure.figure(found, title, thresholds[WHOLE])
+            return excitation_figure.figure(courses, title, thresholds[WHOLE])
     title = robot_figure.title(name, labels, arena, repeats, changed, blind)
     if drawable(declared["figure"], rows) == "mechanism":
         return mechanism_figure.figure(rows, declared["varies"], title, thresholds[labels[0]])
     shown = without_parts(rows) if declared["figure"] == "excitation" else rows
-    return robot_figure.figure(shown, frames, declared["varies"], title, thresholds)
+    return robot_figure.figure(shown, run.frames, declared["varies"], title, thresholds)
 
 
-def _thresholds(folder: Path, said: Mapping[str, Any], models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
+_DRAWERS: Mapping[Kind, Callable[[Run, list[Any]], Figure]] = {
+    TRIALS: _of_robot, MEASURED: _of_robot, CLIPS: _of_clips,
+}  # fmt: skip
+"""How the figure of a kind is drawn from its tables."""
+
+
+def _thresholds(run: Run, models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
     """The threshold of each model's counted channel, as ``experiment.json`` tells; no model's file is run for it."""
     found: dict[str, float | None] = {}
     for model in models:
-        own = stored_thresholds(said, model)
+        own = stored_thresholds(run.description, model)
         if own is None:
             why = f"experiment.json does not store the threshold of {model['label']}, and no file is run for it"
-            note = f"note: {folder}: {why}: the figure has no line of it"
+            note = f"note: {run.folder}: {why}: the figure has no line of it"
             error_console.print(note, soft_wrap=True, markup=False)
         found[model["label"]] = next((own[channel] for channel in SPIKING if channel in own), None) if own else None
     return found

@@ -1,27 +1,23 @@
-"""A run in its folder: its tables, verdicts, figure and recordings, read when they are asked for."""
+"""A run of any kind as Python has it: its record, its summary, its verdicts and its figure."""
 
 from __future__ import annotations
 
 import dataclasses
-import datetime
 import html
 import json
 import os
-from collections.abc import Mapping
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pyarrow as pa
-import pyarrow.csv
 
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.verdict import Verdict
 from experiments.bench.public import arguments
-from experiments.bench.store import parameters, provenance
-from experiments.bench.store.description import BEGUN, read_description, short
-from experiments.bench.store.files import read_parquet
+from experiments.bench.store.description import short
+from experiments.bench.store.kinds import CLIPS
 from experiments.bench.store.places import regular
+from experiments.bench.store.record import Record
 from experiments.bench.store.rows import Failure
 
 if TYPE_CHECKING:
@@ -44,8 +40,8 @@ CLAIM_SCHEMA, FAILURE_SCHEMA = _schema(Verdict), _schema(Failure)
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
-class Run:
-    """A run of an experiment, finished or not, as its files say; made by `run` and `load`.
+class Run(Record):
+    """A run of any kind, finished or not, as its files say; made by `run` and `load`.
 
     The tables are `pyarrow.Table` objects: ``run.trials.to_pandas()`` needs pandas, which is not installed with this
     project, and ``run.trials.to_pylist()`` gives plain rows. Each is read once, when it is first asked for.
@@ -55,37 +51,26 @@ class Run:
     folder
         Where its files are.
     description
-        ``experiment.json``: every parameter, the seed, and what computed it.
+        ``experiment.json``: every parameter, the seed, and what computed it. Empty of a whole that says nothing of
+        itself, such as the leaderboard of an older version, and of footage.
+    kind
+        What kind of run it is. Where something makes no sense of a kind, it raises `UsageError`.
     """
 
-    folder: Path
-    description: Mapping[str, Any]
-
-    def __getstate__(self) -> dict[str, Any]:
-        return dict(self.__dict__)  # a table that another thread reads meanwhile would stop a copy
-
     @cached_property
-    def trials(self) -> pa.Table:
-        """A row per trial (or clip, or episode) and model; changed parameters have columns such as ``dsnn.n_con``.
+    def summary(self) -> pa.Table:
+        """A row per model, condition (or clip) and quantity: n, mean, sd, median, 95 % interval of the mean.
+
+        Of other kinds the table that sums up the run: ``scores.csv`` of episodes, ``leaderboard.csv``, ``map.csv``.
 
         Raises
         ------
         UsageError
-            No trial is finished, or the file cannot be read. The other tables raise it too.
+            A run of that kind has no summary, or has not come to it.
         """
-        return self._table("trials.parquet")
+        from experiments.bench.public.summary import of_clips, read  # not before: a listing needs no statistics
 
-    @cached_property
-    def frames(self) -> pa.Table:
-        """A row per frame and model."""
-        return self._table("frames.parquet")
-
-    @cached_property
-    def summary(self) -> pa.Table:
-        """A row per model, condition (or clip) and quantity: n, mean, sd, median, 95 % interval of the mean."""
-        from experiments.bench.public.summary import of_clips, read
-
-        return of_clips(self.trials) if self.offline else read(self.folder)
+        return of_clips(self.trials) if self.kind is CLIPS else read(self)
 
     @cached_property
     def claims(self) -> pa.Table:
@@ -101,78 +86,11 @@ class Run:
         return self._listed("failures.json", FAILURE_SCHEMA)
 
     @property
-    def recordings(self) -> list[Path]:
-        """The paths of its Rerun recordings, in order of trial: ``colias view PATH`` shows one."""
-        return sorted((self.folder / "recordings").glob("*.rrd"))
-
-    @property
-    def name(self) -> str:
-        """The experiment's name."""
-        declared = self.description.get("experiment", "")
-        return str(declared["name"] if isinstance(declared, Mapping) else declared)
-
-    @property
-    def seed(self) -> int | None:
-        """The seed of the whole run; ``None`` of an imported log, whose trials have seeds of their own or none."""
-        return None if "measured" in self.description else int(self.description["seed"])
-
-    @property
-    def planned(self) -> int:
-        """Number of trials that the run is to have."""
-        return int(self.description["trials"])
-
-    @property
-    def done(self) -> int:
-        """Number of trials that are finished."""
-        if not (self.folder / "trials.parquet").exists():
-            return 0
-        return len(self._table("trials.parquet", ["trial"])["trial"].unique())
-
-    @property
-    def begun(self) -> datetime.datetime | None:
-        """When it was begun, UTC; ``None`` of a folder that a version before 0.3 made."""
-        try:
-            begun = datetime.datetime.fromisoformat(self.description[BEGUN])
-        except (KeyError, TypeError, ValueError):
-            return None
-        return begun.astimezone(datetime.UTC) if begun.tzinfo else None
-
-    @property
-    def commit(self) -> str | None:
-        """The commit that it was begun with, and whether there were changes; ``None`` outside a git checkout."""
-        source = self.description.get("source")
-        return provenance.commit(source) if isinstance(source, Mapping) else None
-
-    @property
-    def models(self) -> list[str]:
-        """The labels of its models, or of its behaviours."""
-        listed = self.description.get("models") or (self.description.get("settings") or {})
-        listed = listed.get("models", ()) if isinstance(listed, Mapping) else listed
-        return [str(model.get("label") or Path(model.get("behaviour", "")).stem) for model in listed]
-
-    @property
-    def changed(self) -> str:
-        """The parameters that are not at their defaults: ``dsnn.n_con=6``; empty if none."""
-        return parameters.said(self.description.get("changed") or {})
-
-    @property
     def verdicts(self) -> str:
         """How many claims came to each verdict: ``3 hold, 1 fails``; empty if none was judged."""
         found = self.claims["verdict"].to_pylist()
         counts = {word: found.count(word) for word in _WORDS}
         return ", ".join(f"{count} {_WORDS[word][count != 1]}" for word, count in counts.items() if count)
-
-    @property
-    def provenance(self) -> str:
-        """Where its trials come from: ``simulated``, or of an imported log ``measured``, say."""
-        measured = self.description.get("measured")
-        return str(measured["provenance"]) if isinstance(measured, Mapping) else "simulated"
-
-    @property
-    def offline(self) -> bool:
-        """Whether it is of clips that models were shown, not of the robot."""
-        declared = self.description.get("experiment")
-        return isinstance(declared, Mapping) and "clips" in declared
 
     def figure(self) -> Figure:
         """Draw the run's figure from its tables.
@@ -190,16 +108,7 @@ class Run:
         """
         from experiments.bench.public.picture import draw  # not before: matplotlib takes its time to load
 
-        return draw(self.folder, self.description, self.trials, self.frames)
-
-    def _table(self, name: str, columns: list[str] | None = None) -> pa.Table:
-        path = self.folder / name
-        if not path.exists():
-            raise UsageError(f"{self.folder}: no {name} there: no trial of it is finished")
-        try:
-            return read_parquet(path, columns)
-        except Exception as error:  # bytes that are no table can make the library raise anything
-            raise UsageError(f"{self.folder}: {name} cannot be read ({short(error)})") from None
+        return draw(self)
 
     def _listed(self, name: str, schema: pa.Schema) -> pa.Table:
         path = self.folder / name
@@ -231,8 +140,9 @@ def load(folder: str | os.PathLike[str]) -> Run:
     Parameters
     ----------
     folder
-        As ``colias run`` or `run` left it, whole or interrupted. Folders of ``colias behave`` and ``tune``, and the
-        parts of a sweep or a reproduction, are runs too.
+        As a command or `run` left it, whole or interrupted, of any kind: trials, clips, tuning curves, episodes, a
+        map, a leaderboard, a sweep, a reproduction or a part of one, a training, an imported log. Of footage, the file
+        that ``colias watch`` wrote: a table or a recording.
 
     Returns
     -------
@@ -249,9 +159,4 @@ def load(folder: str | os.PathLike[str]) -> Run:
     >>> from experiments import load
     >>> load("runs/speed-20260801-120000").trials.select(["speed_cm_s", "spikes"]).to_pylist()
     """
-    path = arguments.folder("folder", folder)
-    there = read_description(path)
-    for name, kind in (("experiment", str | dict), ("seed", int), ("trials", int)):
-        if not isinstance(there.get(name), kind):
-            raise UsageError(f"{path}: experiment.json cannot be read (it has no {name} of a run)")
-    return Run(path, there)
+    return Run.read(arguments.folder("folder", folder))

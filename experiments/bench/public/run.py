@@ -179,8 +179,6 @@ def run(
     ------
     UsageError
         Something cannot be run so, in one line; nothing was written. It is a ``ValueError``.
-    FileExistsError
-        There are other files in ``out``, and nothing that tells of which run.
 
     Examples
     --------

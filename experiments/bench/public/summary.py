@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pyarrow as pa
 import pyarrow.csv
@@ -14,6 +14,9 @@ from experiments.bench.robot.rows import ConditionRow
 from experiments.bench.store.description import short
 from experiments.bench.store.rows import group, known, schema_of
 
+if TYPE_CHECKING:
+    from experiments.bench.public.result import Run
+
 CLIP_QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
 
 _NUMBERS = {field.name: pa.int64() if field.name == "n" else pa.float64() for field in dataclasses.fields(Summary)}
@@ -22,16 +25,23 @@ ROBOT_SCHEMA = pa.schema({"model": pa.string(), **_CONDITIONS, "quantity": pa.st
 CLIP_SCHEMA = pa.schema({"model": pa.string(), "clip": pa.string(), "quantity": pa.string(), **_NUMBERS})
 
 
-def read(folder: Path) -> pa.Table:
-    """Read ``summary.csv``; no rows where the run has not come to one."""
-    path = folder / "summary.csv"
+def read(run: Run) -> pa.Table:
+    """Read the table that sums up a run; of trials no rows where it has not come to one.
+
+    Raises `UsageError` where a run of its kind has no such table, or this one has not come to it.
+    """
+    path = run.folder / run.kind.summary
+    if not run.kind.summary:
+        raise UsageError(f"{run.folder}: {run.kind.what} has no summary")
     if not path.exists():
-        return ROBOT_SCHEMA.empty_table()
-    types = pyarrow.csv.ConvertOptions(column_types=ROBOT_SCHEMA, strings_can_be_null=True)
+        if run.kind.robot:
+            return ROBOT_SCHEMA.empty_table()
+        raise UsageError(f"{run.folder}: no {path.name} there: the run has not come to it")
+    types = pyarrow.csv.ConvertOptions(column_types=ROBOT_SCHEMA if run.kind.robot else None, strings_can_be_null=True)
     try:
         return pyarrow.csv.read_csv(path, convert_options=types)
     except (OSError, pa.ArrowException) as error:
-        raise UsageError(f"{folder}: summary.csv cannot be read ({short(error)})") from None
+        raise UsageError(f"{run.folder}: {path.name} cannot be read ({short(error)})") from None
 
 
 def of_clips(trials: pa.Table) -> pa.Table:

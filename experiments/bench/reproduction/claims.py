@@ -10,8 +10,9 @@ from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips import summary as clips_summary
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.footage import claims as footage_claims
+from experiments.bench.judging.claim_files import PAPER, claim_ids
+from experiments.bench.judging.claims import used_to_choose, words
 from experiments.bench.judging.replicates import ROBUST_SHARE, counted
-from experiments.bench.judging.texts import chosen, claim_texts, tried
 from experiments.bench.judging.verdict import Outcome, Verdict, together
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.replicates import Replicate, judged, pooled, rate, with_note
@@ -38,17 +39,19 @@ def verdicts(replicates: Sequence[Replicate], shows: Sequence[OfflineReport], na
     """
     shown = _offline(shows)
     found = []
-    for claim in claim_texts():
+    for claim in claim_ids(PAPER):
         place = robustness.judged_in().get(claim, "")
         if claim in shown and place:
             verdict = _of_both(shown[claim], claim, place, replicates, name)
         elif claim in shown:
             verdict = shown[claim]
-        elif claim in clips_claims.CLAIMS or claim == footage_claims.CLAIM or not place:
+        elif claim in clips_claims.paper_claims() or claim == footage_claims.CLAIM or not place:
             verdict = _untested(claim)  # of both kinds too: its clips were not shown
         else:
             verdict = _of_robot(claim, place, replicates, name)
-        found.append(_explained(replace(verdict, used_to_choose="; ".join(chosen()[claim]))))
+        found.append(
+            _explained(replace(verdict, used_to_choose="; ".join(reading.name for reading in used_to_choose(claim))))
+        )
     return found
 
 
@@ -69,13 +72,13 @@ def is_random(report: OfflineReport) -> bool:
 
 
 def _untested(claim: str) -> Verdict:
-    if claim in clips_claims.CLAIMS:
+    if claim in clips_claims.paper_claims():
         why = "its off-line experiment was not run (--quick and --robot-only leave some out)"
     elif claim == footage_claims.CLAIM:
         why = "needs footage of your own: colias watch FILE --judge"
     else:
         why = "none of the experiments here declares this claim"
-    return Verdict(claim, *claim_texts()[claim], "untested", why, overall="untested")
+    return words(claim).verdict(Outcome.unjudged(why), overall="untested")
 
 
 def _explained(verdict: Verdict) -> Verdict:
@@ -83,7 +86,7 @@ def _explained(verdict: Verdict) -> Verdict:
     rare = verdict.replicates is not None and (verdict.replicates_held or 0) < ROBUST_SHARE * verdict.replicates
     if verdict.verdict != "fails" and not rare:
         return verdict
-    return replace(verdict, tried=tried().get(verdict.id, NOTHING_TRIED))
+    return replace(verdict, tried=words(verdict.id).tried or NOTHING_TRIED)
 
 
 def _of_both(clips: Verdict, claim: str, place: str, replicates: Sequence[Replicate], name: str) -> Verdict:

@@ -5,36 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
-from experiments.bench.clips.judging.assumed import ASSUMED
+from experiments.bench.clips.judging import ASSUMED
 from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.judging.claims import words
 from experiments.bench.judging.replicates import UNKNOWN
 from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.robot.mechanism.excitation import Course, described
 from experiments.bench.studies import registry
 from experiments.bench.studies.clips import points_of_run
-from experiments.bench.studies.constants import COMPARING, STUDIES, compares_with, outcomes, said
+from experiments.bench.studies.constants import STUDIES, compares_with, comparing, outcomes, said
 from experiments.bench.studies.counts import Counts
-
-_EXCITATION = "excitation and inhibition over time, and what w_i = 0.9 leaves of symmetric motion"
-_SPEED = ("ensembles", "count, time in view, firing rate and potential, 2 to 30 cm/s, beside variants of the DSNN")
-_BACKGROUND = (
-    "background",
-    "potentials at background speeds from 0.07 to 10 px a frame, and where the claim breaks",
-)
-MECHANISMS: Mapping[str, tuple[str, str]] = {
-    "C4": ("edges", "which pathway one edge in view drives"),
-    **dict.fromkeys(("C5", "C6", "C8", "C9", "C10", "C11"), _BACKGROUND),
-    **dict.fromkeys(("C15", "C24", "C25", "C29", "C30"), _SPEED),
-    "C7": ("constants-2017", "what the model of 2017 answers at sigmoid scales over five decades"),
-    "C16": ("distance-mechanism", "count, time in view, firing rate and potential at 6 cm/s, 5 to 15 cm"),
-    **dict.fromkeys(("C17", "C18"), ("approach-mechanism", _EXCITATION)),
-    **dict.fromkeys(("C13", "C19", "C20"), ("recession-mechanism", _EXCITATION)),
-    "C22": ("edges", "which edge drives which pathway"),
-    "C26": ("constants-emd", "what the EMD answers with other constants"),
-    "C27": ("background-alone", "the potentials without DoG and without FDSR"),
-}
-"""Claim -> the experiment whose figure shows its mechanism, and what it draws."""
 
 
 def mechanism(claim: Verdict, there: Collection[str], courses: Mapping[str, Sequence[Course]]) -> str:
@@ -49,7 +30,7 @@ def mechanism(claim: Verdict, there: Collection[str], courses: Mapping[str, Sequ
     courses
         Experiment -> the excitation and inhibition in its conditions, where it shows these; told in numbers.
     """
-    name, what = MECHANISMS.get(claim.id, ("", ""))
+    name, what = words(claim.id).mechanism
     if name in there:
         found = courses.get(name, ())
         numbers = f"; means in units of HS where E + I is largest: {described(found)}" if found else ""
@@ -82,7 +63,7 @@ def constants(claim: str, shows: Sequence[OfflineReport]) -> dict[str, Outcome]:
 
 def assumed(claim: str, shows: Sequence[OfflineReport]) -> str:
     """Return what is assumed of the model that a claim compares the DSNN with, and with which constants it holds."""
-    if claim not in COMPARING:
+    if claim not in comparing():
         return ""
     found = constants(claim, shows)
     others = f"in replicate 0: {said(found)}" if found else "other constants were not run here"

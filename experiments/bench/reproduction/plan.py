@@ -13,14 +13,16 @@ from experiments.bench import registry
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips import plan as clips_plan
 from experiments.bench.clips.experiment import OfflineExperiment
+from experiments.bench.clips.judging import LEAST_GREYS
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop.run import BehaviourPlan
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.footage import claims as footage_claims
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.claims import paper_claims
 from experiments.bench.reproduction import robustness
-from experiments.bench.robot.claims import CLAIMS, PATH_TOLERANCE_MM, SPEED_TOLERANCE
+from experiments.bench.robot import claims as robot_claims
+from experiments.bench.robot.claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS, to_json
@@ -85,7 +87,7 @@ SHORT = (
 REPLICATES, SENSITIVITY = "replicates", "sensitivity"
 BESIDE = ("dsn2017",)
 """The models shown beside the DSNN unless others are named."""
-ENOUGH = max(claim.least for claim in CLAIMS.values())
+ENOUGH = EACH_TRIAL
 """Repeats at which every claim of the robot is judged."""
 QUICK = Scale(2, ENOUGH, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
 USUAL = Scale(5, WHOLE, moves=True, offline_replicates=5, episodes=20, steps=900)
@@ -168,13 +170,14 @@ def design(made: Planned) -> dict[str, Any]:
     robot, clips, loops = (
         map(describe, made.plans), (each.describe() for each in made.offline), (each.describe() for each in made.loops)
     )  # fmt: skip
-    runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form", THRESHOLDS)
+    runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form", THRESHOLDS, "kind")
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
         "studies": [(each.study.name, each.specs) for each in (made.others, made.moves) if each],
-        "claims": claim_texts(),
-        "least": [{claim.id: claim.least for claim in CLAIMS.values()}, clips_claims.CONDITIONS,
-                  clips_claims.LEAST_GREYS, footage_claims.LEAST_SECONDS, closed_loop_claims.LEAST_SEEDS],
+        "claims": {claim.id: (claim.says, claim.source) for claim in paper_claims().values()},
+        "least": [{claim.id: claim.least for claim in robot_claims.paper_claims().values()},
+                  {claim.id: claim.conditions for claim in clips_claims.paper_claims().values()},
+                  LEAST_GREYS, footage_claims.LEAST_SECONDS, closed_loop_claims.LEAST_SEEDS],
         "bounds": [SPEED_TOLERANCE, PATH_TOLERANCE_MM],
     }  # fmt: skip
     digest = hashlib.sha256(to_json(parts).encode()).hexdigest()

@@ -7,13 +7,15 @@ from dataclasses import dataclass, replace
 
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.judging.claim import Reading
+from experiments.bench.judging.claims import bears_on
 from experiments.bench.judging.replicates import counted
-from experiments.bench.judging.texts import Reading, readings
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.robot import claims as robot_claims
-from experiments.bench.robot.mechanism.judges import FALLING, ROBOT_SPEEDS
+from experiments.bench.robot.mechanism.variants import FALLING, ROBOT_SPEEDS
 from experiments.bench.studies.constants import SPEED
+from experiments.claims.readings import READINGS
 
 NOT_RUN = "not run"
 FALLING_IN, FRAMES_IN, WINDOW = "ensembles", "clutter-frames", "C29"
@@ -99,9 +101,11 @@ def chapters(found: Evidence) -> list[Chapter]:
     return [
         Chapter(
             reading,
-            tuple(Row(claim, _taken(found.verdicts[claim]), _others(reading, claim, found)) for claim in reading.own),
+            tuple(
+                Row(claim, _taken(found.verdicts[claim]), _others(reading, claim, found)) for claim in bears_on(reading)
+            ),
         )
-        for reading in readings()
+        for reading in READINGS
     ]
 
 

@@ -9,9 +9,9 @@ from typing import Any
 import jinja2
 
 from experiments.bench.figures import plotting
+from experiments.bench.judging.claims import readings_of_all
 from experiments.bench.judging.paper import cited
 from experiments.bench.judging.replicates import UNKNOWN
-from experiments.bench.judging.texts import readings_of_all
 from experiments.bench.reproduction.page.cards import cards
 from experiments.bench.reproduction.page.drawn import drawing
 from experiments.bench.reproduction.page.overview import overview, tile
@@ -63,7 +63,7 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "loops": loops,
         "seen": next((run.seen for run in runs if run.seen.strips), None),
         "anchors": {each.name for each in runs} | {each.name for each in clips},
-        "common": readings_of_all(),
+        "common": [reading.name for reading in readings_of_all()],
         "moved": result.sensitivity is not None,
         "stored": stored(result.folder),
         "studies": [study_section(study) for study in studies(result.folder).values()],

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from experiments.bench.engine.terminal import coloured, out_console, show_table, stacked
+from experiments.bench.judging.claims import readings_of_all, used_to_choose
 from experiments.bench.judging.overall import totals
-from experiments.bench.judging.texts import chosen, readings_of_all
 from experiments.bench.judging.verdict import Verdict
 
 
@@ -35,12 +35,12 @@ def show_claims(claims: Sequence[Verdict]) -> None:
     table.add_column("all replicates", min_width=24, max_width=24)
     table.add_column("replicate 0", no_wrap=True)
     table.add_column("the paper says")
-    common = readings_of_all()
+    common = [reading.name for reading in readings_of_all()]
     for claim in claims:
         if claim.experiment:
             decided = claim.decided or claim.measured.partition("; measured:")[0]
-            own = [reading for reading in chosen().get(claim.id, ()) if reading not in common]
-            used = f"used to choose: {', '.join(own)}" if own else ""
+            alone = [reading.name for reading in used_to_choose(claim.id) if not reading.of_all]
+            used = f"used to choose: {', '.join(alone)}" if alone else ""
             lines = filter(None, (f"replicate 0: {decided}", claim.rate.partition(";")[0], used))
             said = stacked(claim.says, "\n".join(lines))
             table.add_row(claim.id, coloured(claim.word), claim.held, coloured(claim.verdict), said)

@@ -1,27 +1,23 @@
 """What the paper reports of the robot, as checks on a run's trials.
 
-The claims' words are those of ``claims.toml``. A judge never bends a bound: a claim that misses it fails, and the
-verdict says by how much. A new claim is its words there and an entry of `CLAIMS` here; a user's own file may declare
-one with its words.
+The paper's claims are those of `experiments.claims`, a file each; a user's own file may declare others. A judge never
+bends a bound: a claim that misses it fails, and the verdict says by how much.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any, Literal, get_args
 
 from experiments.bench.engine.errors import short
 from experiments.bench.engine.models import NO_SPIKES
+from experiments.bench.judging import claims as shipped
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.numbers import is_number, unreadable
 from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.robot import judges
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Motion
-from experiments.bench.robot.judges import Rows
-from experiments.bench.robot.mechanism import judges as compared
-from experiments.bench.robot.mechanism.judges import DSNN
+from experiments.bench.robot.judging import ACROSS, DEPTH, DSNN, Rows
 from experiments.bench.store.origin import is_imported
 from experiments.bench.store.rows import group
 
@@ -34,8 +30,6 @@ A claim about every trial takes 5: if half of all trials broke it, five in a row
 claim that means of conditions differ takes 4: four against four are the fewest of which a two-sided rank test can
 come to p < 0.05 (2 of 70 arrangements).
 """
-
-_DEPTH, _ACROSS = ("approach", "recession"), ("translation",)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +67,10 @@ class RobotClaim(Claim):
     models
         The labels of the models that it compares; without one of them it is untested. None: it is about each model
         by itself.
+    title, cause, tried
+        The claim in a few words; in one line why it fails; what was tried to make it hold, or what limits it.
+    mechanism
+        The experiment whose figure shows why it comes out as it does, and what that figure draws.
 
     Raises
     ------
@@ -81,17 +79,16 @@ class RobotClaim(Claim):
 
     Examples
     --------
-    >>> from experiments import Check, Claim, Outcome, decide
+    >>> from experiments import Check, Claim, Outcome
     >>> def faster(rows, threshold):
     ...     slow, fast = ([row["spikes"] for row in rows if row["speed_cm_s"] == speed] for speed in (4, 6))
-    ...     more = sum(fast) / len(fast) - sum(slow) / len(slow)
-    ...     holds, decided = decide([Check(f"{more:.1f} spikes more at 6 cm/s than at 4 (needs above 0)", more)])
-    ...     return Outcome("holds" if holds else "fails", f"{more:+.1f} spikes", decided=decided)
+    ...     means = [sum(spikes) / len(spikes) for spikes in (slow, fast)]
+    ...     return Outcome.of([Check(f"{means[1]:.1f} spikes at 6 cm/s", means[1], means[0], unit="spikes")])
     >>> claim = Claim(id="faster-fires-more", says="more spikes at 6 cm/s than at 4", judge=faster)
     """
 
     judge: Callable[[Rows, float], Outcome]
-    motions: tuple[str, ...] = (*_ACROSS, *_DEPTH)
+    motions: tuple[str, ...] = (*ACROSS, *DEPTH)
     reads: tuple[str, ...] = ("spikes",)
     of_every_trial: bool = False
     least: int = field(default=0)
@@ -138,44 +135,14 @@ class RobotClaim(Claim):
         return DSNN if DSNN in self.models else min(self.models)
 
 
-def _only_rows(judge: Callable[[Rows], Outcome]) -> Callable[[Rows, float], Outcome]:
-    return lambda rows, _: judge(rows)
-
-
-_ahead, _side = judges.fewest_ahead, judges.more_on_one_side
-_LEFT, _RIGHT = "from the left against from the right", "to the right against to the left"
-_ENTRIES = (
-    RobotClaim(id="C13", judge=judges.no_spikes_in_depth, motions=_DEPTH, reads=("spikes", "peak_hs", "trough_hs"),
-               of_every_trial=True, silent_passes=True),
-    RobotClaim(id="C14", judge=judges.direction_by_sign, motions=_ACROSS, reads=("peak_hs", "trough_hs"),
-               of_every_trial=True),
-    RobotClaim(id="C15", judge=judges.peak_speed, motions=_ACROSS),
-    RobotClaim(id="C16", judge=judges.fewer_from_afar, motions=_ACROSS),
-    RobotClaim(id="C17", judge=_only_rows(partial(_ahead, motion="approach")), motions=_DEPTH[:1]),
-    RobotClaim(id="C18", judge=_only_rows(partial(_side, motion="approach", more=-1.0, name=_LEFT)),
-               motions=_DEPTH[:1]),
-    RobotClaim(id="C19", judge=_only_rows(partial(_ahead, motion="recession")), motions=_DEPTH[1:]),
-    RobotClaim(id="C20", judge=_only_rows(partial(_side, motion="recession", more=1.0, name=_RIGHT)),
-               motions=_DEPTH[1:]),
-    RobotClaim(id="C21", judge=_only_rows(judges.most_ahead), motions=_DEPTH[:1], about="looming"),
-    RobotClaim(id="C24", judge=compared.ensembles, motions=_ACROSS, reads=("peak_hs",), models=compared.ENSEMBLES),
-    RobotClaim(id="C25", judge=compared.delays, motions=_ACROSS, reads=("mean_hs_near_axis",),
-               models=compared.DELAYS),
-    RobotClaim(id="C29", judge=judges.peak_speed_in_one_window, motions=_ACROSS, reads=judges.IN_ONE_WINDOW),
-    RobotClaim(id="C30", judge=compared.fastest, motions=_ACROSS, reads=("mean_hs_near_axis",),
-               models=compared.SPACINGS),
-)  # fmt: skip
-CLAIMS: Mapping[str, RobotClaim] = {claim.id: claim for claim in _ENTRIES}
-"""The paper's claims about the robot, by id."""
+def paper_claims() -> Mapping[str, RobotClaim]:
+    """Return the paper's claims that trials with the robot answer for, by id."""
+    return shipped.of_kind(RobotClaim)
 
 
 def find(claim: Claim | str) -> RobotClaim:
-    """Return a claim by its id. One of the paper's that trials do not answer for is always untested."""
-    if isinstance(claim, RobotClaim):
-        return claim
-    if isinstance(claim, Claim):
-        raise TypeError(f"claim {claim.id} is a {type(claim).__name__}, not one about the robot")
-    return CLAIMS.get(claim) or RobotClaim(id=claim, judge=lambda *_: Outcome("untested", "no judge for this claim"))
+    """Return a claim by its id; ``KeyError`` if trials with the robot do not answer for it."""
+    return shipped.find(claim, RobotClaim)
 
 
 def judge(
@@ -204,7 +171,7 @@ def outcome(claim: RobotClaim | str, rows: Rows, threshold: float | None, shown:
     asked = find(claim)
     missing = sorted(asked.models - {row.get("model") for row in rows})
     if missing:
-        return Outcome("untested", f"needs the models {', '.join(missing)}")
+        return Outcome.unjudged(f"needs the models {', '.join(missing)}")
     found = _judged(asked, [row for row in rows if not asked.models or row["model"] in asked.models], threshold)
     if not asked.silent_passes:
         return found
@@ -215,14 +182,14 @@ def outcome(claim: RobotClaim | str, rows: Rows, threshold: float | None, shown:
 
 def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     if threshold is None:
-        return Outcome("untested", NO_SPIKES)
+        return Outcome.unjudged(NO_SPIKES)
     own = [row for row in rows if row["motion"] in claim.motions]
     unknown = [name for name in claim.reads if own and name not in own[0]]
     if unknown:
-        return Outcome("untested", f"trials have no column {unknown[0]}", n=len(own))
+        return Outcome.unjudged(f"trials have no column {unknown[0]}", n=len(own))
     without = unreadable(own, claim.reads)
     if without:
-        return Outcome("untested", f"of the trials {without}", n=len(own))
+        return Outcome.unjudged(f"of the trials {without}", n=len(own))
     found = claim.ask(rows, threshold)
     if found.verdict == "untested":
         return found

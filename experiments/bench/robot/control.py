@@ -1,4 +1,4 @@
-"""What commands both robots over a trial: by the stimulus's pose, or open loop by time."""
+"""Drivers of both robots over a trial: by the stimulus's pose, or open loop by time."""
 
 from __future__ import annotations
 

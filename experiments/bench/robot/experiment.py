@@ -1,4 +1,4 @@
-"""What an experiment is: a design that lists its conditions, repeats, and the claims it bears on."""
+"""Experiments: a design that lists its conditions, repeats, and the claims it bears on."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ OPTIONAL = {"far_cm", "angle_deg", "shell_grey", "wall_contrast"}
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """What a trial sets. ``None`` where a motion has no such quantity, or where the settings decide.
+    """Setting of a trial. ``None`` where a motion has no such quantity, or where the settings decide.
 
     Parameters
     ----------
@@ -294,7 +294,7 @@ class TrialSpec:
     settings: Settings
 
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
-        """Its models, each with the camera's frame rate, 1/s."""
+        """Return the job's models, each with the camera's frame rate, 1/s."""
         return ((model, self.settings.camera.fps) for model in self.settings.models)
 
 

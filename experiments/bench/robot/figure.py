@@ -231,7 +231,7 @@ def _counts(
     axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial")
     axes.set_ylim(bottom=min(-2.0, -0.04 * axes.get_ylim()[1]))
     if len(series) > 1:
-        columns = columns_of_key([each.label for each in series], COUNTS_INCHES, 7)
+        columns = columns_of_key([sery.label for sery in series], COUNTS_INCHES, 7)
         place.legend(fontsize=7, handlelength=3, frameon=False, loc="outside upper center", ncols=min(columns, 3))
     if silent:
         left_out = f"not drawn, as without spikes: {', '.join(silent)}"
@@ -268,7 +268,9 @@ def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapp
 
 
 def _looming(row: Mapping[str, Any]) -> bool:
-    """Whether a trial's model answers by a looming potential alone: a channel that is not declared is 0 throughout."""
+    """Tell whether a trial's model answers by a looming potential alone: a channel that is not declared is 0
+    throughout.
+    """
     return row["hs_spikes"] is None and bool(row["peak_looming"]) and not (row["peak_hs"] or row["trough_hs"])
 
 
@@ -293,7 +295,7 @@ def _frame(place: SubFigure, axes: Axes, axis: str) -> None:
 
 
 def _level_keys(place: SubFigure, colours: Mapping[Any, str], unit: str, others: Mapping[str, Any]) -> None:
-    """What the colours and the line styles of the traces stand for."""
+    """Draw the key of the colours and the line styles of the traces."""
     keys = [Line2D([], [], color=tint, lw=2, label=f"{said(level)} {unit}".strip()) for level, tint in colours.items()]
     keys += [Line2D([], [], color="black", lw=0.8, ls=style, label=label) for label, style in others.items()]
     longest = max(len(str(key.get_label())) for key in keys)

@@ -1,4 +1,4 @@
-"""What trials amount to whose stimulus was driven open loop: the speeds that it reached, and how far it drifted.
+"""Summary of trials whose stimulus was driven open loop: the speeds that it reached, and how far it drifted.
 
 Nothing corrects such a stimulus. So the tolerances that other trials are held to do not apply to it
 (`experiments.bench.robot.claims.flaws`), and what it did is reported instead.

@@ -1,4 +1,4 @@
-"""What a run is to do, whether it can be done, and how ``experiment.json`` tells of it."""
+"""Plan of a run, its checks, and its description in ``experiment.json``."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from experiments.bench.store.parameters import Parameters, differing
 from scenes import ARENA_RADIUS_CM
 
 STEERING_SHARE = 0.95
-"""How much of a wheel's top speed a straight drive may use; the rest keeps it on its line."""
+"""Share of a wheel's top speed that a straight drive may use; the rest keeps it on its line."""
 
 SHORTEST_STEADY_CM = 2.0
-"""Of a line, what must be left at constant speed: the speed is measured there."""
+"""Least length of a line that must be left at constant speed: the speed is measured there."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -118,12 +118,13 @@ def _check_powers(condition: Condition, robot: RobotConfig) -> None:
 
 
 def describe(plan: Plan) -> dict[str, Any]:
-    """What ``experiment.json`` holds: every parameter, the seed, and what computes it (see `provenance`).
+    """Return what ``experiment.json`` holds: every parameter, the seed, and what computes it (see `provenance`).
 
     ``changed``, where it is there, has the parameters that are not at their defaults.
     """
     changed_ones = plan.changed()
     return {
+        "kind": "trials",
         "experiment": plan.experiment,
         "repeats": plan.repeats,
         "seed": plan.seed,

@@ -66,7 +66,7 @@ def _write(result: TrialResult, media: Media, recording: rr.RecordingStream) -> 
 
 
 def eye_entity(eye: str) -> str:
-    """Where the frames of an eye are logged."""
+    """Return where the frames of an eye are logged."""
     return f"camera_{eye}" if eye else "camera"
 
 
@@ -102,7 +102,7 @@ def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
 
 
 def _scene(recording: rr.RecordingStream, result: TrialResult, times: list[rr.TimeColumn]) -> None:
-    """Both robots in centimetres: the observer at the origin with its view, the stimulus moving."""
+    """Log both robots in centimetres: the observer at the origin with its view, the stimulus moving."""
     columns, camera = result.columns, result.spec.settings.camera
     recording.log("scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     recording.log("scene/floor", _floor(), static=True)
@@ -135,7 +135,7 @@ def _move(
 
 
 def _plane(camera: CameraConfig) -> float:
-    """How far out to draw the view: near enough to leave the stimulus visible."""
+    """Tell how far out to draw the view: near enough to leave the stimulus visible."""
     return 4.0 / max(1.0, camera.width / camera.focal_px)
 
 

@@ -68,34 +68,36 @@ class TrialRow(RobotRow, ConditionRow, ModelRow):
     drift_mm: float
     """Distance of the stimulus from its line at the end, left of its way positive."""
     drive: str
-    """How the stimulus was driven: by ``feedback`` of its pose, or ``open`` loop."""
+    """Drive of the stimulus: by ``feedback`` of its pose, or ``open`` loop."""
     closest_cm: float
     """Shortest distance between the robots."""
     seconds_in_view: float
-    """How long the stimulus's centre is in the camera's field."""
+    """Time for which the stimulus's centre is in the camera's field."""
     spikes_in_view: int | None
-    """This and the other counts are null where the model does not spike."""
+    """Number of spikes in view. This and the other counts are null where the model does not spike."""
     rate_in_view_hz: float | None
     mean_hs_in_view: float | None
     """Over these frames; null where there are none."""
     mean_hs_near_axis: float | None
     """Over the frames in which it is within 3.5 cm of the optical axis; null where it does not cross that."""
     spikes_in_window: int | None
-    """In a time about the axis that is the same at every speed; null where the stimulus does not cross it."""
+    """Number of spikes in a time about the axis that is the same at every speed; null where the stimulus does not cross
+    it.
+    """
     spikes_in_inner_window: int | None
-    """The same in a shorter time: see `experiments.bench.robot.mechanism.windows`."""
+    """Number of spikes in a shorter time about the axis: see `experiments.bench.robot.mechanism.windows`."""
     frames: int
     wall_s: float
     """Time that the trial took to compute."""
     code: str
-    """Of what computed the row: see `experiments.bench.store.provenance`."""
+    """Digest of the code that computed the row: see `experiments.bench.store.provenance`."""
 
 
 class PoseRow(TypedDict):
-    """Where both robots are at the end of a frame's exposure."""
+    """Poses of both robots at the end of a frame's exposure."""
 
     stimulus_bearing_deg: float
-    """From the observer's optical axis, left positive."""
+    """Bearing from the observer's optical axis, left positive."""
     stimulus_x_cm: float
     stimulus_y_cm: float
     stimulus_heading_deg: float
@@ -158,7 +160,7 @@ def _rows(result: TrialResult) -> Iterable[dict[str, Any]]:
 
 
 def answer_columns(answer: Answer) -> dict[str, Any]:
-    """What one model made of a trial, as columns of ``trials.parquet``; without a tracker the parts are null."""
+    """Return what one model made of a trial, as columns of ``trials.parquet``; without a tracker the parts are null."""
     parts = {name: getattr(answer.parts, name) if answer.parts else None for name in OF_PARTS}
     return {**{name: getattr(answer, name) for name in OF_ANSWER}, **parts}
 
@@ -192,7 +194,7 @@ def varying(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:
 def robot_contents(
     specs: Iterable[Any], *, recordings: bool, frames: bool = True, parameters: Parameters | None = None
 ) -> Contents:
-    """What a run of the robot's trials may hold."""
+    """Return what a run of the robot's trials may hold."""
     return Contents(
         {
             spec.index: planned_trial(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Keep:
-    """What is kept of a trial beside its rows."""
+    """Parts that are kept of a trial beside its rows."""
 
     recordings: bool = True
     frames: bool = True

@@ -1,4 +1,4 @@
-"""What a run amounts to: summary, claims and figure of its trials."""
+"""Report of a run: summary, claims and figure of its trials."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ QUANTITIES = (
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Report:
-    """What a run amounts to: a row per condition, the verdicts, any flaws of its trials, and those that failed.
+    """Report of a run: a row per condition, the verdicts, any flaws of its trials, and those that failed.
 
     ``open_loop`` says why trials are not left out for their speed or path, where the stimulus was driven open loop.
     """
@@ -53,10 +53,10 @@ class Report:
     flaws: str
     failures: list[Failure]
     courses: list[Course]
-    """Of a run whose figure is about excitation; else empty."""
+    """Courses of a run whose figure is about excitation; else empty."""
     open_loop: str = ""
     provenance: str = ""
-    """Where the trials come from, as `experiments.bench.store.origin` says it; empty: they are simulated."""
+    """Origin of the trials, as `experiments.bench.store.origin` says it; empty: they are simulated."""
     counted: Mapping[str, str] = dataclasses.field(default_factory=dict)
     """Model -> the channel that it is told of by: `experiments.bench.engine.models.ConfiguredModel.counted`."""
 
@@ -90,7 +90,7 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     return Report(
         folder.folder, declared.varies, drawable(declared.figure, rows), shown, summary, verdicts, compared,
         flaws(rows), list(failures), found,
-        why(plan.settings.robot, min(each.speed_cm_s for each in declared.conditions()))
+        why(plan.settings.robot, min(condition.speed_cm_s for condition in declared.conditions()))
         if plan.settings.robot.open_loop else "",
         origin(rows),
         {model.label: model.counted for model in plan.settings.models},

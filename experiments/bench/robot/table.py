@@ -1,4 +1,4 @@
-"""What a run with the robot shows on the terminal: the table of conditions, the verdicts, where everything is."""
+"""Tables of a run with the robot on the terminal: the table of conditions, the verdicts, where everything is."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _comparisons_table(report: Report) -> Table:
 
 
 def _driven_table(report: Report) -> Table:
-    """What the stimulus did in each condition: it is the same for every model."""
+    """Return what the stimulus did in each condition: it is the same for every model."""
     table = Table(
         title="\nstimulus driven open loop (mean ± sd; drift: left positive)",
         title_justify="left", box=None, header_style="bold", pad_edge=False,
@@ -157,7 +157,7 @@ def _spikes(rows: Rows, counted: str, *, rate: bool) -> dict[str, str]:
 
 
 def _mechanism(rows: Rows, counted: str, *, window: bool) -> dict[str, str]:
-    """The same of the figure that is about mechanism: what makes up a count."""
+    """Make the table of the figure that is about mechanism: what makes up a count."""
     return {
         "n": f"{len(rows)}",
         "spikes": _mean(rows, "spikes", ".1f"),

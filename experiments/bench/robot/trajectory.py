@@ -1,4 +1,4 @@
-"""Where a trial's robots start and go: the geometry of the paper's robot tests, from a condition and a seed."""
+"""Starts and courses of a trial's robots: the geometry of the paper's robot tests, from a condition and a seed."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from experiments.bench.streams import stream
 
 ROBOT_RADIUS_CM = 2.0
 MARGIN_CM = 0.6
-"""How far beyond the edge of the view a crossing starts and ends: room for the errors of the start pose."""
+"""Distance beyond the edge of the view at which a crossing starts and ends: room for the errors of the start pose."""
 
 STILL_S = 0.3
-"""How long the stimulus stands in view before an approach or recession, and after it."""
+"""Time for which the stimulus stands in view before an approach or recession, and after it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """Where the stimulus is asked to go (m, s).
+    """Course that the stimulus is asked to take (m, s).
 
     From rest at ``start`` along ``line``, at ``speed`` from ``enter`` to ``leave`` along it. It stands still for
     ``wait`` before, and for ``rest`` after it has stopped at the line's end; without ``stop`` the trial ends as it
@@ -98,13 +98,14 @@ def _crossing(condition: Condition, settings: Settings) -> Course:
 
 
 def _observer(condition: Condition, seconds: float) -> Pose:
-    """Where the observer is ``seconds`` after mid-crossing: straight ahead or turning on the spot."""
+    """Return where the observer is ``seconds`` after mid-crossing: straight ahead or turning on the spot."""
     drive, turn = condition.observer_speed_cm_s / 100, math.radians(condition.observer_turn_deg_s)
     return Pose(drive * seconds, 0.0, turn * seconds)
 
 
 def _seen_from_moving(condition: Condition, settings: Settings, run_up: float, side: float) -> tuple[float, float]:
-    """How far from the middle the stimulus is out of a moving observer's view: when it starts, and when it has crossed.
+    """Tell how far from the middle the stimulus is out of a moving observer's view: when it starts, and when it has
+    crossed.
 
     The view's edge moves while the stimulus drives up to it, so the distances are found by iteration. Raises
     ``ValueError`` where there is no such distance: the observer turns with the stimulus and never loses it.
@@ -129,7 +130,9 @@ def _seen_from_moving(condition: Condition, settings: Settings, run_up: float, s
 
 
 def _view_edge(condition: Condition, settings: Settings, seen_from: Pose, side: float) -> float | None:
-    """How far out, on that ``side`` of the path (1: left), the stimulus just leaves the view; ``None`` if it cannot."""
+    """Tell how far out, on that ``side`` of the path (1: left), the stimulus just leaves the view; ``None`` if it
+    cannot.
+    """
     camera, radius = settings.camera, ROBOT_RADIUS_CM / 100
     forward = camera.forward_cm / 100
     ray = side * seen_from.heading + math.radians(camera.hfov_deg) / 2
@@ -163,7 +166,7 @@ def _angular(condition: Condition, settings: Settings) -> Course:
 
 
 def reach_cm(route: Course) -> float:
-    """How far from the arena's centre the stimulus's edge gets, which has to stay inside the wall."""
+    """Tell how far from the arena's centre the stimulus's edge gets, which has to stay inside the wall."""
     ends = (route.line.start, route.line.point(route.line.length))
     return 100 * max(math.hypot(end.x, end.y) for end in ends) + ROBOT_RADIUS_CM
 

@@ -38,7 +38,7 @@ class FrameColumns:
 
     sim_time_s: npt.NDArray[np.float64]
     stimulus_bearing_deg: npt.NDArray[np.float64]
-    """From the observer's optical axis, left positive: in the tables and on the figures' axes."""
+    """Bearing from the observer's optical axis, left positive: in the tables and on the figures' axes."""
     stimulus_x_cm: npt.NDArray[np.float64]
     stimulus_y_cm: npt.NDArray[np.float64]
     stimulus_heading_deg: npt.NDArray[np.float64]
@@ -49,11 +49,11 @@ class FrameColumns:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What one model made of the trial's frames."""
+    """Answers of one model to the trial's frames."""
 
     model: str
     channels: tuple[str, ...]
-    """Those that the model declares."""
+    """Channels that the model declares."""
     thresholds: Mapping[str, float | None]
     """Channel -> its spiking threshold."""
     spikes: int | None
@@ -69,7 +69,7 @@ class Answer:
     trough_vs: float
     peak_looming: float
     parts: InWindows | None
-    """The same in parts of the trial; ``None`` where nobody knows where the stimulus was."""
+    """Answers in parts of the trial; ``None`` where nobody knows where the stimulus was."""
     series: ResponseSeries
 
 
@@ -133,7 +133,7 @@ class _Seen:
     route: Course
     frames: list[Frame]
     poses: list[tuple[Pose, Pose]]
-    """Of stimulus and observer."""
+    """Poses of stimulus and observer."""
     watching: list[ModelRunner]
 
 

@@ -16,44 +16,12 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.store.description import short
 from experiments.bench.store.files import read_parquet
 
-TABLES = ("trials", "frames")
-DEEPEST = 3
-"""Levels of folders that are looked through for the parts of a run."""
 LONGEST_FIELD = 63
 """Characters of a field's name in MATLAB."""
 
 
-def tables_of(place: Path) -> dict[str, pa.Table]:
-    """Read the tables of a run, of the parts of a run (a sweep's, a leaderboard's), or one table's file.
-
-    Parameters
-    ----------
-    place
-        A run's folder, or a .parquet or .csv file, as ``colias watch --table`` writes them.
-
-    Returns
-    -------
-    dict
-        Name -> table: ``trials`` and ``frames``, of parts with their folder before it, as ``part/trials``.
-
-    Raises
-    ------
-    UsageError
-        There is no table, or one that cannot be read.
-    """
-    if place.is_file():
-        return {place.stem: _read(place)}
-    found = {}
-    for depth in range(DEEPEST + 1):
-        for name in TABLES:
-            for path in sorted(place.glob(f"{'*/' * depth}{name}.parquet")):
-                found[str(path.relative_to(place).with_suffix(""))] = _read(path)
-    if not found:
-        raise UsageError(f"{place}: no {' or '.join(f'{name}.parquet' for name in TABLES)} there, nor in its parts")
-    return found
-
-
-def _read(path: Path) -> pa.Table:
+def read_file(path: Path) -> pa.Table:
+    """Read one table: a .parquet or .csv file, as ``colias watch --table`` writes them; `UsageError` for another."""
     try:
         if path.suffix == ".csv":
             return pyarrow.csv.read_csv(path, convert_options=pyarrow.csv.ConvertOptions(strings_can_be_null=True))

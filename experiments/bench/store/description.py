@@ -42,7 +42,9 @@ it follows from the model's own, and from its file, whose digest is noted.
 OWN_FILES, SUBFOLDERS = ("trials.parquet", "frames.parquet", "failures.json"), ("recordings", "parts")
 BEGUN = "begun"
 """The entry that says when the run was begun: ISO 8601, UTC. It is a note like `RENDERERS`."""
-NOTED = (BEGUN, RESUMED, RENDERERS, PIXELS)
+KIND = "kind"
+"""The entry that says what kind of run it is: see `experiments.bench.store.kinds`."""
+NOTED = (KIND, BEGUN, RESUMED, RENDERERS, PIXELS)
 """Entries that a run adds to its parameters and to what computes it. They are compared with nothing."""
 LONGEST = 300
 """Characters of a parameter's value in a comparison."""
@@ -97,16 +99,14 @@ def check_own(folder: Path, asked: str) -> None:
     Raises
     ------
     UsageError
-        It is no folder that can be written.
-    FileExistsError
-        It holds other files, which no run is to be mixed with.
+        It is no folder that can be written, or it holds other files, which no run is to be mixed with.
     """
     check_folder(folder, asked)
     if vacant(folder) or begun(folder) or any(map(begun, folder.iterdir())):
         return
     if holds_results(folder):
-        raise FileExistsError(f"{asked}: already holds a run, whose {NAME} is gone; choose a new folder")
-    raise FileExistsError(f"{asked}: holds other files; choose a new folder, or an empty one")
+        raise UsageError(f"{asked}: already holds a run, whose {NAME} is gone; choose a new folder")
+    raise UsageError(f"{asked}: holds other files; choose a new folder, or an empty one")
 
 
 def holds_results(folder: Path) -> bool:
@@ -182,6 +182,8 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
             noted(there, entry)
     except ValueError as error:
         raise UsageError(f"{folder}: {NAME} cannot be read ({error})") from None
+    if KIND in here:
+        there.setdefault(KIND, here[KIND])  # of a folder of an older version
     if "source" not in here:
         return there
     others = there.setdefault(RESUMED, []) if RESUMED in there else []
@@ -326,6 +328,8 @@ def _words(value: Any) -> str:
         names = [next((each[key] for key in NAMES if key in each), each) if isinstance(each, dict) else each
                  for each in value]  # fmt: skip
         text = ", ".join(name if isinstance(name, str) else _item(name) for name in names) or "none"
+    elif isinstance(value, dict) and isinstance(value.get("name"), str):
+        text = _item(value["name"])
     else:
         text = _item(value)
     return text if len(text) <= FEW else f"{text[: FEW - 3]}..."

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, get_args, get_type_hints
 
 from experiments.bench.store.places import told
@@ -76,7 +75,7 @@ def schema_of(*rows: type) -> pa.Schema:
 
     A key declared again by a later type keeps its place.
     """
-    import pyarrow as pa  # not before, nor in `read_trials`: declarations of claims import this module
+    import pyarrow as pa  # not before: declarations of claims import this module
 
     columns: dict[str, pa.DataType] = {}
     for row in rows:
@@ -140,14 +139,6 @@ def recording_of(make: Callable[[], bytes]) -> bytes | str:
 def recording_name(index: int) -> str:
     """File name of the recording of trial ``index``."""
     return f"trial-{index:04d}.rrd"
-
-
-def read_trials(folder: Path) -> list[dict[str, Any]]:
-    """The rows of a run's ``trials.parquet``; ``FileNotFoundError`` where there is none."""
-    from experiments.bench.store.files import read_parquet
-
-    rows: list[dict[str, Any]] = read_parquet(folder / "trials.parquet").to_pylist()
-    return rows
 
 
 def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...], list[Mapping[str, Any]]]:

@@ -184,36 +184,33 @@ class RunFolder(Files):
         What those have left stays until then, but for trials that lack the row of a model.
         """
         check_recordings(self.recordings, contents, recording_name)
-        files = list(sources(self.folder))
-        listed = self._listed_failures() if files else []
-        for part in files:
-            self._read_source(part, contents, codes)
-        failures = checked_failures(listed, self._rows, contents, Failure)
+        found: dict[int | None, pa.Table] = {
+            part: read_table(self.path(file_name("trials", part)), self._trial_schema) for part in sources(self.folder)
+        }
+        rows: dict[int | None, dict[int, tuple[dict[str, Any], ...]]] = {}
+        for part, table in found.items():  # of a trial the newest part counts
+            checked = checked_rows(table, contents, codes, file_name("trials", part))
+            rows[part] = {trial: own for trial, own in checked.items() if trial not in self._rows}
+            self._rows |= rows[part]
+        listed = self._listed_failures() if found else []
+        failures: list[Failure] = checked_failures(listed, self._rows, contents, Failure)
         gone = {t for t in self._rows if contents.trials[t].recorded and not is_recording(self.recording(t))}
         partly = set(lacking(self._rows, [(f.trial, f.model) for f in failures], contents))
         self._again = gone | partly
         self._before = {trial: self._rows[trial] for trial in sorted(self._again)}
-        for trial in partly:
-            del self._rows[trial], self._frames[trial]
+        self._rows = {trial: own for trial, own in self._rows.items() if trial not in partly}
         self._failures = [failure for failure in failures if failure.trial not in partly]
-        self._next_part = max((part for part in files if part is not None), default=-1) + 1
-        self._joined &= not self._next_part and not partly and len(listed) == len(self._failures)
-
-    def _read_source(self, part: int | None, contents: Contents, codes: frozenset[str]) -> None:
-        """Take in the trials of a part, or of the whole tables, that no newer part has."""
-        file, of_frames = file_name("trials", part), file_name("frames", part)
-        table = read_table(self.path(file), self._trial_schema)
-        rows = checked_rows(table, contents, codes, file)
-        new = {trial: own for trial, own in rows.items() if trial not in self._rows}
-        frames = read_table(self.path(of_frames), self._frame_schema)
-        kept = checked_frames(frames, new, contents, of_frames)
-        if part is None:
+        for part, new in rows.items():
+            name = file_name("frames", part)
+            frames = read_table(self.path(name), self._frame_schema)
+            kept = {trial: own for trial, own in new.items() if trial not in partly}
+            self._frames |= checked_frames(frames, kept, contents, name)
+            self._frames_bytes += self.path(name).stat().st_size
             # Rows in another order, or frames of trials without rows, are put right when the tables are joined.
-            self._joined = [row for own in new.values() for row in own] == table.to_pylist()
-            self._joined &= joined_frames(kept, self._frame_schema).equals(frames)
-        self._frames_bytes += self.path(of_frames).stat().st_size
-        self._rows |= new
-        self._frames |= kept
+            self._joined &= part is None and self.frames().equals(frames)
+        self._joined &= len(listed) == len(self._failures) and not self.path(PARTS).exists()
+        self._joined &= self.rows() == [row for table in found.values() for row in table.to_pylist()]
+        self._next_part = max((part for part in found if part is not None), default=-1) + 1
 
     def _listed_failures(self) -> Any:
         path = self.path("failures.json")

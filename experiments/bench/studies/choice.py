@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeVar
 
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.studies.measures import MEASURES, SPIKES, Measure, spikes_in
 from experiments.bench.studies.study import Study
 
@@ -63,7 +63,7 @@ def claims(
         if isinstance(asked, Claim):
             own = find(asked)
             chosen[name] = (own, declared[name][1] if name in declared else experiments[0].name)
-        elif name not in declared and name not in claim_texts():
+        elif name not in declared and name not in claim_ids(PAPER):
             raise UsageError(f"--claims {name}: unknown claim; declared there are {_listed(about)}")
         elif name not in declared:
             by = f"{_names(experiments)}, which declare {_listed(about)}"

@@ -162,7 +162,7 @@ def points_of_run(study: Study, own: OfflinePlan) -> StudyPlan:
     return StudyPlan(
         study, claims, (), axes, tuple(points), (model,), tuple((point, model.label) for point in points), own.seed,
         own.repeats, (1,), own.showings, shares,
-        study_description(own.describe(), axes, claims, (), own.repeats), own.changed(),
+        study_description({**own.describe(), "kind": "study"}, axes, claims, (), own.repeats), own.changed(),
     )  # fmt: skip
 
 
@@ -266,6 +266,7 @@ def _description(
     files = [path for each in made for path in provenance.of((), each.declared)["files"]]
     sources = [*(model.source for model in models.values()), *files, *filter(None, (study.file,))]
     return {
+        "kind": "map" if study.over else "study",
         "experiments": [dataclasses.replace(each.declared, clips=each.clips) for each in made],
         "repeats": [1] * len(made),
         "seed": seed,

@@ -1,6 +1,6 @@
 """Studies of claims that compare the DSNN with another model, along that model's constants.
 
-The constants of the other models are not known: see `experiments.bench.clips.judging.assumed`. A claim is judged by its
+The constants of the other models are not known: see `experiments.bench.clips.judging.ASSUMED`. A claim is judged by its
 own judge once for each variant of the other model, all on the same clips.
 """
 
@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 
-from experiments.bench.clips.claims import CLAIMS, ClipClaim
-from experiments.bench.clips.judging.assumed import ASSUMED
+from experiments.bench.clips.claims import ClipClaim, find, paper_claims
+from experiments.bench.clips.judging import ASSUMED
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.study import Axis, Level, Study, Tables
@@ -24,12 +25,14 @@ STUDIES = ("constants-2017", "constants-emd")
 
 def compares_with(claim: str) -> str:
     """Return the label of the model of unknown constants that a claim compares the DSNN with; empty if none."""
-    models = CLAIMS[claim].models if claim in CLAIMS else frozenset()
-    return next((model for model in ASSUMED if model in models), "")
+    paper = paper_claims().get(claim)
+    return next((model for model in ASSUMED if paper and model in paper.models), "")
 
 
-COMPARING = tuple(claim for claim in CLAIMS if compares_with(claim))
-"""The claims that say something of a model whose constants are not known."""
+@cache
+def comparing() -> tuple[str, ...]:
+    """Return the claims that say something of a model whose constants are not known."""
+    return tuple(claim for claim in paper_claims() if compares_with(claim))
 
 
 def along(name: str, summary: str, claims: Sequence[str], other: str, variants: Sequence[str]) -> Study:
@@ -50,7 +53,7 @@ def along(name: str, summary: str, claims: Sequence[str], other: str, variants: 
     """
     levels = tuple(Level(_constants(label), plays={other: label}) for label in variants)
     return Study(
-        name, summary, claims=tuple(_on_one_speed(CLAIMS[claim]) for claim in claims), experiments=(name,),
+        name, summary, claims=tuple(_on_one_speed(find(claim)) for claim in claims), experiments=(name,),
         axes=(Axis(f"constants of {other}", levels),), repeats=None, replicates=1, as_run=True, tables=_told,
     )  # fmt: skip
 
@@ -59,7 +62,7 @@ def _on_one_speed(claim: ClipClaim) -> ClipClaim:
     """A claim on the clips that its words mean: the experiments show the object at other speeds too."""
     if claim.id not in SPEED:
         return claim
-    return replace(claim, conditions={**claim.conditions, "speed": (SPEED[claim.id],)}, says="", source="")
+    return replace(claim, conditions={**claim.conditions, "speed": (SPEED[claim.id],)})
 
 
 def outcomes(counts: Counts, claim: str) -> dict[str, Outcome]:

@@ -275,6 +275,7 @@ def _description(
     changed = {key: values for each in plans for key, values in each.changed().items()}
     return {
         **describe(first),
+        "kind": "map" if study.over else "study",
         "experiments": [each.experiment for each in plans],
         "repeats": [each.repeats for each in plans],
         "trials": trials,

@@ -1,4 +1,4 @@
-"""What becomes of a policy: kept in a folder, judged against others, replayed with recordings."""
+"""Evaluation of a policy: kept in a folder, judged against others, replayed with recordings."""
 
 from __future__ import annotations
 
@@ -61,6 +61,6 @@ def _play(
     options = tuple(sorted(about.options.items()))
     names = (*(str(file.resolve()) for file in files), *opponents)
     settings = tuple(Setting(name, about.env, options) for name in names)
-    made = closed_loop_run.BehaviourPlan(settings, episodes, seed)
+    made = closed_loop_run.BehaviourPlan(settings, episodes, seed, "training")
     with resources.pool() as pool:
         return closed_loop_run.run(made, folder, pool, resources, recordings=recordings)

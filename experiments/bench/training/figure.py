@@ -17,7 +17,7 @@ from experiments.bench.training.table import described
 
 LEARNT, OTHERS = "#1f4e79", "#7a7a7a"
 BELOW = 0.3
-"""Of the points of the training seeds, from the middle of their row."""
+"""Offset of the points of the training seeds, from the middle of their row."""
 LEGEND = "small points: training seeds; their large point: interquartile mean, 95 % interval over training seeds\n" \
          "grey: mean and 95 % interval over episodes"  # fmt: skip
 

@@ -79,7 +79,9 @@ def _array(tensor: torch.Tensor) -> np.ndarray[Any, np.dtype[np.float32]]:
 
 
 class _Watcher:
-    """What PPO calls after each step: tells of it, collects the returns of episodes, ends the training when asked."""
+    """Callback of PPO after each step: it tells of it, collects the returns of episodes, ends the training when
+    asked.
+    """
 
     def __init__(self, on_step: Callable[[], None], asked: Callable[[], bool]) -> None:
         self._tell, self._asked = on_step, asked
@@ -121,7 +123,9 @@ def _envs(about: About) -> Iterator[VecEnv]:
 
 @contextlib.contextmanager
 def _asked_to_stop() -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C was pressed: once, and the training ends after the step; twice, and it is left at once."""
+    """Yield a function that tells whether Ctrl-C was pressed: once, and the training ends after the step; twice,
+    and it is left at once.
+    """
     asked = False
 
     def ask(number: int, frame: types.FrameType | None) -> None:

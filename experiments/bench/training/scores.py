@@ -1,4 +1,4 @@
-"""What several training seeds come to together: the interquartile mean, with a stratified-bootstrap interval. Pure.
+"""Scores of several training seeds together: the interquartile mean, with a stratified-bootstrap interval. Pure.
 
 A run is one training seed. Its score is one number: the mean of a measure over the episodes that judged the policy.
 That is how Agarwal et al. have it, whose scores are a matrix of runs and tasks; a task here is an env. The strata of
@@ -23,7 +23,7 @@ RESAMPLES = 50_000
 CONFIDENCE = 0.95
 
 TRAINED = "PPO"
-"""What all trained policies of a study are called together."""
+"""Name of all trained policies of a study together."""
 
 
 def interquartile_mean(scores: npt.ArrayLike, seed: int) -> Score:

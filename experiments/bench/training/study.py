@@ -25,16 +25,16 @@ from experiments.bench.store.rows import Failure
 from experiments.bench.training import evaluate, scores
 
 NAME = "training.json"
-"""What a study's folder says of its design."""
+"""Name of the file with a study's design."""
 LEARNT_BY = ("stable-baselines3", "torch")
 """The libraries that decide what a policy becomes."""
 OF_A_SEED = ("env", "model", "envs", "hidden", "steering")
-"""What all seeds of a study share, beside the steps."""
+"""Fields that all seeds of a study share, beside the steps."""
 
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """The same training at ``runs`` seeds: that of ``first`` and those after it."""
+    """One training at ``runs`` seeds: that of ``first`` and those after it."""
 
     first: About
     runs: int
@@ -45,7 +45,7 @@ class Study:
         return range(self.first.seed, self.first.seed + self.runs)
 
     def about(self, seed: int) -> About:
-        """What is asked of one training seed."""
+        """Return what is asked of one training seed."""
         return replace(self.first, seed=seed)
 
     def steps(self) -> int:
@@ -54,7 +54,7 @@ class Study:
         return -(-self.first.steps // rollout) * rollout
 
     def describe(self) -> dict[str, Any]:
-        """What ``training.json`` holds, and what a study that is gone on with must be equal in."""
+        """Return what ``training.json`` holds, and what a study that is gone on with must be equal in."""
         shared = TypeAdapter(About).dump_python(self.first, mode="json")
         return {
             "training": "PPO", "seeds": list(self.seeds), "steps": self.first.steps,
@@ -64,7 +64,7 @@ class Study:
 
 @dataclass(frozen=True, slots=True)
 class Studied:
-    """What became of a study.
+    """Results of a study.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ def open_folder(study: Study, folder: Path) -> list[int]:
 
 
 def versions(study: Study, folder: Path, seeds: Sequence[int]) -> dict[str, str]:
-    """Of what the policies of ``seeds`` were learnt with; `UsageError` if of several."""
+    """Return the versions with which the policies of ``seeds`` were learnt with; `UsageError` if of several."""
     found: dict[str, str] = {}
     for seed in seeds:
         own = policy_file.load(_policy(folder, seed)).about.versions
@@ -203,7 +203,7 @@ def _policy(folder: Path, seed: int) -> Path:
 
 
 def _read(folder: Path) -> dict[str, Any]:
-    """What the folder says of its study; `UsageError` if that cannot be read."""
+    """Return what the folder says of its study; `UsageError` if that cannot be read."""
     try:
         there = json.loads(regular(folder / NAME).read_text(encoding="utf-8"))
     except (ValueError, RecursionError):
@@ -214,7 +214,7 @@ def _read(folder: Path) -> dict[str, Any]:
 
 
 def _finished(study: Study, folder: Path, seed: int) -> bool:
-    """Whether the policy of a seed is there; `UsageError` if what is there is none of this study."""
+    """Tell whether the policy of a seed is there; `UsageError` if what is there is none of this study."""
     file = _policy(folder, seed)
     if not file.parent.exists():
         return False

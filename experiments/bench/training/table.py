@@ -31,7 +31,7 @@ def show(studied: Studied) -> None:
 
 
 def described(studied: Studied) -> str:
-    """What the numbers are of, in a line: env, training seeds, steps, episodes, libraries."""
+    """Return what the numbers are of, in a line: env, training seeds, steps, episodes, libraries."""
     study, libraries = studied.study, ", ".join(f"{name} {made}" for name, made in studied.versions.items())
     seeds = f"{study.runs} training seeds ({study.seeds[0]} to {study.seeds[-1]})"
     trained = f"{study.steps():,} steps in {count(study.first.envs, 'env')}"

@@ -20,7 +20,7 @@ MEASURES: Mapping[str, Callable[[TuningPoint], float | None]] = {
     "spikes": lambda a: float(a.spikes),
     "time to contact at\nthe first spike (s)": lambda a: a.contact_s,
 }
-"""What is drawn against l / v."""
+"""Measures drawn against l / v."""
 ANGLES_DEG = (10.0, 20.0, 40.0, 60.0)
 """Full angles, whose time to contact is drawn for comparison."""
 
@@ -36,7 +36,7 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
         for axes, (name, value) in zip(row, MEASURES.items(), strict=True):
             curves = [_curve(given, model, line, value) for model in models]
             heights = [[y for _, y in curve] for curve in curves]
-            alike = 0.01 * max((abs(y) for each in heights for y in each), default=0.0)
+            alike = 0.01 * max((abs(y) for height in heights for y in height), default=0.0)
             for model, curve, more in zip(models, curves, extra_widths(heights, alike), strict=True):
                 mark = tints[model]
                 axes.plot([x for x, _ in curve], [y for _, y in curve], marker=mark.marker, ms=4 + more, lw=1.2 + more,
@@ -69,7 +69,7 @@ def _curve(
 
 
 def _angles(axes: Axes, places: Sequence[float]) -> None:
-    """What fires at a fixed angle does so at a time to contact in proportion to l / v."""
+    """Mark fixed angles: what fires at one does so at a time to contact in proportion to l / v."""
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
     for angle in ANGLES_DEG:

@@ -1,4 +1,4 @@
-"""From answers to tuning curves: pure functions, from rows to responses, preferences and selectivity.
+"""Tuning curves from answers: pure functions, from rows to responses, preferences and selectivity.
 
 The response to a clip, steady over the second half of the frames in which something moves:
 
@@ -28,9 +28,9 @@ from experiments.bench.tuning.probes import Family, Probe
 NOTHING = 1e-6
 """A response up to here is none: rounding."""
 PLATEAU = 0.99
-"""Of the largest response: what counts as equally large."""
+"""Share of the largest response that counts as equally large."""
 ROW_FLOOR = 0.1
-"""Of a map's largest response: a column that answers less prefers nothing."""
+"""Share of a map's largest response: a column that answers less prefers nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class TuningPoint:
 
 @dataclass(frozen=True, slots=True)
 class Preferred:
-    """Where a response is largest: from ``low`` to ``high``, the ends of what is within 1 % of the largest.
+    """Range where a response is largest: from ``low`` to ``high``, the ends of what is within 1 % of the largest.
 
     ``from_least`` and ``to_most`` say that it reaches the least or the most that was shown: the true one may lie
     beyond.
@@ -71,7 +71,7 @@ class Preferred:
 
     @property
     def inside(self) -> bool:
-        """Whether it is a maximum within what was shown."""
+        """Tell whether it is a maximum within what was shown."""
         return not self.from_least and not self.to_most
 
     def __str__(self) -> str:
@@ -84,7 +84,7 @@ class Preferred:
 
 @dataclass(frozen=True, slots=True)
 class Selectivity:
-    """How a set of responses prefers one direction: `dsi` of them, and the direction of their sum, degrees."""
+    """Preference of a set of responses for one direction: `dsi` of them, and the direction of their sum, degrees."""
 
     dsi: float
     preferred_deg: float
@@ -117,7 +117,7 @@ def answer(
 
 
 def directional(channels: Sequence[str]) -> bool:
-    """Whether a model that answers by ``channels`` tells directions; otherwise it is a looming detector."""
+    """Tell whether a model that answers by ``channels`` tells directions; otherwise it is a looming detector."""
     return "hs" in channels or "vs" in channels
 
 
@@ -167,7 +167,7 @@ def grid(
 
 
 def preferred(x: Sequence[float], response: Sequence[float]) -> Preferred | None:
-    """Where the response is largest; ``None`` if there is none above zero."""
+    """Return where the response is largest; ``None`` if there is none above zero."""
     largest = max(response, default=0.0)
     if not largest > NOTHING:
         return None
@@ -190,7 +190,7 @@ def half_contrast(x: Sequence[float], response: Sequence[float]) -> float | None
 
 
 def best_rows(y: Sequence[float], response: npt.NDArray[np.float64]) -> list[float]:
-    """For each column of a map (len(y), n) the y it prefers, on a log axis the middle of `preferred`.
+    """Find for each column of a map (len(y), n) the y it prefers, on a log axis the middle of `preferred`.
 
     NaN where that is no maximum: the column answers too little, or reaches its end, or is level over an octave.
     """

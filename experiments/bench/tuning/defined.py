@@ -1,4 +1,4 @@
-"""Whether a preference is defined, or lies within the noise of what measures it. Pure.
+"""Test whether a preference is defined, or lies within the noise of what measures it. Pure.
 
 Two rules, each for what can be told apart from noise there:
 
@@ -46,7 +46,7 @@ def direction_noise(preferred_deg: Sequence[float]) -> float:
 
 
 def undefined_direction(preferred_deg: Sequence[float], step_deg: float) -> str:
-    """Why a preferred direction is not defined, in words; empty where it is.
+    """Tell why a preferred direction is not defined, in words; empty where it is.
 
     Parameters
     ----------
@@ -65,7 +65,9 @@ def undefined_direction(preferred_deg: Sequence[float], step_deg: float) -> str:
 
 
 def undefined_peak(response: Sequence[float] | Floats) -> str:
-    """Why the largest point of a curve (n,), or of a map (m, n), is no preference, in words; empty where it is one."""
+    """Tell why the largest point of a curve (n,), or of a map (m, n), is no preference, in words; empty where it is
+    one.
+    """
     p = order_p(np.atleast_2d(np.asarray(response, float)))
     if p <= LEVEL:
         return ""

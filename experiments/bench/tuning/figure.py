@@ -102,7 +102,7 @@ def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
 
 
 def _alike(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two curves look like one on paper."""
+    """Tell whether two curves look like one on paper."""
     return len(one) == len(other) and bool(np.allclose(one, other, rtol=0.0, atol=0.01))
 
 

@@ -1,4 +1,4 @@
-"""What a model's tuning curves come to: one row a model."""
+"""Preferences in a model's tuning curves: one row a model."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ OBJECT, GRATING, LOOMING = "dark object", "grating", "dark looming"
 
 @dataclass(frozen=True, slots=True)
 class Preferences:
-    """Of one model: where it answers most, and how it tells directions; ``None`` for what was not shown or answered.
+    """Preferences of one model: where it answers most, and how it tells directions; ``None`` for what was not shown or
+    answered.
 
     ``dsi`` and ``prefers_deg`` are those of HS, or of a looming detector's potential, for gratings; ``error_deg``
     is how far (hs, vs) points off them. ``slope`` is that of `curves.speed_slope`. ``fires_deg`` is the full angle at
@@ -56,23 +57,23 @@ class Preferences:
     undefined: Mapping[str, str] = field(default_factory=dict)
 
     def row(self) -> dict[str, Any]:
-        """The same for a table: ranges as their ends and whether it is a maximum inside what was shown."""
+        """Make a row for a table: ranges as their ends and whether it is a maximum inside what was shown."""
         made: dict[str, Any] = {}
-        for each in dataclasses.fields(self):
-            value = getattr(self, each.name)
-            if each.name == "undefined":
+        for entry in dataclasses.fields(self):
+            value = getattr(self, entry.name)
+            if entry.name == "undefined":
                 made["not_defined"] = "; ".join(f"{name}: {why}" for name, why in value.items())
-            elif each.type.startswith("Preferred"):
-                made[f"{each.name}_low"] = None if value is None else value.low
-                made[f"{each.name}_high"] = None if value is None else value.high
-                made[f"{each.name}_inside"] = None if value is None else value.inside
+            elif entry.type.startswith("Preferred"):
+                made[f"{entry.name}_low"] = None if value is None else value.low
+                made[f"{entry.name}_high"] = None if value is None else value.high
+                made[f"{entry.name}_inside"] = None if value is None else value.inside
             else:
-                made[each.name] = value
+                made[entry.name] = value
         return made
 
 
 def preferences(given: Sequence[TuningPoint], model: str, channels: Sequence[str]) -> Preferences:
-    """What the answers of ``model``, which answers by ``channels``, come to."""
+    """Return what the answers of ``model``, which answers by ``channels``, come to."""
     speed, size = (curve(given, model, family, OBJECT) for family in ("speed", "size"))
     values: dict[str, Any] = {
         "speed_px_s": preferred(*speed),
@@ -109,7 +110,7 @@ def firing_angle(given: Sequence[TuningPoint], model: str) -> float | None:
 
 
 def direction_undefined(given: Sequence[TuningPoint], model: str, channels: Sequence[str]) -> str:
-    """Why the preferred direction of HS, or of looming, varies too much with the grating's phase; empty otherwise.
+    """Tell why the preferred direction of HS, or of looming, varies too much with the grating's phase; empty otherwise.
 
     Of a model that answers all directions alike, by a DSI below `SOME`, nothing is to be told.
     """

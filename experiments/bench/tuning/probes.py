@@ -54,7 +54,7 @@ class Probe:
 
     clip: Clip
     line: str
-    """Which of a family's lines it belongs to: the stimulus in words."""
+    """Line of the family that it belongs to: the stimulus in words."""
     x: float
     y: float | None = None
     direction_deg: float = 0.0
@@ -85,11 +85,11 @@ class Family:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Its lines, in order."""
+        """Return the family's lines, in order."""
         return tuple(dict.fromkeys(probe.line for probe in self.probes))
 
     def shown_to(self, channels: Sequence[str]) -> bool:
-        """Whether a model that answers by ``channels`` is shown it."""
+        """Tell whether a model that answers by ``channels`` is shown it."""
         return self.kind != "approach" or "looming" in channels
 
 
@@ -118,7 +118,7 @@ def _size() -> Family:
 
 
 def _contrast() -> Family:
-    """Of objects, the difference to the ground as a share of it; of gratings, Michelson's."""
+    """Compute the contrast: of objects, the difference to the ground as a share of it; of gratings, Michelson's."""
     probes = []
     for line, sign in (("dark object", -1), ("light object", 1)):
         for c in CONTRASTS:

@@ -45,7 +45,7 @@ class TuningPlan:
         return [(index, family, probe) for index, (family, probe) in enumerate(points)]
 
     def showings(self) -> list[Showing]:
-        """The same as jobs: each clip to all models that its family is shown to."""
+        """Return the probes as jobs: each clip to all models that its family is shown to."""
         return [
             Showing(EXPERIMENT, i, probe.repeat, self.seed + probe.repeat, probe.clip, self._seen_by(family))
             for i, family, probe in self.shown()
@@ -61,13 +61,14 @@ class TuningPlan:
         return f"{len(shown)} clips, {frames:,} frames"
 
     def channels(self) -> dict[str, tuple[str, ...]]:
-        """By what each model answers."""
+        """Return the channels by which each model answers."""
         return {model.label: model.channels for model in self.models}
 
     def describe(self) -> dict[str, Any]:
-        """What ``experiment.json`` holds."""
+        """Return what ``experiment.json`` holds."""
         changed = differing(self.models, offline=True)
         return {
+            "kind": "tuning",
             "experiment": EXPERIMENT,
             "seed": self.seed,
             "trials": len(self.shown()),
@@ -80,7 +81,7 @@ class TuningPlan:
 
 @dataclass(frozen=True, slots=True)
 class TuningReport:
-    """What was measured. ``figures`` are the paths of the pictures, by family."""
+    """Results of tuning. ``figures`` are the paths of the pictures, by family."""
 
     plan: TuningPlan
     folder: Path

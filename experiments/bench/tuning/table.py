@@ -1,4 +1,4 @@
-"""What ``colias tune`` prints: a row a model, and where everything is."""
+"""Output of ``colias tune``: a row a model, and where everything is."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def show(report: TuningReport) -> None:
     table.add_column("model", no_wrap=True)
     for name, *_ in columns:
         table.add_column(name, justify="right", no_wrap=True)
-    for each in report.preferences:
-        cells = (UNDEFINED if name in each.undefined else cell(each) for _, _, name, cell in columns)
-        table.add_row(each.model, *cells)
+    for preference in report.preferences:
+        cells = (UNDEFINED if name in preference.undefined else cell(preference) for _, _, name, cell in columns)
+        table.add_row(preference.model, *cells)
     show_table(table)
     out_console.print(f"{NOTE}\n", style="dim")
     for each in report.preferences:

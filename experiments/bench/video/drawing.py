@@ -20,7 +20,7 @@ ROBOT_RADIUS_CM = 2.0
 VIEW_CM = 12.0
 """Drawn length of the observer's field of view."""
 TRAIL_FRAMES = 900
-"""How many frames a robot's trail goes back."""
+"""Number of frames a robot's trail goes back."""
 NOW: Colour = (60, 60, 60)
 _BITS = 4  # below the pixel, in OpenCV's drawing calls
 
@@ -77,7 +77,7 @@ class Drawer:
         frame[top : top + height, left : left + width] = cv2.resize(
             picture, (width, height), interpolation=cv2.INTER_NEAREST if larger else cv2.INTER_AREA
         )
-        for trace in (each for each in self._reel.traces if each.place == "azimuth"):
+        for trace in (trace for trace in self._reel.traces if trace.place == "azimuth"):
             until = _until(trace.time_s, time_s)
             if until:
                 across = left + width * (float(np.clip(trace.values[until - 1], -1, 1)) + 1) / 2
@@ -167,7 +167,7 @@ def _listed(counts: Mapping[str, int]) -> str:
 
 
 def _until(times: Floats, time_s: float) -> int:
-    """How many entries are not after a time."""
+    """Tell how many entries are not after a time."""
     return int(np.searchsorted(times, time_s + 1e-6))
 
 

@@ -1,4 +1,4 @@
-"""Where the panels of a video's frames are, and what range of data each shows."""
+"""Places of the panels of a video's frames, and ranges of data that they show."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LEFT, RIGHT, BELOW = 78.0, 30.0, 50.0
 TOGETHER, ONE_ROW = 3, 4
 """Models that share a panel of potentials at most; of more each has one of its own, so many in one row."""
 KEYS_A_ROW, KEY_ROW_PX = 7, 23.0
-"""Of the key above the panel of all potentials: entries in a row, and its height at plain size."""
+"""Sizes of the key above the panel of all potentials: entries in a row, and its height at plain size."""
 BETWEEN, TITLE_PX = 54.0, 26.0
 """Room between the panels of two models, and above those in the second row."""
 ROOM_CM = 7.0
@@ -49,7 +49,7 @@ class Panel:
     y: tuple[float, float] = (0.0, 1.0)
 
     def pixels(self, x: Floats, y: Floats) -> npt.NDArray[np.float64]:
-        """Where data points are in the frame, (N, 2): column and row."""
+        """Return where data points are in the frame, (N, 2): column and row."""
         across = self.left + self.width * (np.asarray(x) - self.x[0]) / (self.x[1] - self.x[0])
         down = self.top + self.height * (self.y[1] - np.asarray(y)) / (self.y[1] - self.y[0])
         return np.column_stack([across, down])
@@ -57,7 +57,7 @@ class Panel:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where everything in a frame is.
+    """Places of everything in a frame.
 
     Parameters
     ----------
@@ -113,12 +113,12 @@ def lay_out(reel: Reel, aspects: Sequence[float], width: int, height: int) -> La
 
 
 def trace_kinds(reel: Reel) -> list[str]:
-    """Which of ``potential`` and ``spikes`` a recording has."""
+    """Return which of ``potential`` and ``spikes`` a recording has."""
     return [kind for kind in ("potential", "spikes") if any(trace.place == kind for trace in reel.traces)]
 
 
 def moves_on(reel: Reel) -> bool:
-    """Whether a recording is too long to show its traces whole."""
+    """Tell whether a recording is too long to show its traces whole."""
     return float(np.ptp(reel.time_s)) > LONGEST_WHOLE_S
 
 
@@ -171,12 +171,12 @@ def levels_of(reel: Reel, key: str) -> list[float]:
 
 
 def apart(reel: Reel) -> bool:
-    """Whether each model has panels of its own."""
+    """Tell whether each model has panels of its own."""
     return len(reel.models) > TOGETHER
 
 
 def key_rows(reel: Reel) -> int:
-    """How many rows the key above the panel of all potentials takes."""
+    """Tell how many rows the key above the panel of all potentials takes."""
     return 1 if apart(reel) else math.ceil((len(traces_of(reel, "potential")) + 1) / KEYS_A_ROW)
 
 
@@ -242,5 +242,5 @@ def _range(reel: Reel, key: str) -> tuple[float, float]:
 
 
 def _bounded(trace: Trace) -> bool:
-    """Whether a potential stays where those of networks are: that of optic flow counts pixels."""
+    """Tell whether a potential stays where those of networks are: that of optic flow counts pixels."""
     return bool(np.nanmax(np.abs(trace.values)) <= 1.0)

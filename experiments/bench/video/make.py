@@ -26,7 +26,7 @@ RATES_HZ, SPEEDS = (0.1, 120.0), (0.01, 100.0)
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """What to make of a recording.
+    """A film to make of a recording.
 
     Parameters
     ----------

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from experiments.bench.engine.errors import UsageError
+from experiments.bench.store.record import Record
 
 
 def recording(source: Path, trial: int | None) -> Path:
@@ -34,9 +35,11 @@ def recording(source: Path, trial: int | None) -> Path:
         return source
     if not source.is_dir():
         raise UsageError(f"{source}: no such file or folder")
-    found = {_number(path): path for path in sorted([*source.glob("*.rrd"), *source.glob("recordings/*.rrd")])}
+    run = Record.read(source)
+    found = {_number(path): path for path in run.recordings}
     if not found:
-        raise UsageError(f"{source}: no .rrd recordings in it; runs make them unless told --no-recordings")
+        parts = f"; its parts are: {', '.join(part.folder.name for part in run.parts)}" if run.parts else ""
+        raise UsageError(f"{source}: no .rrd recordings in it; runs make them unless told --no-recordings{parts}")
     if trial is None:
         return next(iter(found.values()))
     if trial not in found:

@@ -184,7 +184,7 @@ class Still:
 
 
 def eye_title(entity: str) -> str:
-    """What is written above the pictures of an eye."""
+    """Return what is written above the pictures of an eye."""
     name = entity.partition("_")[2]
     return {"picture": "what the network sees", "clip": "clip"}.get(
         entity, f"the robot's camera{f', {name}' if name else ''}"

@@ -103,6 +103,6 @@ def _panels(
 
 
 def _whole(panel: Panel, reel: Reel) -> Panel:
-    """The same panel with all of the recording's time."""
+    """Make the panel with all of the recording's time."""
     times = float(reel.time_s[0]), float(reel.time_s[-1]) + 1e-6
     return Panel(panel.left, panel.top, panel.width, panel.height, times, panel.y)

@@ -369,8 +369,8 @@ def test_a_dry_run_checks_and_writes_nothing(warm):
     assert "-0.5" in warm("run", "speed", "--set", "dsnn.w_i=-0.5", "--dry-run").stderr
     assert warm(*plan, "--out", "out", "-q").returncode == 0
     before = sorted(path.name for path in (warm.folder / "out").rglob("*"))
-    assert "2 of 2 are done already" in warm(*plan, "--resume", "out", "--dry-run").stdout
-    other = warm(*plan[:-1], "2", "--resume", "out", "--dry-run")
+    assert "2 of 2 are done already" in warm(*plan, "--out", "out", "--dry-run").stdout
+    other = warm(*plan[:-1], "2", "--out", "out", "--dry-run")
     assert (other.returncode, other.stderr) == (
         2,
         "colias: out: --repeats is 1 there and 2 now: repeat the first command's options\n",

@@ -3,11 +3,16 @@
 import numpy as np
 import pytest
 
-from experiments.bench.clips.claims import CLAIMS, POTENTIALS, judge
+from experiments.bench.clips.claims import POTENTIALS, judge, paper_claims
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.footage.watch import LEAST_FRAMES
+from experiments.bench.judging import claims
 from tests.bench.clips.test_clip_mechanisms import alone, edges, ensembles, speed_responses, strokes
 from tests.bench.clips.test_offline import SIGNED, T, blocked, both_shades, depth, greys, grid, row, translations
+
+C12 = claims.find(footage_claims.CLAIM, footage_claims.FootageClaim)
+
+CLAIMS = paper_claims()
 
 T_SP = T["dsnn"]
 
@@ -249,24 +254,24 @@ def film(frames=794, moving=((0, 794),), rate=30.0):
 def test_a_few_frames_over_the_threshold_do_not_decide_c12():
     """2 of 794 agree, which by chance alone is as likely as not to be so."""
     for moving, seconds in ([((400, 402),), 1], [((10, 20), (300, 310)), 2], [((0, 119),), 4], [(), 0]):
-        found = footage_claims.judge(*film(moving=moving))
+        found = C12.judge(*film(moving=moving))
         assert found.verdict == "untested" and found.decided == ""
         assert f"at least {footage_claims.LEAST_SECONDS} separate seconds of footage (has {seconds})" in found.measured
         assert f"{sum(b - a for a, b in moving)} of 794 frames" in found.measured
 
 
 def test_a_share_of_all_is_no_certainty():
-    found = footage_claims.judge(*film(moving=[(start, start + 3) for start in range(0, 600, 60)]))
+    found = C12.judge(*film(moving=[(start, start + 3) for start in range(0, 600, 60)]))
     low, high = found.measured.split("same sign over T 1.00 [")[1].split("]")[0].split(", ")
     assert (float(low), float(high)) == (pytest.approx(0.025 ** (1 / 10), abs=0.006), 1.0)
     assert "in 10 separate seconds" in found.measured
 
 
 def test_c12_says_what_decided():
-    holds = footage_claims.judge(*film())
+    holds = C12.judge(*film())
     assert holds.verdict == "holds" and "(needs " in holds.decided
     flow, hs, _, *rest = film()
-    fails = footage_claims.judge(flow, hs, 2 * hs, *rest)
+    fails = C12.judge(flow, hs, 2 * hs, *rest)
     assert fails.verdict == "fails" and fails.decided.startswith("mean |VS| / |HS| 2.00")
     assert fails.decided.endswith("(needs below 1)")
 
@@ -276,7 +281,7 @@ def test_footage_with_an_answer_that_is_no_number_is_not_judged(which):
     columns = list(film())
     columns[which] = columns[which].copy()
     columns[which][5] = np.nan
-    found = footage_claims.judge(*columns)
+    found = C12.judge(*columns)
     assert found.verdict == "untested" and "1 of 794 frames have no number" in found.measured
 
 
@@ -284,7 +289,7 @@ def test_long_silence_has_an_interval():
     """Resamples of silent stretches alone have no ratio; they raise nothing."""
     flow, hs, vs, *rest = film(frames=3000, moving=[(i, i + 2) for i in range(0, 300, 40)])
     hs[300:] = vs[300:] = 0.0
-    assert footage_claims.judge(flow, hs, vs, *rest).verdict in ("holds", "fails")
+    assert C12.judge(flow, hs, vs, *rest).verdict in ("holds", "fails")
 
 
 # The paper's stronger words about footage.
@@ -313,7 +318,7 @@ def busy(seconds, frames=LEAST_FRAMES, vs=0.0, flow=0.0, whole=12, rate=30):
     ],
 )
 def test_the_paper_s_stronger_words(footage, verdict):
-    found = footage_claims.stronger(*footage)
+    found = C12.stronger(*footage)
     assert found.verdict == verdict
     assert bool(found.decided) == (verdict != "untested")
 
@@ -324,18 +329,18 @@ def test_vs_may_pass_in_one_frame_of_twenty(over, verdict):
     for whole in (6, 60):
         flow, hs, vs, *rest = busy(5, whole=whole)
         vs[:over] = 0.2
-        found = footage_claims.stronger(flow, hs, vs, *rest)
+        found = C12.stronger(flow, hs, vs, *rest)
         assert found.verdict == verdict and "of the 150 frames" in found.measured
 
 
 def test_a_sway_is_no_translation():
     flow = np.sin(2 * np.pi * np.arange(360) / 30)
     _, hs, vs, *rest = busy(0)
-    assert footage_claims.stronger(flow, hs, vs, *rest).verdict == "untested"
+    assert C12.stronger(flow, hs, vs, *rest).verdict == "untested"
 
 
 @pytest.mark.parametrize("which", [0, 1, 2])
 def test_the_stronger_words_need_numbers_too(which):
     columns = list(busy(5))
     columns[which][5] = np.nan
-    assert footage_claims.stronger(*columns).verdict == "untested"
+    assert C12.stronger(*columns).verdict == "untested"

@@ -10,8 +10,10 @@ from dsnn.stimuli import stimulus
 from experiments.background import SPEEDS
 from experiments.bench import registry
 from experiments.bench.clips.axis import along_background, c7_rises
-from experiments.bench.clips.claims import CLAIMS, judge
+from experiments.bench.clips.claims import judge, paper_claims
 from tests.bench.clips.test_offline import BLOCKED, FEWER, WITHOUT, T, greys, row
+
+CLAIMS = paper_claims()
 
 DIRECTIONS = ("rightward", "leftward")
 PAIRS = ("on-on", "off-off", "on-off", "off-on")

@@ -6,8 +6,8 @@ import pytest
 import experiments
 from experiments import Clip, Figure, OfflineExperiment
 from experiments.bench import registry
+from experiments.bench.clips.claims import find
 from experiments.bench.clips.edges_figure import CASES, shares
-from experiments.bench.clips.judging.mechanism import c22
 
 SMALL = (("rows", 24), ("columns", 48), ("rest_s", 0.1))
 MODELS = ("dsnn", "dsnn-on-blocked", "dsnn-off-blocked")
@@ -61,7 +61,7 @@ def test_bars_are_shares_of_the_intact_network_with_the_claim_s_bounds(run):
     (whole,) = (row for row in rows if row["model"] == "dsnn" and row["clip"] == "off rightward")
     (part,) = (row for row in rows if row["model"] == MODELS[1] and row["clip"] == "off rightward")
     assert left["off rightward", MODELS[1]] == pytest.approx(part["peak_hs"] / whole["peak_hs"])
-    assert c22(rows, 0.16).verdict == "holds", "the judge reads the same numbers"
+    assert find("C22").judge(rows, 0.16).verdict == "holds", "the judge reads the same numbers"
 
 
 def test_the_icons_name_the_edges_of_objects(run):

@@ -12,12 +12,15 @@ import pytest
 from dsnn import DSNN, DSNNParams
 from experiments import OFFLINE
 from experiments.bench import registry
-from experiments.bench.clips.claims import CLAIMS, SIGNED, find, judge
+from experiments.bench.clips.claims import find, judge, paper_claims
 from experiments.bench.clips.experiment import Clip, OfflineExperiment, showings
+from experiments.bench.clips.judging import SIGNED
 from experiments.bench.clips.show import show
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import choose
 from tests.helpers.chapters import titled
+
+CLAIMS = paper_claims()
 
 BLOCKED, FEWER = ("dsnn-on-blocked", "dsnn-off-blocked"), ("dsnn:n_con=1", "dsnn:n_con=2")
 WITHOUT = ("dsnn:dog=false", "dsnn:fdsr=false")
@@ -247,9 +250,9 @@ def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
     subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", *map(str, recordings)], check=True)
     assert len(recordings) == 2 and (folder / "figure.svg").exists()
     assert json.loads((folder / "experiment.json").read_text())["clips"]["right"]["speed"] == 240.0
-    again = colias(*arguments, "--resume", "out", "--workers", "0")
+    again = colias(*arguments, "--out", "out", "--workers", "0")
     assert again.returncode == 0 and "2 of them done already" in again.stderr
-    other = colias(*arguments[:-2], "--resume", "out")
+    other = colias(*arguments[:-2], "--out", "out")
     assert (other.returncode, other.stderr.count("\n")) == (2, 1) and "gain" in other.stderr
     alone = colias(*arguments, "--out", "alone", "--workers", "0", "--no-recordings", "-q")
     assert alone.returncode == 0

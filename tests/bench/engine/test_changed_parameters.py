@@ -73,8 +73,8 @@ def test_a_design_of_ones_own():
     assert with_columns(TRIAL_SCHEMA, changed).field("experiment.way").type == pa.bool_()
 
 
-def clips(folder, *, resume=False):
-    return experiments.run(CLIPS, models="dsnn:n_con=6", settings={"dsnn.w_i": 0.5}, out=folder, resume=resume,
+def clips(folder):
+    return experiments.run(CLIPS, models="dsnn:n_con=6", settings={"dsnn.w_i": 0.5}, out=folder,
                            workers=0, recordings=False, quiet=True)  # fmt: skip
 
 
@@ -84,17 +84,17 @@ def test_rows_are_held_against_them(tmp_path):
     rows = [tuple(row.values()) for row in run.trials.select(columns).to_pylist()]
     usual = json.loads((tmp_path / "out" / "experiment.json").read_text())["models"][0]["network"]["n_con"]
     assert rows == [("dsnn", 0.5, usual), ("emd", None, None), ("dsnn:n_con=6", 0.5, 6)]
-    assert clips(tmp_path / "out", resume=True).trials == run.trials
+    assert clips(tmp_path / "out").trials == run.trials
     path = tmp_path / "out" / "trials.parquet"
     for value in (7, None):
         altered = run.trials.to_pylist()
         altered[2]["dsnn.n_con"] = value
         pq.write_table(pa.Table.from_pylist(altered, run.trials.schema), path)
         with pytest.raises(UsageError, match=f"n_con of dsnn:n_con=6 is {value}, the plan says 6"):
-            clips(tmp_path / "out", resume=True)
+            clips(tmp_path / "out")
     pq.write_table(run.trials.drop_columns(["dsnn.n_con"]), path)
     with pytest.raises(UsageError, match=r"column 'dsnn.n_con' is missing"):
-        clips(tmp_path / "out", resume=True)
+        clips(tmp_path / "out")
 
 
 def test_the_points_of_a_sweep(colias):

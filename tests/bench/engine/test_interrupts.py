@@ -76,7 +76,7 @@ entry.run()
 @pytest.mark.parametrize("group", [False, True], ids=["alone", "group"])
 def test_ctrl_c_at_many_moments(tmp_path, group):
     """Sent to the command alone, and to all of its group as a terminal does."""
-    begun, out = False, ""
+    out = ""
     for number, moment in enumerate(0.4 * n for n in range(8)):
         out = f"out{number}"
         process = start(tmp_path, sys.executable, "-c", READY, *RUN[:-1], "1", "--out", out, PYTHONPATH=str(ROOT))
@@ -89,9 +89,8 @@ def test_ctrl_c_at_many_moments(tmp_path, group):
         assert process.returncode == 130, (moment, said)
         assert said.endswith("colias: interrupted\n") and "Traceback" not in said, (moment, said)
         assert wait_until(lambda pid=process.pid: not members(pid), 10), moment
-        begun = (tmp_path / out / "experiment.json").exists()
     # What the last left is gone on with, or made anew.
-    again = start(tmp_path, *CLI, *RUN[:-1], "1", "--resume" if begun else "--out", out, PYTHONPATH=str(ROOT))
+    again = start(tmp_path, *CLI, *RUN[:-1], "1", "--out", out, PYTHONPATH=str(ROOT))
     _, said = again.communicate(timeout=120)
     assert again.returncode == 0, said
     assert pq.read_table(tmp_path / out / "trials.parquet").num_rows == 2

@@ -193,10 +193,10 @@ def test_one_model_under_two_settings_is_paired(colias):
     peaks = {label: max(row["peak_hs"] for row in rows if row["model"] == label) for label in labels}
     assert len(set(peaks.values())) == 3 and peaks[labels[2]] < 1e-3
     assert labels[1] in " ".join(done.stdout.split()) and labels[1] in (colias.folder / "out/figure.svg").read_text()
-    again = colias("run", "speed", *common, *given, "--workers", "0", "--resume", "out")
+    again = colias("run", "speed", *common, *given, "--workers", "0", "--out", "out")
     assert again.returncode == 0 and "3 of them done already" in again.stderr
     given = (*given[:2], "--model", "my_model.py:gain=1", "--workers", "0")
-    other = colias("run", "speed", *common, *given, "--resume", "out")
+    other = colias("run", "speed", *common, *given, "--out", "out")
     assert (other.returncode, other.stderr.count("\n")) == (2, 1), other.stderr
 
 

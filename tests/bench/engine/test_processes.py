@@ -149,12 +149,12 @@ def test_a_folder_is_free_once_its_run_is_over(tmp_path):
         "from experiments.bench.robot.run import run\n"
         "if __name__ == '__main__':\n"
         "    made = plan(registry.load('speed'), ['dsnn'], ['experiment.speeds_cm_s=20'], 1, 0)\n"
-        "    run(made, Path('out'), Resources(0, None, True), resume=False, recordings=False)\n"
+        "    run(made, Path('out'), Resources(0, None, True), recordings=False)\n"
         "    import fcntl\n"
         "    with open('out/.lock', 'w') as lock:\n"
         "        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)\n"
         "    made = plan(registry.load('speed'), ['dsnn'], ['experiment.speeds_cm_s=20'], 1, 0)\n"
-        "    run(made, Path('out'), Resources(0, None, True), resume=True, recordings=False)\n"
+        "    run(made, Path('out'), Resources(0, None, True), recordings=False)\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=200, check=False,

@@ -179,8 +179,8 @@ def test_an_edit_counts_in_the_same_process(tmp_path):
 
     experiment(file, "return Outcome('holds', 'the third')", "'after'")
     with pytest.raises(UsageError, match=r"mine\.py has changed"):
-        run(file, tmp_path / "second", models=[own], resume=True)
-    third = run(file, tmp_path / "second", models=[own], resume=True, other_code=True)
+        run(file, tmp_path / "second", models=[own])
+    third = run(file, tmp_path / "second", models=[own], other_code=True)
     assert third.claims["measured"][0].as_py() == "the third"
 
 

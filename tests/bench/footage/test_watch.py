@@ -24,7 +24,10 @@ from experiments.bench.footage import claims as footage_claims
 from experiments.bench.footage.rows import SCHEMA
 from experiments.bench.footage.video import Footage, ahead, usual_size
 from experiments.bench.footage.watch import Tracker
+from experiments.bench.judging import claims
 from tests.helpers.footage import FPS, SHAPE, Walker, street, write
+
+C12 = claims.find(footage_claims.CLAIM, footage_claims.FootageClaim)
 
 WALKERS = (Walker(3.6, enters=4), Walker(-3.6, enters=110))
 FRAMES = 220
@@ -431,21 +434,21 @@ def columns(sign: float = 1.0, vertical: float = 0.3) -> tuple[np.ndarray, ...]:
 
 def test_claim_12_holds_fails_or_is_untested():
     flow, hs, vs = columns(vertical=0.03)
-    assert footage_claims.judge(flow, hs, vs, 0.16, 30.0).verdict == "holds"
-    assert footage_claims.judge(-flow, hs, vs, 0.16, 30.0).verdict == "fails"
-    assert footage_claims.judge(flow, hs, 10 * hs, 0.16, 30.0).verdict == "fails"
+    assert C12.judge(flow, hs, vs, 0.16, 30.0).verdict == "holds"
+    assert C12.judge(-flow, hs, vs, 0.16, 30.0).verdict == "fails"
+    assert C12.judge(flow, hs, 10 * hs, 0.16, 30.0).verdict == "fails"
     wrong = flow * np.where(np.arange(600) % 8 == 0, -1, 1)  # the sign of one frame in eight: still correlated
-    outcome = footage_claims.judge(wrong, hs, vs, 0.16, 30.0)
+    outcome = C12.judge(wrong, hs, vs, 0.16, 30.0)
     assert outcome.verdict == "fails" and "same sign over T 0.88" in outcome.measured
-    assert footage_claims.judge(flow, hs / 10, vs, 0.16, 30.0).verdict == "untested"
-    assert footage_claims.judge(flow[:59], hs[:59], vs[:59], 0.16, 30.0).verdict == "untested"
+    assert C12.judge(flow, hs / 10, vs, 0.16, 30.0).verdict == "untested"
+    assert C12.judge(flow[:59], hs[:59], vs[:59], 0.16, 30.0).verdict == "untested"
 
 
 def test_the_interval_of_claim_12_is_that_of_blocks_not_of_frames():
     """Of slow noise, frames tell less than their number: the interval must cover what independent blocks show."""
     rng = np.random.default_rng(2)
     flow, hs = (np.repeat(rng.standard_normal(40), 30) for _ in range(2))
-    outcome = footage_claims.judge(flow, hs, np.zeros(1200), 0.16, 30.0)
+    outcome = C12.judge(flow, hs, np.zeros(1200), 0.16, 30.0)
     low, high = (float(part) for part in outcome.measured.split("[")[1].split("]")[0].split(","))
     assert high - low > 2 / np.sqrt(40)  # 1200 frames taken as independent would give 0.11
     assert low < np.corrcoef(flow, hs)[0, 1] < high

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation, decide
+from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperiment, Outcome, Translation
 from experiments.bench import registry
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.engine.errors import UsageError
@@ -42,12 +42,14 @@ WRONG = {
     "a motion that there is not": (lambda: claim(motions=("flight",)), "legal are translation, approach, recession"),
     "motions as a text": (lambda: claim(motions="approach"), "legal is a tuple of texts"),
     "a kind that there is not": (lambda: claim(about="time"), "about='time': legal is direction or looming"),
+    "a mechanism alone": (lambda: claim(mechanism="speed"), "mechanism='speed': legal is a pair"),
+    "a title that is none": (lambda: claim(title=3), "title=3: legal is a text"),
     "a negative number": (lambda: claim(least=-1), "least=-1: legal is a whole number"),
     "models as a text": (lambda: clip_claim(models="dsnn"), "models='dsnn': legal is a set of labels"),
     "conditions as a list": (lambda: clip_claim(conditions=[1]), "legal is a mapping of columns"),
     "a value alone": (lambda: clip_claim(conditions={"motion": "rightward"}), "legal is a mapping of columns"),
     "twice": (lambda: experiment(claim(), claim()), "experiment mine: two claims are called 'mine'"),
-    "the paper's object": (lambda: clips(clips_claims.CLAIMS["C1"]), "claim C1 is the paper's: declare it by its id"),
+    "the paper's object": (lambda: clips(clips_claims.find("C1")), "claim C1 is the paper's: declare it by its id"),
     "no verdict": (lambda: Outcome("yes", ""), "verdict='yes': legal is holds, fails, vacuous, untestable, untested"),
 }
 
@@ -75,8 +77,7 @@ def test_a_claim_of_the_other_kind(made, said):
 def test_a_judge_decides():
     def faster(own, threshold):
         mean = sum(row["spikes"] for row in own) / len(own)
-        holds, decided = decide([Check(f"{mean} spikes (needs above 1)", mean - 1)])
-        return Outcome("holds" if holds else "fails", f"{mean} spikes", decided=decided)
+        return Outcome.of([Check(f"{mean} spikes", mean, 1)])
 
     trials = rows({6: [9] * 4}, "speed_cm_s") + rows({6: [9] * 3}, "speed_cm_s", far_cm=1.0)
     whole = [{"far_cm": None, "acceleration_cm_s2": 100.0, **row} for row in trials]

@@ -9,20 +9,24 @@ import pytest
 from experiments import Figure
 from experiments.bench import registry
 from experiments.bench.clips import plan as clips_plan
-from experiments.bench.clips.claims import CLAIMS, judge
-from experiments.bench.clips.constants import COMPARING, along_constants
+from experiments.bench.clips.claims import judge, paper_claims
+from experiments.bench.clips.constants import along_constants, comparing
 from experiments.bench.clips.figure import draw
-from experiments.bench.clips.judging.assumed import ASSUMED, compared
+from experiments.bench.clips.judging import ASSUMED, compared
 from experiments.bench.clips.summary import OfflineReport
-from experiments.bench.judging import texts
-from experiments.bench.judging.texts import chosen, claim_texts, readings
-from experiments.bench.judging.verdict import Check, Outcome
+from experiments.bench.judging.checks import Check
+from experiments.bench.judging.claim_files import PAPER, claim_ids
+from experiments.bench.judging.claims import bears_on, used_to_choose
+from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction import claims, mechanisms, replicates, robustness
 from experiments.bench.reproduction.readings import NOT_RUN, Evidence, chapters, with_readings
-from experiments.bench.robot.mechanism.judges import FALLING
+from experiments.bench.robot.mechanism.variants import FALLING
+from experiments.claims.readings import READINGS, START_ACCELERATION
 from tests.bench.clips.test_clip_judges import enough
 from tests.bench.clips.test_clip_mechanisms import speed_responses
 from tests.bench.judging.test_replicates import made
+
+CLAIMS = paper_claims()
 
 T = {"dsnn": 0.16, "dsn2017": 0.16, "emd": None}
 SUDDEN, SOFT = "sudden starts, 100 cm/s2", "soft starts, 10 cm/s2"
@@ -69,14 +73,13 @@ def row_of(made, reading, claim):
 
 
 def test_every_reading_that_was_chosen_is_told_with_each_of_its_claims(evidence):
-    told = {reading.id: reading for reading in readings()}
-    for claim, names in chosen().items():
-        for name in names:
-            reading = told[name.replace(" ", "_")]
-            assert reading.used and (reading.of_all or claim in reading.own)
-            assert all((reading.says, reading.taken, reading.others, reading.note))
-    for chapter in chapters(evidence[0]):
-        assert [row.claim for row in chapter.rows] == list(chapter.reading.own)
+    made = chapters(evidence[0])
+    assert [chapter.reading for chapter in made] == list(READINGS)
+    for claim in claim_ids(PAPER):
+        for reading in used_to_choose(claim):
+            assert reading.used and reading.of_all != (claim in bears_on(reading))
+    for chapter in made:
+        assert [row.claim for row in chapter.rows] == list(bears_on(chapter.reading))
         assert all(len(row.others) == len(chapter.reading.others) for row in chapter.rows)
         assert chapter.rows or chapter.reading.of_all
 
@@ -111,8 +114,7 @@ def test_start_accelerations_are_of_one_replicate_each_where_they_were_run(evide
     sudden, soft = c13.others
     assert (sudden.verdict, sudden.held, sudden.n) == ("fails", "held in 0 of 1 replicate so far", 20)
     assert sudden.decided == "9 of 10 fire" and soft.verdict == NOT_RUN
-    reading = next(each for each in readings() if each.id == "start_acceleration")
-    assert set(reading.others) == {SUDDEN, SOFT} <= set(robustness.APPARATUS_MOVES)
+    assert set(START_ACCELERATION.others) == {SUDDEN, SOFT} <= set(robustness.APPARATUS_MOVES)
 
 
 def test_nothing_run_of_the_other_readings_is_said_so(evidence):
@@ -131,10 +133,10 @@ def test_nothing_run_of_the_other_readings_is_said_so(evidence):
 def test_no_claim_lacks_a_field_that_its_card_shows(evidence):
     own, verdicts = evidence
     told = with_readings(mechanisms.explained(verdicts, ["ensembles"], [], {}), chapters(own))
-    assert [claim.id for claim in told] == list(claim_texts())
+    assert [claim.id for claim in told] == list(claim_ids(PAPER))
     for claim in told:
         assert claim.other_reading and claim.used_to_choose and claim.interval and claim.mechanism
-        assert bool(claim.assumed) == (claim.id in COMPARING)
+        assert bool(claim.assumed) == (claim.id in comparing())
         assert claim.n > 0 or claim.verdict == "untested"
     by_id = {claim.id: claim for claim in told}
     assert "falling with spacing, 200 to 10 ms: held in 1 of 2" in by_id["C15"].other_reading
@@ -149,12 +151,6 @@ def test_a_mechanism_is_named_where_its_experiment_was_run(evidence):
     assert said.startswith("approach-mechanism: excitation and inhibition")
 
 
-def test_a_reading_without_words_is_refused(monkeypatch):
-    monkeypatch.setattr(texts, "_table", lambda name: {"chosen": {"a_reading": ["C1"]}} if name == "claims" else {})
-    with pytest.raises(ValueError, match="it lacks a_reading"):
-        texts.readings.__wrapped__()
-
-
 # Constants of other models.
 
 
@@ -162,16 +158,18 @@ def test_a_reading_without_words_is_refused(monkeypatch):
     ("own", "other", "verdict"), [(1, 1, "holds"), (1, -1, "untestable"), (-1, 1, "fails"), (-1, -1, "fails")]
 )
 def test_only_the_dsnn_s_own_part_can_refute_a_claim(own, other, verdict):
-    found = compared([Check("own part", own)], [Check("other part", other)], "emd", "m", "", 3)
+    found = compared([Check("own part", own, 0)], [Check("other part", other, 0)], "emd", "m", "", 3)
     assert (found.verdict, found.n) == (verdict, 3)
-    assert found.decided == {"holds": "own part", "untestable": "", "fails": "own part"}[verdict]
+    decided = "own part (needs above 0)"
+    assert found.decided == {"holds": decided, "untestable": "", "fails": decided}[verdict]
+    assert [check.reading for check in found.checks] == [own, other], "what was asked is kept, whatever decides"
     assert ("other part" in found.measured) == (verdict == "untestable")
 
 
 def test_the_claims_about_other_models_are_those_that_take_them():
-    assert set(COMPARING) == {claim for claim, each in CLAIMS.items() if each.models & set(ASSUMED)}
+    assert set(comparing()) == {claim for claim, each in CLAIMS.items() if each.models & set(ASSUMED)}
     asked = {claim.id for name in ("constants-2017", "constants-emd") for claim in registry.find(name).claims}
-    assert asked == {f"{claim}-constants" for claim in COMPARING}
+    assert asked == {f"{claim}-constants" for claim in comparing()}
 
 
 def test_a_claim_along_constants_says_with_which_it_holds():

@@ -8,20 +8,23 @@ import pytest
 
 from experiments import Claim, Outcome
 from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips.judging.paper import SIGNED
+from experiments.bench.clips.judging import SIGNED
 from experiments.bench.engine.terminal import show_verdict
+from experiments.bench.judging.claim_files import PAPER, claim_ids
+from experiments.bench.judging.claims import used_to_choose
 from experiments.bench.judging.overall import MEANINGS, SIGNS, grouped, totals
 from experiments.bench.judging.replicates import Replicates, counted
 from experiments.bench.judging.statistics import proportion_interval
-from experiments.bench.judging.texts import chosen, claim_texts
 from experiments.bench.judging.verdict import Verdict, together
 from experiments.bench.public.result import CLAIM_SCHEMA
 from experiments.bench.reproduction import claims, replicates, robustness
 from experiments.bench.reproduction.table import show_claims
-from experiments.bench.robot.claims import CLAIMS, judge
+from experiments.bench.robot.claims import judge, paper_claims
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from tests.bench.clips.test_clip_judges import enough
 from tests.bench.robot.test_judges import enough as trials_of
+
+CLAIMS = paper_claims()
 
 T, T_CLIPS = 0.2, {"dsnn": 0.16, "dsn2017": 0.16, "emd": None, "dsnn-on-blocked": 0.16, "dsnn-off-blocked": 0.16}
 
@@ -196,7 +199,7 @@ def test_no_claim_about_the_robot_holds_of_a_network_that_never_answers(claim):
     assert found.verdict == ("vacuous" if CLAIMS[claim].silent_passes else "fails"), found.measured
 
 
-@pytest.mark.parametrize("claim", clips_claims.CLAIMS)
+@pytest.mark.parametrize("claim", clips_claims.paper_claims())
 def test_no_claim_about_clips_holds_of_a_network_that_never_answers(claim):
     """The other models of a claim answer as they do; only the DSNN is silent."""
 
@@ -209,7 +212,7 @@ def test_no_claim_about_clips_holds_of_a_network_that_never_answers(claim):
     rows = [silent(row) for row in enough(claim)]
     moving = silent({**enough("C1")[0], "motion": "rightward"})
     found = clips_claims.judge(claim, rows, T_CLIPS, [*rows, moving])
-    assert found.verdict == ("vacuous" if clips_claims.CLAIMS[claim].silent_passes else "fails"), found.measured
+    assert found.verdict == ("vacuous" if clips_claims.find(claim).silent_passes else "fails"), found.measured
 
 
 def test_c13_is_vacuous_only_where_translations_were_shown_and_none_was_answered():
@@ -330,19 +333,11 @@ def test_a_detector_that_fails_fails_the_claim_of_both_whatever_became_of_the_ot
 
 
 def test_every_claim_says_which_readings_it_was_used_to_choose():
-    assert set(chosen()) == set(claim_texts())
-    assert chosen()["C15"] == ("half wave rectified F", "tau s rises with spacing")
-    assert chosen()["C6"] == chosen()["C8"] == ("half wave rectified F", "speeds in px per second")
-    assert chosen()["C13"] == chosen()["C19"] == ("half wave rectified F", "start acceleration")
-    assert chosen()["C1"] == ("half wave rectified F",), "what was chosen for all claims"
+    names = {claim: [reading.name for reading in used_to_choose(claim)] for claim in claim_ids(PAPER)}
+    assert names["C15"] == ["half wave rectified F", "tau s rises with spacing"]
+    assert names["C6"] == names["C8"] == ["half wave rectified F", "speeds in px per second"]
+    assert names["C13"] == names["C19"] == ["half wave rectified F", "start acceleration"]
+    assert names["C1"] == ["half wave rectified F"], "what was chosen for all claims"
     cases, rows = made(1)
     for claim in claims.verdicts(replicates.studied(cases, rows), []):
-        assert claim.used_to_choose == "; ".join(chosen()[claim.id])
-
-
-def test_a_claim_that_there_is_not_cannot_have_been_used(monkeypatch):
-    from experiments.bench.judging import texts
-
-    monkeypatch.setattr(texts, "_table", lambda name: {"chosen": {"a_reading": ["C99"]}})
-    with pytest.raises(ValueError, match="names C99, which is no claim"):
-        texts.chosen.__wrapped__()
+        assert claim.used_to_choose == "; ".join(names[claim.id])

@@ -10,8 +10,8 @@ import pytest
 from scipy import stats
 
 from dsnn import MODELS
-from experiments.bench.clips.claims import SIGNED
 from experiments.bench.clips.experiment import Clip
+from experiments.bench.clips.judging import SIGNED
 from experiments.bench.clips.plan import plan
 from experiments.bench.clips.show import show
 from experiments.bench.engine.batch import Resources

@@ -18,11 +18,17 @@ import experiments
 from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.recording import jpegs, recorded, timelines, video
-from experiments.bench.store.convert import array, fields, tables_of, write
+from experiments.bench.store.convert import array, fields, read_file, write
 from experiments.bench.store.pictures import pictures
 from experiments.bench.video import encoding
 from tests.conftest import Colias
 from tests.helpers.h264 import decoded
+
+
+def described(folder, kind="trials"):
+    """A folder as a run leaves it, its tables and recordings aside."""
+    folder.mkdir(parents=True)
+    (folder / "experiment.json").write_text(f'{{"kind": "{kind}", "experiment": "x", "seed": 0, "trials": 1}}')
 
 
 def colias(*arguments) -> int:
@@ -74,7 +80,7 @@ def test_what_is_there_is_kept_unless_forced(clips, tmp_path):
     with pytest.raises(FileExistsError, match=r"out is there already: .* --force"):
         colias("export", clips.folder, "--to", "csv", "--out", place)
     (tmp_path / "empty").mkdir()
-    with pytest.raises(UsageError, match="no recordings"):
+    with pytest.raises(UsageError, match=r"no readable experiment\.json there"):
         colias("export", tmp_path / "empty", "--frames", place, "--force")
     (tmp_path / "empty").rmdir()
     assert (place / "mine").read_text() == "kept" and len(list(tmp_path.iterdir())) == 1
@@ -107,19 +113,21 @@ def test_parts_of_a_run_and_single_tables(tmp_path):
     """A leaderboard's parts are folders of their own; a table of footage is a file."""
     table = pa.table({"frame": [0, 1], "time_s": [0.0, 0.1], "hs": [None, 0.5]})
     for part in ("robot", "clips"):
-        (tmp_path / "run" / part).mkdir(parents=True)
-        pq.write_table(table, tmp_path / "run" / part / "trials.parquet")
-    assert list(tables_of(tmp_path / "run")) == ["clips/trials", "robot/trials"]
+        described(tmp_path / "run" / part)
+        for name in ("trials", "frames"):
+            pq.write_table(table.append_column("trial", [[0, 0]]), tmp_path / "run" / part / f"{name}.parquet")
+    names = ["clips/trials", "clips/frames", "robot/trials", "robot/frames"]
+    assert list(experiments.load(tmp_path / "run").tables()) == names
     assert colias("export", tmp_path / "run", "--to", "npz", "--out", tmp_path / "out", "--quiet") == 0
     with np.load(tmp_path / "out" / "robot" / "trials.npz", allow_pickle=False) as read:
         np.testing.assert_array_equal(read["hs"], [np.nan, 0.5])
     pa.csv.write_csv(table, tmp_path / "seen.csv")
-    assert tables_of(tmp_path / "seen.csv")["seen"].equals(table)
+    assert experiments.load(tmp_path / "seen.csv").tables()["seen"].equals(table)
     (tmp_path / "bad.parquet").write_bytes(b"PAR1")
     with pytest.raises(UsageError, match=r"bad\.parquet: cannot be read"):
-        tables_of(tmp_path / "bad.parquet")
-    with pytest.raises(UsageError, match=r"no trials\.parquet or frames\.parquet there"):
-        tables_of(tmp_path / "out")
+        read_file(tmp_path / "bad.parquet")
+    with pytest.raises(UsageError, match=r"no readable experiment\.json there"):
+        colias("export", tmp_path / "out", "--to", "csv", "--out", tmp_path / "none")
 
 
 def test_columns_have_one_type_and_no_pickles(tmp_path):
@@ -135,6 +143,8 @@ def test_columns_have_one_type_and_no_pickles(tmp_path):
 @pytest.fixture
 def filmed(tmp_path):
     """A run with two recordings, one of them of a part, of three and of five frames."""
+    described(tmp_path / "run", "sweep")
+    described(tmp_path / "run" / "part")
     for place, frames in (("recordings/trial-0003", 3), ("part/recordings/trial-0000", 5)):
         own = np.full((frames, 12, 16), 40 * frames, np.uint8)
         times = timelines(np.arange(frames) / 30, np.arange(frames))
@@ -168,6 +178,9 @@ def test_videos_need_recordings_and_an_encoder(filmed, tmp_path, monkeypatch):
     (tmp_path / "empty").mkdir()
     done = Colias(tmp_path)("export", "empty", "--to", "mp4")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert "empty: no readable experiment.json there" in done.stderr
+    described(tmp_path / "bare")
+    done = Colias(tmp_path)("export", "bare", "--to", "mp4")
     assert "--to mp4" in done.stderr and "no recordings (.rrd)" in done.stderr
     find = importlib.util.find_spec
     monkeypatch.setattr(
@@ -175,7 +188,7 @@ def test_videos_need_recordings_and_an_encoder(filmed, tmp_path, monkeypatch):
     )
     with pytest.raises(UsageError, match=r"^--to mp4: needs the extra \[video\] .* pip install 'colias-sim\[video\]'$"):
         colias("export", filmed, "--to", "mp4", "--out", filmed.parent / "out")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["empty", "run"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bare", "empty", "run"]
 
 
 def test_frames_are_the_pictures_of_the_recordings(tmp_path):
@@ -187,7 +200,8 @@ def test_frames_are_the_pictures_of_the_recordings(tmp_path):
         video(stream, "camera", frames, times)
         video(stream, "camera_ov7670", frames[::-1], times)
 
-    (tmp_path / "run" / "recordings").mkdir(parents=True)
+    described(tmp_path / "run")
+    (tmp_path / "run" / "recordings").mkdir()
     for name, write_to in (("trial-0000", two_eyes), ("trial-0001", lambda s: jpegs(s, "clip", frames, times, 95))):
         data = recorded(write_to, rrb.Blueprint(rrb.Spatial2DView()), name)
         (tmp_path / "run" / "recordings" / f"{name}.rrd").write_bytes(data)

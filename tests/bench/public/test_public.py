@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import dataclasses
+import importlib
 import os
 import subprocess
 import sys
@@ -18,6 +19,7 @@ import pytest
 import experiments
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.figures import plotting
+from experiments.bench.store.kinds import CLIPS
 
 PACKAGE = Path(experiments.__file__).parent
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
@@ -33,7 +35,8 @@ def test_a_bare_import_loads_nothing_heavy():
     done = subprocess.run(
         [sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, check=True, timeout=60
     )
-    assert done.stdout == "['experiments']\n"
+    loaded = {name.partition(".")[0] for name in ast.literal_eval(done.stdout)}
+    assert loaded <= {"experiments", "lazy_loader", *sys.stdlib_module_names}
 
 
 def test_a_declaration_loads_neither_plotting_nor_a_recorder():
@@ -46,22 +49,23 @@ def test_a_declaration_loads_neither_plotting_nor_a_recorder():
 
 def test_the_stub_says_what_is_there():
     stub = ast.parse((PACKAGE / "__init__.pyi").read_text())
-    imported = {alias.asname for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names}
-    assert imported == set(experiments._PLACES)
-    assert imported | {"NAMES", "OFFLINE", "__version__"} == set(experiments.__all__)
+    imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
+    names = {alias.name for node in imports for alias in node.names}
+    assert names | {"NAMES", "OFFLINE"} == set(experiments.__all__)
     (listed,) = [node.value for node in stub.body if isinstance(node, ast.Assign)]
-    assert ast.literal_eval(listed) == experiments.__all__
-    for node in (node for node in stub.body if isinstance(node, ast.ImportFrom)):
+    assert sorted(ast.literal_eval(listed)) == sorted(experiments.__all__)
+    for node in imports:
+        module = importlib.import_module(f".{node.module}", "experiments")
         for alias in node.names:
-            there = getattr(experiments, str(alias.asname))
-            assert (there.__module__ == node.module and there.__name__ == alias.name) or alias.name == "Wheels"
+            assert alias.name == alias.asname  # lazy_loader knows no alias
+            assert getattr(experiments, alias.name) is getattr(module, alias.name)
 
 
 def test_every_name_is_documented_and_listed():
     assert set(experiments.__all__) <= set(dir(experiments))
-    for name in set(experiments._PLACES) - {"Wheels"}:
+    for name in set(experiments.__all__) - {"NAMES", "OFFLINE", "Wheels", "__version__"}:
         assert len(getattr(experiments, name).__doc__.strip()) > 10, name
-    with pytest.raises(AttributeError, match="module 'experiments' has no attribute 'speeds'"):
+    with pytest.raises(AttributeError, match="No experiments attribute speeds"):
         _ = experiments.speeds
 
 
@@ -173,7 +177,7 @@ def test_a_runs_figure_is_drawn_again(speed, clean, tmp_path):
 
 
 def test_clips(clean):
-    assert clean.offline and clean.done == clean.planned == 12
+    assert clean.kind is CLIPS and clean.done == clean.planned == 12
     row = clean.summary.to_pylist()[0]
     assert [row[name] for name in ("model", "clip", "quantity", "n")] == ["dsnn", "dark rightward", "spikes", 1]
     assert row["sd"] is None
@@ -182,29 +186,30 @@ def test_clips(clean):
 
 def test_going_on(speed, tmp_path):
     usual, _ = speed
-    with pytest.raises(FileExistsError, match="already holds a run"):
-        experiments.run("speed", settings=FAST, out=usual.folder, **QUICK)
     with pytest.raises(ValueError, match="repeats is 2 there and 3 now"):
-        experiments.run("speed", settings=FAST, out=usual.folder, resume=True, **{**QUICK, "repeats": 3})
-    again = experiments.run("speed", settings=FAST, out=usual.folder, resume=True, **QUICK)
+        experiments.run("speed", settings=FAST, out=usual.folder, **{**QUICK, "repeats": 3})
+    again = experiments.run("speed", settings=FAST, out=usual.folder, **QUICK)
     assert again.trials == usual.trials
     with pytest.raises(ValueError, match="seed is 0 there and 1 now"):
-        experiments.run("speed", settings=FAST, out=usual.folder, resume=True, seed=1, **QUICK)
+        experiments.run("speed", settings=FAST, out=usual.folder, seed=1, **QUICK)
 
 
 def test_going_on_without_the_first_options_names_them(speed):
     _, changed = speed
     with pytest.raises(experiments.UsageError) as refused:
-        experiments.run("speed", out=changed.folder, resume=True, **{**QUICK, "repeats": None})
+        experiments.run("speed", out=changed.folder, **{**QUICK, "repeats": None})
     message = str(refused.value)
     assert message == (
         f"{changed.folder}: --set experiment.speeds_cm_s is 20, 30 there and 2, 4, 6, 10 now; --repeats is 2 there and"
-        " 10 now; --model is dsnn, emd there and dsnn now; 1 more differ: repeat the first command's options"
+        " 10 now; --model is dsnn, emd there and dsnn now; 1 more differ: repeat the first command's options, or choose"
+        " another --out"
     )
     with pytest.raises(experiments.UsageError, match=r"^[^;]* --set dsnn\.n_con is 6 there and 8 now: repeat the"):
-        experiments.run("speed", settings=FAST, models="emd", out=changed.folder, resume=True, **QUICK)
-    with pytest.raises(experiments.UsageError, match=r'the experiment is "speed" there and "distance" now$'):
-        experiments.run("distance", out=changed.folder, resume=True, **QUICK)
+        experiments.run("speed", settings=FAST, models="emd", out=changed.folder, **QUICK)
+    with pytest.raises(
+        experiments.UsageError, match=r'the experiment is "speed" there and "distance" now: choose another --out$'
+    ):
+        experiments.run("distance", out=changed.folder, **QUICK)
 
 
 WRONG = {
@@ -226,7 +231,6 @@ WRONG = {
     "only of no kind": (lambda: experiments.run("speed", only="no"), "only='no': legal is True or False"),
     "eyes": (lambda: experiments.run("speed", eyes=np.array([1, 2])), "--eyes [1 2]: legal is one, both"),
     "a folder": (lambda: experiments.run("speed", out=3), "out=3: legal is the path of a folder"),
-    "a resumed folder": (lambda: experiments.run("speed", resume="runs/speed"), "resume='runs/speed': legal is True"),
     "recordings": (lambda: experiments.run("speed", recordings=None), "recordings=None: legal is True or False"),
     "a cluster": (lambda: experiments.run("speed", cluster=3), "cluster=3: legal is the address"),
     "quiet": (lambda: experiments.run("speed", quiet=2), "quiet=2: legal is True or False"),
@@ -244,7 +248,6 @@ WRONG = {
     "half a seed": (lambda: experiments.run("speed", seed=0.5), "seed=0.5: legal is a whole number"),
     "repeats": (lambda: experiments.run("speed", repeats=0), "--repeats 0: legal is a whole number from 1 to 25000"),
     "workers": (lambda: experiments.run("speed", workers=1.5), "workers=1.5: legal is a whole number"),
-    "to go on with nothing": (lambda: experiments.run("speed", resume=True), "say by out= which run to go on with"),
     "to load nothing": (lambda: experiments.load("no"), "no: no readable experiment.json there"),
     "to list nothing": (lambda: experiments.runs("no"), "no: no such folder"),
     "to compare nothing": (lambda: experiments.compare("no", "no"), "no: no readable experiment.json there"),
@@ -266,13 +269,20 @@ WRONG = {
     "a sense": (lambda: experiments.score("fixation", observation="state"), "the behaviour sets that itself"),
     "no checks": (lambda: experiments.decide([]), "decide([]): legal is at least one experiments.Check"),
     "no sequence": (lambda: experiments.decide(None), "decide(None): legal is at least one experiments.Check"),
-    "a single check": (lambda: experiments.decide(experiments.Check("x", 1.0)), "legal is at least one experiments.Ch"),
+    "a single check": (
+        lambda: experiments.decide(experiments.Check("x", 1.0, 0.0)),
+        "legal is at least one experiments.Ch",
+    ),
     "a number for a check": (
         lambda: experiments.decide([1.0]),
         "decide([1.0]): legal is at least one experiments.Check",
     ),
-    "a slack": (lambda: experiments.decide([experiments.Check("x", "1")]), "check 'x': slack='1': legal is a number"),
-    "no slack": (lambda: experiments.decide([experiments.Check("x", None)]), "slack=None: legal is a number"),
+    "a reading": (lambda: experiments.Check("x", "1", 0.0), "check 'x': reading='1': legal is a number"),
+    "no reading": (lambda: experiments.Check("x", None, 0.0), "check 'x': reading=None: legal is a number"),
+    "a bound": (lambda: experiments.Check("x", 1.0, "0"), "check 'x': bound='0': legal is a number"),
+    "bounds of a side": (lambda: experiments.Check("x", 1.0, (0.0, 2.0)), "legal is a number, as it needs 'above'"),
+    "one end of a range": (lambda: experiments.Check("x", 1.0, 0.0, "within"), "bound=0.0: legal is two numbers"),
+    "a side that there is not": (lambda: experiments.Check("x", 1.0, 0.0, "more"), "needs='more': legal is above, at"),
 }
 
 
@@ -301,9 +311,9 @@ def test_wrong_uses_are_one_line(what, tmp_path, monkeypatch):
 
 def test_checks_may_come_one_by_one():
     """An iterator can be read only once; the verdict is that of the list."""
-    checks = [experiments.Check("too few", -1.0), experiments.Check("enough", 1.0)]
-    assert experiments.decide(iter(checks)) == experiments.decide(checks) == (False, "too few")
-    assert experiments.decide([experiments.Check("enough", np.float32(1.0))])[0]
+    checks = [experiments.Check("too few", 1.0, 2.0), experiments.Check("enough", 3.0, 2.0)]
+    assert experiments.decide(iter(checks)) == experiments.decide(checks) == (False, "too few (needs above 2)")
+    assert experiments.decide([experiments.Check("enough", np.float32(3.0), 2)])[0]
 
 
 def test_damaged_runs_are_one_line(tmp_path):

@@ -82,7 +82,7 @@ def test_going_on_keeps_the_time(made, tmp_path):
     file = tmp_path / "out" / "experiment.json"
     text = json.loads(file.read_text())
     file.write_text(json.dumps({**text, "begun": "2001-01-01T00:00:00+00:00"}))
-    run = experiments.run("speed", settings=FAST, out=tmp_path / "out", resume=True, **QUICK)
+    run = experiments.run("speed", settings=FAST, out=tmp_path / "out", **QUICK)
     assert run.begun == datetime.datetime(2001, 1, 1, tzinfo=datetime.UTC)
     assert json.loads(file.read_text()) == {**text, "begun": "2001-01-01T00:00:00+00:00"}
 

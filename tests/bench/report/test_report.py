@@ -13,11 +13,12 @@ from colias_sim.reference import KNOWN
 from experiments.bench import registry
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.closed_loop.run import Played
+from experiments.bench.judging.claim_files import PAPER, claim_ids
+from experiments.bench.judging.claims import readings_of_all, words
 from experiments.bench.judging.overall import MEANINGS, SIGNS
 from experiments.bench.judging.paper import cited, numbers
 from experiments.bench.judging.replicates import Replicates
 from experiments.bench.judging.scores import Standing
-from experiments.bench.judging.texts import causes, claim_texts, readings, readings_of_all, title
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import mechanisms, report, robustness
 from experiments.bench.reproduction.chapters import TITLES
@@ -47,7 +48,7 @@ FIRST = {"fragile": "fails", "mixed": "holds"}
 
 
 def verdict(claim, word):
-    says, source = claim_texts().get(claim, ("words of our own", "ours"))
+    says, source = words(claim).says, words(claim).source
     if word == "untested":
         return Verdict(claim, says, source, "untested", "needs more", overall="untested")
     fields = COUNTS[word].fields()
@@ -58,8 +59,8 @@ def verdict(claim, word):
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     """A reproduction as `reproduce` returns it, without runs, with claims of every word in turn."""
-    words = list(MEANINGS)
-    told = {claim: verdict(claim, words[place % len(words)]) for place, claim in enumerate(claim_texts())}
+    each = list(MEANINGS)
+    told = {claim: verdict(claim, each[place % len(each)]) for place, claim in enumerate(claim_ids(PAPER))}
     told = {claim.id: claim for claim in mechanisms.explained(list(told.values()), (), (), {})}
     made = chapters(Evidence(told, (Replicate((), {}, {}),), (), {}))
     moved = {name: {claim: Outcome(word, "m") for claim in robustness.ROBOT_CLAIMS}
@@ -147,7 +148,7 @@ def test_the_first_screen_says_why_claims_do_not_hold(result, text):
     first = text.partition('id="claims"')[0]
     for claim in result.claims:
         if claim.word not in ("holds", "untested"):
-            known = SILENT if claim.word == "vacuous" else causes().get(claim.id, NO_CAUSE)
+            known = SILENT if claim.word == "vacuous" else words(claim.id).cause or NO_CAUSE
             assert known in first.replace("&#39;", "'"), claim.id
     assert "6,200" not in first and "What the robot saw" in first, "trials are counted from the runs: here are none"
 
@@ -202,17 +203,16 @@ def test_the_page_needs_no_script_and_every_picture_has_words(text, page):
 def test_a_reading_that_all_claims_share_is_told_once_outside_its_chapter(text):
     (common,) = readings_of_all()
     claims = text[text.index('id="claims"') : text.index('id="readings"')]
-    assert claims.count(common) == 1
-    assert text.count(next(reading.note for reading in readings() if reading.name == common)) == 1
+    assert claims.count(common.name) == 1
+    assert text.count(common.note) == 1
 
 
-@pytest.mark.parametrize("claim", claim_texts())
+@pytest.mark.parametrize("claim", claim_ids(PAPER))
 def test_sources_are_the_paper_s_own_numbers(claim, text):
-    _, source = claim_texts()[claim]
+    source = words(claim).source
     said = cited(source)
     assert re.search(r"(Fig|Eq)\. \d", said) and not any(label in said for label in numbers() if "-" in label)
     assert f"The paper ({said})" in text and f"({source})" not in text
-    assert 0 < len(title(claim)) <= 40
 
 
 def test_figures_are_numbered_in_the_paper_s_order():

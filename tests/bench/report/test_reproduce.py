@@ -14,7 +14,7 @@ from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.cli import main
 from experiments.bench.engine.models import choose
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates, robustness
 from experiments.bench.reproduction.detectors import study as detectors_study
@@ -46,7 +46,7 @@ def reproduced(tmp_path_factory):
 def test_every_claim_is_answered(reproduced):
     colias, done = reproduced
     claims = json.loads((colias.folder / "out" / "claims.json").read_text())
-    assert [claim["id"] for claim in claims] == list(claim_texts())
+    assert [claim["id"] for claim in claims] == list(claim_ids(PAPER))
     left_out = {"C7", "C8", "C9", "C10", "C11", "C12", "C24", "C26", "C28"}
     judged = [claim for claim in claims if claim["id"] not in left_out]
     assert all(claim["verdict"] == "untested" for claim in claims if claim["id"] in left_out)
@@ -164,7 +164,7 @@ def test_the_page_in_a_browser(reproduced, width, tmp_path):
     seen = json.loads(re.search(r"<title>(.*?)</title>", done.stdout).group(1).replace("&quot;", '"'))
     assert "claims hold" in seen["heading"]
     assert seen["overflow"] <= 0 and not seen["wide"]
-    assert seen["claims"] == seen["tiles"] == len(claim_texts()) + 4  # the paper's, and our own of behaviours
+    assert seen["claims"] == seen["tiles"] == len(claim_ids())
     # A figure for each experiment, one's own too, and each of three envs.
     assert seen["figures"] == len(planned(QUICK, 0).plans) + 1 + len(QUICK.offline) + 3
     assert seen["drawn"] == seen["pictures"] > seen["figures"]

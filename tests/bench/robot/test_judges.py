@@ -4,9 +4,11 @@ import json
 
 import pytest
 
-from experiments.bench.robot.claims import CLAIMS, flaws, judge
-from experiments.bench.robot.mechanism.judges import DSNN, VARIANTS
+from experiments.bench.robot.claims import flaws, judge, paper_claims
+from experiments.bench.robot.mechanism.variants import DSNN, VARIANTS
 from tests.bench.robot.test_claims import depth, rows
+
+CLAIMS = paper_claims()
 
 T = 0.2
 SPEEDS = dict(zip((2, 4, 6, 10), (0, 40, 60, 45), strict=True))

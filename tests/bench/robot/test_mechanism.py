@@ -16,11 +16,13 @@ from experiments import Experiment, General, Translation
 from experiments.bench import registry
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.plan import QUICK, planned
-from experiments.bench.robot.claims import CLAIMS
+from experiments.bench.robot.claims import paper_claims
 from experiments.bench.robot.experiment import Condition
-from experiments.bench.robot.mechanism.judges import CONNECTIONS, FALLING, FIXED, VARIANTS, WIDER
+from experiments.bench.robot.mechanism.variants import CONNECTIONS, FALLING, FIXED, VARIANTS, WIDER
 from experiments.bench.robot.mechanism.windows import measure, windows
 from experiments.bench.robot.plan import plan
+
+CLAIMS = paper_claims()
 
 CAMERA = CameraConfig()
 HALF_VIEW = math.tan(math.radians(CAMERA.hfov_deg / 2))
@@ -204,7 +206,7 @@ from experiments import Check, Claim, Experiment, Outcome, Translation, decide
 def weaker(rows, threshold):
     peak = {row["model"]: row["peak_hs"] for row in rows}
     few, usual = peak["dsnn:n_con=1"], peak["dsnn"]
-    holds, decided = decide([Check(f"{few:.2f} (needs less than {usual:.2f})", usual - few)])
+    holds, decided = decide([Check(f"{few:.2f}", few, usual, "below")])
     return Outcome("holds" if holds else "fails", f"{few:.2f} against {usual:.2f}", decided=decided)
 
 

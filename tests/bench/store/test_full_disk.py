@@ -102,7 +102,7 @@ def test_rows_outlive_the_recordings_that_a_disk_has_no_room_for(command, tmp_pa
     assert status == 1 and "the disk is full (1.0 MB are free in narrow/recordings" in message
     assert not list((tmp_path / "narrow" / "recordings").iterdir())
 
-    status, message = command(*run, "--resume", "out")
+    status, message = command(*run, "--out", "out")
     assert (status, message.count("\n")) == (0, 1) and "done again" in message
     assert all(whole_recording(path) for path in recordings.iterdir()) and len(list(recordings.iterdir())) == 2
     assert json.loads((tmp_path / "out" / "failures.json").read_text()) == []

@@ -48,7 +48,7 @@ def handed(whole, tmp_path):
 
 
 def go_on(whole: Path, folder: Path) -> experiments.Run:
-    return experiments.run(whole.parent / "clips.py", out=folder, resume=True, **QUICK)
+    return experiments.run(whole.parent / "clips.py", out=folder, **QUICK)
 
 
 def state(folder: Path) -> dict[str, str]:
@@ -70,24 +70,24 @@ def test_no_file_is_written_through_a_link(whole, handed, to):
     assert (folder / "recordings" / "trial-0001.rrd").stat().st_size > 1000
 
 
-@pytest.mark.parametrize("name", ["recordings", ".lock"])
-@pytest.mark.parametrize("resume", [True, False], ids=["resumed", "new"])
-def test_a_link_in_the_place_of_what_is_kept_is_refused(whole, handed, name, resume):
+@pytest.mark.parametrize("name", ["recordings", "parts", ".lock"])
+@pytest.mark.parametrize("begun", [True, False], ids=["begun", "new"])
+def test_a_link_in_the_place_of_what_is_kept_is_refused(whole, handed, name, begun):
     folder, outside = handed
-    if not resume:
+    if not begun:
         shutil.rmtree(folder)
         folder.mkdir()
     place = folder / name
     if place.is_dir():
         shutil.rmtree(place)
     place.unlink(missing_ok=True)
-    place.symlink_to(outside if name == "recordings" else outside / "victim")
+    place.symlink_to(outside / "victim" if name == ".lock" else outside)
     (outside / "victim").rename(outside / "victim.part")  # a folder of leftovers passes for an empty one
     if name == ".lock":
         (outside / "victim.part").rename(outside / "victim")
     before = state(outside)
     with pytest.raises(UsageError, match=rf"^{place}: is a link.*legal is") as refused:
-        experiments.run(whole.parent / "clips.py", out=folder, resume=resume, **QUICK)
+        experiments.run(whole.parent / "clips.py", out=folder, **QUICK)
     assert "\n" not in str(refused.value) and state(outside) == before
 
 

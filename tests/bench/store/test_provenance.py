@@ -57,7 +57,7 @@ def test_what_drew_is_noted_and_refuses_nothing(colias, out):
     # The same run, begun where something else draws.
     (out / "experiment.json").write_text(json.dumps(first | {"renderers": ["another"]}))
     pq.write_table(rows.slice(1), out / "trials.parquet")
-    again = colias(*RUN, "--resume", "out", "-q")
+    again = colias(*RUN, "--out", "out", "-q")
     assert (again.returncode, again.stderr) == (0, "")
     assert described(out) == first | {"renderers": ["another", drew]}
     assert first["reference_frames"] == [reference.digest(reference.reference_frame())]
@@ -69,7 +69,7 @@ def test_a_resume_where_pixels_differ_says_so(colias, out):
     first = described(out)
     (out / "experiment.json").write_text(json.dumps(first | {"reference_frames": ["0123456789ab"]}))
     pq.write_table(pq.read_table(out / "trials.parquet").slice(1), out / "trials.parquet")
-    again = colias(*RUN, "--resume", "out", "-q")
+    again = colias(*RUN, "--out", "out", "-q")
     assert again.returncode == 0
     both = f"reference frames 0123456789ab, {first['reference_frames'][0]}"
     assert "pixels that differ" in again.stderr and both in again.stderr
@@ -78,7 +78,7 @@ def test_a_resume_where_pixels_differ_says_so(colias, out):
 @pytest.mark.parametrize("wrong", [3, [3], "llvmpipe"])
 def test_a_damaged_note_is_refused_in_a_line(colias, out, wrong):
     (out / "experiment.json").write_text(json.dumps(described(out) | {"renderers": wrong}))
-    done = colias(*RUN, "--resume", "out")
+    done = colias(*RUN, "--out", "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert "experiment.json cannot be read (renderers should be a list of texts)" in done.stderr
 

@@ -1,4 +1,4 @@
-"""Runs cut short: what is there is readable, and --resume does just the rest."""
+"""Runs cut short: what is there is readable, and the same command does just the rest."""
 
 import os
 import resource
@@ -13,6 +13,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
+from experiments.bench.store import tables
 from tests.conftest import Colias
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--no-recordings", "--workers", "0")
@@ -29,7 +30,8 @@ entry.main()
 
 
 def trials(folder: Path):
-    return pq.read_table(folder / "trials.parquet").drop_columns(["wall_s"])
+    """What is there of a run, whole or in parts."""
+    return tables.read(folder, "trials").drop_columns(["wall_s"])
 
 
 def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:
@@ -39,7 +41,7 @@ def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:
 
 def wait_for_trials(folder: Path, count: int, process: subprocess.Popen[str]) -> None:
     deadline = time.monotonic() + 60
-    while not ((folder / "trials.parquet").exists() and trials(folder).num_rows >= count):
+    while not (tables.present(folder) and trials(folder).num_rows >= count):
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.02)
 
@@ -100,7 +102,7 @@ def test_a_killed_driver_leaves_no_workers_and_resumes(colias, tmp_path, whole, 
     assert len(workers) >= 2 and gone(workers, 5)
     left = trials(tmp_path / "out")
     assert 1 <= left.num_rows < 12
-    resumed = colias("run", "speed", *SLOW, "--resume", "out")
+    resumed = colias("run", "speed", *SLOW, "--out", "out")
     assert resumed.returncode == 0 and f"{left.num_rows} of them done already" in resumed.stderr
     assert trials(tmp_path / "out").equals(whole), "every trial once, with the values of an undisturbed run"
     assert (tmp_path / "out" / "figure.png").exists()
@@ -125,12 +127,30 @@ def test_resume_refuses_other_parameters_and_names_them(colias, small):
         ("--set", "camera.read_noise=0"): "--set camera.read_noise is 0.64 there and 0 now",
         ("--set", "dsnn.n_con=6"): "--set dsnn.n_con is 8 there and 6 now",
     }.items():
-        done = colias("run", "speed", *QUICK, "--repeats", "1", *change, "--resume", "out")
+        done = colias("run", "speed", *QUICK, "--repeats", "1", *change, "--out", "out")
         assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-        assert says in done.stderr and done.stderr.endswith(": repeat the first command's options\n")
-    for arguments in (("--resume", "absent"), ("--resume", "out", "--out", "other")):
-        done = colias("run", "speed", *QUICK, *arguments)
-        assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+        assert says in done.stderr and done.stderr.endswith(
+            ": repeat the first command's options, or choose another --out\n"
+        )
+    for command in (("run", "distance"), ("tune",), ("behave", "still")):
+        done = colias(*command, "--out", "out", "--workers", "0")
+        assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+        assert done.stderr.startswith('colias: out: the experiment is "speed" there and '), done.stderr
+
+
+@pytest.mark.parametrize("command", [("run", "speed"), ("tune",), ("behave", "still"), ("map", "speed"), ("train",)])
+def test_the_word_of_an_older_version_names_todays(colias, command):
+    done = colias(*command, "--resume", "out")
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
+    assert "--resume: give --out FOLDER" in done.stderr and not list(colias.folder.iterdir())
+
+
+def test_a_finished_run_is_complete_and_not_redone(colias, small):
+    shutil.copytree(small, colias.folder / "out")
+    before = (colias.folder / "out" / "trials.parquet").read_bytes()
+    done = colias("run", "speed", *QUICK, "--repeats", "1", "--out", "out")
+    assert done.returncode == 0 and "complete: all of them are done, in out" in done.stderr
+    assert (colias.folder / "out" / "trials.parquet").read_bytes() == before
 
 
 def test_a_full_disk_ends_in_one_line_and_keeps_what_was_finished(tmp_path):
@@ -141,10 +161,15 @@ def test_a_full_disk_ends_in_one_line_and_keeps_what_was_finished(tmp_path):
     assert done.returncode == 2
     assert "too large" in done.stderr and "Traceback" not in done.stderr
     left = trials(tmp_path / "out")["trial"].to_pylist()
-    assert 1 <= len(left) < 120
+    assert 1 <= len(left) <= 120
     assert not list((tmp_path / "out").glob("*.part"))
-    frames = pq.read_table(tmp_path / "out" / "frames.parquet")
+    frames = tables.read(tmp_path / "out", "frames")
     assert set(left) <= set(frames["trial"].to_pylist())
+    again = subprocess.run([*command[:-1]], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    done = "complete" if len(left) == 120 else f"{len(left)} of them done already"
+    assert again.returncode == 0 and done in again.stderr, "with more room it is gone on with"
+    assert pq.read_table(tmp_path / "out" / "trials.parquet").num_rows == 120
+    assert not (tmp_path / "out" / tables.PARTS).exists()
 
 
 def test_a_cluster_computes_the_same(tmp_path, whole):
@@ -196,7 +221,7 @@ def test_a_cluster_that_is_lost_ends_in_one_line_and_keeps_what_was_finished(col
     assert f"--cluster {address}: " in said.splitlines()[-1] and "Traceback" not in said
     left = trials(tmp_path / "out").num_rows
     assert 1 <= left < 12
-    assert colias(*command, "--resume", "out", "-q").returncode == 0
+    assert colias(*command, "--out", "out", "-q").returncode == 0
     assert trials(tmp_path / "out").equals(whole)
 
 
@@ -204,7 +229,7 @@ def test_two_runs_into_one_folder_are_refused(colias, tmp_path):
     many = (*SLOW, "--repeats", "60")  # the second has to start meanwhile
     process = start(tmp_path, *many, "--out", "out")
     wait_for_trials(tmp_path / "out", 1, process)
-    second = colias("run", "speed", *many, "--resume", "out")
+    second = colias("run", "speed", *many, "--out", "out")
     process.kill()
     process.communicate(timeout=20)
     assert (second.returncode, second.stderr.count("\n")) == (2, 1), second.stderr
@@ -216,6 +241,6 @@ def test_damaged_tables_are_one_line(colias, small, name):
     shutil.copytree(small, colias.folder / "out")
     whole = (colias.folder / "out" / "trials.parquet").read_bytes()
     (colias.folder / "out" / name).write_bytes(whole[: len(whole) // 2])
-    done = colias("run", "speed", *QUICK, "--repeats", "1", "--resume", "out")
+    done = colias("run", "speed", *QUICK, "--repeats", "1", "--out", "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert f"out: {name} cannot be read" in done.stderr

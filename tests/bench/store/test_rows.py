@@ -99,7 +99,7 @@ def test_a_stimulus_that_stops_early_has_no_speed_and_its_run_is_gone_on_with(fo
     (row,) = rows("out")
     assert (row["achieved_speed_cm_s"], row["path_error_mm"]) == (None, None)
     assert math.isfinite(row["drift_mm"])
-    assert main.command(["run", "circle.py", *driven, "--no-recordings", "--resume", "out"]) == 0
+    assert main.command(["run", "circle.py", *driven, "--no-recordings", "--out", "out"]) == 0
     assert rows("out") == [row]
 
 
@@ -129,7 +129,7 @@ def test_whatever_a_folder_takes_it_reads_again(trial, folder):
     for number, changed in enumerate([record.rows[0], *changes(record.rows[0])]):
         place, fields = folder / f"{number}", (TRIAL_SCHEMA, FRAME_SCHEMA)
         begun = RunFolder(place, *fields)
-        begun.enter(description, False, contents)
+        begun.enter(description, contents)
         try:
             begun.add(dataclasses.replace(record, rows=(changed, record.rows[1])), "a trial", 0)
         except Misfit:
@@ -139,7 +139,7 @@ def test_whatever_a_folder_takes_it_reads_again(trial, folder):
         begun.flush()
         begun.close()
         again = RunFolder(place, *fields)
-        again.enter(description, True, contents)  # raises where it does not read what it took
+        again.enter(description, contents)  # raises where it does not read what it took
         assert again.rows() == begun.rows()
         again.close()
         taken.append(changed)
@@ -171,7 +171,7 @@ def test_a_row_that_could_not_be_read_again_fails_its_trial_and_no_more(folder):
         (failure,) = batch.fill(out, pool, resources)
         out.close()
         assert (failure.trial, failure.reason) == (0, "trials.parquet: trial 0: drift_mm is nan")
-        again = whole.open(folder / "out", resources, True)
+        again = whole.open(folder / "out", resources)
         assert whole.fill(again, pool, resources) == []
         assert [row["trial"] for row in again.rows()] == [0, 1]
         again.close()

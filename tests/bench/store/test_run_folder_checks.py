@@ -48,7 +48,7 @@ MODEL = ModelEntry("tiny", "the change of the mean", Tiny, Parameters())
 """
 GAINS = "GAIN = 0.01\n"
 ARGUMENTS = ("run", "mine.py", "--model", "emd", "--workers", "0")
-ADVICE = "repeat the first command's options"
+ADVICE = "repeat the first command's options, or choose another --out"
 ROBOT = ("run", "speed", "--set", "experiment.speeds_cm_s=20,30", "--repeats", "1", "--workers", "0")
 
 
@@ -116,7 +116,7 @@ def damaged(damage: Damage, base: Path, kind: str, folder: Path) -> None:
 def test_a_damaged_folder_is_refused_or_mended(damage, base, monkeypatch, capsys):
     folder = base / f"clips-{DAMAGES.index(damage)}"
     damaged(damage, base, "clips", folder)
-    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--resume", folder.name, "-q")
+    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", folder.name, "-q")
     check_end(damage, base, "clips", folder, code, said)
 
 
@@ -128,7 +128,7 @@ def test_a_damaged_folder_of_the_robot_s_trials(damage, robot):
     """In a process of its own, as a user does."""
     folder = robot / f"robot-{DAMAGES.index(damage)}"
     damaged(damage, robot, "robot", folder)
-    done = Colias(robot)(*ROBOT, "--resume", folder.name, "-q")
+    done = Colias(robot)(*ROBOT, "--out", folder.name, "-q")
     check_end(damage, robot, "robot", folder, done.returncode, done.stderr)
 
 
@@ -138,7 +138,7 @@ def test_a_condition_that_is_not_the_plan_s_is_refused(robot, column, value, mon
     rows = pq.read_table(tmp_path / "out" / TRIALS)
     changed = [{**row, column: value} if row["trial"] == 1 else row for row in rows.to_pylist()]
     pq.write_table(type(rows).from_pylist(changed, rows.schema), tmp_path / "out" / TRIALS)
-    code, said = goes_on(monkeypatch, capsys, tmp_path, *ROBOT, "--resume", "out")
+    code, said = goes_on(monkeypatch, capsys, tmp_path, *ROBOT, "--out", "out")
     assert (code, said.count("\n")) == (2, 1)
     assert f"out: trials.parquet: trial 1: {column} is {value!r}, the plan says" in said
 
@@ -146,7 +146,7 @@ def test_a_condition_that_is_not_the_plan_s_is_refused(robot, column, value, mon
 @pytest.mark.parametrize(("kind", "arguments"), [("clips", ARGUMENTS), ("robot", ROBOT)])
 def test_recordings_are_asked_for_once_and_for_all(base, robot, kind, arguments, monkeypatch, capsys):
     folder = robot if kind == "robot" else base
-    code, said = goes_on(monkeypatch, capsys, folder, *arguments, "--resume", f"{kind}-whole", "--no-recordings")
+    code, said = goes_on(monkeypatch, capsys, folder, *arguments, "--out", f"{kind}-whole", "--no-recordings")
     assert (code, said) == (2, f"colias: {kind}-whole: --recordings is true there and false now: {ADVICE}\n")
 
 
@@ -162,7 +162,7 @@ def test_a_row_made_again_with_other_numbers_is_told(base, monkeypatch, capsys, 
         pq.write_table(type(table).from_pylist(rows, table.schema), tmp_path / "out" / name)
     (tmp_path / "out" / "recordings" / "trial-0000.rrd").unlink()
     monkeypatch.chdir(base)
-    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--resume", str(tmp_path / "out"), "-q")
+    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", str(tmp_path / "out"), "-q")
     assert code == 0 and "done again with other numbers than before: trials 0\n" in said
     assert tables(tmp_path / "out")[0] == tables(base / "clips-whole")[0]
 
@@ -176,13 +176,13 @@ from gains import GAIN
 BEHAVIOUR = Behaviour.oracle("slow", "crawls", "colias_sim/Optomotor-v0", lambda state: (GAIN, GAIN))
 """
 KINDS = {
-    "clips": (("run", "mine.py", "--no-recordings", "--workers", "0"), "--resume", ""),
-    "robot": ((*ROBOT, "--model", "tiny.py", "--no-recordings"), "--resume", ""),
+    "clips": (("run", "mine.py", "--no-recordings", "--workers", "0"), ""),
+    "robot": ((*ROBOT, "--model", "tiny.py", "--no-recordings"), ""),
     "tune": (("tune", "--only", "--model", "tiny.py", "--model", "emd", "--curve", "contrast", "--workers", "0"),
-             "--out", ""),
+             ""),
     "behave": (("behave", "slow.py", "--episodes", "2", "--no-baselines", "--no-recordings", "--workers", "0",
-                "--set", "robots=1"), "--out", ""),
-    "sweep": (("sweep", *ROBOT[1:], "--model", "tiny.py", "--over", "tiny.t_sp=0.1,0.3"), "--out", "points"),
+                "--set", "robots=1"), ""),
+    "sweep": (("sweep", *ROBOT[1:], "--model", "tiny.py", "--over", "tiny.t_sp=0.1,0.3"), "points"),
 }  # fmt: skip
 
 
@@ -194,7 +194,7 @@ def drop_first_trial(folder: Path) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_edited_file_of_one_s_own_is_refused_or_marked(colias, kind):
     """The edited file is a module that the named one imports; its size and, to the second, its time stay."""
-    arguments, resume, part = KINDS[kind]
+    arguments, part = KINDS[kind]
     write_files(colias.folder)
     (colias.folder / "slow.py").write_text(BEHAVIOUR)
     done = colias(*arguments, "--out", "out", "-q")
@@ -207,12 +207,12 @@ def test_an_edited_file_of_one_s_own_is_refused_or_marked(colias, kind):
     before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
     (colias.folder / "gains.py").write_text("GAIN = 0.02\n")
-    other = colias(*arguments, resume, "out", "-q")
+    other = colias(*arguments, "--out", "out", "-q")
     assert (other.returncode, other.stderr.count("\n")) == (2, 1), other.stderr
     assert "gains.py has changed; --other-code goes on all the same" in other.stderr
     assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
 
-    asked = colias(*arguments, resume, "out", "-q", "--other-code")
+    asked = colias(*arguments, "--out", "out", "-q", "--other-code")
     assert asked.returncode == 0, asked.stderr
     assert "rows of 2 codes" in asked.stderr
     rows = pq.read_table(folder / TRIALS).to_pylist()
@@ -230,7 +230,7 @@ def test_an_edited_experiment_or_model_file_is_refused(base, name, colias):
     write_files(colias.folder)
     assert colias(*ARGUMENTS, "--out", "out", "-q").returncode == 0
     (colias.folder / name).write_text((colias.folder / name).read_text() + "# more\n")
-    done = colias(*ARGUMENTS, "--resume", "out")
+    done = colias(*ARGUMENTS, "--out", "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert f"{name} has changed; --other-code" in done.stderr
 
@@ -276,20 +276,20 @@ def test_other_source_of_the_project_is_refused_or_marked(colias, elsewhere):
     write_files(folder)
     assert colias(*ARGUMENTS, "--out", "out", "-q").returncode == 0
     described = json.loads((folder / "out" / "experiment.json").read_text())
-    same = run(*ARGUMENTS, "--resume", "out", "-q")
+    same = run(*ARGUMENTS, "--out", "out", "-q")
     assert (same.returncode, same.stderr) == (0, "")
     with (folder / "copy" / "dsnn" / "emd.py").open("a") as file:
         file.write("# a line more\n")
-    other = run(*ARGUMENTS, "--resume", "out")
+    other = run(*ARGUMENTS, "--out", "out")
     assert (other.returncode, other.stderr.count("\n")) == (2, 1), other.stderr
     assert "colias-sim's own source has changed" in other.stderr and "--other-code" in other.stderr
     drop_first_trial(folder / "out")
-    asked = run(*ARGUMENTS, "--resume", "out", "--other-code", "-q")
+    asked = run(*ARGUMENTS, "--out", "out", "--other-code", "-q")
     assert asked.returncode == 0 and "rows of 2 codes" in asked.stderr
     (more,) = json.loads((folder / "out" / "experiment.json").read_text())["resumed_with"]
     assert more["source"]["digest"] != described["source"]["digest"]
     assert (more["source"]["commit"], more["source"]["dirty"]) == (None, None), "it is in no checkout"
-    again = run(*ARGUMENTS, "--resume", "out", "-q")
+    again = run(*ARGUMENTS, "--out", "out", "-q")
     assert again.returncode == 0, "both codes are known by now"
 
 
@@ -300,9 +300,9 @@ def test_other_versions_are_refused_unless_asked_for(base, monkeypatch, capsys, 
     described["versions"] |= {"numpy": "1.0", "python": "3.0"}
     file.write_text(json.dumps(described))
     out = str(tmp_path / "out")
-    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--resume", out)
+    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", out)
     assert code == 2 and 'versions.numpy is "1.0" there' in said and "--other-code" in said
-    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--resume", out, "--other-code", "-q")
+    code, said = goes_on(monkeypatch, capsys, base, *ARGUMENTS, "--out", out, "--other-code", "-q")
     assert code == 0, said
 
 
@@ -353,7 +353,7 @@ def test_every_command_reads_a_description_alike(base, text, monkeypatch, capsys
         ("tune", "--model", "emd", "--curve", "contrast", "--out", out),
         ("behave", "still", "--episodes", "1", "--no-baselines", "--out", out),
         ("sweep", *ROBOT[1:], "--over", "dsnn.n_con=4,6", "--out", out),
-        (*ARGUMENTS, "--resume", out),
+        (*ARGUMENTS, "--out", out),
     ):
         code, said = goes_on(monkeypatch, capsys, base, *command)
         assert code == 2, said

@@ -6,6 +6,11 @@ import sys
 
 import numpy as np
 import pytest
+from experiments.bench.reproduction.detectors.causes import explained
+from experiments.bench.reproduction.detectors.measure import EDGE, EDGE_LEVELS, THRESHOLDS, collisions, moving_edge
+from experiments.bench.reproduction.detectors.panel import PANEL, Detector, spikes_in_a_row
+from experiments.bench.reproduction.detectors.rows import detector_row, edge_row, shown_in
+from experiments.bench.reproduction.detectors.summary import with_detectors
 
 from dsnn import MODELS
 from experiments.bench import registry
@@ -14,11 +19,6 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction import chapters, robustness
 from experiments.bench.reproduction.detectors import panel, study
-from experiments.bench.reproduction.detectors.causes import explained
-from experiments.bench.reproduction.detectors.measure import EDGE, EDGE_LEVELS, THRESHOLDS, collisions, moving_edge
-from experiments.bench.reproduction.detectors.panel import PANEL, Detector, spikes_in_a_row
-from experiments.bench.reproduction.detectors.rows import detector_row, edge_row, shown_in
-from experiments.bench.reproduction.detectors.summary import with_detectors
 from experiments.bench.robot.plan import plan
 from tests.bench.judging.test_replicates import rows_of
 

@@ -6,13 +6,13 @@ import subprocess
 import sys
 
 import pytest
+from experiments.bench.reproduction.eye import fidelity
+from experiments.bench.reproduction.eye import figure as fidelity_figure
+from experiments.bench.reproduction.eye.fidelity import CELLS, CLAIMS, Cell, cases, run
 
 from colias_sim.config import CameraConfig, RobotConfig
 from experiments.bench.engine.batch import Resources
 from experiments.bench.reproduction import robustness
-from experiments.bench.reproduction.eye import fidelity
-from experiments.bench.reproduction.eye import figure as fidelity_figure
-from experiments.bench.reproduction.eye.fidelity import CELLS, CLAIMS, Cell, cases, run
 
 APPARATUS = {"camera": CameraConfig(), "robot": RobotConfig()}
 

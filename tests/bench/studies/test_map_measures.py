@@ -11,7 +11,6 @@ import pytest
 
 from dsnn import DSNN
 from dsnn.stimuli import stimulus
-from experiments.bench import registry
 from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import choose
@@ -85,9 +84,8 @@ def test_what_has_no_peak_has_no_value():
 
 
 def test_c30_and_the_measure_have_one_peak():
-    from experiments.bench.robot.claims import CLAIMS
+    from experiments.bench.robot.claims import find
     from experiments.bench.robot.experiment import Condition
-    from experiments.bench.robot.mechanism.judges import SPACINGS
 
     speeds, rng = (2.0, 4.0, 6.0, 10.0, 15.0, 30.0), np.random.default_rng(0)
     rows = [
@@ -95,10 +93,10 @@ def test_c30_and_the_measure_have_one_peak():
             **dataclasses.asdict(Condition("translation", "rightward", speed, 8.0)), "achieved_speed_cm_s": speed,
             "path_error_mm": 0.0, "model": model, "trial": trial, "mean_hs_near_axis": float(rng.random()), "spikes": 1,
         }
-        for model in sorted(SPACINGS)
+        for model in sorted(find("C30").models)
         for trial, speed in enumerate(speeds)
     ]  # fmt: skip
-    said = CLAIMS["C30"].judge(rows, 0.2).measured
+    said = find("C30").judge(rows, 0.2).measured
     for name, model in {"d = 1, N_con = 8": "dsnn", "d = 2": "dsnn:d=2", "N_con = 1": "dsnn:n_con=1"}.items():
         own = POTENTIAL.of([row for row in rows if row["model"] == model], 0.2).value
         assert f"{name}: largest at {own:g} cm/s" in said
@@ -125,7 +123,7 @@ def test_numbers_are_of_all_replicates_with_the_spread_of_each():
     rows = [
         {
             **dataclasses.asdict(spec.condition), **flat, "achieved_speed_cm_s": spec.condition.speed_cm_s,
-            "trial": spec.index, "model": model.label, "mean_hs_near_axis": potential(spec, model.label),
+            "trial": spec.index, "experiment": spec.experiment, "model": model.label, "mean_hs_near_axis": potential(spec, model.label),
         }
         for spec in made.specs
         for model in spec.settings.models
@@ -150,7 +148,7 @@ from experiments import Check, Clip, ClipClaim, Experiment, OfflineExperiment, O
 
 def judge(rows, threshold):
     peak = min(row["peak_hs"] for row in rows)
-    holds, decided = decide([Check(f"{{peak}} (needs above {{threshold}})", peak - threshold)])
+    holds, decided = decide([Check(f"{{peak}}", peak, threshold)])
     return Outcome("holds" if holds else "fails", decided, decided=decided)
 
 
@@ -209,7 +207,7 @@ def test_a_map_of_clips_is_the_same_without_workers_and_goes_on(whole, tmp_path)
     (cut / "experiment.json").write_bytes((folder / "experiment.json").read_bytes())
     pq.write_table(rows.slice(0, 3), cut / "trials.parquet")  # a clip of two models, and half a clip
     pq.write_table(pq.read_table(folder / "frames.parquet"), cut / "frames.parquet")
-    assert main.command([*arguments, "--workers", "0", "--resume", str(cut)]) == 0
+    assert main.command([*arguments, "--workers", "0", "--out", str(cut)]) == 0
     assert (cut / "counts.csv").read_bytes() == (folder / "counts.csv").read_bytes()
     assert pq.read_table(cut / "trials.parquet").drop(["wall_s"]).equals(rows.drop(["wall_s"]))
 
@@ -222,7 +220,7 @@ def test_points_of_the_network_share_their_clips(whole):
     for spec in made.specs:
         assert len(spec.models) == 4  # two networks, and the 2017 model beside each
         assert sorted(model.network.n_con for model in spec.models if model.source == "dsnn") == [4, 8]
-    share = made.share(made.points[0], "crossing", 0)
+    share = made.shares[made.points[0], "dsnn", "crossing", 0]
     assert [watcher.name for watcher in share.watchers] == ["dsnn", "dsn2017"]
 
 

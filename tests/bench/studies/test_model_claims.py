@@ -7,17 +7,16 @@ import pytest
 from dsnn import MODELS
 from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.judging.of_models import ModelClaim, model_claims
 from experiments.bench.reproduction.models import run as running
+from experiments.bench.reproduction.models.claims import ModelClaim, clip_claim, model_claims
 from experiments.bench.reproduction.models.clips import GROUPS, names
-from experiments.bench.reproduction.models.judges import clip_claim
 
 EVERY = [claim for claims in model_claims().values() for claim in claims]
 
 
 def made(check, **more):
     more = {"clips": ("dark-looming",), "bound": 1.0, **more}
-    return ModelClaim("X-1", "words", "a paper", "model", check, **more)
+    return ModelClaim(id="X-1", says="words", source="a paper", model="model", check=check, **more)
 
 
 def rows(numbers, model="model", column="spikes"):

@@ -5,14 +5,14 @@ import json
 import math
 
 import pytest
-
-from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.models import choose
-from experiments.bench.reproduction import chapters, reproduce, robustness
 from experiments.bench.reproduction.onboard import series, study
 from experiments.bench.reproduction.onboard.formats import BEST, CLAIMS, FLOAT, FORMATS, Format
 from experiments.bench.reproduction.onboard.rows import FILE, error_row, tabled
 from experiments.bench.reproduction.onboard.table import survival
+
+from experiments.bench.engine.batch import Resources
+from experiments.bench.engine.models import choose
+from experiments.bench.reproduction import chapters, reproduce, robustness
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
 from experiments.bench.reproduction.replicates import of_model, replicate
 from experiments.bench.robot.trial import run_trial

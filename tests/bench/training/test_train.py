@@ -398,6 +398,6 @@ def test_several_seeds_are_trained_each_as_alone_and_a_study_is_gone_on_with(tmp
     files[1].parent.joinpath("learning.csv").unlink()
     files[1].parent.rmdir()
     table = (folder / "policies.csv").read_bytes()
-    assert command.train(**asked, resume=folder) == 0
+    assert command.train(**asked, out=folder) == 0
     assert [file.read_bytes() for file in files] == [first, second]
     assert (folder / "policies.csv").read_bytes() == table

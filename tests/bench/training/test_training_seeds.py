@@ -1,4 +1,4 @@
-"""Several training seeds: the interquartile mean and its interval, what is resumed, refused and written."""
+"""Several training seeds: the interquartile mean and its interval, what is gone on with, refused and written."""
 
 import csv
 import itertools
@@ -115,21 +115,23 @@ def learnt(asked, folder, seed, *, versions=None):
 def begun(tmp_path):
     """A study of three seeds, of which two are trained."""
     folder = tmp_path / "study"
-    assert study.open_folder(ASKED, folder, resume=False) == []
+    assert study.open_folder(ASKED, folder) == []
     for seed in (3, 4):
         learnt(ASKED, folder, seed)
     return folder
 
 
 def test_what_is_finished_is_known_again(begun):
-    assert study.open_folder(ASKED, begun, resume=True) == [3, 4]
+    assert study.open_folder(ASKED, begun) == [3, 4]
     (begun / "seed-5.part").mkdir()  # of a process that was killed as it wrote
-    assert study.open_folder(ASKED, begun, resume=True) == [3, 4]
+    assert study.open_folder(ASKED, begun) == [3, 4]
 
 
-def test_a_new_study_overwrites_nothing(begun):
+def test_a_new_study_overwrites_nothing(tmp_path):
+    (tmp_path / "letters.txt").write_text("mine")
     with pytest.raises(FileExistsError, match="holds something already"):
-        study.open_folder(ASKED, begun, resume=False)
+        study.open_folder(ASKED, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["letters.txt"]
 
 
 @pytest.mark.parametrize(
@@ -143,16 +145,16 @@ def test_a_new_study_overwrites_nothing(begun):
 )
 def test_another_study_is_not_gone_on_with(begun, changes, said):
     with pytest.raises(UsageError, match=said):
-        study.open_folder(study.Study(replace(ABOUT, **changes), 3), begun, resume=True)
+        study.open_folder(study.Study(replace(ABOUT, **changes), 3), begun)
 
 
 def test_a_policy_that_is_not_the_studys_is_refused(begun):
     (begun / "seed-4" / "policy-4.npz").replace(begun / "seed-3" / "policy-3.npz")
     with pytest.raises(UsageError, match=r"policy-3.npz: has seed 4, asked for is 3; remove .*seed-3"):
-        study.open_folder(ASKED, begun, resume=True)
+        study.open_folder(ASKED, begun)
     (begun / "seed-3" / "policy-3.npz").write_bytes(b"cut short")
     with pytest.raises(UsageError, match="not a policy file"):
-        study.open_folder(ASKED, begun, resume=True)
+        study.open_folder(ASKED, begun)
 
 
 def test_policies_of_two_releases_of_pytorch_are_not_mixed(begun, monkeypatch):
@@ -161,16 +163,14 @@ def test_policies_of_two_releases_of_pytorch_are_not_mixed(begun, monkeypatch):
         study.check_installed(study.versions(ASKED, begun, [3, 4]), begun)
     learnt(ASKED, begun, 5, versions=MADE | {"torch": "2.12.0"})
     with pytest.raises(UsageError, match=r"learnt by torch 2.12.0, earlier seeds by 2.13.0; remove .*seed-5"):
-        study.open_folder(ASKED, begun, resume=True)
+        study.open_folder(ASKED, begun)
 
 
-def test_a_folder_without_a_study_is_refused(tmp_path):
-    with pytest.raises(UsageError, match="no training of several seeds there"):
-        study.open_folder(ASKED, tmp_path, resume=True)
+def test_a_design_that_cannot_be_read_is_refused(tmp_path):
     for text in ("{", "[]", "[" * 5000):
         (tmp_path / study.NAME).write_text(text)
         with pytest.raises(UsageError, match="cannot be read"):
-            study.open_folder(ASKED, tmp_path, resume=True)
+            study.open_folder(ASKED, tmp_path)
 
 
 # --- the command ------------------------------------------------------------------------------------------------------
@@ -184,10 +184,6 @@ def test_a_folder_without_a_study_is_refused(tmp_path):
         ({"seeds": 101}, "--seeds 101: legal is"),
         ({"seeds": 5, "seed": 2**32 - 3}, "--seeds 5: legal is a whole number from 2 to 3"),
         ({"seeds": 5, "replay": Path("policy.npz")}, "--seeds 5: it trains nothing; leave it out with --replay"),
-        ({"resume": Path("runs"), "replay": Path("policy.npz")}, "--resume runs: it trains nothing"),
-        ({"resume": Path("runs")}, "--resume runs: goes with --seeds"),
-        ({"seeds": 5, "resume": Path("runs"), "out": Path("more")}, "--out and --resume name one folder each"),
-        ({"seeds": 5, "resume": Path("nothere")}, "--resume nothere: no training of several seeds there"),
         ({"seeds": 5, "episodes": 3}, "--episodes 3: goes with --replay"),
     ],
 )
@@ -217,7 +213,7 @@ def test_what_is_missing_is_trained_and_all_are_judged(begun, monkeypatch, capsy
     monkeypatch.setattr(command, "_require_training", lambda: None)
     monkeypatch.setattr(evaluate, "JUDGED", 1)
     before = (begun / "seed-3" / "policy-3.npz").stat().st_mtime_ns
-    asked = {"env": "Optomotor", "seed": 3, "seeds": 3, "steps": 600, "envs": 2, "resume": begun, "workers": 0}
+    asked = {"env": "Optomotor", "seed": 3, "seeds": 3, "steps": 600, "envs": 2, "out": begun, "workers": 0}
     assert command.train(**asked) == 0
     assert trained == [5] and (begun / "seed-3" / "policy-3.npz").stat().st_mtime_ns == before
     printed = " ".join(capsys.readouterr().out.split())

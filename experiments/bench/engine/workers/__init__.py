@@ -1,1 +1,1 @@
-"""Where jobs run outside of this process: worker processes on this machine, a Dask cluster."""
+"""Workers for jobs outside of this process: worker processes on this machine, a Dask cluster."""

@@ -14,9 +14,9 @@ class ClusterPool:
     """The workers of a Dask scheduler. Raises ``OSError`` if none answers at ``address``, or none is left."""
 
     ANSWER_S = 10.0
-    """How long a scheduler may take to answer at first."""
+    """Seconds that a scheduler may take to answer at first."""
     PATIENCE_S = 20.0
-    """How long a cluster may be without workers, which it may be replacing, before a run gives up."""
+    """Seconds that a cluster may be without workers, which it may be replacing, before a run gives up."""
 
     def __init__(self, address: str) -> None:
         if not re.fullmatch(r"(tcp|tls|ws|wss|ucx)://\S+:\d+", address):

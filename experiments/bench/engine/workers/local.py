@@ -114,7 +114,9 @@ class _Worker:
             raise
 
     def do(self, parcel: bytes) -> bytes:
-        """Its answer to a job. Raises `WorkerDied` where it ends before it has given the whole of it."""
+        """Return the worker's answer to a job. Raises `WorkerDied` where it ends before it has given the whole of
+        it.
+        """
         try:
             self._pipe.send_bytes(parcel)
             return self._pipe.recv_bytes()
@@ -182,7 +184,7 @@ class _Processes(Executor):
             thread.join()
 
     def _keep(self, place: int) -> None:
-        """In a thread: keep a worker, and let it do one job after another."""
+        """Keep a worker in a thread, and let it do one job after another."""
         with without_interrupts():
             with contextlib.suppress(Exception):  # what keeps it from starting is told to the first job
                 self._worker(place)
@@ -229,7 +231,7 @@ class LocalPool:
 
 
 def _serve(pipe: Connection, safe_path: str | None) -> None:
-    """In a worker: do jobs and answer each by whether it returned, and what it returned or raised.
+    """Do jobs in a worker and answer each by whether it returned, and what it returned or raised.
 
     ``safe_path`` is what `SAFE_PATH` was before `without_folder`: what the jobs start has it so.
     """

@@ -1,4 +1,4 @@
-"""The clips that the claims of the models' own papers are about, by the groups that ``model_claims.toml`` names."""
+"""The clips that the claims of the models' own papers are about, by groups."""
 
 from __future__ import annotations
 

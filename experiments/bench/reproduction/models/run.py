@@ -18,11 +18,10 @@ from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import look_up
 from experiments.bench.engine.pool import Pool
-from experiments.bench.judging.of_models import ModelClaim, model_claims
 from experiments.bench.judging.replicates import counted
 from experiments.bench.judging.verdict import Verdict
+from experiments.bench.reproduction.models.claims import ModelClaim, clip_claim, model_claims
 from experiments.bench.reproduction.models.clips import GROUPS, RANDOM
-from experiments.bench.reproduction.models.judges import clip_claim
 from experiments.bench.store.files import Files
 from experiments.bench.store.places import inside
 from experiments.bench.store.rows import Failure

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from experiments.bench.clips.judging.assumed import deciding
+from experiments.bench.clips.judging import deciding
+from experiments.bench.judging.claim import Reading
+from experiments.bench.judging.claims import used_to_choose
 from experiments.bench.judging.paper import cited
-from experiments.bench.judging.texts import Reading, chosen, readings_of_all
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.mechanisms import constants
 from experiments.bench.reproduction.page.overview import Tile, cause_of, tile
 from experiments.bench.reproduction.readings import Chapter, Row
 from experiments.bench.reproduction.reproduce import Reproduction
-from experiments.bench.studies.constants import COMPARING
+from experiments.bench.studies.constants import comparing
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,21 +63,20 @@ class Card:
 
 def cards(result: Reproduction) -> list[Card]:
     """Return a card for each of the paper's claims, in their order."""
-    found = {claim: constants(claim, result.offline) for claim in COMPARING}
+    found = {claim: constants(claim, result.offline) for claim in comparing()}
     return [_card(claim, result.readings, found.get(claim.id, {})) for claim in result.claims]
 
 
 def _card(claim: Verdict, chapters: Sequence[Chapter], found: Mapping[str, Outcome]) -> Card:
     own = tile(claim)
     place, _, drawn = claim.mechanism.partition(": ")
-    common = readings_of_all()
     return Card(
         own,
         claim,
         cited(claim.source),
         tuple(name for name in claim.experiment.split(", ") if name),
         (place, drawn),
-        tuple(reading for reading in chosen().get(claim.id, ()) if reading not in common),
+        tuple(reading.name for reading in used_to_choose(claim.id) if not reading.of_all),
         tuple((chapter.reading, row) for chapter in chapters for row in chapter.rows if row.claim == claim.id),
         tuple(
             Choice(name, "holds" if each.verdict == "holds" else "does not hold", deciding(each))

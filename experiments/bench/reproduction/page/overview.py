@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from experiments.bench.judging.claims import words
 from experiments.bench.judging.overall import MEANINGS, SIGNS, Overall, totals
-from experiments.bench.judging.texts import causes, title
 from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.reproduce import Reproduction
@@ -107,7 +107,7 @@ class Overview:
 
 def tile(claim: Verdict) -> Tile:
     """Return the tile of a claim."""
-    return Tile(claim.id, claim.word, sign(claim.word), title(claim.id) or claim.says, _count(claim))
+    return Tile(claim.id, claim.word, sign(claim.word), words(claim.id).title or claim.says, _count(claim))
 
 
 def sign(word: str) -> str:
@@ -133,11 +133,11 @@ def overview(result: Reproduction) -> Overview:
 def cause_of(own: Tile) -> str:
     """Return in one line why a claim does not hold everywhere; empty where it holds, or where nothing judges it.
 
-    The causes in ``headlines.toml`` are of claims that fail, or hang on another model's constants.
+    The causes that claims declare are of those that fail, or hang on another model's constants.
     """
     if own.word in ("holds", "untested"):
         return ""
-    return SILENT if own.word == "vacuous" else causes().get(own.id, NO_CAUSE)
+    return SILENT if own.word == "vacuous" else words(own.id).cause or NO_CAUSE
 
 
 def _worst_first(tiles: Sequence[Tile]) -> list[Tile]:

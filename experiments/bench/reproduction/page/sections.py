@@ -13,7 +13,7 @@ import numpy as np
 from experiments.bench.clips.experiment import OfflineExperiment
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop.run import Played
-from experiments.bench.judging.texts import claim_texts
+from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction.claims import is_random
 from experiments.bench.reproduction.page.cards import Card
@@ -169,7 +169,7 @@ def clip_section(report: OfflineReport, cards: Sequence[Card]) -> ClipSection:
         if report.rows else None,
         judged=_judged(experiment.name, cards),
         explained=_explained(experiment.name, cards),
-        own=tuple(verdict for verdict in report.verdicts if verdict.id not in claim_texts()),
+        own=tuple(verdict for verdict in report.verdicts if verdict.id not in claim_ids(PAPER)),
         failures=report.failures,
     )  # fmt: skip
 

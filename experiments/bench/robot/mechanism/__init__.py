@@ -1,1 +1,3 @@
-"""Why the count of spikes goes with speed and distance as it does: parts of a crossing, judges, the figure."""
+"""Mechanism by which the count of spikes goes with speed and distance as it does: parts of a crossing, judges, the
+figure.
+"""

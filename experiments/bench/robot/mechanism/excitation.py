@@ -31,7 +31,7 @@ Floats = npt.NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]
 
 MOTION = ("motion", "direction", "speed_cm_s", "distance_cm", "angle_deg")
-"""What the table tells of a condition."""
+"""Columns that tell of a condition."""
 
 
 def before_sigmoid(potential: Floats) -> Floats:
@@ -62,9 +62,9 @@ class Trial:
     inhibition: Floats
     """I itself, without its weight."""
     hs: Floats
-    """Of the network as it is."""
+    """Potential HS of the network as it is."""
     spikes: npt.NDArray[np.int64]
-    """Its spikes in each frame, with the potential's sign."""
+    """Spikes of the network in each frame, with the potential's sign."""
     hs_balanced: Floats
     """HS with w_i = 1."""
     spikes_balanced: npt.NDArray[np.int64]
@@ -104,7 +104,7 @@ class Course:
         return self.trials[0].time_s
 
     def curves(self) -> dict[str, Floats]:
-        """What is drawn against `time_s`: name -> an array of shape (trials, T)."""
+        """Return what is drawn against `time_s`: name -> an array of shape (trials, T)."""
         found = {
             "excitation": [trial.excitation for trial in self.trials],
             "weighted_inhibition": [self.w_i * trial.inhibition for trial in self.trials],
@@ -116,7 +116,7 @@ class Course:
         return {name: np.stack(each) for name, each in found.items()}
 
     def firing(self, *, balanced: bool = False) -> int:
-        """How many trials have a spike, as the network is or with w_i = 1."""
+        """Tell how many trials have a spike, as the network is or with w_i = 1."""
         return sum(bool((t.spikes_balanced if balanced else t.spikes).any()) for t in self.trials)
 
 

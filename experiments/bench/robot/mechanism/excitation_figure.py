@@ -24,9 +24,9 @@ ACROSS = 5
 EXCITED, INHIBITED, POTENTIAL, BALANCED = HUES[0], HUES[4], "black", HUES[1]
 LEFTOVER = HUES[2]
 HEIGHTS = (1.4, 1.7, 0.8)
-"""Of the three panels of a condition, inches: E and I, HS, spikes."""
+"""Heights of the three panels of a condition, inches: E and I, HS, spikes."""
 ROOM = 1.22
-"""Of titles and axes of a row of conditions, inches."""
+"""Room for titles and axes of a row of conditions, inches."""
 QUIET = 0.01
 """Share of the largest E or I below which a frame is quiet: the time before the first other and after the last one, in
 any condition, is not shown."""
@@ -98,7 +98,9 @@ def _limits(found: Sequence[Course], threshold: float | None) -> tuple[float, fl
 
 
 def _busy(found: Sequence[Course], quiet: float) -> tuple[float, float]:
-    """From when to when E or I is above ``quiet`` in any condition, with a margin; the whole time if it never is."""
+    """Find the time in which E or I is above ``quiet`` in any condition, with a margin; the whole time if it
+    never is.
+    """
     times = [
         course.time_s[np.maximum(curves["excitation"], curves["weighted_inhibition"]).mean(axis=0) > quiet]
         for course in found

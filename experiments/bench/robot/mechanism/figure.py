@@ -34,7 +34,7 @@ COMPARED = (
     ("mean_hs_near_axis", f"mean HS within {NEAR_AXIS_CM:g} cm of the axis"), ("peak_hs", "peak HS"),
     ("spikes", "spikes per trial"),
 )  # fmt: skip
-"""What all models are compared by: column, title of the panel."""
+"""Columns that all models are compared by: column, title of the panel."""
 
 KEY_INCHES = 0.17
 """Height of a model's line in the key."""
@@ -85,7 +85,7 @@ def figure(rows: Rows, varies: str, said: str, threshold: float | None) -> Figur
 
 def _first_model(rows: Rows, varies: str, places: Sequence[Axes], threshold: float | None) -> None:
     for axes, (heading, columns) in zip(places, PANELS, strict=True):
-        shown = [each for each in columns if each[0] != "spikes_in_window" or varies == "speed_cm_s"]
+        shown = [column for column in columns if column[0] != "spikes_in_window" or varies == "speed_cm_s"]
         for style, (column, name) in zip(LINES, shown, strict=False):
             _curve(axes, rows, varies, column, HUES[0], style, name)
         if heading.startswith("HS"):

@@ -11,7 +11,7 @@ BALANCED = "dsnn:w_i=1"
 EXCITED = ("dsnn-off-blocked:w_i=0", "dsnn-on-blocked:w_i=0")
 """The ON pathway and the OFF pathway, each alone, with excitation alone."""
 OPPOSED = ("dsnn-off-blocked:w_i=1", "dsnn-on-blocked:w_i=1")
-"""The same, with inhibition of weight 1."""
+"""Parts of the network with inhibition of weight 1."""
 PARTS = (*EXCITED, *OPPOSED)
 NEEDED = (WHOLE, BALANCED, *PARTS)
 """The models that an experiment with this figure declares."""

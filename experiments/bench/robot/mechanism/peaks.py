@@ -1,4 +1,4 @@
-"""At which speed a measure of crossings is largest: of claim C30, and of maps."""
+"""Speed at which a measure of crossings is largest: of claim C30, and of maps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from experiments.bench.robot.judges import Rows
+from experiments.bench.robot.judging import Rows
 
 Curve = Mapping[float, Mapping[int, float]]
 """Speed, cm/s -> trial -> its value."""
@@ -19,7 +19,7 @@ POTENTIAL, COUNT = "mean_hs_near_axis", "spikes"
 
 @dataclass(frozen=True, slots=True)
 class Peak:
-    """Where a mean over trials is largest among the speeds shown.
+    """Speed where a mean over trials is largest among the speeds shown.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ Mask = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class Windows:
-    """Which of a trial's T frames are in which part: masks of shape (T,).
+    """Parts of a trial's T frames: masks of shape (T,).
 
     ``near_axis``, ``common`` and ``inner`` are ``None`` for an approach or recession, which does not cross the axis.
     """
@@ -49,10 +49,11 @@ class Windows:
 
 @dataclass(frozen=True, slots=True)
 class InWindows:
-    """What one model answers in the parts of a trial, as columns of ``trials.parquet``."""
+    """Answers of one model in the parts of a trial, as columns of ``trials.parquet``."""
 
     spikes_in_view: int | None
-    """This and the other counts, and the rate, are ``None`` where the model does not spike."""
+    """Number of spikes in view. This and the other counts, and the rate, are ``None`` where the model does not spike.
+    """
     rate_in_view_hz: float | None
     """``None`` where the stimulus is never in view, too."""
     mean_hs_in_view: float | None

@@ -21,7 +21,7 @@ MARK = "@"
 TRUE = "ov7670"
 """The preset that is the robot's own eye."""
 GEOMETRY = ("width", "height", "hfov_deg", "fps", "forward_cm", "up_cm")
-"""What both eyes have in common: size, field of view, clock and place."""
+"""Settings that both eyes have in common: size, field of view, clock and place."""
 
 
 def through(label: str) -> str:

@@ -1,4 +1,4 @@
-"""What only a recording shows: camera frames and layer maps, as 8-bit images."""
+"""Pictures that only a recording shows: camera frames and layer maps, as 8-bit images."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ F is some thirty times smaller than LA, hence its gain; its offset clips the noi
 
 @dataclass(frozen=True, slots=True)
 class Media:
-    """What a recording shows of one trial's pictures.
+    """Pictures of one trial that a recording shows.
 
     Parameters
     ----------

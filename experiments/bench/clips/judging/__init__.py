@@ -1,1 +1,0 @@
-"""The judges of the claims about clips, by subject."""

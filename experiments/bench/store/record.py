@@ -1,0 +1,203 @@
+"""The one reader of runs: what a folder of any kind holds, read when it is asked for."""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import pyarrow as pa
+
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.store import parameters, provenance, tables
+from experiments.bench.store.convert import read_file
+from experiments.bench.store.description import BEGUN, begun, holds_results, read_description, short
+from experiments.bench.store.kinds import FOOTAGE, MEASURED, Kind, kind_of
+
+DEEPEST = 3
+"""Levels of folders that are looked through for runs: a sweep's parts are one down."""
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Record:
+    """A run of any kind, finished or not, as its files say.
+
+    Attributes
+    ----------
+    folder
+        Where its files are; of footage the table or the recording itself, or a folder of recordings.
+    description
+        ``experiment.json``: every parameter, the seed, and what computed it. Empty of a whole that says nothing of
+        itself, such as the leaderboard of an older version, and of footage.
+    kind
+        What kind of run it is. What makes no sense of a kind raises `UsageError` in one line.
+    """
+
+    folder: Path
+    description: Mapping[str, Any]
+    kind: Kind
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Read what a folder holds, or a file of footage; `UsageError` in one line where that is no run."""
+        if path.is_file():
+            return cls(path, {}, FOOTAGE)
+        if not begun(path) and any(path.glob("*.rrd")):
+            return cls(path, {}, FOOTAGE)
+        parts = next(part_folders(path), None) is not None
+        there = {} if parts and not begun(path) else read_description(path)
+        kind = kind_of(path, there)
+        needed = () if kind.parts else (("experiment", str | dict), ("seed", int), ("trials", int))
+        for name, type_ in needed:
+            if not isinstance(there.get(name), type_):
+                raise UsageError(f"{path}: experiment.json cannot be read (it has no {name} of a run)")
+        return cls(path, there, kind)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return dict(self.__dict__)  # a table that another thread reads meanwhile would stop a copy
+
+    @cached_property
+    def trials(self) -> pa.Table:
+        """A row per trial (or clip, or episode) and model; changed parameters have columns such as ``dsnn.n_con``.
+
+        Raises
+        ------
+        UsageError
+            No trial is finished, or the file cannot be read. The other tables raise it too.
+        """
+        return self._table("trials")
+
+    @cached_property
+    def frames(self) -> pa.Table:
+        """A row per frame and model."""
+        return self._table("frames")
+
+    @property
+    def recordings(self) -> list[Path]:
+        """The paths of its Rerun recordings, in order of trial: ``colias view PATH`` shows one."""
+        if self.folder.is_file():
+            return [self.folder] if self.folder.suffix == ".rrd" else []
+        return sorted([*self.folder.glob("*.rrd"), *self.folder.glob("recordings/*.rrd")])
+
+    def all_recordings(self) -> list[Path]:
+        """Return the paths of its recordings, then of those of its parts."""
+        return [*self.recordings, *(path for part in self.parts for path in part.recordings)]
+
+    @cached_property
+    def parts(self) -> list[Self]:
+        """The runs in its folders, of a leaderboard, a sweep or a reproduction; none of others."""
+        return [self.read(folder) for folder in part_folders(self.folder)] if self.kind.parts else []
+
+    def tables(self) -> dict[str, pa.Table]:
+        """Return the tables of trials and frames, by name; of the parts of a whole with their folder before it.
+
+        Raises
+        ------
+        UsageError
+            No trial is finished, or a table cannot be read.
+        """
+        if self.kind is FOOTAGE:
+            return {self.folder.stem: self.frames}
+        if not self.kind.parts:
+            return {"trials": self.trials, "frames": self.frames}
+        return {
+            f"{part.folder.relative_to(self.folder)}/{name}": table
+            for part in self.parts if part.done
+            for name, table in part.tables().items()
+        }  # fmt: skip
+
+    @property
+    def name(self) -> str:
+        """The experiment's name."""
+        declared = self.description.get("experiment", self.kind.name)
+        return str(declared["name"] if isinstance(declared, Mapping) else declared)
+
+    @property
+    def seed(self) -> int | None:
+        """The seed of the whole run; ``None`` where none is known, as of a log: its trials have their own or none."""
+        return None if self.kind is MEASURED or "seed" not in self.description else int(self.description["seed"])
+
+    @property
+    def planned(self) -> int:
+        """Number of trials that the run is to have."""
+        if self.kind.parts:
+            return sum(part.planned for part in self.parts)
+        return int(self.description.get("trials", 0))
+
+    @property
+    def done(self) -> int:
+        """Number of trials that are finished."""
+        if self.kind.parts:
+            return sum(part.done for part in self.parts)
+        return len(self._table("trials", ["trial"])["trial"].unique()) if tables.present(self.folder) else 0
+
+    @property
+    def begun(self) -> datetime.datetime | None:
+        """When it was begun, UTC; ``None`` of a folder that a version before 0.3 made."""
+        try:
+            begun = datetime.datetime.fromisoformat(self.description[BEGUN])
+        except (KeyError, TypeError, ValueError):
+            return None
+        return begun.astimezone(datetime.UTC) if begun.tzinfo else None
+
+    @property
+    def commit(self) -> str | None:
+        """The commit that it was begun with, and whether there were changes; ``None`` outside a git checkout."""
+        source = self.description.get("source")
+        return provenance.commit(source) if isinstance(source, Mapping) else None
+
+    @property
+    def models(self) -> list[str]:
+        """The labels of its models, or of its behaviours."""
+        listed = self.description.get("models") or (self.description.get("settings") or {})
+        listed = listed.get("models", ()) if isinstance(listed, Mapping) else listed
+        return [str(model.get("label") or Path(model.get("behaviour", "")).stem) for model in listed]
+
+    @property
+    def changed(self) -> str:
+        """The parameters that are not at their defaults: ``dsnn.n_con=6``; empty if none."""
+        return parameters.said(self.description.get("changed") or {})
+
+    @property
+    def provenance(self) -> str:
+        """Where its trials come from: ``simulated``, or of an imported log ``measured``, say."""
+        measured = self.description.get("measured")
+        return str(measured["provenance"]) if isinstance(measured, Mapping) else "simulated"
+
+    def _table(self, name: str, columns: list[str] | None = None) -> pa.Table:
+        if self.kind.parts:
+            names = ", ".join(part.folder.name for part in self.parts) or "none"
+            raise UsageError(f"{self.folder}: {self.kind.what} has no table of {name} itself; its parts are: {names}")
+        if self.kind is FOOTAGE:
+            return self._footage(name)
+        if not tables.present(self.folder):
+            raise UsageError(f"{self.folder}: no {name}.parquet there: no trial of it is finished")
+        try:
+            return tables.read(self.folder, name, columns)
+        except Exception as error:  # bytes that are no table can make the library raise anything
+            raise UsageError(f"{self.folder}: {name}.parquet cannot be read ({short(error)})") from None
+
+    def _footage(self, name: str) -> pa.Table:
+        if name != "frames" or not self.folder.is_file() or self.folder.suffix == ".rrd":
+            raise UsageError(f"{self.folder}: no table of {name} there: colias watch --table writes one of frames")
+        return read_file(self.folder)
+
+
+def part_folders(folder: Path) -> Iterator[Path]:
+    """Yield the runs in a folder that are parts of a whole, of each its folder, down to `DEEPEST` levels."""
+    yield from _runs_below(folder, DEEPEST)
+
+
+def _runs_below(folder: Path, deep: int) -> Iterator[Path]:
+    try:
+        inside = sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
+    except OSError:
+        return
+    for path in inside if deep else ():
+        if begun(path) or holds_results(path):
+            yield path
+        else:
+            yield from _runs_below(path, deep - 1)

@@ -1,0 +1,48 @@
+"""C15. Spike count peaks near 6 cm/s."""
+
+from __future__ import annotations
+
+from experiments.bench.judging.statistics import contrast, trend
+from experiments.bench.judging.verdict import Outcome
+from experiments.bench.robot.claims import RobotClaim
+from experiments.bench.robot.judging import ACROSS, Rows, by_level, means, means_text, more_spikes, outcome_of
+from experiments.claims.readings import TAU_S_RISES_WITH_SPACING, WHOLE_CROSSING
+
+
+def judge(rows: Rows, threshold: float) -> Outcome:
+    """Judge rightward crossings, as in the paper.
+
+    Near 6 is between 4 and 10: of all speeds shown, the most spikes come there.
+    """
+    groups = by_level(rows, "speed_cm_s", motion="translation", distance_cm=8.0, direction="rightward")
+    if not {2.0, 4.0, 6.0, 10.0} <= groups.keys():
+        return Outcome.unjudged("needs rightward translations at 8 cm, 2, 4, 6 and 10 cm/s")
+    mean = means(groups)
+    near, far = (
+        max((speed for speed in mean if (4.0 < speed < 10.0) == inside), key=lambda speed: mean[speed])
+        for inside in (True, False)
+    )
+    checks = [
+        more_spikes(mean, more, less, "cm/s") for more, less in ((4.0, 2.0), (6.0, 4.0), (6.0, 10.0), (near, far))
+    ]
+    rise = trend([(speed, groups[speed]) for speed in (2.0, 4.0, 6.0)])
+    effect = f"2 to 6 cm/s: {rise}; 10 against 6: {contrast(groups[10.0], groups[6.0])}"
+    return outcome_of(checks, groups, f"rightward at 8 cm: {means_text(groups, 'cm/s')}", effect)
+
+
+CLAIM = RobotClaim(
+    id="C15",
+    title="Spike count peaks near 6 cm/s",
+    says="at 8 cm: spikes rise 2 < 4 < 6 cm/s, peak near 6, and are fewer at 10 than at 6",
+    source="robot-sys-trans",
+    motions=ACROSS,
+    readings=(
+        TAU_S_RISES_WITH_SPACING,
+        WHOLE_CROSSING,
+    ),
+    mechanism=(
+        "ensembles",
+        "count, time in view, firing rate and potential, 2 to 30 cm/s, beside variants of the DSNN",
+    ),
+    judge=judge,
+)

@@ -1,0 +1,26 @@
+"""C17. Approach: fewest straight ahead."""
+
+from __future__ import annotations
+
+from experiments.bench.judging.verdict import Outcome
+from experiments.bench.robot.claims import RobotClaim
+from experiments.bench.robot.judging import Rows, fewest_ahead
+
+
+def judge(rows: Rows, threshold: float) -> Outcome:
+    """Judge at every speed shown."""
+    return fewest_ahead(rows, "approach")
+
+
+CLAIM = RobotClaim(
+    id="C17",
+    title="Approach: fewest straight ahead",
+    says="approach: fewest spikes at 0; more at 30 than at 15 on each side",
+    source="robot-sys-ar",
+    motions=("approach",),
+    mechanism=(
+        "approach-mechanism",
+        "excitation and inhibition over time, and what w_i = 0.9 leaves of symmetric motion",
+    ),
+    judge=judge,
+)

@@ -1,0 +1,26 @@
+"""C20. Recession to the right counts more."""
+
+from __future__ import annotations
+
+from experiments.bench.judging.verdict import Outcome
+from experiments.bench.robot.claims import RobotClaim
+from experiments.bench.robot.judging import Rows, more_on_one_side
+
+
+def judge(rows: Rows, threshold: float) -> Outcome:
+    """Judge at every speed shown, at 15 and 30 degrees together."""
+    return more_on_one_side(rows, "recession", more=1.0, name="to the right against to the left")
+
+
+CLAIM = RobotClaim(
+    id="C20",
+    title="Recession to the right counts more",
+    says="recession to the right elicits more than to the left",
+    source="robot-sys-ar",
+    motions=("recession",),
+    mechanism=(
+        "recession-mechanism",
+        "excitation and inhibition over time, and what w_i = 0.9 leaves of symmetric motion",
+    ),
+    judge=judge,
+)

@@ -1,0 +1,112 @@
+"""Every claim that ships: one file each, complete, and found without being named anywhere else."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import experiments
+import experiments.claims
+from experiments.bench import registry
+from experiments.bench.clips.claims import ClipClaim
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.judging.claim_files import BEHAVIOURS, PAPER, claim_ids, claim_module
+from experiments.bench.judging.claims import declared, find, of_kind, words
+from experiments.bench.judging.paper import cited
+from experiments.bench.robot.claims import RobotClaim
+from experiments.claims.readings import READINGS
+
+FOLDER = Path(experiments.claims.__file__).parent
+BENCH = FOLDER.parent / "bench"
+EVERY = (*experiments.NAMES, *experiments.OFFLINE)
+
+NEW = """
+from experiments.bench.clips.claims import ClipClaim
+from experiments.bench.judging.verdict import Outcome
+
+
+def judge(rows, threshold):
+    return Outcome.unjudged("nothing was shown")
+
+
+CLAIM = ClipClaim(id="C99", title="A new one", says="it is new", source="simu-clean", judge=judge)
+"""
+
+
+def test_the_claims_are_those_of_the_paper_and_four_of_ours():
+    assert claim_ids(PAPER) == tuple(f"C{number}" for number in range(1, 31))
+    assert claim_ids(BEHAVIOURS) == tuple(f"B{number}" for number in range(1, 5))
+    assert claim_ids() == (*claim_ids(PAPER), *claim_ids(BEHAVIOURS))
+
+
+@pytest.mark.parametrize("claim", claim_ids())
+def test_a_file_says_all_of_its_claim(claim):
+    first, *others = declared(claim)
+    assert not others or claim == "C24", "judged on clips and on the robot"
+    for other in others:
+        assert (other.says, other.source, other.title) == (first.says, first.source, first.title)
+        assert type(other) is not type(first)
+    assert first.says and 0 < len(first.title) <= 40
+    assert cited(first.source) != first.source or claim in claim_ids(BEHAVIOURS), "a figure or equation of the paper"
+    assert set(first.readings) <= {reading for reading in READINGS if not reading.of_all}
+    experiment, draws = first.mechanism
+    assert (experiment in EVERY and draws) or not (experiment or draws)
+    assert bool(first.tried) == bool(first.cause), "why it fails is told where it is told what was tried"
+    for each in (first, *others):
+        assert each.judge.__module__ == claim_module(claim).__name__ and not each.own
+        assert each.judge.__doc__.startswith("Judge"), "how the words are read"
+
+
+def test_every_reading_is_complete():
+    for reading in READINGS:
+        assert all((reading.says, reading.taken, reading.others, reading.note))
+        named = [claim for claim in claim_ids() if reading in words(claim).readings]
+        assert bool(named) != reading.of_all and (reading.used or not reading.of_all)
+
+
+@pytest.fixture
+def new_file(tmp_path, monkeypatch):
+    """A claim more in a folder that the package has too, as if it stood beside the others."""
+    (tmp_path / "c99_new.py").write_text(NEW)
+    monkeypatch.setattr(experiments.claims, "__path__", [*experiments.claims.__path__, str(tmp_path)])
+    yield
+    sys.modules.pop("experiments.claims.c99_new", None)
+
+
+def test_a_new_file_is_found_and_nothing_else_is_edited(new_file):
+    assert claim_ids(PAPER)[-1] == "C99" and words("C99").title == "A new one"
+    assert find("C99", ClipClaim).says == "it is new" and "C99" in of_kind(ClipClaim)
+    assert "C99" not in of_kind(RobotClaim)
+    with pytest.raises(ValueError, match="one of the paper's claims has that id"):
+        experiments.Claim(id="C99", says="mine", judge=lambda rows, threshold: None)
+
+
+def test_the_bench_names_no_claim_s_file():
+    """They are found: a claim that goes or comes breaks no module of the bench."""
+    named = {f"experiments.claims.{path.stem}" for path in FOLDER.rglob("*.py")} - {"experiments.claims.readings"}
+    for path in BENCH.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                of_package = {f"{node.module}.{alias.name}" for alias in node.names} | {node.module}
+                assert not of_package & named, f"{path.name} imports {sorted(of_package & named)}"
+
+
+def test_ids_are_known_without_reading_a_claim():
+    """The ids decide what a claim of one's own may be called, whenever an experiment is declared."""
+    code = (
+        "import sys; from experiments.bench.judging.claim_files import claim_ids; claim_ids(); "
+        "print(*(name for name in sys.modules if name.startswith('experiments.claims.')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+@pytest.mark.parametrize(("name", "claim"), [("speed", "C1"), ("clean", "C15"), ("clean", "B1"), ("speed", "C77")])
+def test_a_claim_that_rows_of_that_kind_cannot_answer_for_is_refused(name, claim):
+    from dataclasses import replace
+
+    experiment = replace(registry.find(name), claims=(claim,))
+    with pytest.raises(UsageError, match=f"claim '{claim}'"):
+        registry.check_claims(experiment, "mine.py")
