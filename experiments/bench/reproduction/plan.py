@@ -138,27 +138,38 @@ def planned(
         scale, seed, plans,
         offline=[_offline_plan(name, scale, seed) for name in scale.offline if not robot_only],
         loops=[] if robot_only else closed_loop_claims.plans(scale.episodes, seed, scale.steps),
-        others=_others(scale, seed, shown if only else None),
+        others=replicates_plan(
+            scale.replicates - 1, scale.repeats, seed + 1, shown if only else None, onboard=scale.onboard
+        ) if scale.replicates > 1 else None,
         moves=study_run.planned(dataclasses.replace(SENSITIVE, repeats=scale.repeats), seed) if scale.moves else None,
     )  # fmt: skip
 
 
-def _others(scale: Scale, seed: int, among: Sequence[str] | None) -> StudyPlan | None:
-    """The replicates of the paper's experiments beside replicate 0: a study without a grid."""
-    if scale.replicates == 1:
-        return None
+def replicates_plan(
+    replicates: int, repeats: int, seed: int, among: Sequence[str] | None = None, *, onboard: bool = False
+) -> StudyPlan:
+    """Return the plan of replicates of the paper's experiments with the robot: a study without a grid.
+
+    Parameters
+    ----------
+    replicates, repeats, seed
+        How many replicates, trials of each condition in one, and the seed of the first.
+    among
+        Models to be shown; ``None``: all that the claims are about.
+    onboard
+        Whether the network in the robot's own arithmetic watches too, and its potentials are kept.
+    """
     study = Study(
         REPLICATES,
-        "the paper's experiments at other seeds",
+        "the paper's experiments at several seeds",
         claims=tuple(robustness.judged_in()),
         experiments=robustness.paper(),
         models=(MODEL,),
-        repeats=scale.repeats,
-        replicates=scale.replicates - 1,
-        probe=series_of((MODEL, BEST.label)) if scale.onboard else None,
+        repeats=repeats,
+        replicates=replicates,
+        probe=series_of((MODEL, BEST.label)) if onboard else None,
     )
-    beside = (BEST.label,) if scale.onboard else ()
-    return study_run.planned(study, seed + 1, robustness.models_in(among, beside))
+    return study_run.planned(study, seed, robustness.models_in(among, (BEST.label,) if onboard else ()))
 
 
 def design(made: Planned) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from importlib.resources import files
 
 import pyarrow as pa
 import pytest
+from experiments.bench.reproduction.chapters import TITLES
 
 from colias_sim.reference import KNOWN
 from experiments.bench import registry
@@ -21,7 +22,6 @@ from experiments.bench.judging.replicates import Replicates
 from experiments.bench.judging.scores import Standing
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import mechanisms, report, robustness
-from experiments.bench.reproduction.chapters import TITLES
 from experiments.bench.reproduction.page.overview import NO_CAUSE, SILENT
 from experiments.bench.reproduction.page.stored import read, stored
 from experiments.bench.reproduction.plan import FULL

@@ -9,6 +9,9 @@ from dataclasses import fields
 
 import pyarrow.parquet as pq
 import pytest
+from experiments.bench.reproduction.onboard import study as onboard_study
+from experiments.bench.reproduction.onboard import table as onboard_table
+from experiments.bench.reproduction.onboard.formats import BEST
 
 from experiments import NAMES
 from experiments.bench import registry
@@ -19,9 +22,6 @@ from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates, robustness
 from experiments.bench.reproduction.detectors import study as detectors_study
 from experiments.bench.reproduction.detectors import table as detectors_table
-from experiments.bench.reproduction.onboard import study as onboard_study
-from experiments.bench.reproduction.onboard import table as onboard_table
-from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, WHOLE, planned
 from experiments.bench.reproduction.report import sensitivity_figure
 from tests.bench.judging.test_replicates import rows_of

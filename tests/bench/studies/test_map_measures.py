@@ -123,7 +123,8 @@ def test_numbers_are_of_all_replicates_with_the_spread_of_each():
     rows = [
         {
             **dataclasses.asdict(spec.condition), **flat, "achieved_speed_cm_s": spec.condition.speed_cm_s,
-            "trial": spec.index, "experiment": spec.experiment, "model": model.label, "mean_hs_near_axis": potential(spec, model.label),
+            "trial": spec.index, "experiment": spec.experiment, "model": model.label,
+            "mean_hs_near_axis": potential(spec, model.label),
         }
         for spec in made.specs
         for model in spec.settings.models
