@@ -109,7 +109,7 @@ def of_model(claim: RobotClaim, own: Replicate, model: str, place: str) -> Outco
         return Outcome("untested", f"{model} was not shown")
     shown, threshold = own.of(model), own.thresholds[model]
     if claim.about == "looming" and own.looming.get(model) is not None:
-        shown = [{**row, "spikes": row["looming_spikes"]} for row in shown]
+        shown = [{**row, "spikes": row.get("looming_spikes", row["spikes"])} for row in shown]
         threshold = own.looming[model]
     rows = [row for row in shown if row["experiment"] == place]
     return _unless_lost(outcome(claim, rows, threshold, shown), own.lost.get((place, model), 0), place)

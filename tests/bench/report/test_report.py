@@ -8,7 +8,6 @@ from importlib.resources import files
 
 import pyarrow as pa
 import pytest
-from experiments.bench.reproduction.chapters import TITLES
 
 from colias_sim.reference import KNOWN
 from experiments.bench import registry
@@ -20,10 +19,10 @@ from experiments.bench.judging.overall import MEANINGS, SIGNS
 from experiments.bench.judging.paper import cited, numbers
 from experiments.bench.judging.replicates import Replicates
 from experiments.bench.judging.scores import Standing
-from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.reproduction import mechanisms, report, robustness
+from experiments.bench.judging.verdict import Verdict
+from experiments.bench.reproduction import mechanisms, report
 from experiments.bench.reproduction.page.overview import NO_CAUSE, SILENT
-from experiments.bench.reproduction.page.stored import read, stored
+from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.plan import FULL
 from experiments.bench.reproduction.readings import Evidence, chapters, with_readings
 from experiments.bench.reproduction.replicates import Replicate
@@ -32,6 +31,13 @@ from experiments.bench.reproduction.table import show_claims
 from experiments.bench.robot.plan import plan
 from experiments.bench.robot.summary import Report
 from experiments.bench.store.description import to_json
+from experiments.bench.store.files import Files
+from experiments.bench.studies import run as study_run
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.registry import names as study_names
+from experiments.bench.studies.stored import read
+from experiments.studies.fidelity import STUDY as FIDELITY
+from experiments.studies.sensitivity import STUDY as SENSITIVITY
 from tests.bench.judging.test_replicates import rows_of
 from tools.numbers import CLAIM_FIELDS, blocks
 
@@ -63,11 +69,12 @@ def result(tmp_path_factory):
     told = {claim: verdict(claim, each[place % len(each)]) for place, claim in enumerate(claim_ids(PAPER))}
     told = {claim.id: claim for claim in mechanisms.explained(list(told.values()), (), (), {})}
     made = chapters(Evidence(told, (Replicate((), {}, {}),), (), {}))
-    moved = {name: {claim: Outcome(word, "m") for claim in robustness.ROBOT_CLAIMS}
-             for name, word in ((robustness.MODEL, "holds"), ("no FDSR", "vacuous"))}  # fmt: skip
+    plan = study_run.planned(dataclasses.replace(SENSITIVITY, repeats=5))
+    moved, folder = Counts(plan, rows_of(plan.specs)), tmp_path_factory.mktemp("report")
+    Files(folder).write_json("sensitivity.json", moved.described())
     own = [dataclasses.replace(verdict("B1", "untested"), verdict="fails", overall="")]
     return Reproduction(
-        tmp_path_factory.mktemp("report"), FULL, 0, with_readings(list(told.values()), made), [], [], moved, [], own,
+        folder, FULL, 0, with_readings(list(told.values()), made), [], [], moved, [], own,
         {}, {"versions": {"colias-sim": "0"}}, made,
     )  # fmt: skip
 
@@ -177,7 +184,8 @@ def own_experiment(folder, name):
 def test_an_own_experiment_may_be_called_like_anything_on_the_page(result, page, tmp_path):
     """As every id that the page has without it, as a chapter of another study, and as a map or a behaviour's figure."""
     taken = {attrs["id"] for _, attrs, _ in page.elements if "id" in attrs}
-    names = sorted(name for name in taken | {*TITLES, "map-a", "behave-a"} if re.fullmatch(r"[A-Za-z0-9][\w-]*", name))
+    taken |= {*study_names(), "map-a", "behave-a"}
+    names = sorted(name for name in taken if re.fullmatch(r"[A-Za-z0-9][\w-]*", name))
     assert {"claims", "top", "onboard", "C1"} <= set(names)
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "map.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
@@ -274,23 +282,22 @@ def test_rules_use_named_colours_alone():
 # What other commands left in the folder.
 
 
-def test_maps_eyes_and_models_claims_in_the_folder_are_shown(result, tmp_path):
-    for name in ("a-map", "eyes", "models"):
+def test_maps_studies_and_models_claims_in_the_folder_are_shown(result, tmp_path):
+    for name in ("a-map", "eyes", "models", "broken"):
         (tmp_path / name).mkdir()
     (tmp_path / "a-map" / "map.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
-    eyes = [{"eye": "default", "drive": drive, "claim": claim, "held": held, "vacuous": 0, "replicates": 20}
-            for drive, held in (("pose feedback", 20), ("open loop", 3)) for claim in ("C13", "C14")]  # fmt: skip
-    (tmp_path / "eyes" / "fidelity.json").write_text(json.dumps(eyes))
-    models = [dataclasses.asdict(dataclasses.replace(verdict("LPLC2-1", "fails"), model="lplc2"))]
+    plan = study_run.planned(dataclasses.replace(FIDELITY, repeats=5, replicates=2))
+    Files(tmp_path / "eyes").write_json("fidelity.json", Counts(plan, rows_of(plan.specs)).described())
+    models = [dataclasses.asdict(dataclasses.replace(verdict("C1", "fails"), id="LPLC2-1", model="lplc2"))]
     (tmp_path / "models" / "model_claims.json").write_text(json.dumps(models))
-    (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / "fidelity.json").write_text("{")
     text = report.page(dataclasses.replace(result, folder=tmp_path))
     assert 'id="figure-map-a-map"' in text and 'href="#maps"' in text
-    assert re.search(r"default eye, open loop</td><td[^>]*>3 of 20<", text)
+    assert re.search(r'<th class="whole">ov7670, open loop</th><td class="cell holds[^"]*">2 of 2<br>', text)
+    assert "How the stimulus moved" in text and 'href="#fidelity"' in text
     assert re.search(r"lplc2</td><td[^>]*>LPLC2-1</td><td[^>]*><span class=\"chip fails\">", text)
     found = stored(tmp_path)
-    assert (len(found.maps), len(found.models)) == (1, 1) and found.eyes is not None
+    assert (len(found.maps), len(found.models)) == (1, 1)
     assert read(tmp_path / "models", "model_claims") == models and read(tmp_path, "nothing") is None
 
 
