@@ -27,7 +27,7 @@ policies: $(READY) ## Policies of five training seeds in either env and their ta
 test: $(READY) ## Every test; those that need Debian's chromium, gcc-arm-none-eabi or qemu-system-arm are skipped where these cannot be had
 	sh tools/setup.sh --browser
 	sh tools/setup.sh --firmware
-	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 SITE := build/site
 docs: $(READY) ## The documentation, into build/site: tutorials executed, warnings are errors, links and search checked
@@ -42,7 +42,7 @@ test-train: $(READY) ## The tests of training, those too that need the extra [tr
 	$(BIN)/python -m pytest tests/bench/training/test_train.py
 
 attack: $(READY) ## Bad models, trees of users' files, data that name code, links, damaged folders, full disks, copies, Ctrl-C; COLIAS_ATTACK_FULL=1: all there are
-	$(BIN)/python -m pytest -m attack -n 2 --dist worksteal tests/attack
+	$(BIN)/python -m pytest -m attack -n auto --dist worksteal tests/attack
 
 fuzz: $(READY) ## The network in C under the sanitizers: 2,000 cases
 	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py -k every_build

@@ -93,9 +93,9 @@ def table() -> Table:
     change = np.diff(truth, axis=0)
     moving = np.abs(change).max(0) > 10
     crossed = {name: Crossing(camera) for name, camera in COMPARED.items()}
-    times = interleaved({name: each.rendered for name, each in crossed.items()}, rounds=9)
-    for each in crossed.values():
-        each.__exit__()
+    times = interleaved({name: value.rendered for name, value in crossed.items()}, rounds=9)
+    for value in crossed.values():
+        value.__exit__()
     result = Table(
         title=f"Antialiasing against 16x16 samples a pixel, a third of a pixel a frame (true HS {hs_truth.mean():.4f})"
     )

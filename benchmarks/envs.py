@@ -32,16 +32,18 @@ def single() -> Table:
 
     Each in a process of its own: Gymnasium's renderer draws into whatever context is current, its neighbours' too.
     """
-    made: dict[str, dict[str, Any]] = {name: {"id": ENV, "observation": name} for name in ("pixels", "neural", "state")}
-    made[YARDSTICK] = {"id": YARDSTICK, "render_mode": "rgb_array", "width": 99, "height": 72}
+    settings: dict[str, dict[str, Any]] = {
+        name: {"id": ENV, "observation": name} for name in ("pixels", "neural", "state")
+    }
+    settings[YARDSTICK] = {"id": YARDSTICK, "render_mode": "rgb_array", "width": 99, "height": 72}
     with ExitStack() as open_ones:
-        players = {name: open_ones.enter_context(_player(arguments)) for name, arguments in made.items()}
+        players = {name: open_ones.enter_context(_player(arguments)) for name, arguments in settings.items()}
         times = interleaved(players, ROUNDS)
     goals = f"{REACHER_GOAL:g} times Reacher-v5 rendered at 99x72, neural {NEURAL_GOAL:g}"
     table = Table(title=f"One env, steps a second (goal: {goals})")
     for name in ("env", "steps a second", "times Reacher"):
         table.add_column(name, justify="left" if name == "env" else "right")
-    for name in made:
+    for name in settings:
         table.add_row(name, f"{1e6 / times.us(name):.0f}", f"{times.ratio(YARDSTICK, name):.2f}")
     return table
 
@@ -94,7 +96,7 @@ def _play(pipe: Connection, arguments: dict[str, Any]) -> None:
 
 
 def _vectors(observation: str) -> Rounds:
-    made = {
+    vectors = {
         "ours": gym.make_vec(ENV, COUNT, observation=observation),
         "here": gym.make_vec(ENV, COUNT, observation=observation, workers=0),
         "sync": gym.make_vec(ENV, COUNT, "sync", observation=observation),
@@ -107,9 +109,9 @@ def _vectors(observation: str) -> Rounds:
         return lambda: COUNT * len([env.step(actions) for _ in range(40)])
 
     try:
-        return interleaved({name: stepping(env) for name, env in made.items()}, ROUNDS)
+        return interleaved({name: stepping(env) for name, env in vectors.items()}, ROUNDS)
     finally:
-        for env in made.values():
+        for env in vectors.values():
             env.close()
 
 

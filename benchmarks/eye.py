@@ -43,11 +43,11 @@ def fixed(camera: CameraConfig, exposure_ms: float, samples: int = 0) -> CameraC
 
 def variants() -> dict[str, CameraConfig]:
     """The cameras compared: name -> settings."""
-    made = {"default": CameraConfig(), "* ov7670": EYE}
+    configs = {"default": CameraConfig(), "* ov7670": EYE}
     for bands in (3, 4, 8, 12):
-        made[f"  {bands} bands"] = dataclasses.replace(EYE, row_bands=bands)
-    made["  (global shutter)"] = dataclasses.replace(EYE, row_time_us=0.0)
-    return made
+        configs[f"  {bands} bands"] = dataclasses.replace(EYE, row_bands=bands)
+    configs["  (global shutter)"] = dataclasses.replace(EYE, row_time_us=0.0)
+    return configs
 
 
 def table() -> Table:
@@ -68,10 +68,10 @@ def table() -> Table:
     dense = fixed(dataclasses.replace(EYE, row_bands=EYE.height), rests, DENSE_SAMPLES)
     truth = [_answers(dense, speed) for speed in SPEEDS]
     for name, camera in cameras.items():
-        own = times.taken[name] - physics
-        ratio = float(np.median(own / (times.taken["default"] - physics)))
+        rendering = times.taken[name] - physics
+        ratio = float(np.median(rendering / (times.taken["default"] - physics)))
         seen = [_answers(fixed(camera, rests), speed) for speed in SPEEDS]
-        result.add_row(name, f"{own.min():.0f}", f"{ratio:.2f}", *_errors(seen, truth))
+        result.add_row(name, f"{rendering.min():.0f}", f"{ratio:.2f}", *_errors(seen, truth))
     result.add_row("  dense", "", "", *_errors(truth, truth))
     return result
 
@@ -92,7 +92,10 @@ def light_table() -> Table:
         off = [_picture(arena, gain) - wanted[gain] for gain in GAINS]
         with patch("colias_sim.gl.clip_light"):
             clipped = max(np.abs(_picture(arena, gain) - wanted[gain]).max() for gain in GAINS)
-        greatest, mean = max(np.abs(each).max() for each in off), max(abs(each.mean()) for each in off)
+        greatest, mean = (
+            max(np.abs(difference).max() for difference in off),
+            max(abs(difference.mean()) for difference in off),
+        )
         result.add_row(arena, f"{greatest:.1f}", f"{mean:.2f}", f"{clipped:.1f}")
     return result
 

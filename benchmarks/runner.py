@@ -26,18 +26,18 @@ def table() -> Table:
         "2 workers": _timed(work, lambda: open_pool(2)),
         "Dask, 2 workers": _on_cluster(work),
     }
-    made = Table(title=f"{TRIALS} trials, seconds")
+    timings = Table(title=f"{TRIALS} trials, seconds")
     for name in ("where", "s", "trials a second", "times 1 worker", "times 2 workers"):
-        made.add_column(name, justify="left" if name == "where" else "right")
+        timings.add_column(name, justify="left" if name == "where" else "right")
     for name, seconds in taken.items():
-        made.add_row(
+        timings.add_row(
             name,
             f"{seconds:.1f}",
             f"{TRIALS / seconds:.1f}",
             f"{seconds / taken['1 worker']:.2f}",
             f"{seconds / taken['2 workers']:.2f}",
         )
-    return made
+    return timings
 
 
 def _timed(work: Plan, opened: Callable) -> float:  # type: ignore[type-arg]

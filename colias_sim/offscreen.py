@@ -245,10 +245,10 @@ def _surface(model: mujoco.MjModel, rows: int, columns: int) -> _Surface:
     for name in UPLOADED:
         contents.update(np.ascontiguousarray(getattr(model, name)).tobytes())
     key = rows, columns, model.vis.quality.offsamples, contents.digest()
-    found = surfaces.get(key)
-    if found is None:
-        surfaces[key] = found = _Surface(model, rows, columns)
-    return found
+    surface = surfaces.get(key)
+    if surface is None:
+        surfaces[key] = surface = _Surface(model, rows, columns)
+    return surface
 
 
 def _free(context: Any, mjr: mujoco.MjrContext) -> None:

@@ -22,11 +22,11 @@ def warn_of_strangers() -> None:
     if process is not None and process.parent_process() is not None:
         return  # a worker: the process that started it has warned
     for name in SIBLINGS:
-        ours, found = Path(__file__).parents[1] / name / "__init__.py", _origin(name)
-        if found is None or not ours.is_file() or _folder(found) == _folder(ours):
+        ours, imported = Path(__file__).parents[1] / name / "__init__.py", _origin(name)
+        if imported is None or not ours.is_file() or _folder(imported) == _folder(ours):
             continue
         remedy = f"rename it, or start Python in another folder (colias-sim's is {ours.parent})"
-        message = f"'import {name}' takes {found}, which is not colias-sim's: {remedy}"
+        message = f"'import {name}' takes {imported}, which is not colias-sim's: {remedy}"
         warnings.warn(message, RuntimeWarning, stacklevel=3)
 
 

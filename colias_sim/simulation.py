@@ -254,8 +254,8 @@ class Simulation:
             if command and control is not None:
                 control(self.command_interval)
             if command:
-                for each in self._queuing:
-                    each.tick()
+                for robot in self._queuing:
+                    robot.tick()
             mujoco.mj_step(self.model, self.data, steps)
             if renders:
                 mujoco.mj_kinematics(self.model, self.data)  # a step leaves these one step behind

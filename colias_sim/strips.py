@@ -57,7 +57,7 @@ class Strips:
     ) -> None:  # fmt: skip
         """Draw a band of the present scene. ``light`` and ``ahead`` are those of `collect`, in case it is due."""
         taken = {
-            each.slot for each in self._drawn if each.render.top < render.bottom and render.top < each.render.bottom
+            strip.slot for strip in self._drawn if strip.render.top < render.bottom and render.top < strip.render.bottom
         }
         slot = next((slot for slot in range(self._slots) if slot not in taken), None)
         if slot is None:
@@ -75,9 +75,9 @@ class Strips:
             The exposure of the frame under way and that of the next, (R, C).
         """
         drawn, self._drawn = self._drawn, []
-        for slot in sorted({each.slot for each in drawn}):
-            inside = [each.render for each in drawn if each.slot == slot]
-            top, bottom = min(each.top for each in inside), max(each.bottom for each in inside)
+        for slot in sorted({strip.slot for strip in drawn}):
+            inside = [strip.render for strip in drawn if strip.slot == slot]
+            top, bottom = min(strip.top for strip in inside), max(strip.bottom for strip in inside)
             grey = self._read(top, bottom, slot)
             for render in inside:
                 target = ahead if render.ahead else light

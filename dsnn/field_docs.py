@@ -58,8 +58,8 @@ def with_field_docs(cls: Class) -> Class:
         info = fields[field.name]
         legal = _range(info.metadata) or _range_within(info.annotation)
         default = "required" if info.is_required() else f"default {info.default!r}"
-        said = f"{_type(info.annotation)}{f' in {legal}' if legal else ''}, {default}"
-        lines += [f"{field.name} : {said}", f"    {_sentence(info.description or '')}{_unit(info)}"]
+        kind = f"{_type(info.annotation)}{f' in {legal}' if legal else ''}, {default}"
+        lines += [f"{field.name} : {kind}", f"    {_sentence(info.description or '')}{_unit(info)}"]
     cls.__doc__ = "\n".join([*lines, *_RAISES]) + "\n"
     return cls
 
@@ -109,9 +109,9 @@ def _has(constraint: Any, sign: str) -> bool:
 
 def _range_within(annotation: Any) -> str:
     """The interval of a tuple's entries, where all have the same."""
-    found = {
+    ranges = {
         _range([n for m in part.__metadata__ for n in (m, *getattr(m, "metadata", ()))])
         for part in get_args(annotation)
         if get_origin(part) is Annotated
     }
-    return found.pop() if len(found) == 1 else ""
+    return ranges.pop() if len(ranges) == 1 else ""

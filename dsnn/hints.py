@@ -15,9 +15,9 @@ ALIKE = 0.6
 
 def closest(name: object, known: Iterable[str]) -> str:
     """Find the known name that is most like one, whatever the case; empty where none is alike."""
-    by_lower = {each.lower(): each for each in known}
-    found = difflib.get_close_matches(str(name).lower(), by_lower, n=1, cutoff=ALIKE)
-    return by_lower[found[0]] if found else ""
+    by_lower = {candidate.lower(): candidate for candidate in known}
+    matches = difflib.get_close_matches(str(name).lower(), by_lower, n=1, cutoff=ALIKE)
+    return by_lower[matches[0]] if matches else ""
 
 
 def nearest(name: object, known: Iterable[str], before: str = "", after: str = "") -> str:
@@ -37,5 +37,5 @@ def nearest(name: object, known: Iterable[str], before: str = "", after: str = "
     str
         ``nearest: NAME`` between these texts; empty where no known name is alike.
     """
-    found = closest(name, known)
-    return f"{before}nearest: {found}{after}" if found else ""
+    match = closest(name, known)
+    return f"{before}nearest: {match}{after}" if match else ""

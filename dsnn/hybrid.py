@@ -78,8 +78,8 @@ class Hybrid(NonCopyable):
     def __init__(self, shape: tuple[int, int], params: HybridParams | None = None, *, form: str | None = None) -> None:
         self.shape = checked_shape(shape)
         self.params = q = checked_params(params, HybridParams)
-        own = {field.name: getattr(q, field.name) for field in dataclasses.fields(DSNNParams)}
-        self._dsnn = DSNN(self.shape, DSNNParams(**own), form=form)
+        values = {field.name: getattr(q, field.name) for field in dataclasses.fields(DSNNParams)}
+        self._dsnn = DSNN(self.shape, DSNNParams(**values), form=form)
         self._lgmd = LGMD1(self.shape, q.lgmd, form=form)
         self._frames_held = round(q.gate / q.dt)
         self.reset()

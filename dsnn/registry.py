@@ -67,10 +67,16 @@ class ModelEntry:
             raise ValueError(f"ModelEntry: name={_short(self.name)}: legal are letters, digits, ., - and _")
         if len(self.name) > LONGEST_NAME:
             raise ValueError(f"ModelEntry: name={_short(self.name)}: legal are up to {LONGEST_NAME} characters")
-        own = self.channels
-        if not isinstance(own, tuple) or not own or len(set(own)) < len(own) or not set(own) <= set(CHANNELS):
+        declared = self.channels
+        if (
+            not isinstance(declared, tuple)
+            or not declared
+            or len(set(declared)) < len(declared)
+            or not set(declared) <= set(CHANNELS)
+        ):
             raise ValueError(
-                f"ModelEntry {self.name}: channels={_short(own)}: legal is a tuple of some of {CHANNELS}, each once"
+                f"ModelEntry {self.name}: channels={_short(declared)}: "
+                f"legal is a tuple of some of {CHANNELS}, each once"
             )
         if not isinstance(self.summary, str) or not callable(self.build):
             raise ValueError(f"ModelEntry {self.name}: legal are a text for summary and a callable for build")
@@ -79,9 +85,11 @@ class ModelEntry:
             if not _is_frozen(value) and (value is not None or name == "robot"):
                 raise ValueError(f"ModelEntry {self.name}: {name}={_short(value)}: legal is a frozen dataclass")
         for channel, name in self.thresholds.items():
-            if channel not in SPIKING or channel not in own or not hasattr(self.robot, name):
-                said = f"thresholds={_short({channel: name})}: legal is a declared channel that spikes, and a parameter"
-                raise ValueError(f"ModelEntry {self.name}: {said}")
+            if channel not in SPIKING or channel not in declared or not hasattr(self.robot, name):
+                problem = (
+                    f"thresholds={_short({channel: name})}: legal is a declared channel that spikes, and a parameter"
+                )
+                raise ValueError(f"ModelEntry {self.name}: {problem}")
 
     def threshold(self, channel: str, params: Any) -> float | None:
         """Find the spiking threshold of a channel.

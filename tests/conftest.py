@@ -26,11 +26,17 @@ GOLDEN = sorted((Path(__file__).parent / "golden").glob("*.npz"))
 
 
 LONGEST = (
-    "test_run_folder_checks", "test_reproduce", "test_answers", "test_envs", "test_resume", "test_cli",
-    "test_interrupts", "test_model_option", "test_streams", "test_envs_arguments", "test_sweep", "test_provenance",
-    "test_failures", "test_behaviours", "test_map", "test_sample", "test_leaderboard",
+    "test_reproduce", "test_resume", "test_vector_processes", "test_interrupts", "test_streams", "test_envs",
+    "test_run_folder_checks", "test_cli", "test_firmware", "test_native", "test_processes", "test_vector_scripts",
+    "test_docs", "test_public", "test_model_option", "test_every_figure", "test_numbers", "test_sample", "test_vector",
+    "test_pool", "test_docs_behaviours", "test_leaderboard", "test_map", "test_behaviours", "test_tuning",
 )  # fmt: skip
 """The files of tests that take longest, the longest first."""
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Use two workers a core, as many tests wait for a process of their own; `own_core` puts that beside its worker."""
+    return min(2 * (os.cpu_count() or 1), 8)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -61,10 +61,10 @@ def sampled(folder: Path, samples: Mapping[str, tuple[str, ...]]) -> dict[str, s
         colias(folder, *arguments, "--workers", "2", "--quiet", "--out", name)
     colias(folder, *STIMULUS)
     colias(folder, *WATCH)
-    found: dict[str, str] = {}
+    digests: dict[str, str] = {}
     for path in sorted([*folder.rglob("*.parquet"), *folder.rglob("*.csv")]):
-        found |= {f"{path.relative_to(folder)}: {name}": digest for name, digest in columns(path).items()}
-    return found
+        digests |= {f"{path.relative_to(folder)}: {name}": digest for name, digest in columns(path).items()}
+    return digests
 
 
 def colias(folder: Path, *arguments: str) -> None:

@@ -19,8 +19,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from experiments.bench.judging.claims import words
-from experiments.bench.judging.overall import totals
+from experiments.bench.judging import stored
+from experiments.bench.judging.claims import used_to_choose, words
+from experiments.bench.judging.count import Count, totals
+from experiments.bench.judging.verdict import Outcome, Verdict
+from experiments.bench.reproduction.replicates import rate
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"
@@ -30,11 +33,7 @@ PAGES: Mapping[str, tuple[str, ...]] = {
     "docs/behaviours-and-training.md": ("behaviours",),
 }
 """Page -> its measured parts, by the names in their markers."""
-CLAIM_FIELDS = (
-    "id", "verdict", "replicates", "replicates_held", "standing", "held", "overall", "rate", "used_to_choose",
-    "decided", "measured",
-)  # fmt: skip
-OWN_FIELDS = ("id", "says", "verdict", "decided", "measured")
+OUTCOME_FIELDS = ("verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
 BEGIN, END = "<!-- measured: {} -->\n", "<!-- end of measured -->"
 
@@ -44,8 +43,9 @@ class NotFinished(Exception):
 
 
 def taken(run: Path) -> dict[str, Any]:
-    """Return what ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
-    design, claims, own = (_json(run / f"{name}.json") for name in ("design", "claims", "behaviours"))
+    """What ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
+    design, pooled = (_json(run / f"{name}.json") for name in ("design", "pooled"))
+    claims, own = (_verdicts(run / f"{name}.json") for name in ("claims", "behaviours"))
     tables = sorted(run.glob("behave-*/scores.csv"))
     if not tables:
         raise NotFinished(f"{run}: no behave-*/scores.csv; run colias reproduce without --robot-only")
@@ -53,10 +53,31 @@ def taken(run: Path) -> dict[str, Any]:
     return {
         "design": {name: design[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": _commit(), **design["versions"]},
-        "claims": [{name: claim[name] for name in CLAIM_FIELDS} for claim in claims],
-        "behaviours": [{name: claim[name] for name in OWN_FIELDS} for claim in own],
+        "claims": [kept(verdict) | {"rate": _rate(verdict.id, pooled.get(verdict.id))} for verdict in claims],
+        "behaviours": [kept(verdict) | {"says": verdict.says} for verdict in own],
         "scores": scores,
     }
+
+
+def kept(verdict: Verdict) -> dict[str, Any]:
+    """What is kept of a verdict, as its file has it."""
+    (entry,) = stored.document([verdict])["claims"]
+    outcome = {name: entry["outcome"][name] for name in OUTCOME_FIELDS}
+    return {"id": entry["id"], "word": entry["word"], "count": entry["count"], "outcome": outcome}
+
+
+def _rate(claim: str, pooled: Mapping[str, Any] | None) -> str:
+    """The share of all trials that break a claim about every single one; empty of others."""
+    if pooled is None:
+        return ""
+    return rate(claim, Outcome(pooled["verdict"], pooled["measured"], n=pooled["n"], broken=pooled["broken"]))
+
+
+def _verdicts(path: Path) -> list[Verdict]:
+    try:
+        return stored.verdicts(_json(path))
+    except ValueError as error:
+        raise NotFinished(f"{path}: cannot be read ({error})") from None
 
 
 def _json(path: Path) -> Any:
@@ -96,37 +117,36 @@ def blocks(results: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _verdicts(results: Mapping[str, Any]) -> str:
-    """Return what claims came to, and a row a claim: its words, its verdict, and in how many replicates it held."""
-    columns = "| claim | the paper says | verdict | in all replicates | replicate 0 |"
-    lines = [_counted(results), "", columns, "|---|---|---|---|---|"]
+    """What claims came to, and a row a claim: its words, its word, and in how many replicates it held."""
+    columns = "| claim | the paper says | word | in all replicates |"
+    lines = [_totals(results), "", columns, "|---|---|---|---|"]
     for claim in results["claims"]:
-        says = words(claim["id"]).says
-        lines.append(
-            f"| {claim['id']} | {_cell(says)} | {claim['overall']} | {_cell(claim['held'])} | {claim['verdict']} |"
-        )
+        says, count = words(claim["id"]).says, Count(**claim["count"])
+        lines.append(f"| {claim['id']} | {_cell(says)} | {count.word or '-'} | {_cell(count.sentence())} |")
     return "\n".join(lines) + "\n"
 
 
-def _counted(results: Mapping[str, Any]) -> str:
+def _totals(results: Mapping[str, Any]) -> str:
     claims, scale, seed = results["claims"], results["design"]["scale"], results["design"]["seed"]
-    said = "; ".join(totals([(claim["id"], claim["overall"]) for claim in claims]))
+    sentence = "; ".join(totals([(claim["id"], Count(**claim["count"])) for claim in claims]))
     return (
-        f"{said}. A replicate has {scale['repeats']} repeats of each of the robot's conditions, or every clip, at one "
-        f"seed; replicate 0 has seed {seed}."
+        f"{sentence}. A replicate has {scale['repeats']} repeats of each of the robot's conditions, or every clip, at "
+        f"one seed; replicate 0 has seed {seed}."
     )
 
 
 def _claims(results: Mapping[str, Any]) -> str:
     lines = ["| claim | in all replicates | replicate 0 | decided there by |", "|---|---|---|---|"]
     for claim in results["claims"]:
-        decided = claim["decided"] or claim["measured"].partition("; measured:")[0]
-        rate = f"; all replicates: {claim['rate'].partition(';')[0]}" if claim["rate"] else ""
-        lines.append(f"| {claim['id']} | {_cell(claim['held'])} | {claim['verdict']} | {_cell(decided + rate)} |")
+        outcome, count = Outcome(**claim["outcome"]), Count(**claim["count"])
+        broken = f"; all replicates: {claim['rate']}" if claim["rate"] else ""
+        held = _cell(count.sentence())
+        lines.append(f"| {claim['id']} | {held} | {outcome.verdict} | {_cell(outcome.deciding + broken)} |")
     lines += ["", "Used to choose a reading of the paper:", ""]
     readings: dict[str, list[str]] = {}
     for claim in results["claims"]:
-        for reading in filter(None, claim["used_to_choose"].split("; ")):
-            readings.setdefault(reading, []).append(claim["id"])
+        for reading in used_to_choose(claim["id"]):
+            readings.setdefault(reading.name, []).append(claim["id"])
     every = len(results["claims"])
     for reading, ids in readings.items():
         lines.append(f"- {reading}: {'all claims' if len(ids) == every else ', '.join(ids)}")
@@ -147,11 +167,13 @@ def _behaviours(results: Mapping[str, Any]) -> str:
     for row in results["scores"]:
         short = row["env"].partition("/")[2].partition("-")[0]
         measured.setdefault((short, row["behaviour"]), []).append(f"{row['measure']} {_score(row)}")
-    lines += [f"| {env} | `{who}` | {_cell('; '.join(said))} |" for (env, who), said in measured.items()]
+    lines += [f"| {env} | `{who}` | {_cell('; '.join(numbers))} |" for (env, who), numbers in measured.items()]
     lines.append("")
     for claim in results["behaviours"]:
-        decided = f" Decided by: {claim['decided']}." if claim["decided"] else ""
-        lines.append(f"- {claim['id']} {claim['verdict']}: {claim['says']}. Measured: {claim['measured']}.{decided}")
+        outcome = claim["outcome"]
+        decided = f" Decided by: {outcome['decided']}." if outcome["decided"] else ""
+        held = Count(**claim["count"]).sentence()
+        lines.append(f"- {claim['id']} {held}: {claim['says']}. Measured: {outcome['measured']}.{decided}")
     return "\n".join(lines) + "\n"
 
 
@@ -173,10 +195,10 @@ def renewed(page: str, text: str, parts: Mapping[str, str]) -> str:
     """The ``text`` of a page with its measured ``parts`` put between their markers."""
     for name, part in parts.items():
         begin = BEGIN.format(name)
-        found = re.compile(re.escape(begin) + ".*?" + re.escape(END), re.DOTALL)
-        if len(found.findall(text)) != 1:
+        pattern = re.compile(re.escape(begin) + ".*?" + re.escape(END), re.DOTALL)
+        if len(pattern.findall(text)) != 1:
             raise NotFinished(f"{page} should have the marker {begin.strip()} once, then {END}")
-        text = found.sub(lambda _, whole=f"{begin}{part}{END}": whole, text)  # type: ignore[misc]
+        text = pattern.sub(lambda _, whole=f"{begin}{part}{END}": whole, text)  # type: ignore[misc]
     return text
 
 

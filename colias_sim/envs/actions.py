@@ -72,8 +72,8 @@ def wheels_of(space: spaces.Space[Any], action: Any) -> Wheels:
         given = np.empty(0)
     flags = isinstance(action, list | tuple) and any(map(is_flag, action))  # beside a number, NumPy counts them as 1
     if given.shape != (2,) or flags or not _legal(given):
-        said = f"action {one_line(action)}"
-        raise error.InvalidAction(f"{said}: expected two numbers in [-1, 1], for the wheels left and right")
+        problem = f"action {one_line(action)}"
+        raise error.InvalidAction(f"{problem}: expected two numbers in [-1, 1], for the wheels left and right")
     return given.astype(np.float32)
 
 

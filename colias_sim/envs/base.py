@@ -125,9 +125,9 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         self._forget()
         # The camera's noise has a generator of its own: the world is then the same whatever is observed, and
         # baselines with other observations can be compared in pairs.
-        own = episode(self.np_random)
+        rng = episode(self.np_random)
         placements, drivers = self._begin(self.np_random)
-        drawn = self._randomisation.draw(self.np_random, own, asked.values)
+        drawn = self._randomisation.draw(self.np_random, rng, asked.values)
         settings = drawn.settings
         self._apparatus.set(settings)
         self._wheel_gains = settings.wheel_gains
@@ -135,10 +135,10 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         if settings.shift != (0.0, 0.0):
             placements = moved(placements, OBSERVER, *settings.shift)
         if asked.poses:
-            placements = placed(placements, asked.poses, clearing(own))
+            placements = placed(placements, asked.poses, clearing(rng))
         self._sim.reset(placements, self.np_random, light=settings.light)
         self._drivers = drivers
-        self._vision.begin(film(own))
+        self._vision.begin(film(rng))
         self._frame(look=True)
         self._begun = self._running = True
         if self._renderer:

@@ -116,16 +116,16 @@ class Fixation(TargetEnv[FixationOptions]):
         super().__init__(options)
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
-        own = self.options
+        options = self.options
         heading, off = float(rng.uniform(-math.pi, math.pi)), math.radians(float(rng.uniform(-20.0, 20.0)))
-        far, turn = own.orbit_cm / 100, heading + off
+        far, turn = options.orbit_cm / 100, heading + off
         start = Pose(far * math.cos(turn), far * math.sin(turn), turn + math.pi / 2)
         path = [Pose(far * math.cos(a), far * math.sin(a), 0.0) for a in np.linspace(0, 2 * math.pi, 48)]
         places: dict[str, Pose] = {OBSERVER: Pose(0.0, 0.0, heading), TARGET: start}
         # The parked robots stand clear of the whole path, and of the observer in its middle.
-        others = random_poses(rng, own.robots - 1, [*path, places[OBSERVER]], apart=0.05, clear=0.055)
-        places |= zip(parked_robots(own.robots - 1), others, strict=True)
-        slowest, fastest = math.radians(own.slowest_deg_s), math.radians(own.fastest_deg_s)
+        others = random_poses(rng, options.robots - 1, [*path, places[OBSERVER]], apart=0.05, clear=0.055)
+        places |= zip(parked_robots(options.robots - 1), others, strict=True)
+        slowest, fastest = math.radians(options.slowest_deg_s), math.radians(options.fastest_deg_s)
         return places, {TARGET: Orbit(self._sim.robots[TARGET], (0.0, 0.0), far, slowest, fastest, rng)}
 
     def _steer(self, wheels: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

@@ -85,7 +85,7 @@ def random_poses(
         ``count`` poses, uniform over the arena but for 4 cm along its wall, with uniform headings.
     """
     kept = [(pose, clear) for pose in taken]
-    found: list[Pose] = []
+    placed: list[Pose] = []
     for _ in range(count):
         best, most = Pose(0.0, 0.0, 0.0), -math.inf
         for _ in range(200):
@@ -98,8 +98,8 @@ def random_poses(
             if room >= 0.0:
                 break
         kept.append((best, apart))
-        found.append(best)
-    return found
+        placed.append(best)
+    return placed
 
 
 def moved(places: Mapping[str, Pose], name: str, ahead: float, left: float) -> dict[str, Pose]:

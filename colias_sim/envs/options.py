@@ -45,8 +45,8 @@ def _apparatus(kind: type[T]) -> Callable[[Any], T]:
             return value
         if isinstance(value, Mapping):
             base = _preset(kind, value.get(PRESET, "default"))
-            own = {field.name: getattr(base, field.name) for field in dataclasses.fields(cast(Any, base))}
-            return checked(kind, own | {name: given for name, given in value.items() if name != PRESET})
+            fields = {field.name: getattr(base, field.name) for field in dataclasses.fields(cast(Any, base))}
+            return checked(kind, fields | {name: given for name, given in value.items() if name != PRESET})
         return cast(T, _preset(kind, value))
 
     return made
@@ -198,13 +198,13 @@ def checked(kind: Callable[..., T], values: Mapping[str, Any]) -> T:
     """
     flags = _flags(kind, values)
     try:
-        made = kind(**values)
+        validated = kind(**values)
     except ValidationError as error:
         problems = [each for each in error.errors() if not flags or (each["loc"] and each["loc"][0] not in flags)]
         raise ValueError("; ".join([*flags.values(), *(_problem(kind, problem) for problem in problems)])) from None
     if flags:
         raise ValueError("; ".join(flags.values()))
-    return made
+    return validated
 
 
 def options_of(kind: Any) -> dict[str, FieldInfo]:
@@ -234,9 +234,9 @@ def _with_self(options: Callable[..., Any]) -> inspect.Signature:
     """The signature of ``options``, with aliases of types resolved, as that of a method."""
     fields = options_of(options)
     given = inspect.signature(options).parameters
-    own = [parameter.replace(annotation=fields[name].annotation) for name, parameter in given.items()]
+    parameters = [parameter.replace(annotation=fields[name].annotation) for name, parameter in given.items()]
     itself = inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)
-    return inspect.Signature([itself, *own], return_annotation=None)
+    return inspect.Signature([itself, *parameters], return_annotation=None)
 
 
 def _flags(kind: Any, values: Mapping[str, Any]) -> dict[str, str]:

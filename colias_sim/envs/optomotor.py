@@ -139,9 +139,9 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     def _disturb(self, dt: float) -> float:
         self._left -= dt
         if self._left <= 0.0:
-            own, rng = self.options, self.np_random
+            options, rng = self.options, self.np_random
             self._left = float(rng.uniform(2.0, 4.0))
-            rate = math.radians(float(rng.uniform(own.slowest_deg_s, own.fastest_deg_s)))
+            rate = math.radians(float(rng.uniform(options.slowest_deg_s, options.fastest_deg_s)))
             self._rate = rate if rng.random() < 0.5 else -rate
         if self.options.disturbance == "push":
             torque = float(np.interp(abs(math.degrees(self._rate)), _PUSHED_DEG_S, _PUSH_N_M))

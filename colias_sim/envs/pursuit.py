@@ -113,8 +113,8 @@ class Pursuit(TargetEnv[PursuitOptions]):
         super().__init__(options)
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
-        own = self.options
-        away = own.distance_cm / 100 + 0.04
+        options = self.options
+        away = options.distance_cm / 100 + 0.04
         # On a ring about the middle, heading along it: away from the wall, with room behind for the observer.
         ring = max(min(ARENA_RADIUS - 0.08, 0.5 * away + 0.1), 0.12)
         turn, way = float(rng.uniform(-math.pi, math.pi)), 1.0 if rng.random() < 0.5 else -1.0
@@ -123,8 +123,10 @@ class Pursuit(TargetEnv[PursuitOptions]):
         x, y = ring * math.cos(behind), ring * math.sin(behind)
         observer = Pose(x, y, math.atan2(target.y - y, target.x - x))
         places = {OBSERVER: observer, TARGET: target}
-        places |= zip(parked_robots(own.robots - 1), random_poses(rng, own.robots - 1, places.values()), strict=True)
-        driver = Wander(self._sim.robots[TARGET], own.target_speed_cm_s / 100, rng, unheeded=[OBSERVER])
+        places |= zip(
+            parked_robots(options.robots - 1), random_poses(rng, options.robots - 1, places.values()), strict=True
+        )
+        driver = Wander(self._sim.robots[TARGET], options.target_speed_cm_s / 100, rng, unheeded=[OBSERVER])
         return places, {TARGET: driver}
 
     def _reward(self) -> dict[str, float]:

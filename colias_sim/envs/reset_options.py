@@ -132,12 +132,12 @@ def placed(places: Mapping[str, Pose], given: Mapping[str, Pose], rng: np.random
         The starts. Robots that are not in ``given`` stay where they were drawn, unless their hull would come within
         `CLEARANCE` of a given one.
     """
-    found = {**places, **given}
+    poses = {**places, **given}
     for name in places:
-        if name not in given and _near(found[name], given.values()):
-            others = [pose for other, pose in found.items() if other != name]
-            (found[name],) = random_poses(rng, 1, others, clear=_APART)
-    return found
+        if name not in given and _near(poses[name], given.values()):
+            others = [pose for other, pose in poses.items() if other != name]
+            (poses[name],) = random_poses(rng, 1, others, clear=_APART)
+    return poses
 
 
 def _near(pose: Pose, others: Iterable[Pose]) -> bool:
@@ -159,13 +159,13 @@ def _values(factor: Factor, given: Any) -> tuple[float, ...]:
 def _numbers(given: Any, count: int) -> tuple[float, ...] | None:
     """``count`` numbers as floats; ``None`` for anything else."""
     try:
-        each = (given,) if np.ndim(given) == 0 else tuple(given)
+        numbers = (given,) if np.ndim(given) == 0 else tuple(given)
     except ValueError:  # rows of different lengths
         return None
-    if len(each) != count or any(isinstance(one, str | bytes) or is_flag(one) for one in each):
+    if len(numbers) != count or any(isinstance(one, str | bytes) or is_flag(one) for one in numbers):
         return None
     try:
-        return tuple(float(one) for one in each)
+        return tuple(float(one) for one in numbers)
     except (TypeError, ValueError, OverflowError):  # the last: a whole number beyond the floats
         return None
 
@@ -176,13 +176,13 @@ def _check_together(
     """Raise ``ValueError`` for values that this env's robot and camera cannot take without being compiled anew."""
     settings = plain
     lamps, bands = made_with.auto_exposure or made_with.gain != 1.0, made_with.row_time_us > 0.0
-    for name, own in values.items():
+    for name, values_of_name in values.items():
         try:
-            settings = FACTORS[name].change(settings, own)
+            settings = FACTORS[name].change(settings, values_of_name)
             check_tunable(settings.camera, made_with, lamps=lamps, bands=bands)
         except ValueError as error:
-            said = own[0] if len(own) == 1 else own
-            raise ValueError(f"reset(options): {name}={said}: {reason(error)}") from None
+            shown_value = values_of_name[0] if len(values_of_name) == 1 else values_of_name
+            raise ValueError(f"reset(options): {name}={shown_value}: {reason(error)}") from None
 
 
 def _poses(given: Any, robots: Collection[str]) -> dict[str, Pose]:

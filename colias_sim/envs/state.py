@@ -77,7 +77,7 @@ class State:
             (7 + 5 N,) float32 for N other robots. Each quantity is divided by its scale and clipped to [-1, 1];
             angles are encoded as sine and cosine.
         """
-        own = (
+        observer = (
             self.speed / SPEED, self.turn_rate / TURN, self.slip / TURN, self.drift / TURN,
             self.wall_distance / LENGTH, np.sin(self.wall_bearing), np.cos(self.wall_bearing),
         )  # fmt: skip
@@ -85,7 +85,7 @@ class State:
             (o.distance / LENGTH, np.sin(o.bearing), np.cos(o.bearing), o.ahead / SPEED, o.left / SPEED)
             for o in self.others
         )
-        values = [*own, *(value for other in others for value in other)]
+        values = [*observer, *(value for other in others for value in other)]
         return np.clip(np.array(values, np.float32), -1.0, 1.0)
 
     @classmethod

@@ -80,14 +80,14 @@ def views(model: mujoco.MjModel, view: str, width: int, height: int) -> tuple[Vi
     if view == "observer":
         return (View(_own_eye(model), whole, False),)
     model.vis.global_.fovy = FOVY_DEG  # that of free cameras; the robot's own eye has another
-    found = [View(_whole_arena(ELEVATIONS_DEG[view], width / height), whole, True)]
+    candidates = [View(_whole_arena(ELEVATIONS_DEG[view], width / height), whole, True)]
     if view == "arena" and width >= LEAST_INSET_WIDTH:
         wide = round(INSET_SHARE * width)
         high = min(round(wide * 72 / 99), round(0.3 * height))
         top = height - high
-        found.append(View(_close(), (0, top, wide, high), True))
-        found.append(View(_own_eye(model), (width - wide, top, wide, high), False))
-    return tuple(found)
+        candidates.append(View(_close(), (0, top, wide, high), True))
+        candidates.append(View(_own_eye(model), (width - wide, top, wide, high), False))
+    return tuple(candidates)
 
 
 def follow(view: View, observer: Pose) -> None:

@@ -88,29 +88,29 @@ def exposure_loop(sequences: Sequence[Images]) -> ExposureLoop:
     MetrologyError
         No sequence changes and comes to rest, or the steps cannot be told apart.
     """
-    settled = [own for own in map(_settling, sequences) if own.jumps and own.rest is not None]
+    settled = [settling for settling in map(_settling, sequences) if settling.jumps and settling.rest is not None]
     if not settled:
         raise MetrologyError("no sequence of frames settles: the mean grey should change, and then rest for 2 frames")
-    step, steps = _steps([jump for own in settled for jump in own.jumps])
+    step, steps = _steps([jump for settling in settled for jump in settling.jumps])
     ends = []
     for way, factor in ((1.0, 1.0 + step), (-1.0, 1.0 - step)):
-        side = [own for own in settled if own.jumps[-1] * way > 0]
+        side = [settling for settling in settled if settling.jumps[-1] * way > 0]
         # The loop reckons from a picture before its last change: where that is its only one, it is this picture.
-        side = [own for own in side if len(own.jumps) == 1] or side
-        ends.append(_common([_end(own, factor) for own in side]))
+        side = [settling for settling in side if len(settling.jumps) == 1] or side
+        ends.append(_common([_end(settling, factor) for settling in side]))
     return ExposureLoop(step, steps, ends[0], ends[1], _certain(settled, steps))
 
 
-def _end(own: _Settling, factor: float) -> tuple[float, float]:
+def _end(settling: _Settling, factor: float) -> tuple[float, float]:
     """The interval of an end of the zone: by the picture before the last change, and by the one before that.
 
     The loop may have reckoned from either, as its answer to a picture comes a frame or two later. Rounding makes them
     differ by some tenths of a grey level.
     """
-    counts = [round(jump / math.log(factor)) for jump in own.jumps[-2:]]
-    reckoned = [(own.before[-1], counts[-1])]
+    counts = [round(jump / math.log(factor)) for jump in settling.jumps[-2:]]
+    reckoned = [(settling.before[-1], counts[-1])]
     if len(counts) > 1 and counts[0] > 0:
-        reckoned.append((own.before[-2], sum(counts)))
+        reckoned.append((settling.before[-2], sum(counts)))
     outside = [mean * factor ** (count - 1) for mean, count in reckoned]
     within = [mean * factor**count for mean, count in reckoned]
     ends = (min(outside), max(within)) if factor > 1.0 else (min(within), max(outside))
@@ -180,11 +180,11 @@ def _certain(settled: Sequence[_Settling], steps: int) -> bool:
     they come of equal light, or of a loop at its most steps. But the last of several in a sequence could have been of
     any size.
     """
-    jumps = [jump for own in settled for jump in own.jumps]
+    jumps = [jump for settling in settled for jump in settling.jumps]
     if any(_fit(jumps, other) for other in range(steps + 1, MOST_OTHER + 1) if other % steps):
         return False
     largest = max(map(abs, jumps))
-    last = [_counted(own.jumps[-1], largest, steps) for own in settled if len(own.jumps) > 1]
+    last = [_counted(settling.jumps[-1], largest, steps) for settling in settled if len(settling.jumps) > 1]
     telling = [*last, *({_counted(jump, largest, steps) for jump in jumps} - {*last})]
     telling.remove(_counted(max(jumps, key=abs), largest, steps))  # fits whatever the step is
     shares = 2.0 * _tolerance(np.array([count for _, count in telling], np.float64))
@@ -200,5 +200,5 @@ def _common(intervals: Sequence[tuple[float, float]]) -> tuple[float, float] | N
     """Return what intervals have in common; where noise leaves nothing, what is between them."""
     if not intervals:
         return None
-    low, high = max(min(own) for own in intervals), min(max(own) for own in intervals)
+    low, high = max(min(interval) for interval in intervals), min(max(interval) for interval in intervals)
     return (min(low, high), max(low, high))

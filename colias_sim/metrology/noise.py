@@ -174,11 +174,13 @@ def photon_transfer(levels: Sequence[NoiseLevels]) -> PhotonTransfer:
     ----------
     EMVA 1288, Release 4.0.
     """
-    mean, variance = (np.concatenate([getattr(own, name) for own in levels]) for name in ("mean", "variance"))
-    pixels = np.concatenate([own.pixels for own in levels])
+    mean, variance = (np.concatenate([getattr(level, name) for level in levels]) for name in ("mean", "variance"))
+    pixels = np.concatenate([level.pixels for level in levels])
     if np.ptp(mean) < 10.0:
-        said = f"the still scene's grey levels span {np.ptp(mean):.1f}: shot and read noise are told apart from 10 on"
-        raise MetrologyError(said)
+        problem = (
+            f"the still scene's grey levels span {np.ptp(mean):.1f}: shot and read noise are told apart from 10 on"
+        )
+        raise MetrologyError(problem)
     weight = np.sqrt(pixels) / np.maximum(variance, 1e-3)
     slope, dark = np.polyfit(mean, variance, 1, w=weight)
     return PhotonTransfer(float(slope), math.sqrt(max(float(dark), 0.0)))

@@ -77,7 +77,7 @@ class T4T5(NonCopyable):
         Parameters, returns and errors are those of `dsnn.VisionModel.step`. It has no maps.
         """
         motion = self._local.step(luma(frame, self.shape, channels))
-        right, left, down, up = (total(each) for each in motion)
+        right, left, down, up = (total(part) for part in motion)
         scale = self.params.k_sig * self.shape[0] * self.shape[1]
         return Response(sigmoid(right - left, scale), sigmoid(down - up, scale))
 

@@ -149,7 +149,7 @@ class LPLC2(Detector):
 
     def _pathway(self, number: int, exponent: float) -> Floats:
         """Motion in four directions of ON (0) or OFF (1), (4, R, C): right, left, down, up."""
-        signal, d, cells, drive = (each[number] for each in (self._signals, self._delayed, self._cells, self._drive))
+        signal, d, cells, drive = (state[number] for state in (self._signals, self._delayed, self._cells, self._drive))
         c = np.tanh(signal / (blur(signal, self._kernels[2]) + np.float32(self.params.c_base)))
         cv2.accumulateWeighted(c, d, self._delay)
         along, down = c[:, :-1] * c[:, 1:] * (d[:, :-1] - d[:, 1:]), c[:-1] * c[1:] * (d[:-1] - d[1:])

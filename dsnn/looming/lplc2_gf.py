@@ -118,8 +118,8 @@ class LPLC2GFParams:
         """
         across = ROBOT_FOCAL_PX / PAPER_FOCAL_PX
         side, width = (2 * round(px * across / 2) for px in (FITTING_SIDE, cls().width))
-        found = cls(side=side, width=width, t_arm=2.0 * across, fps=30.0)
-        return dataclasses.replace(found, **changes)
+        params = cls(side=side, width=width, t_arm=2.0 * across, fps=30.0)
+        return dataclasses.replace(params, **changes)
 
     @property
     def n_max(self) -> float:

@@ -109,5 +109,5 @@ class MLPLC2(Detector):
         rows, columns = np.stack([above, 1.0 - above]), np.stack([1.0 - right, right])
         x, y = motion[RIGHT] - motion[LEFT], motion[DOWN] - motion[UP]
         leak = np.float32(self.params.leak)
-        leaky = [np.maximum(each, leak * each) for each in (-x, x, -y, y)]
+        leaky = [np.maximum(component, leak * component) for component in (-x, x, -y, y)]
         return by_quadrant(leaky[:2], leaky[2:], rows, columns)

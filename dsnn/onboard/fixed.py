@@ -210,13 +210,13 @@ def _plate(scale: float, frac: int) -> tuple[int, int, int, int]:
 
 def _thresholds(q: OnboardParams) -> tuple[int, ...]:
     """The |HS| in Q15 from which on there are 1, 2, ... spikes: ``t_sp + ln(n) / k_sp``, as far as HS can reach."""
-    found: list[int] = []
-    while len(found) < MOST_SPIKES:
-        more = math.log(len(found) + 1)
+    thresholds: list[int] = []
+    while len(thresholds) < MOST_SPIKES:
+        more = math.log(len(thresholds) + 1)
         if more > 0.0 and more >= q.k_sp * 1.0:
             break
         at = max(math.ceil(32768.0 * (abs(q.t_sp) + (more / q.k_sp if more else 0.0))), 1)
         if at > 2 * HALF:
             break
-        found.append(at)
-    return tuple(found)
+        thresholds.append(at)
+    return tuple(thresholds)

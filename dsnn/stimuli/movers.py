@@ -124,7 +124,7 @@ def group(nearest: Mover, count: int, rng: np.random.Generator) -> tuple[Mover, 
         and stands higher up in the frame. Paces differ by up to 10 %. Each enters once the one before has come 0.8 to
         1.8 times its own width.
     """
-    made, enters_s = [], nearest.enters_s
+    movers, enters_s = [], nearest.enters_s
     for _ in range(count):
         scale, pace, behind = rng.uniform(0.65, 1.0), rng.uniform(0.9, 1.1), rng.uniform(0.8, 1.8)
         greys = rng.uniform(20.0, 235.0, 3)
@@ -138,6 +138,6 @@ def group(nearest: Mover, count: int, rng: np.random.Generator) -> tuple[Mover, 
             nearest.columns,
             (float(greys[0]), lower, float(greys[2])),
         )
-        made.append(one)
+        movers.append(one)
         enters_s += behind * one.width / abs(one.velocity)
-    return tuple(sorted(made, key=lambda one: one.height))
+    return tuple(sorted(movers, key=lambda one: one.height))

@@ -80,16 +80,16 @@ def send_layout(stream: rr.RecordingStream, layout: rrb.Blueprint) -> None:
     be reached from outside. So this does the same by the functions that Rerun 0.41 itself does it by, which are not
     meant for others; ``tests/bench/engine/test_recording.py`` tells when they have moved.
     """
-    own = rr.RecordingStream._from_native(
+    blueprint_stream = rr.RecordingStream._from_native(
         rerun_bindings.new_blueprint(
             application_id=APPLICATION, make_default=False, make_thread_default=False, default_enabled=True
         )
     )
-    own.set_time("blueprint", sequence=0)
-    layout._log_to_stream(own)
-    memory: Any = own.memory_recording()
+    blueprint_stream.set_time("blueprint", sequence=0)
+    layout._log_to_stream(blueprint_stream)
+    memory: Any = blueprint_stream.memory_recording()
     rerun_bindings.send_blueprint(memory.storage, False, True, recording=stream.to_native())
-    own.disconnect()
+    blueprint_stream.disconnect()
 
 
 def timelines(sim_time_s: Floats, frame: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:

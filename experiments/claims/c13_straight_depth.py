@@ -34,7 +34,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
     outcome = outcome_of(highest_first, spikes, measured, f"{mean_text(counts)} spikes a trial")
     outcome = replace(outcome, broken=sum(count > 0 for count in counts))
     if outcome.verdict == "holds" and len(tested) < len(kinds):
-        return outcome.untested("the other motion was not run")
+        return outcome.withheld("the other motion was not run")
     return outcome
 
 

@@ -49,7 +49,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
     outcome = outcome_of(checks, conditions, f"{'; '.join(parts)} (T = {threshold:g})", effect)
     outcome = replace(outcome, broken=outcome.n - good)
     if outcome.verdict == "holds" and len(tested) < len(ways):
-        return outcome.untested("the other direction was not run")
+        return outcome.withheld("the other direction was not run")
     return outcome
 
 

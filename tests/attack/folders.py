@@ -15,7 +15,8 @@ import pyarrow.parquet as pq
 from tests.attack.commands import CLIPS, EXPERIMENT
 from tests.attack.damages import Damage, Scene
 from tests.attack.judging import refusal, strict_json
-from tests.attack.processes import Ended, colias
+from tests.attack.processes import Ended
+from tests.helpers.inside import inside
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +42,8 @@ def make(folder: Path, kind: str) -> None:
     (folder / "tiny.py").write_text(EXPERIMENT.format(repeats=1, speeds="(20, 25)"))
     (folder / "clips.py").write_text(CLIPS)
     for out, seed in (("out", "0"), ("other", "1")):
-        ended = colias(folder, [*KINDS[kind].words, "--seed", seed, "--out", out])
-        assert (ended.status, ended.err) == (0, ""), ended
+        done = inside(folder, [*KINDS[kind].words, "--seed", seed, "--out", out])
+        assert (done.returncode, done.stderr) == (0, ""), done
 
 
 def copied(made: Path, place: Path) -> Path:
@@ -55,7 +56,8 @@ def copied(made: Path, place: Path) -> Path:
 
 def go_on(folder: Path, kind: str) -> Ended:
     """The same command again on what it left."""
-    return colias(folder, [*KINDS[kind].words, "--out", "out"], timeout_s=90.0)
+    done = inside(folder, [*KINDS[kind].words, "--out", "out"])
+    return Ended(None if done.returncode < 0 else done.returncode, done.stdout, done.stderr, ())
 
 
 def tables(out: Path) -> dict[str, Any]:

@@ -156,7 +156,16 @@ def test_no_cell_of_a_table_is_run(kind: str, copied: Callable[[str], Path], evi
 @pytest.mark.parametrize("name", ["claims.json", "failures.json", "summary.csv"])
 def test_nothing_in_other_files_of_a_run_is_run(name: str, copied: Callable[[str], Path], evil: Path, tmp_path: Path):
     folder = copied("robot")
-    rows = [{"id": str(evil), "model": str(evil), "verdict": "holds", "says": str(evil), "source": str(evil)}]
+    rows = [
+        {
+            "id": str(evil),
+            "model": str(evil),
+            "verdict": "holds",
+            "says": str(evil),
+            "source": str(evil),
+            "measured": str(evil),
+        }
+    ]
     (folder / name).write_text(f"model,quantity\n{evil},{evil}\n" if name.endswith(".csv") else json.dumps(rows))
     read_as_object(folder)
     read_by_commands(folder, "robot")

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.bench.engine.test_user_modules import experiment, hashes, model, peaks, run, sha
+from tests.helpers.user_trees import experiment, hashes, model, peaks, run, sha
 
 pytestmark = pytest.mark.attack
 

@@ -4,7 +4,7 @@ import re
 
 import pyarrow.parquet as pq
 
-from tests.bench.figures.test_figures import drawn
+from tests.helpers.condition_figures import drawn
 
 
 def test_a_figure_has_the_bearings_of_its_table():

@@ -123,7 +123,7 @@ def test_a_model_in_an_experiment_with_a_claim(folder):
         "mine.py", models=["my_model.py"], settings={"mean.gain": 2}, workers=0, recordings=False, quiet=True, out="out"
     )
     assert run.models == ["dsnn", "mean"]
-    verdicts = {(row["id"], row["model"]): row["verdict"] for row in run.claims.to_pylist()}
+    verdicts = {(row["id"], row["model"]): row["outcome"] for row in run.claims.to_pylist()}
     assert verdicts[("both-ways", "dsnn")] == "holds"
     assert {claim for claim, _ in verdicts} == {"C14", "both-ways"}
     rows = pq.read_table(folder / "out" / "trials.parquet").to_pylist()
@@ -148,9 +148,9 @@ def test_the_command_line_judges_a_claim_and_goes_on(colias):
 
 def test_clips_with_a_claim(folder):
     run = experiments.run("clips.py", models=["my_model.py"], workers=0, recordings=False, quiet=True)
-    assert run.folder.parent.name == "runs" and run.offline
+    assert run.folder.parent.name == "runs" and run.kind.name == "clips"
     found = {row["id"]: row for row in run.claims.to_pylist()}
-    assert set(found) == {"C2", "sees"} and found["sees"]["verdict"] in ("holds", "fails")
+    assert set(found) == {"C2", "sees"} and found["sees"]["outcome"] in ("holds", "fails")
     assert found["sees"]["replicates"] == 1 and found["sees"]["n"] == 1
 
 

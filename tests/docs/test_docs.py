@@ -9,7 +9,7 @@ import pytest
 import typer
 
 from experiments.bench.cli import main
-from tests.helpers.chapters import CHAPTERS, PAGES, QUESTIONS, README, ROOT, SKIPPED, blocks, called, chapter
+from tests.helpers.chapters import CHAPTERS, PAGES, QUESTIONS, README, ROOT, SKIPPED, blocks, called, chapter, headings
 from tests.package.test_imports import LEVELS
 
 __all__ = ["chapter"]
@@ -82,12 +82,6 @@ def test_snippets_need_the_public_packages_alone(page):
             names = [node.module] if isinstance(node, ast.ImportFrom) else []
             names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             assert not any("bench" in name for name in names), block.where
-
-
-def headings(text: str) -> set[str]:
-    """The anchors of a page's headings, as GitHub makes them."""
-    titles = re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE)
-    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=called)

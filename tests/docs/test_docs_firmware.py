@@ -1,7 +1,7 @@
 """Everything that docs/from-bench-to-robot.md shows runs as it is pasted; `tests.helpers.chapters` says how."""
 
-from tests.bench.firmware.test_firmware import needs_tools
 from tests.helpers.chapters import chapter
+from tests.helpers.firmware import needs_tools
 
 __all__ = ["chapter"]
 

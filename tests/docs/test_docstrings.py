@@ -11,45 +11,17 @@ import inspect
 import re
 import textwrap
 import types
-from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 from numpydoc.docscrape import NumpyDocString
 
 from tests.helpers.chapters import PAGES, ROOT, blocks
+from tests.helpers.surface import CLASSES, EXPORTED, FUNCTIONS, PUBLIC, is_ours, page
 from tools.pages import docstrings, surface
 
-EXPORTED, PUBLIC = surface.exported(), surface.public()
 ENTRIES = ("Parameters", "Attributes", "Returns", "Yields", "Raises")
 API = ROOT / "docs" / "reference" / "api"
-
-
-def is_ours(cls: type) -> bool:
-    return cls.__module__.partition(".")[0] in surface.OURS
-
-
-def find(name: str) -> Any:
-    owner, _, last = name.rpartition(".")
-    return PUBLIC[name] if name in PUBLIC else getattr(PUBLIC[owner], last)
-
-
-def functions() -> Iterator[tuple[str, Callable[..., Any]]]:
-    """Public functions, and the public methods and properties of public classes."""
-    for name, thing in PUBLIC.items():
-        if inspect.isfunction(thing):
-            yield name, thing
-        for base in filter(is_ours, thing.__mro__) if inspect.isclass(thing) else ():
-            for method, value in vars(base).items():
-                plain = (
-                    getattr(value, "__func__", None) or getattr(value, "fget", None) or getattr(value, "func", value)
-                )
-                if not method.startswith("_") and isinstance(plain, types.FunctionType):
-                    yield f"{name}.{method}", plain
-
-
-FUNCTIONS = dict(functions())
-CLASSES = {name: thing for name, thing in PUBLIC.items() if inspect.isclass(thing)}
 
 
 def is_property(name: str) -> bool:
@@ -58,10 +30,6 @@ def is_property(name: str) -> bool:
         return False
     value = inspect.getattr_static(CLASSES[owner], last)
     return not isinstance(value, types.FunctionType | classmethod | staticmethod)
-
-
-def page(thing: Any) -> NumpyDocString:
-    return docstrings.completed(thing, inspect.getdoc(thing) or "", find)
 
 
 def raised(function: Any) -> set[str]:

@@ -13,8 +13,7 @@ import pytest
 import yaml
 
 import experiments
-from tests.docs.test_docs import headings
-from tests.helpers.chapters import ROOT, check_options
+from tests.helpers.chapters import ROOT, check_options, headings
 
 FOLDER = ROOT / "docs" / "tutorials"
 INDEX = FOLDER / "index.md"

@@ -20,6 +20,7 @@ import pytest
 import colias_sim  # noqa: F401  (registers the envs)
 from dsnn import AnswerError, ModelEntry, Response, checked_answer
 from dsnn.stimuli import stimulus
+from tests.helpers.answering import write_model
 
 SMALL = ("run", "trial.py", "--workers", "1", "--out", "out", "--quiet")
 TRIAL = """
@@ -31,27 +32,6 @@ CLIP = """
 from experiments.bench.clips.experiment import Clip, OfflineExperiment
 changes = (("rows", 40), ("columns", 60), ("width", 20.0), ("height", 20.0), ("speed", 240.0))
 EXPERIMENT = OfflineExperiment("clip", "one crossing", (Clip("right", "plain", changes),), ("dsnn",))
-"""
-MODEL = """
-import sys
-from dataclasses import dataclass
-import numpy as np
-from dsnn import ModelEntry, Response
-
-@dataclass(frozen=True)
-class Parameters:
-    t_sp: float = 0.2
-
-class Model:
-    def __init__(self, shape, parameters):
-        self.shape, self.frame = shape, 0
-    def reset(self):
-        self.frame = 0
-    def step(self, frame):
-        self.frame += 1
-        return {answer}
-
-MODEL = ModelEntry({name!r}, "a model of the tests", Model, Parameters(){more})
 """
 NAN = "Response(hs=float('nan'))"
 BAD = {
@@ -66,11 +46,6 @@ BAD = {
     "late": (f"Response() if self.frame < 5 else {NAN}", "in frame 4, hs is nan"),
 }
 MUTATING = "frame.__setitem__(slice(None), 0)"
-
-
-def write_model(folder: Path, name: str, answer: str, more: str = "") -> str:
-    (folder / f"{name}.py").write_text(MODEL.format(name=name, answer=answer, more=more))
-    return f"{name}.py"
 
 
 def options(folder: Path, *models: str) -> list[str]:

@@ -9,7 +9,7 @@ import pytest
 
 import colias_sim  # noqa: F401 - registers the envs
 from dsnn import Response
-from tests.colias_sim.envs.test_vector import FIXATION
+from tests.helpers.vector import FIXATION
 
 SAID = "one argument, the tuple (rows, columns)"
 

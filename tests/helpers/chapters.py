@@ -237,3 +237,9 @@ def _python(arguments: list[str]) -> None:
         env={**os.environ, "PYTHONPATH": str(ROOT)}, preexec_fn=one_core,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+def headings(text: str) -> set[str]:
+    """The anchors of a page's headings, as GitHub makes them."""
+    titles = re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}

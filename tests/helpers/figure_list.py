@@ -147,7 +147,7 @@ def maps(models: Sequence[str]) -> Figure:
     class Turns(Counts):
         @cached_property
         def cells(self) -> list[Cell]:  # type: ignore[override]
-            words = ("holds", "fails", "vacuous", "untested", "holds", "holds")
+            words = ("holds", "fails", "silent model", "not shown", "holds", "holds")
             return [
                 Cell(point, "dsnn", claim, "speed", tuple(Outcome(words[(place + i) % 6], "") for i in range(5)))
                 for claim in ("C15", TOGETHER)

@@ -117,7 +117,7 @@ def wing(module: str) -> str | None:
 
 
 def test_wings_import_one_way():
-    """The foundation <- robot, clips, footage <- tuning, closed_loop, leaderboard <- studies <- training, reproduction <- cli."""
+    """The foundation <- robot, clips, footage <- tuning, leaderboard <- studies <- training, reproduction <- cli."""
     for module in modules():
         own = wing(module)
         for other in imported(module):

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from colias_sim.envs import ENVS
-from tests.docs.test_docstrings import CLASSES, FUNCTIONS, page
-from tests.site.test_links import SITE
+from tests.helpers.site import SITE
+from tests.helpers.surface import CLASSES, FUNCTIONS, page
 from tools.pages import surface
 
 pytestmark = pytest.mark.site

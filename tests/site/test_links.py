@@ -8,8 +8,9 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
+from tests.helpers.site import SITE
+
 pytestmark = pytest.mark.site
-SITE = Path(__file__).parents[2] / "build" / "site"
 LOADS = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src", "video": "src"}
 
 

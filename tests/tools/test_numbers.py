@@ -13,6 +13,8 @@ from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging import statistics
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.claims import words
+from experiments.bench.judging.stored import document, outcome_entry
+from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.leaderboard import stimuli
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned
 from experiments.bench.robot.claims import paper_claims
@@ -59,6 +61,10 @@ def test_every_claim_has_a_figure_and_every_scale_a_design():
     assert len({described(scale)["digest"] for scale in (QUICK, USUAL, FULL)}) == 3
 
 
+def made(claim, *outcomes):
+    return Verdict.of((claim, "it turns", "ours"), outcomes)
+
+
 @pytest.fixture
 def run(tmp_path):
     """A folder such as ``colias reproduce`` leaves, with made-up numbers, and a README."""
@@ -67,20 +73,16 @@ def run(tmp_path):
     files = {
         "design": {"seed": 3, "scale": {"repeats": 7, "episodes": 2, "steps": 90}, "digest": "d",
                    "versions": {"numpy": "2"}},
-        "claims": [
-            {"id": "C1", "verdict": "holds", "replicates_held": 2, "replicates": 3, "standing": "so far",
-             "held": "held in 2 of 3 replicates so far; not judged in 1", "overall": "mixed",
-             "rate": "1 of 60 trials break it; and why",
-             "used_to_choose": "a reading; another", "decided": "|VS| 0.1 (needs below 0.2)", "measured": "m"},
-            {"id": "C2", "verdict": "untested", "replicates_held": None, "replicates": None, "standing": "",
-             "held": "", "overall": "untested", "rate": "", "used_to_choose": "a reading", "decided": "",
-             "measured": "needs more; measured: 4"},
-        ],
-        "behaviours": [{"id": "B3", "says": "it turns", "verdict": "fails", "decided": "0.1 (needs above 0.5)",
-                        "measured": "0.2 [0.1, 0.3]"}],
+        "claims": document([
+            made("C1", Outcome("holds", "m", decided="|VS| 0.1 (needs below 0.2)"), Outcome("fails", "m"),
+                 Outcome("holds", "m"), Outcome.unjudged("m")),
+            made("C2", Outcome.unjudged("needs more; measured: 4")),
+        ]),
+        "pooled": {"C13": outcome_entry(Outcome("fails", "m", n=60, broken=1))},
+        "behaviours": document([made("B3", Outcome("fails", "0.2 [0.1, 0.3]", decided="0.1 (needs above 0.5)"))]),
     }  # fmt: skip
     for name, value in files.items():
-        (folder / f"{name}.json").write_text(json.dumps(value))
+        (folder / f"{name}.json").write_text(to_json(value))
     (folder / "behave-optomotor" / "scores.csv").write_text(
         '"env","behaviour","measure","episodes","value","ci_low","ci_high"\n'
         '"colias_sim/Optomotor-v0","still","optomotor gain",2,0.25,nan,nan\n'
@@ -110,24 +112,27 @@ def test_the_command_takes_figures_over(run):
     for text in texts.values():
         assert text.startswith("before\n") and text.endswith("\nafter\n") and "\nold\n" not in text
     readme, claims, behaviours = texts.values()
-    counted = "0 of 2 claims hold; 1 held in some replicates so far: C1; 1 was not judged: C2"
+    counted = "0 of 2 claims hold; 1 has too few replicates for a word: 1 held in some (C1); 1 was not judged: C2"
     assert f"{counted}. A replicate has 7" in readme
-    says = words("C1").says
-    assert f"| C1 | {says} | mixed | held in 2 of 3 replicates so far; not judged in 1 | holds |" in readme
-    held = "held in 2 of 3 replicates so far; not judged in 1"
-    decided = r"\|VS\| 0.1 (needs below 0.2); all replicates: 1 of 60 trials break it"
-    assert f"| C1 | {held} | holds | {decided} |" in claims
-    assert "| C2 |  | untested | needs more |" in claims
-    assert "- a reading: all claims" in claims and "- another: C1" in claims
+    held = "held in 2 of 3 replicates; not judged in 1: what it needs was not shown"
+    assert f"| C1 | {words('C1').says} | - | {held} |" in readme
+    assert rf"| C1 | {held} | holds | \|VS\| 0.1 (needs below 0.2) |" in claims
+    assert "| C2 | not judged; what it needs was not shown | not shown | needs more |" in claims
+    assert "- half wave rectified F: all claims" in claims
     assert "Over 2 episodes of at most 3 s each, at seeds 3 to 4" in behaviours
     assert "| Optomotor | `still` | optomotor gain 0.25; free distance (m) inf (0.5 .. inf) |" in behaviours
-    assert "- B3 fails: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)." in behaviours
+    assert (
+        "- B3 held in 0 of 1 replicate: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)."
+        in behaviours
+    )
     kept = json.loads((run.parent / "docs" / "results.json").read_text())
     assert kept["design"]["digest"] == "d" and {"commit", "numpy"} <= set(kept["measured_with"])
     assert take(run).returncode == 0 and pages(run) == texts, "again changes nothing"
 
 
-@pytest.mark.parametrize("missing", ["design.json", "claims.json", "behaviours.json", "behave-optomotor/scores.csv"])
+@pytest.mark.parametrize(
+    "missing", ["design.json", "pooled.json", "claims.json", "behaviours.json", "behave-optomotor/scores.csv"]
+)
 def test_an_unfinished_run_is_refused(run, missing):
     (run / missing).unlink()
     before = pages(run)

@@ -45,12 +45,12 @@ class Example:
 
 def examples(command: Command) -> list[Example]:
     """A few examples of a command: those that the tests run, if there are such, and of different chapters first."""
-    found = [example for path in sorted(DOCS.glob("*.md")) for example in _of_chapter(path, command)]
-    found = [example for example in found if example.tested] or found
+    collected = [example for path in sorted(DOCS.glob("*.md")) for example in _of_chapter(path, command)]
+    collected = [example for example in collected if example.tested] or collected
     first: dict[str, Example] = {}
-    for example in found:
+    for example in collected:
         first.setdefault(example.chapter, example)
-    others = [example for example in found if example not in first.values()]
+    others = [example for example in collected if example not in first.values()]
     return [*first.values(), *others][:MOST]
 
 

@@ -94,21 +94,21 @@ def _command(found: Any, words: tuple[str, ...]) -> Command:
     )  # fmt: skip
 
 
-def _parameter(found: Any, context: typer.Context) -> Parameter:
+def _parameter(option: Any, context: typer.Context) -> Parameter:
     """Read an option from help's own record: the names and the value, then the help and in brackets what else is
     said.
     """
-    shown, said = found.get_help_record(context)
-    words = found.help or ""
-    extras = said.removeprefix(words).strip().removeprefix("[").removesuffix("]").split("; ")
+    shown, text = option.get_help_record(context)
+    words = option.help or ""
+    extras = text.removeprefix(words).strip().removeprefix("[").removesuffix("]").split("; ")
     default = next((extra.removeprefix("default: ") for extra in extras if extra.startswith("default: ")), "")
-    if found.param_type_name == "argument":
-        names, value = (found.metavar or found.name,), shown.partition(" ")[2].strip("<>")
+    if option.param_type_name == "argument":
+        names, value = (option.metavar or option.name,), shown.partition(" ")[2].strip("<>")
         return Parameter(names, value, default, words)
-    if found.is_flag:
-        ways = found.opts if found.default else found.secondary_opts
-        return Parameter((*found.opts, *found.secondary_opts), "", ways[0] if default else "", words)
+    if option.is_flag:
+        ways = option.opts if option.default else option.secondary_opts
+        return Parameter((*option.opts, *option.secondary_opts), "", ways[0] if default else "", words)
     value = re.sub(r"^(?:--?[\w-]+(?:, )?)+ ?", "", shown).strip("<>").removesuffix(" range")
     value = re.sub(r"^list\[(.*)\]$", r"\1", value)  # its help says that it is repeatable
     legal = [extra for extra in extras if "<=" in extra]
-    return Parameter(tuple(found.opts), ", ".join([value, *legal]), default, words)
+    return Parameter(tuple(option.opts), ", ".join([value, *legal]), default, words)

@@ -72,7 +72,7 @@ def _list(commands: Sequence[Command]) -> str:
 def _subcommands(command: Command) -> str:
     if not command.commands:
         return ""
-    return "\n".join([_list(command.commands), markdown.toctree(each.page for each in command.commands)])
+    return "\n".join([_list(command.commands), markdown.toctree(subcommand.page for subcommand in command.commands)])
 
 
 def helped(text: str, pages: Mapping[str, Command]) -> str:
@@ -113,24 +113,26 @@ def _link(text: str, pages: Mapping[str, Command]) -> str:
     return code(text)
 
 
-def _parameters(title: str, found: Sequence[Parameter], pages: Mapping[str, Command]) -> str:
+def _parameters(title: str, parameters: Sequence[Parameter], pages: Mapping[str, Command]) -> str:
     """A table of what follows a command: each with its value beside it, where it has one."""
     rows = []
-    for each in found:
-        ways = ", ".join(map(code, each.names))
-        value = f" {code(each.value)}" if each.value else ""
-        rows.append((f"{ways}{value}", _marked(each.help, pages), code(each.default) if each.default else ""))
+    for parameter in parameters:
+        ways = ", ".join(map(code, parameter.names))
+        value = f" {code(parameter.value)}" if parameter.value else ""
+        rows.append(
+            (f"{ways}{value}", _marked(parameter.help, pages), code(parameter.default) if parameter.default else "")
+        )
     heads = (title.removesuffix("s") or "Option", "Meaning", "Default")
     return "" if not rows else (f"## {title}\n\n" if title else "") + table(heads, rows)
 
 
-def _examples(found: Sequence[Example]) -> str:
-    if not found:
+def _examples(examples: Sequence[Example]) -> str:
+    if not examples:
         return ""
-    parts, said = ["## Examples\n"], ""
-    for each in found:
-        where = f"{each.title}, {each.section}" if each.section != each.title else each.title
-        link = f"From [{where}](../../{each.chapter}#{each.anchor}):\n"
-        parts += [*([link] if link != said else []), "\n".join(["```sh", *each.lines, "```\n"])]
-        said = link
+    parts, caption = ["## Examples\n"], ""
+    for example in examples:
+        where = f"{example.title}, {example.section}" if example.section != example.title else example.title
+        link = f"From [{where}](../../{example.chapter}#{example.anchor}):\n"
+        parts += [*([link] if link != caption else []), "\n".join(["```sh", *example.lines, "```\n"])]
+        caption = link
     return "\n".join(parts)

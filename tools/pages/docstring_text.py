@@ -35,6 +35,6 @@ def _marked(text: str) -> str:
 
 def notes(documented: type) -> list[str]:
     """Return what a model's class says after the paragraph about its source: what is assumed, what it costs."""
-    found = paragraphs(documented)
-    begins = next((place for place, text in enumerate(found) if text.startswith("Source:")), None)
-    return [] if begins is None else found[begins + 1 :]
+    parts = paragraphs(documented)
+    begins = next((place for place, text in enumerate(parts) if text.startswith("Source:")), None)
+    return [] if begins is None else parts[begins + 1 :]

@@ -48,15 +48,15 @@ def below(module: str) -> dict[str, str]:
     assert path is not None
     tree = ast.parse(Path(path).read_text(encoding="utf-8"))
     bodies = [("", tree.body), *((f"{n.name}.", n.body) for n in tree.body if isinstance(n, ast.ClassDef))]
-    found: dict[str, str] = {}
+    by_name: dict[str, str] = {}
     for prefix, body in bodies:
         for node, after in itertools.pairwise(body):
             target = node.target if isinstance(node, ast.AnnAssign) else None
             target = node.targets[0] if isinstance(node, ast.Assign) else target
-            said = after.value if isinstance(after, ast.Expr) else None
-            if isinstance(target, ast.Name) and isinstance(said, ast.Constant) and isinstance(said.value, str):
-                found[f"{prefix}{target.id}"] = inspect.cleandoc(said.value)
-    return found
+            text = after.value if isinstance(after, ast.Expr) else None
+            if isinstance(target, ast.Name) and isinstance(text, ast.Constant) and isinstance(text.value, str):
+                by_name[f"{prefix}{target.id}"] = inspect.cleandoc(text.value)
+    return by_name
 
 
 def constant(name: str, value: object) -> str:
@@ -72,12 +72,14 @@ def constant(name: str, value: object) -> str:
 
 def fields(cls: type[Any]) -> dict[str, str]:
     """Return the fields of a dataclass that its constructor takes -> what stands below each, or nothing."""
-    said: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     for base in reversed(cls.__mro__):
         if base.__module__ != "builtins":
-            own = f"{base.__name__}."
-            said |= {k.removeprefix(own): text for k, text in below(base.__module__).items() if k.startswith(own)}
-    return {field.name: said.get(field.name, "") for field in dataclasses.fields(cls) if field.init}
+            prefix = f"{base.__name__}."
+            meanings |= {
+                k.removeprefix(prefix): text for k, text in below(base.__module__).items() if k.startswith(prefix)
+            }
+    return {field.name: meanings.get(field.name, "") for field in dataclasses.fields(cls) if field.init}
 
 
 def completed(thing: Any, text: str, find: typing.Callable[[str], Any]) -> NumpyDocString:
@@ -123,7 +125,7 @@ def parameter_types(thing: Any) -> dict[str, str]:
     except (TypeError, ValueError):
         return {}
     hints = _hints(thing)
-    found: dict[str, str] = {}
+    types: dict[str, str] = {}
     for name, parameter in signature.parameters.items():
         words = type_words(hints.get(name, Any))
         default = parameter.default
@@ -131,8 +133,8 @@ def parameter_types(thing: Any) -> dict[str, str]:
         if default is not parameter.empty and short:
             words = f"{words}, default {default!r}" if words else f"default {default!r}"
         if words and parameter.kind not in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
-            found[name] = words
-    return found
+            types[name] = words
+    return types
 
 
 def _hints(thing: Any) -> dict[str, Any]:
@@ -156,10 +158,14 @@ def _checked_imports(module: str) -> dict[str, Any]:
     tree = ast.parse(Path(path).read_text(encoding="utf-8")) if path else ast.Module([], [])
     for node in tree.body:
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            imports = (each for each in node.body if isinstance(each, ast.ImportFrom) and each.module)
-            for each in imports:
-                there = importlib.import_module(str(each.module))
-                space |= {alias.asname or alias.name: getattr(there, alias.name) for alias in each.names}
+            imports = (
+                node_inside
+                for node_inside in node.body
+                if isinstance(node_inside, ast.ImportFrom) and node_inside.module
+            )
+            for node_inside in imports:
+                there = importlib.import_module(str(node_inside.module))
+                space |= {alias.asname or alias.name: getattr(there, alias.name) for alias in node_inside.names}
     return space
 
 

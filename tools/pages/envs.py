@@ -46,7 +46,7 @@ def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
     page = _page(name)
     _draw(name, folder / f"{page}.png")
     module, _, kind = entry.entry_point.partition(":")
-    found = getattr(importlib.import_module(module), kind)
+    env = getattr(importlib.import_module(module), kind)
     said = f"The arena of {page}, with a close view of the observer and what its camera sees"
     caption = (
         f"What `render()` shows {STEPS} steps after `reset(seed=0)`, both wheels at {AHEAD:g}."
@@ -68,14 +68,14 @@ def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
         _anchor(module, kind),
         f"{entry.note}\n" if entry.note else "",
         markdown.picture(f"{page}.png", said, caption),
-        inspect.cleandoc(found.__doc__),
+        inspect.cleandoc(env.__doc__),
     )
 
 
 def _anchor(module: str, kind: str) -> str:
     """Return what links to the class of the env lead to."""
-    said = "A [ColiasEnv](../api/colias_sim.envs.base.ColiasEnv.rst): that page has its methods."
-    return f":::{{py:class}} {module}.{kind}(**arguments)\n{said}\n:::\n"
+    text = "A [ColiasEnv](../api/colias_sim.envs.base.ColiasEnv.rst): that page has its methods."
+    return f":::{{py:class}} {module}.{kind}(**arguments)\n{text}\n:::\n"
 
 
 def _draw(name: str, path: Path) -> None:

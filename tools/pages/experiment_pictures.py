@@ -87,9 +87,9 @@ def draw_clips(clips: Sequence[Clip], path: Path) -> None:
     names = [plain(wrapped(clip.name, wide, SIZE - 1)) for clip, _ in shown]
     whole, tops = 0.0, []
     for start in range(0, len(shown), ACROSS):
-        said = max(name.count("\n") + 1 for name in names[start : start + ACROSS]) * TITLE + 0.04
-        tops.append(whole + said)
-        whole += said + max(wide * b.shape[0] / b.shape[1] for _, b in shown[start : start + ACROSS]) + GAP
+        room = max(name.count("\n") + 1 for name in names[start : start + ACROSS]) * TITLE + 0.04
+        tops.append(whole + room)
+        whole += room + max(wide * b.shape[0] / b.shape[1] for _, b in shown[start : start + ACROSS]) + GAP
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(INCHES, whole))
         for number, ((_, built), name) in enumerate(zip(shown, names, strict=True)):

@@ -62,14 +62,14 @@ def _write_page(folder: Path, experiment: Experiment | OfflineExperiment) -> Non
 
 def _facts(experiment: Experiment | OfflineExperiment) -> str:
     if isinstance(experiment, OfflineExperiment):
-        what, each, shown = "Clips", "clip", len(experiment.clips)
+        what, unit, amount = "Clips", "clip", len(experiment.clips)
     else:
-        what, each, shown = "Conditions", "condition", len(experiment.conditions())
-    repeats = f"{experiment.repeats} of each {each}"
+        what, unit, amount = "Conditions", "condition", len(experiment.conditions())
+    repeats = f"{experiment.repeats} of each {unit}"
     if experiment.repeats > 1:
-        repeats += f", {shown * experiment.repeats} in all"
+        repeats += f", {amount * experiment.repeats} in all"
     rows = [
-        (what, str(shown)),
+        (what, str(amount)),
         ("Repeats", repeats),
         ("Models", ", ".join(map(_model, experiment.models))),
     ]
@@ -83,10 +83,12 @@ def _model(label: str) -> str:
 
 def _trials(folder: Path, experiment: Experiment) -> list[str]:
     experiment_pictures.draw_paths(experiment, folder / f"{experiment.name}.png")
-    rows = [(str(number), prose(each.label())) for number, each in enumerate(experiment.conditions(), start=1)]
-    said = "The paths of the stimulus from above, without the errors of its start pose"
+    rows = [
+        (str(number), prose(condition.label())) for number, condition in enumerate(experiment.conditions(), start=1)
+    ]
+    caption = "The paths of the stimulus from above, without the errors of its start pose"
     return [
-        markdown.picture(f"{experiment.name}.png", said, f"{said}. The observer is at the origin."),
+        markdown.picture(f"{experiment.name}.png", caption, f"{caption}. The observer is at the origin."),
         "## Conditions\n",
         table(("", "Condition"), rows),
         "## Parameters\n",
@@ -98,9 +100,9 @@ def _trials(folder: Path, experiment: Experiment) -> list[str]:
 
 def _clips(folder: Path, experiment: OfflineExperiment) -> list[str]:
     clips = experiment.clips
-    shown = experiment_pictures.shown_clips(clips)
-    experiment_pictures.draw_clips(shown, folder / f"{experiment.name}.png")
-    what = "each clip" if len(shown) == len(clips) else f"{len(shown)} of the {len(clips)} clips"
+    clips_shown = experiment_pictures.shown_clips(clips)
+    experiment_pictures.draw_clips(clips_shown, folder / f"{experiment.name}.png")
+    what = "each clip" if len(clips_shown) == len(clips) else f"{len(clips_shown)} of the {len(clips)} clips"
     caption = f"The frame in the middle of {what}, at seed 0."
     rows = [(prose(clip.name), _stimulus(clip), ", ".join(map(_change, clip.changes))) for clip in clips[:MOST_ROWS]]
     more = f"and {len(clips) - MOST_ROWS} more.\n" if len(clips) > MOST_ROWS else ""
@@ -128,5 +130,5 @@ def _claims(claims: Sequence[str | Claim]) -> str:
         (code(claim), prose(words(claim).says)) if isinstance(claim, str) else (code(claim.id), prose(claim.says))
         for claim in claims
     ]
-    said = "[What the numbers mean](../../what-the-numbers-mean.md) explains the verdicts."
-    return "\n".join(["## Claims\n", table(("Claim", "It says"), rows), f"{said}\n"])
+    text = "[What the numbers mean](../../what-the-numbers-mean.md) explains the verdicts."
+    return "\n".join(["## Claims\n", table(("Claim", "It says"), rows), f"{text}\n"])

@@ -76,9 +76,9 @@ def write(folder: Path) -> None:
             _run(entry, Path(place))
             pictures.append(f"{number}-{Path(entry.picture).name}")
             shutil.copy(Path(place, entry.picture), folder / pictures[-1])
-    found = list(zip(ENTRIES, pictures, strict=True))
-    thumbnails = "\n".join(_thumbnail(entry, picture) for entry, picture in found)
-    sections = "\n".join(_section(entry, picture) for entry, picture in found)
+    entries = list(zip(ENTRIES, pictures, strict=True))
+    thumbnails = "\n".join(_thumbnail(entry, picture) for entry, picture in entries)
+    sections = "\n".join(_section(entry, picture) for entry, picture in entries)
     text = f"{HEAD}::::{{grid}} 2 2 3 3\n:gutter: 2\n\n{thumbnails}::::\n\n{sections}"
     (folder / "index.md").write_text(text, encoding="utf-8")
 

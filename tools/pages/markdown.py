@@ -58,9 +58,9 @@ def toctree(pages: Iterable[str], *, hidden: bool = True) -> str:
     return "\n".join([":::{toctree}", f"{options}{chr(10).join(pages)}", ":::\n"])
 
 
-def picture(file: str, said: str, caption: str, width: int = 560) -> str:
-    """A picture with a caption; ``said`` is for those who cannot see it, ``width`` in px on a wide screen."""
-    return f":::{{figure}} {file}\n:alt: {said}\n:width: {width}px\n\n{caption}\n:::\n"
+def picture(file: str, text: str, caption: str, width: int = 560) -> str:
+    """A picture with a caption; ``text`` is for those who cannot see it, ``width`` in px on a wide screen."""
+    return f":::{{figure}} {file}\n:alt: {text}\n:width: {width}px\n\n{caption}\n:::\n"
 
 
 def write(path: Path, *parts: str) -> None:

@@ -108,22 +108,22 @@ def _class(named: type) -> str:
     return code(f"dsnn.{named.__name__}" if public else f"{named.__module__}.{named.__name__}")
 
 
-def _picture(folder: Path, shown: Shown) -> str:
-    file = f"{shown.entry.name}-{shown.kind}.png"
-    model_pictures.draw(shown, folder / file)
-    rows, columns = shown.frames[0].luma.shape
-    said = f"Frames of the clip, and below them the answers of {shown.entry.name} against time"
+def _picture(folder: Path, model: Shown) -> str:
+    file = f"{model.entry.name}-{model.kind}.png"
+    model_pictures.draw(model, folder / file)
+    rows, columns = model.frames[0].luma.shape
+    said = f"Frames of the clip, and below them the answers of {model.entry.name} against time"
     caption = (
-        f"The clip *{shown.clip.name}* of [`colias leaderboard --atlas`](../commands/leaderboard.md),"
-        f" {columns}x{rows} px at {shown.fps:g} frames/s, to the model with its parameters on the robot."
+        f"The clip *{model.clip.name}* of [`colias leaderboard --atlas`](../commands/leaderboard.md),"
+        f" {columns}x{rows} px at {model.fps:g} frames/s, to the model with its parameters on the robot."
         " Grey lines: the frames above. Dashed: spiking thresholds T."
     )
     return markdown.picture(file, said, caption)
 
 
 def _notes(entry: ModelEntry) -> str:
-    found = docstring_text.notes(entry.build) if inspect.isclass(entry.build) else []
-    return "\n\n".join(["## Notes", *found, ""]) if found else ""
+    paragraphs = docstring_text.notes(entry.build) if inspect.isclass(entry.build) else []
+    return "\n\n".join(["## Notes", *paragraphs, ""]) if paragraphs else ""
 
 
 def _presets(entry: ModelEntry, section: str) -> str:
@@ -139,9 +139,9 @@ def _presets(entry: ModelEntry, section: str) -> str:
     named: Mapping[str, Any] = base.presets() if hasattr(base, "presets") else {}
     for name, values in named.items():
         rows.append((code(name), code(f"--set {section}.preset={name}"), _changes(values, base)))
-    said = docstring_text.paragraphs(type(base).presets)[1:] if named else []
+    paragraphs = docstring_text.paragraphs(type(base).presets)[1:] if named else []
     heads = ("Preset", "Used by", f"Set otherwise than {_class(type(base))} has it")
-    return "\n\n".join(["## Presets", *said, table(heads, rows)])
+    return "\n\n".join(["## Presets", *paragraphs, table(heads, rows)])
 
 
 def _changes(values: Any, base: Any) -> str:

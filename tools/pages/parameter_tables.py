@@ -64,11 +64,13 @@ def parameters(values: Any, others: Mapping[str, Any] = MappingProxyType({})) ->
     others
         Word -> other values of the same class, which are told where they are not the defaults.
     """
-    named = {said: {row.name: row.value for row in rows(each)} for said, each in others.items()}
+    named = {word: {row.name: row.value for row in rows(section)} for word, section in others.items()}
     lines = []
     for row in rows(values):
-        told = [f", {said} {code(each[row.name])}" for said, each in named.items() if each[row.name] != row.value]
-        value = f"{code(row.value)}{''.join(told)}"
+        notes = [
+            f", {word} {code(section[row.name])}" for word, section in named.items() if section[row.name] != row.value
+        ]
+        value = f"{code(row.value)}{''.join(notes)}"
         lines.append((code(row.name), value, prose(row.meaning), _unit_cell(row.unit), _legal_cell(row.legal)))
     drawn = table(("Parameter", "Default", "Meaning", "Unit", "Legal"), lines)
     return f":::{{table}}\n:class: parameters\n\n{drawn}:::\n"

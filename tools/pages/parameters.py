@@ -35,9 +35,9 @@ def aliases() -> dict[str, str]:
     Names of Python's own types that numpydoc would look up elsewhere stay words.
     """
     classes = [name for name, thing in _public().items() if inspect.isclass(thing)]
-    own = {name.rpartition(".")[2]: name for name in reversed(classes)}
+    by_last_name = {name.rpartition(".")[2]: name for name in reversed(classes)}
     places = {place: name for place, name in surface.places(_public()).items() if name in classes and place != name}
-    return {word: word for word in DEFAULT_LINKS} | own | {name: f"~{name}" for name in classes} | places
+    return {word: word for word in DEFAULT_LINKS} | by_last_name | {name: f"~{name}" for name in classes} | places
 
 
 def filenames() -> dict[str, str]:
@@ -69,15 +69,15 @@ def _on_signature(
     app: Sphinx, what: str, name: str, thing: Any, options: Any, signature: str | None, returns: str | None
 ) -> tuple[str | None, str | None]:
     try:
-        found = inspect.signature(thing)
+        parsed = inspect.signature(thing)
     except (TypeError, ValueError):
         return signature, returns
     if getattr(thing, "_is_protocol", False):
         return "", None  # nobody makes one
-    bound = what == "method" and list(found.parameters)[:1] in (["self"], ["cls"])
+    bound = what == "method" and list(parsed.parameters)[:1] in (["self"], ["cls"])
     if bound:
-        found = found.replace(parameters=list(found.parameters.values())[1:])
-    return stringify_signature(found, show_annotation=False, show_return_annotation=False), None
+        parsed = parsed.replace(parameters=list(parsed.parameters.values())[1:])
+    return stringify_signature(parsed, show_annotation=False, show_return_annotation=False), None
 
 
 def left_out() -> dict[str, str]:
@@ -90,9 +90,9 @@ def left_out() -> dict[str, str]:
 def _on_described(app: Sphinx, domain: str, kind: str, content: nodes.Element) -> None:
     """Write the type of a property that is an array as numpydoc does."""
     for node in content.findall(addnodes.desc_annotation) if (domain, kind) == ("py", "property") else ():
-        found = re.match(r": ndarray\[tuple\[Any, \.\.\.\], dtype\[(\w+)\]\]$", node.astext())
-        if found:
-            node[:] = [nodes.Text(f": ndarray of {found[1]}")]
+        match = re.match(r": ndarray\[tuple\[Any, \.\.\.\], dtype\[(\w+)\]\]$", node.astext())
+        if match:
+            node[:] = [nodes.Text(f": ndarray of {match[1]}")]
 
 
 def public_name(target: str) -> str | None:
@@ -110,8 +110,8 @@ def public_name(target: str) -> str | None:
 def _on_missing(app: Sphinx, env: Any, node: Any, content: nodes.TextElement) -> nodes.reference | None:
     """Link a name by which no page knows an object."""
     name = public_name(node["reftarget"].lstrip("~.")) if node.get("refdomain") == "py" else None
-    found = env.domains.python_domain.objects.get(name)
-    return make_refnode(app.builder, node["refdoc"], found.docname, found.node_id, content, name) if found else None
+    target = env.domains.python_domain.objects.get(name)
+    return make_refnode(app.builder, node["refdoc"], target.docname, target.node_id, content, name) if target else None
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

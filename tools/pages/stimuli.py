@@ -15,9 +15,9 @@ from tools.pages.uses import Use, uses
 
 def write(folder: Path) -> None:
     """Write the pages into ``folder``."""
-    shown = uses()
+    all_uses = uses()
     for entry in STIMULI.values():
-        _write_page(folder, entry, shown)
+        _write_page(folder, entry, all_uses)
     rows = ((f"[{code(name)}]({name}.md)", prose(sentence(entry.summary))) for name, entry in STIMULI.items())
     markdown.write(
         folder / "index.md",
@@ -32,7 +32,7 @@ def write(folder: Path) -> None:
     )
 
 
-def _write_page(folder: Path, entry: StimulusEntry, shown: Sequence[Use]) -> None:
+def _write_page(folder: Path, entry: StimulusEntry, stimulus_uses: Sequence[Use]) -> None:
     name, params = entry.name, type(entry.params)
     row = stimulus_pictures.draw(entry, folder / f"{name}.png")
     band = stimulus_pictures.BANDS.get(name)
@@ -53,14 +53,14 @@ def _write_page(folder: Path, entry: StimulusEntry, shown: Sequence[Use]) -> Non
         "## Parameters\n",
         f"`--set {name}.NAME=VALUE` sets one, and `colias stimulus {name} --parameters` lists them.\n",
         parameters(entry.params),
-        _used(name, shown),
+        _used(name, stimulus_uses),
     )  # fmt: skip
 
 
-def _used(name: str, shown: Sequence[Use]) -> str:
+def _used(name: str, stimulus_uses: Sequence[Use]) -> str:
     rows = [
         (prose(use.name), f"[{code(use.command)}]({use.page})", str(use.clips[name]))
-        for use in shown if use.clips[name]
+        for use in stimulus_uses if use.clips[name]
     ]  # fmt: skip
-    said = table(("What", "Command", "Clips of it"), rows) if rows else "Nothing that ships shows it by itself.\n"
-    return f"## Used by\n\n{said}"
+    text = table(("What", "Command", "Clips of it"), rows) if rows else "Nothing that ships shows it by itself.\n"
+    return f"## Used by\n\n{text}"

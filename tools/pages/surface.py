@@ -40,12 +40,12 @@ def exported() -> dict[str, object]:
 
 def public() -> dict[str, object]:
     """Return the names that have a page -> their objects. A class or function that two packages export has one page."""
-    found: dict[str, object] = {}
+    by_name: dict[str, object] = {}
     for name, thing in exported().items():
-        twice = not is_constant(thing) and any(thing is other for other in found.values())
+        twice = not is_constant(thing) and any(thing is other for other in by_name.values())
         if not twice:
-            found[name] = thing
-    return found
+            by_name[name] = thing
+    return by_name
 
 
 def is_constant(thing: object) -> bool:

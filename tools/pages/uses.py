@@ -51,15 +51,15 @@ def _uses() -> Iterator[Use]:
         "the scores of direction": (*stimuli.plain_clips(), *stimuli.clutter_clips()),
         "the scores of looming": (*looming_stimuli.plain_clips(), *looming_stimuli.moving_clips()),
     }
-    for said, clips in scores.items():
-        yield Use(said, "colias leaderboard", board, _counted(clips))
+    for title, clips in scores.items():
+        yield Use(title, "colias leaderboard", board, _counted(clips))
     yield Use("the atlas", "colias leaderboard --atlas", board, _counted(atlas.CLIPS))
     for name in CURVES:
         clips = tuple(probe.clip for probe in curve_family(name).probes)
         yield Use(f"the curve {name}", f"colias tune --curve {name}", "../commands/tune.md", _counted(clips))
-    shown = tuple(clip for group in GROUPS.values() for clip in group)
-    said = "the claims of the looming models' own papers"
-    yield Use(said, "colias reproduce --models all", "../commands/reproduce.md", _counted(shown))
+    group_clips = tuple(clip for group in GROUPS.values() for clip in group)
+    title = "the claims of the looming models' own papers"
+    yield Use(title, "colias reproduce --models all", "../commands/reproduce.md", _counted(group_clips))
 
 
 def _counted(clips: Iterable[Clip]) -> Counter[str]:

@@ -92,7 +92,9 @@ def reset_seeds(seed: Any, num_envs: int) -> list[int | None]:
     listed = isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str | bytes)
     several = listed and getattr(seed, "ndim", 1) > 0
     given = list(seed) if several else [seed] * num_envs
-    seeds = [None if each is None else -1 if (number := whole(each)) is None else number for each in given]
+    seeds = [
+        None if seed_given is None else -1 if (number := whole(seed_given)) is None else number for seed_given in given
+    ]
     if len(seeds) != num_envs or any(s is not None and s < 0 for s in seeds):
         raise ValueError(f"seed={one_line(seed)}: expected a whole number from 0, or {num_envs} of them, or None")
     return seeds if several else [None if s is None else s + i for i, s in enumerate(seeds)]

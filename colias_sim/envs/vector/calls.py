@@ -92,13 +92,13 @@ class CallingVectorEnv(VectorEnv[Any, Any, npt.NDArray[Any]]):
             For a list or tuple of another length, and as of `call`. Everything stays open.
         """
         self._check_open()
-        each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
-        if len(each) != self.num_envs:
+        per_env = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
+        if len(per_env) != self.num_envs:
             raise ValueError(
                 "Values must be a list or tuple with length equal to the number of environments. "
-                f"Got `{len(each)}` values for {self.num_envs} environments."
+                f"Got `{len(per_env)}` values for {self.num_envs} environments."
             )
-        self._call("assign", [(name, each[task.rows]) for task in self._tasks])
+        self._call("assign", [(name, per_env[task.rows]) for task in self._tasks])
 
     @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]

@@ -95,9 +95,9 @@ class ColiasVectorEnv(CallingVectorEnv):
         **options: Any,
     ) -> None:
         num_envs = env_count(num_envs)
-        own = checked(env_class(entry_point).options_type, options)
-        self.num_envs, self.render_mode = num_envs, own.render_mode
-        self.single_observation_space, self.single_action_space = observed, acted = spaces_of(own)
+        settings = checked(env_class(entry_point).options_type, options)
+        self.num_envs, self.render_mode = num_envs, settings.render_mode
+        self.single_observation_space, self.single_action_space = observed, acted = spaces_of(settings)
         self.observation_space, self.action_space = batch_space(observed, num_envs), batch_space(acted, num_envs)
         self._mode, limit = autoreset(autoreset_mode), step_limit(max_episode_steps)
         self._begun = np.zeros(num_envs, np.bool_)

@@ -24,7 +24,7 @@ def factory(entry_point: str) -> Callable[..., ColiasVectorEnv]:
         `ColiasVectorEnv` for this env. Its signature spells out the env's keyword arguments.
     """
     make = partial(ColiasVectorEnv, entry_point)
-    _, *own = inspect.signature(ColiasVectorEnv).parameters.values()
+    _, *parameters = inspect.signature(ColiasVectorEnv).parameters.values()
     options = inspect.signature(env_class(entry_point)).parameters.values()
-    make.__signature__ = inspect.Signature([*own[:-1], *options], return_annotation=ColiasVectorEnv)  # type: ignore[attr-defined]
+    make.__signature__ = inspect.Signature([*parameters[:-1], *options], return_annotation=ColiasVectorEnv)  # type: ignore[attr-defined]
     return make

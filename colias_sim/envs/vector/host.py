@@ -152,8 +152,8 @@ class Host:
 
     def call(self, name: str, arguments: tuple[Any, ...], keywords: Mapping[str, Any]) -> list[Any]:
         """The return value of each env's method ``name``, or its attribute of that name if that is not callable."""
-        found = (env.get_wrapper_attr(name) for env in self.envs)
-        return [each(*arguments, **keywords) if callable(each) else each for each in found]
+        attributes = (env.get_wrapper_attr(name) for env in self.envs)
+        return [attribute(*arguments, **keywords) if callable(attribute) else attribute for attribute in attributes]
 
     def assign(self, name: str, values: Sequence[Any]) -> list[None]:
         """Set an attribute of each env, to one value each."""

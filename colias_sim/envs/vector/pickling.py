@@ -77,10 +77,10 @@ def pack_error(error: Exception | SystemExit) -> PackedError:
             pickle.loads(pickled)
             content = pickled
     try:
-        said = str(error)
+        message = str(error)
     except Exception:  # an exception of a user's own may have no words
-        said = ""
-    return content, f"{type(error).__name__}: {said}", "".join(traceback.format_exception(error))
+        message = ""
+    return content, f"{type(error).__name__}: {message}", "".join(traceback.format_exception(error))
 
 
 def unpack_error(packed: PackedError, who: str) -> Exception:

@@ -174,8 +174,8 @@ class Processes:
         try:
             contents = [cloudpickled(argument) for argument in arguments]
         except Exception as error:
-            said = f"what {arguments[0][0]!r} is given does not pickle, which another process needs ({error})"
-            return [ValueError(f"{said}: give something that does, or workers=0")]
+            message = f"what {arguments[0][0]!r} is given does not pickle, which another process needs ({error})"
+            return [ValueError(f"{message}: give something that does, or workers=0")]
         self._send([(method, content) for content in contents])
         return [self._result(k, *reply) for k, reply in enumerate(self._receive())]
 

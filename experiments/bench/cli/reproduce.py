@@ -36,7 +36,7 @@ def reproduce(
     ] = False,
     full: Annotated[
         bool,
-        typer.Option("--full", help="20 replicates instead of 5, so that claims are robust or fragile; more episodes."),
+        typer.Option("--full", help="40 replicates instead of 5, so that claims have a word; more episodes."),
     ] = False,
     robot_only: Annotated[
         bool, typer.Option("--robot-only", help="Just the paper's trials with the robot: neither clips nor behaviours.")
@@ -94,7 +94,7 @@ def reproduce(
     result = whole.reproduce(folder, scale, seed, shown, means, experiment or (), robot_only, only)
     page = report.write(result)
     if not quiet:
-        table.show_claims(result.claims)
+        table.show_claims(result.claims, result.pooled, result.scale.name)
         closed_loop_table.show_claims(result.own_claims)
         out_console.print()
         if result.onboard:

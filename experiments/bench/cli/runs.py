@@ -41,7 +41,7 @@ def runs(folder: Annotated[Path, typer.Argument(help="Where runs are.")] = Path(
         trials = f"{row['done']}" if whole else Text(f"{row['done']} of {row['planned']}", "yellow")
         begun = f"{row['when'].astimezone():%Y-%m-%d %H:%M}{'' if row['when_from'] == 'begun' else ' (mtime)'}"
         table.add_row(
-            name, begun, row["experiment"], f"{row['seed']}" if row["provenance"] == "simulated" else "-",
+            name, begun, row["experiment"], "-" if row["seed"] is None else f"{row['seed']}",
             Text.assemble(trials, failed), row["models"], row["changed"], row["verdicts"], row["commit"] or "-",
             *([row["provenance"]] if imported else []),
         )  # fmt: skip

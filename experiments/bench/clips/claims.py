@@ -41,13 +41,13 @@ class ClipClaim(Claim):
     judge
         From the rows of one seed's ``trials.parquet``, those of the clips and models that the claim is about, and a
         spiking threshold, to an `Outcome`. The threshold is the DSNN's; of a claim that does not take the DSNN it is
-        that of its first model by name. Where the judge raises, the claim is untested.
+        that of its first model by name. Where the judge raises, the claim is not judged.
     says, source
         Its words, and where they are from.
     silent_passes
-        Whether a model that never answers would keep it; it is ``vacuous`` for one that answers no translation.
+        Whether a model that never answers would keep it; it is not judged for one that answers no translation.
     models
-        The labels of the models that it takes; without one of them it is untested.
+        The labels of the models that it takes; without one of them it is not judged.
     conditions
         Column -> the values of clips that its words name; other clips do not count. Every combination is needed.
         Without any, all clips count.
@@ -159,7 +159,7 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
         return Outcome.unjudged(lacking)
     found = asked.ask(own, 0.0 if threshold is None else threshold)
     told = replace(found, measured="; ".join(filter(None, (found.measured, "" if asked.own else _shift(asked, own)))))
-    return told.untested(lacking) if lacking and told.verdict in ("holds", "untestable") else told
+    return told.withheld(lacking) if lacking and told.verdict in ("holds", "unknown constants") else told
 
 
 def _shift(claim: ClipClaim, rows: Rows) -> str:

@@ -82,12 +82,12 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
     """
     models = list(dict.fromkeys(row["model"] for row in rows))
     polarities = [polarity for polarity in CASES if any(row["polarity"] == polarity for row in rows)]
-    shown = sorted({(row["motion"], row["speed"]) for row in rows}, key=lambda each: (each[0] != "rightward", *each))
+    motions = sorted({(row["motion"], row["speed"]) for row in rows}, key=lambda each: (each[0] != "rightward", *each))
     tints, left = colours(models), shares(rows)
     styles = _styles(tints)
     with mpl.rc_context(STYLE):
         bar = max(WIDTHS[2], BAR_WIDTH * (len(models) - 1))
-        ratios = (WIDTHS[0], *[WIDTHS[1]] * len(shown), bar)
+        ratios = (WIDTHS[0], *[WIDTHS[1]] * len(motions), bar)
         width = 11.0 * sum(ratios) / (sum(ratios) - bar + WIDTHS[2])
         high = 2.55 if len(models) - 1 <= MOST_WRITTEN else 3.4
         drawn = Figure(figsize=(width, high * len(polarities) + 1.0), layout="constrained")
@@ -95,10 +95,10 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
         highest = max([strongest(row, "hs") for row in rows] + [t for t in thresholds.values() if t is not None])
         for down, polarity in enumerate(polarities):
             icons, *traces, bars = grid[down]
-            own = [row for row in rows if row["polarity"] == polarity]
+            edge_rows = [row for row in rows if row["polarity"] == polarity]
             _icons(icons, polarity)
-            for axes, (motion, speed) in zip(traces, shown, strict=True):
-                here = [row for row in own if (row["motion"], row["speed"]) == (motion, speed)]
+            for axes, (motion, speed) in zip(traces, motions, strict=True):
+                here = [row for row in edge_rows if (row["motion"], row["speed"]) == (motion, speed)]
                 _traces(axes, here, frames, tints, styles)
                 _limits(axes, thresholds)
                 axes.set_ylim(-1.12 * highest, 1.12 * highest)
@@ -106,13 +106,13 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
                 axes.set_title(f"{motion}, {speed:g} px/s", fontsize=8)
                 axes.set_xlabel("time (s)", fontsize=8)
             traces[0].set_ylabel("HS, right positive", fontsize=8)
-            _bars(bars, own, left, tints)
+            _bars(bars, edge_rows, left, tints)
         keys = [Line2D([], [], color=tint, lw=4.0 if model == DSNN else 1.8, alpha=0.45 if model == DSNN else 1.0,
                        ls=styles[model], label=_named(model)) for model, tint in tints.items()]  # fmt: skip
         limits = sorted({level for level in thresholds.values() if level is not None})
         if limits:
-            said = ", ".join(f"{level:g}" for level in limits)
-            keys.append(Line2D([], [], color="black", ls=":", lw=0.8, label=f"±T = {said}"))
+            levels = ", ".join(f"{level:g}" for level in limits)
+            keys.append(Line2D([], [], color="black", ls=":", lw=0.8, label=f"±T = {levels}"))
         across = columns_of_key([str(key.get_label()) for key in keys], width, 8)
         drawn.legend(handles=keys, loc="outside lower center", ncols=across, frameon=False, fontsize=8)
     return drawn
@@ -131,13 +131,13 @@ def _styles(tints: Mapping[str, str]) -> dict[str, Any]:
 
     Models of one colour have different styles, while there are any.
     """
-    broken, found, used = LINES[1:], {}, set()
+    broken, styles, used = LINES[1:], {}, set()
     for place, (model, tint) in enumerate((model, tint) for model, tint in tints.items() if model != DSNN):
         turns = [(place + 1 + more) % len(broken) for more in range(len(broken))]
         turn = next((turn for turn in turns if (tint, turn) not in used), turns[0])
         used.add((tint, turn))
-        found[model] = broken[turn]
-    return {**found, DSNN: "-"}
+        styles[model] = broken[turn]
+    return {**styles, DSNN: "-"}
 
 
 def _icons(axes: Axes, polarity: str) -> None:
@@ -146,14 +146,14 @@ def _icons(axes: Axes, polarity: str) -> None:
     axes.set(xlim=(0, 10), ylim=(0, 12.4))
     axes.set_axis_off()
     axes.set_title(name, fontsize=9, loc="left", color=INK, fontweight="bold")
-    for bottom, said in zip((8.6, 4.4), cases, strict=True):
-        dark, leading = said.startswith("dark"), said.endswith("leading edge")
+    for bottom, caption in zip((8.6, 4.4), cases, strict=True):
+        dark, leading = caption.startswith("dark"), caption.endswith("leading edge")
         axes.add_patch(Rectangle((0.2, bottom), 9.4, 2.4, fc=SKY, ec="none"))
         axes.add_patch(Rectangle((3.2, bottom), 3.0, 2.4, fc=DARK if dark else LIGHT, ec="none"))
         edge = 6.2 if leading else 3.2
         axes.plot([edge, edge], [bottom, bottom + 2.4], color=MARK, lw=2.6, solid_capstyle="butt")
         axes.annotate("", (9.2, bottom + 1.2), (6.8, bottom + 1.2), arrowprops={"arrowstyle": "->", "color": INK})
-        axes.text(0.2, bottom - 0.15, said, fontsize=7, va="top", color=INK)
+        axes.text(0.2, bottom - 0.15, caption, fontsize=7, va="top", color=INK)
     high, low = (2.2, 0.9) if polarity == "off" else (0.9, 2.2)
     axes.plot([0.2, 4.9, 4.9, 9.6], [high, high, low, low], color=INK, lw=1.5)
     axes.plot([4.9, 4.9], [0.9, 2.2], color=MARK, lw=2.2)
@@ -184,11 +184,11 @@ def _bars(axes: Axes, rows: Rows, left: Mapping[tuple[str, str], float], tints: 
     others = [model for model in tints if model != DSNN and any((clip, model) in left for clip in clips)]
     upright = 90 if len(others) > MOST_WRITTEN else 0
     for place, model in enumerate(others):
-        each = [100.0 * left[clip, model] for clip in clips if (clip, model) in left]
-        axes.bar(place, float(np.mean(each)), width=0.62, color=tints[model], alpha=0.75)
-        axes.plot(place + np.linspace(-0.2, 0.2, len(each)), each, "o", ms=3, color=INK, zorder=3)
-        said = f"{min(each):.1f}" if max(each) - min(each) < 0.05 else f"{min(each):.1f} to {max(each):.1f}"
-        axes.text(place, max(each) + CLEAR, f"{said} %", fontsize=7, ha="center", va="bottom", rotation=upright)
+        shares = [100.0 * left[clip, model] for clip in clips if (clip, model) in left]
+        axes.bar(place, float(np.mean(shares)), width=0.62, color=tints[model], alpha=0.75)
+        axes.plot(place + np.linspace(-0.2, 0.2, len(shares)), shares, "o", ms=3, color=INK, zorder=3)
+        text = f"{min(shares):.1f}" if max(shares) - min(shares) < 0.05 else f"{min(shares):.1f} to {max(shares):.1f}"
+        axes.text(place, max(shares) + CLEAR, f"{text} %", fontsize=7, ha="center", va="bottom", rotation=upright)
     for bound in (MOST_OF_DRIVEN, LEAST_OF_OTHER):
         axes.axhline(100.0 * bound, color=MARK, ls="--", lw=0.9)
         axes.annotate(f"{100 * bound:g} %", (1.0, 100.0 * bound), xycoords=("axes fraction", "data"), fontsize=7,

@@ -59,10 +59,12 @@ class Clip:
         if not isinstance(self.jitter_px, int | float) or isinstance(self.jitter_px, bool):
             raise ValueError(f"clip {self.name}: jitter_px={self.jitter_px!r}: legal is a number")
         try:
-            object.__setattr__(self, "changes", tuple((name, plain(each)) for name, each in dict(self.changes).items()))
+            object.__setattr__(
+                self, "changes", tuple((name, plain(value)) for name, value in dict(self.changes).items())
+            )
         except (TypeError, ValueError):
-            said = f"changes={self.changes!r}: legal is pairs of a parameter's name and its value"
-            raise ValueError(f"clip {self.name}: {said}") from None
+            problem = f"changes={self.changes!r}: legal is pairs of a parameter's name and its value"
+            raise ValueError(f"clip {self.name}: {problem}") from None
         self.build(0)
 
     def build(self, seed: int) -> Stimulus[ClipParams]:
@@ -218,8 +220,8 @@ class OfflineExperiment:
             known = stimulus_entry(clip.stimulus).params
             for name in drawn:
                 if not hasattr(known, name):
-                    said = f"'{clip.name}', a {clip.stimulus}, has no {name} to draw peaks against"
-                    raise ValueError(f"experiment {self.name}: the clip {said}")
+                    problem = f"'{clip.name}', a {clip.stimulus}, has no {name} to draw peaks against"
+                    raise ValueError(f"experiment {self.name}: the clip {problem}")
 
 
 @dataclass(frozen=True, slots=True)

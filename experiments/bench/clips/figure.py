@@ -87,10 +87,10 @@ def _traces(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]
     trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
     columns = {system: frames[system].to_numpy() for system in SYSTEMS}
     for axes, clip in zip(panels, clips, strict=True):
-        own = [row for row in rows if row["clip"] == clip]
+        clip_rows = [row for row in rows if row["clip"] == clip]
         for system, (_, style) in SYSTEMS.items():
-            curves = [columns[system][(trial == row["trial"]) & (name == row["model"])] for row in own]
-            for row, curve, extra in zip(own, curves, extra_widths(curves, SAME), strict=True):
+            curves = [columns[system][(trial == row["trial"]) & (name == row["model"])] for row in clip_rows]
+            for row, curve, extra in zip(clip_rows, curves, extra_widths(curves, SAME), strict=True):
                 axes.plot(curve, ls=style, lw=1.1 + extra, color=looks[row["model"]].colour,
                           **_dots(looks[row["model"]], len(curve)))  # fmt: skip
         _limits(axes, thresholds, models)
@@ -114,19 +114,19 @@ def _dots(mark: Mark, count: int) -> dict[str, Any]:
 
 def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     """Largest |HS| and |VS| along one parameter: panels by another and by model, a line for each of a third."""
-    shown = [row for row in rows if row["object"] != "absent"]
-    unit = shown[0]["speed_unit"]
-    models = list(dict.fromkeys(row["model"] for row in shown))
-    rowsof = sorted({row[shape.panels] for row in shown})
-    shades = level_colours(sorted({row[shape.lines] for row in shown}))
-    drawn, panels = _by_model(models, len(rowsof))
-    for level, block in zip(rowsof, panels, strict=True):
+    object_rows = [row for row in rows if row["object"] != "absent"]
+    unit = object_rows[0]["speed_unit"]
+    models = list(dict.fromkeys(row["model"] for row in object_rows))
+    levels_of_panels = sorted({row[shape.panels] for row in object_rows})
+    shades = level_colours(sorted({row[shape.lines] for row in object_rows}))
+    drawn, panels = _by_model(models, len(levels_of_panels))
+    for level, block in zip(levels_of_panels, panels, strict=True):
         for axes, model in zip(block, models, strict=True):
-            own = [row for row in shown if (row["model"], row[shape.panels]) == (model, level)]
-            _systems(axes, [
-                (shade, _along([row for row in own if row[shape.lines] == value], lambda row: float(row[shape.along])))
-                for value, shade in shades.items()
-            ])  # fmt: skip
+            panel_rows = [row for row in object_rows if (row["model"], row[shape.panels]) == (model, level)]
+            lines = [
+                (shade, [row for row in panel_rows if row[shape.lines] == value]) for value, shade in shades.items()
+            ]
+            _systems(axes, [(shade, _along(line, lambda row: float(row[shape.along]))) for shade, line in lines])
             _limits(axes, thresholds, [model])
             axes.set_title(plain(wrapped(f"{model}, {_level(shape.panels, level, unit)}", 2.7, 8)), fontsize=8)
         _from_zero(block)
@@ -159,17 +159,19 @@ def _from_zero(block: Sequence[Axes]) -> None:
 
 def _along(rows: Rows, place: Callable[[Mapping[str, Any]], float]) -> dict[float, list[Mapping[str, Any]]]:
     """The rows by their ``place`` along the axis, in its order."""
-    found: dict[float, list[Mapping[str, Any]]] = {}
+    by_value: dict[float, list[Mapping[str, Any]]] = {}
     for row in sorted(rows, key=place):
-        found.setdefault(place(row), []).append(row)
-    return found
+        by_value.setdefault(place(row), []).append(row)
+    return by_value
 
 
 def _systems(axes: Axes, lines: Sequence[tuple[Any, Mapping[float, Rows]]]) -> None:
     """Draw each line in its colour, HS solid and VS dotted: at each place the largest size of the clips there."""
     for system, (_, style) in SYSTEMS.items():
-        curves = [[max(max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in own) for own in places.values()]
-                  for _, places in lines]  # fmt: skip
+        curves = [
+            [max(max(row[f"peak_{system}"], -row[f"trough_{system}"]) for row in place) for place in places.values()]
+            for _, places in lines
+        ]
         for (colour, places), curve, extra in zip(lines, curves, extra_widths(curves, SAME), strict=True):
             axes.plot(list(places), curve, "o", ls=style, ms=3 + extra, lw=1 + extra / 2, color=colour)
 
@@ -199,8 +201,8 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     drawn, panels = _by_model(models, len(parts))
     for (title, lines), block in zip(parts, panels, strict=True):
         for axes, model in zip(block, models, strict=True):
-            _systems(axes, [(shade, _along([row for row in own if row["model"] == model], _px_a_frame))
-                            for shade, own in lines])  # fmt: skip
+            _systems(axes, [(shade, _along([row for row in line_rows if row["model"] == model], _px_a_frame))
+                            for shade, line_rows in lines])  # fmt: skip
             axes.axvline(PAPER_PX_FRAME, color="black", lw=0.6, ls="-.")
             axes.set_xscale("log")
             axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks], fontsize=6)
@@ -234,9 +236,9 @@ def _background_parts(rows: Rows, shades: Mapping[float, Any]) -> list[tuple[str
     if depth:
         parts.append(("in depth", [("black", depth)]))
     for grey in dict.fromkeys(greys[i] for i in (0, -1) if greys):
-        own = [row for row in moving if row["grey"] == grey]
+        grey_rows = [row for row in moving if row["grey"] == grey]
         lines: list[tuple[Any, Rows]] = [
-            (shade, [row for row in own if row["speed"] == speed]) for speed, shade in shades.items()
+            (shade, [row for row in grey_rows if row["speed"] == speed]) for speed, shade in shades.items()
         ]
         parts.append((f"object of grey {grey:g}", lines))
     return parts
@@ -265,7 +267,7 @@ def _ranges(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     for level in levels:
         axes.axvline(level, color="black", ls="--", lw=0.7)
     axes.set_xlabel("largest |HS| potential of a clip: smallest to largest", fontsize=8)
-    _legend(drawn, [*(Line2D([], [], color=tint, lw=4, label=said) for said, _, tint, _ in kinds),
+    _legend(drawn, [*(Line2D([], [], color=tint, lw=4, label=caption) for caption, _, tint, _ in kinds),
                     *_threshold_keys(thresholds, models)])  # fmt: skip
     return drawn
 
@@ -281,16 +283,18 @@ def _threshold_keys(thresholds: Mapping[str, float | None], models: Sequence[str
     """Return what the dashed lines are: thresholds, and of which models where there are several."""
     levels = {model: level for model in models if (level := thresholds.get(model)) is not None}
     owners = {level: [model for model in levels if levels[model] == level] for level in levels.values()}
-    said = []
-    for level, own in sorted(owners.items()):
-        whose = ", ".join(own[:MOST_NAMED]) + (f" and {len(own) - MOST_NAMED} more" if len(own) > MOST_NAMED else "")
-        said.append(f"{level:g}" + (f" of {whose}" if len(models) > 1 else ""))
-    label = plain(wrapped(f"T = {'; '.join(said)}", 2.2, 7))
-    return [Line2D([], [], color="black", ls="--", lw=0.7, label=label)] if said else []
+    labels = []
+    for level, owners_of_level in sorted(owners.items()):
+        whose = ", ".join(owners_of_level[:MOST_NAMED]) + (
+            f" and {len(owners_of_level) - MOST_NAMED} more" if len(owners_of_level) > MOST_NAMED else ""
+        )
+        labels.append(f"{level:g}" + (f" of {whose}" if len(models) > 1 else ""))
+    label = plain(wrapped(f"T = {'; '.join(labels)}", 2.2, 7))
+    return [Line2D([], [], color="black", ls="--", lw=0.7, label=label)] if labels else []
 
 
 def _system_keys() -> list[Line2D]:
-    return [Line2D([], [], color="black", ls=style, label=said) for said, style in SYSTEMS.values()]
+    return [Line2D([], [], color="black", ls=style, label=caption) for caption, style in SYSTEMS.values()]
 
 
 def _legend(drawn: Figure, keys: Sequence[Line2D]) -> None:

@@ -50,5 +50,5 @@ def _object(recording: rr.RecordingStream, truths: Sequence[Truth], times: list[
 
 
 def _blueprint(played: Played) -> rrb.Blueprint:
-    shown = rrb.Spatial2DView(origin="clip", name=played.name)
-    return page(shown, plots(channel for answer in played.answers for channel in answer.channels), shares=[3, 2])
+    view = rrb.Spatial2DView(origin="clip", name=played.name)
+    return page(view, plots(channel for answer in played.answers for channel in answer.channels), shares=[3, 2])

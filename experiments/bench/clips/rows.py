@@ -70,12 +70,12 @@ CLIP_SCHEMA = schema_of(ClipRow, ModelRow, ShownRow)
 SERIES_SCHEMA = schema_of(FrameRow, ResponseRow)
 
 
-def clip_contents(shown: Sequence[Showing], recorded: Iterable[int] = (), *, frames: bool = True) -> Contents:
+def clip_contents(showings: Sequence[Showing], recorded: Iterable[int] = (), *, frames: bool = True) -> Contents:
     """Return what a run of these clips may hold; the ``recorded`` ones leave recordings."""
     with_recording = frozenset(recorded)
     known: dict[int, Mapping[str, Any]] = {}  # clips of all repeats are the same few objects
     trials = {}
-    for showing in shown:
+    for showing in showings:
         clip = showing.condition
         if id(clip) not in known:
             params = clip.build(showing.seed).params
@@ -92,7 +92,7 @@ def _row(
     series: ResponseSeries, wall_s: float,
 ) -> dict[str, Any]:  # fmt: skip
     """The row of one model; ``motions`` is the truth's word for each frame."""
-    shown: Mapping[str, Any] = {name: getattr(clip.params, name, None) for name in SHOWN}
+    settings: Mapping[str, Any] = {name: getattr(clip.params, name, None) for name in SHOWN}
     return {
         "experiment": showing.experiment,
         "trial": showing.index,
@@ -101,7 +101,7 @@ def _row(
         "model": model.label,
         "stimulus": showing.condition.stimulus,
         "clip": showing.condition.name,
-        **shown,
+        **settings,
         "background_mean": _background_mean(clip),
         **spike_counts(model, series),
         **{

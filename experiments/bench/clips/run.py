@@ -18,31 +18,31 @@ from experiments.bench.engine.pool import Pool
 SCHEMAS = (CLIP_SCHEMA, SERIES_SCHEMA)
 
 
-def batch(made: OfflinePlan, *, record: bool = False, frames: bool = True) -> Batch[Showing]:
+def batch(plan: OfflinePlan, *, record: bool = False, frames: bool = True) -> Batch[Showing]:
     """Return the clips of a checked plan as a batch.
 
     ``record`` keeps recordings of the first seed's clips; ``frames`` keeps a row a frame.
     """
-    recorded = [showing.index for showing in made.showings if record and showing.repeat == 0]
+    recorded = [showing.index for showing in plan.showings if record and showing.repeat == 0]
     return Batch(
-        name=made.experiment.name,
-        specs=made.showings,
+        name=plan.experiment.name,
+        specs=plan.showings,
         work=partial(show_first_seed, record=record) if record else show if frames else show_without_frames,
-        description={**made.describe(), "recordings": record},
-        contents=replace(clip_contents(made.showings, recorded, frames=frames), parameters=made.changed()),
+        description={**plan.describe(), "recordings": record},
+        contents=replace(clip_contents(plan.showings, recorded, frames=frames), parameters=plan.changed()),
         schemas=SCHEMAS,
         things="clips",
-        amount=made.amount,
+        amount=plan.amount,
         size=pixels,
     )
 
 
-def run(made: OfflinePlan, out: Path, pool: Pool, resources: Resources, *, record: bool = False) -> OfflineReport:
+def run(plan: OfflinePlan, out: Path, pool: Pool, resources: Resources, *, record: bool = False) -> OfflineReport:
     """Show what has not been shown, and conclude.
 
     Parameters
     ----------
-    made
+    plan
         From `experiments.bench.clips.plan.plan`.
     out
         The run's folder: a new one, or one that holds a part of this run.
@@ -51,6 +51,6 @@ def run(made: OfflinePlan, out: Path, pool: Pool, resources: Resources, *, recor
     record
         Whether to record the first seed's clips for Rerun.
     """
-    work = batch(made, record=record)
+    work = batch(plan, record=record)
     with closing(work.open(out, resources)) as folder:
-        return conclude(made, folder, work.fill(folder, pool, resources))
+        return conclude(plan, folder, work.fill(folder, pool, resources))

@@ -40,13 +40,13 @@ def show(showing: Showing, *, record: bool = False) -> TrialRecord:
         motions: list[str] = []
         for frame in clip:
             luma = frozen(frame.luma)
-            for each in watching:
-                each.see(luma)
+            for watcher in watching:
+                watcher.see(luma)
             motions.append(frame.truth.motion)
             if record:
                 frames.append(frame)
-    answers = [(each.chosen, series) for each in watching if (series := each.series()) is not None]
-    troubles = {each.label: each.trouble for each in watching if each.trouble}
+    answers = [(watcher.chosen, series) for watcher in watching if (series := watcher.series()) is not None]
+    troubles = {watcher.label: watcher.trouble for watcher in watching if watcher.trouble}
     if not answers:
         raise RuntimeError("; ".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
     wall_s = time.perf_counter() - began

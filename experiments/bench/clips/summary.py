@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from experiments import OFFLINE
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.clips.claims import ClipClaim, find, judge
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.figures import plotting
-from experiments.bench.judging.replicates import counted
+from experiments.bench.judging import stored
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.store.rows import Failure, mixture
 from experiments.bench.store.run_folder import RunFolder
@@ -28,51 +31,53 @@ class OfflineReport:
     failures: list[Failure]
 
 
-def conclude(made: OfflinePlan, folder: RunFolder, failures: Sequence[Failure]) -> OfflineReport:
+def conclude(plan: OfflinePlan, folder: RunFolder, failures: Sequence[Failure]) -> OfflineReport:
     """Write verdicts and figure of the clips in ``folder``."""
     rows = folder.rows()
-    judged = verdicts(made, rows)
-    folder.write_json("claims.json", judged)
+    judged = verdicts(plan, rows)
+    folder.write_json("claims.json", stored.document(judged))
     if rows:
-        shown = [row for row in rows if row["repeat"] == 0]
-        title = clips_figure.title(made.experiment.name, made.seed, made.changed())
-        drawn = clips_figure.draw(made.experiment.figure, shown, folder.frames(), made.thresholds, title)
+        first = [row for row in rows if row["repeat"] == 0]
+        title = clips_figure.title(plan.experiment.name, plan.seed, plan.changed())
+        drawn = clips_figure.draw(plan.experiment.figure, first, folder.frames(), plan.thresholds, title)
         plotting.save(drawn, folder.folder)
-    return OfflineReport(made, folder.folder, rows, judged, list(failures))
+    return OfflineReport(plan, folder.folder, rows, judged, list(failures))
+
+
+def is_random(plan: OfflinePlan) -> bool:
+    """Whether the clips of an off-line run may differ with the seed, as those before a photograph do."""
+    declared = plan.experiment
+    if declared.repeats > 1 or declared.name not in OFFLINE:
+        return True
+    first, second = (next(iter(declared.clips[0].build(seed))).luma for seed in (0, 1))
+    return not np.array_equal(first, second)
 
 
 def verdicts(
-    made: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]] | None = None,
-    *, random: bool = True,
-) -> list[Verdict]:  # fmt: skip
-    """Judge the claims of an off-line run, each at every seed. A seed is a replicate, the first one replicate 0.
+    plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]] | None = None
+) -> list[Verdict]:
+    """Judge the claims of an off-line run, each at every seed. A seed is a replicate.
 
     Parameters
     ----------
-    made
+    plan
         The run's plan.
     rows
         The run's rows.
     shown
         The same models' rows in other runs too: see `experiments.bench.clips.claims.judge`.
-    random
-        Whether anything in the clips is random, so that seeds differ.
     """
-    return [_verdict(find(claim), made, rows, shown or rows, random) for claim in made.experiment.claims]
+    return [_verdict(find(claim), plan, rows, shown or rows) for claim in plan.experiment.claims]
 
 
 def _verdict(
-    claim: ClipClaim, made: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]],
-    random: bool,
-) -> Verdict:  # fmt: skip
-    by_seed: list[Outcome] = []
-    for repeat in range(made.repeats):
-        own = [row for row in rows if row["repeat"] == repeat]
-        whole = len({row["trial"] for row in own}) == len(made.experiment.clips)
-        lost = Outcome("untested", "some of its clips failed")
-        by_seed.append(judge(claim, own, made.thresholds, shown) if whole else lost)
-    first, mixed = by_seed[0], mixture(rows)
-    admitted = replace(first, measured="; ".join([first.measured, *([mixed] if mixed else [])]))
-    count = counted([outcome.verdict for outcome in by_seed], random=random)
-    trouble = next((outcome.trouble for outcome in by_seed if outcome.trouble), "")
-    return claim.verdict(admitted, experiment=made.experiment.name, trouble=trouble, **count.fields())
+    claim: ClipClaim, plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]]
+) -> Verdict:
+    outcomes: list[Outcome] = []
+    for repeat in range(plan.repeats):
+        of_seed = [row for row in rows if row["repeat"] == repeat]
+        whole = len({row["trial"] for row in of_seed}) == len(plan.experiment.clips)
+        lost = Outcome.unjudged("some of its clips failed")
+        outcomes.append(judge(claim, of_seed, plan.thresholds, shown) if whole else lost)
+    outcomes[0] = outcomes[0].noting([mixture(rows)])
+    return claim.verdict(*outcomes, random=is_random(plan), experiment=plan.experiment.name)

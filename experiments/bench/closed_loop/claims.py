@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 from colias_sim.envs import ENVS
@@ -28,7 +28,7 @@ PLAYED: Mapping[str, tuple[str, ...]] = {
 """Env -> who plays there for the report."""
 
 LEAST_SEEDS = 20
-"""Seeds that each behaviour of a claim is played at, below which it is untested: the worlds vary that much."""
+"""Seeds that each behaviour of a claim is played at, below which it is not judged: the worlds vary that much."""
 
 PILOT: Mapping[str, Pilot] = {
     "hybrid": Pilot(collisions=14, metres=543.05, episodes=120),
@@ -67,12 +67,9 @@ def episodes(played: Sequence[Played]) -> dict[str, Episodes]:
 
 
 def _verdict(claim: BehaviourClaim, played: Episodes) -> Verdict:
-    """The verdict, saying too what limits a claim that fails, and which code played if several did."""
-    found, mixed = claim.judge(played), mixture([row for rows in played.values() for row in rows])
-    if mixed:
-        found = replace(found, measured=f"{found.measured}; {mixed}")
-    limits = claim.tried if found.verdict == "fails" else ""
-    return claim.verdict(found, experiment=claim.env, tried=limits)
+    """The verdict, saying too which code played if several did. All episodes together are one replicate."""
+    mixed = mixture([row for rows in played.values() for row in rows])
+    return claim.verdict(claim.judge(played).noting([mixed]), experiment=claim.env)
 
 
 def rarer(played: Episodes, against: str, times: float) -> Outcome:

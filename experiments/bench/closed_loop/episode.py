@@ -101,8 +101,8 @@ def play(env_id: str, options: Mapping[str, Any], agent: Agent, seed: int, *, na
 
     Raises ``ValueError`` on options that are not legal, and what the agent raises.
     """
-    with closing(_made(env_id, options, steps)) as made:
-        return _play(made, agent, seed, name, images)
+    with closing(_made(env_id, options, steps)) as opened:
+        return _play(opened, agent, seed, name, images)
 
 
 def _made(env_id: str, options: Mapping[str, Any], steps: int | None) -> gym.Env[Any, Any]:
@@ -137,13 +137,13 @@ def start_places(env: str, options: Mapping[str, Any], seed: int) -> dict[str, t
 
     The world's draws come from the seed alone, so that these are the places of whatever behaviour plays there.
     """
-    made = gym.make(env, **{**options, "observation": "state"})
+    env_of_states = gym.make(env, **{**options, "observation": "state"})
     try:
-        made.reset(seed=seed)
-        assert isinstance(made.unwrapped, ColiasEnv)
-        return {name: _readable(pose) for name, pose in made.unwrapped.poses.items()}
+        env_of_states.reset(seed=seed)
+        assert isinstance(env_of_states.unwrapped, ColiasEnv)
+        return {name: _readable(pose) for name, pose in env_of_states.unwrapped.poses.items()}
     finally:
-        made.close()
+        env_of_states.close()
 
 
 def agent(policy: Policy, senses: str, model: Any = None) -> Agent:

@@ -84,9 +84,9 @@ def draw(played: Played) -> Figure:
 
 def _title(played: Played) -> str:
     options = ", ".join(
-        f"{name}.{key}={each}" if key else f"{name}={each}"
+        f"{name}.{key}={part}" if key else f"{name}={part}"
         for name, value in played.options
-        for key, each in (value.items() if isinstance(value, Mapping) else [("", value)])
+        for key, part in (value.items() if isinstance(value, Mapping) else [("", value)])
     )
     episodes = count(len(played.standings[0].rows), "episode")
     return f"{played.env.partition('/')[2]}, {episodes} each; 95 % intervals{f'; set: {options}' if options else ''}"
@@ -144,7 +144,7 @@ def _keys(played: Played, *, many: bool) -> list[Line2D]:
         TARGET: (DRIVING, "the target at its start"),
     }  # fmt: skip
     which = " (first episode)" if many else ""
-    for kind, (face, said) in kinds.items():
+    for kind, (face, caption) in kinds.items():
         if any(name.startswith(kind) for name in played.starts):
-            keys.append(Line2D([], [], ls="", marker="o", ms=6, mfc=face, mec=PARKED, label=said + which))
+            keys.append(Line2D([], [], ls="", marker="o", ms=6, mfc=face, mec=PARKED, label=caption + which))
     return keys

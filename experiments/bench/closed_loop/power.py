@@ -157,11 +157,11 @@ def shares_needed(first: float, second: float, target: float = TARGET) -> int:
     return int(np.ceil((apart / (first - second)) ** 2))
 
 
-def check_pilot(name: str, found: Pilot) -> None:
+def check_pilot(name: str, pilot: Pilot) -> None:
     """Raise `UsageError` for a pilot in which ``name``, which is to collide more often, touched nothing."""
-    if not found.collisions:
+    if not pilot.collisions:
         raise UsageError(
-            f"--power {name}: it touched nothing in {found.episodes} episodes, so nothing can collide less often;"
+            f"--power {name}: it touched nothing in {pilot.episodes} episodes, so nothing can collide less often;"
             " more --episodes may tell"
         )
 

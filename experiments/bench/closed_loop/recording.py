@@ -78,9 +78,9 @@ def _write(episode: Episode, recording: rr.RecordingStream) -> None:
     wheels = {"left": episode.wheels[:, 0], "right": episode.wheels[:, 1]}
     rewards = {name: values for name, values in episode.infos.items() if name.startswith("reward_")}
     rooms: dict[str, dict[str, npt.NDArray[Any]]] = {"wheels": wheels, "reward": rewards}
-    for room, shown in rooms.items():
+    for room, rooms_shown in rooms.items():
         tints = (LEFT, RIGHT) if room == "wheels" else tuple(map(rgb, HUES))
-        for place, (name, values) in enumerate(shown.items()):
+        for place, (name, values) in enumerate(rooms_shown.items()):
             style = rr.SeriesLines(
                 colors=tints[place % len(tints)], names=name.removeprefix("reward_"), widths=1.5 + place // len(tints)
             )

@@ -72,8 +72,8 @@ class BehaviourPlan:
     def _sources(self) -> list[str]:
         """The behaviours, and the models that they look through; a file by its absolute path."""
         models = [load_behaviour(setting.behaviour).model for setting in self.settings]
-        found = [*(setting.behaviour for setting in self.settings), *models]
-        return [str(Path(source).resolve()) if is_own(source) else source for source in found]
+        sources = [*(setting.behaviour for setting in self.settings), *models]
+        return [str(Path(source).resolve()) if is_own(source) else source for source in sources]
 
     def contents(self, recorded: int) -> Contents:
         """Return what the run's folder may hold, with recordings of the first ``recorded`` episodes."""
@@ -235,33 +235,33 @@ def work(spec: EpisodeSpec, *, recorded: int) -> TrialRecord:
         return drawn_here(done)
 
 
-def batch(made: BehaviourPlan, recorded: int) -> Batch[EpisodeSpec]:
+def batch(plan: BehaviourPlan, recorded: int) -> Batch[EpisodeSpec]:
     """Return the episodes of a plan as a batch; the first ``recorded`` leave recordings."""
     # A seed's episodes of all behaviours one after the other, so that the first episodes tell how long the rest takes.
-    specs = sorted(made.specs(), key=lambda spec: (spec.repeat, spec.index))
-    names = [Path(setting.behaviour).stem for setting in made.settings]
+    specs = sorted(plan.specs(), key=lambda spec: (spec.repeat, spec.index))
+    names = [Path(setting.behaviour).stem for setting in plan.settings]
     kept = f"; those of {names[0]} are recorded" if recorded else ""
     return Batch(
         name="behave",
         specs=specs,
         work=partial(work, recorded=recorded),
-        description={**made.describe(), "recorded": recorded},
-        contents=made.contents(recorded),
+        description={**plan.describe(), "recorded": recorded},
+        contents=plan.contents(recorded),
         schemas=(EPISODE_SCHEMA, STEP_SCHEMA),
         things="episodes",
         amount=lambda: f"{count(len(specs), 'episode')} ({', '.join(names)}){kept}",
         size=longest,
         taken=steps_run,
-        kind=lambda spec: spec.index // made.episodes,  # the behaviour
+        kind=lambda spec: spec.index // plan.episodes,  # the behaviour
     )
 
 
-def run(made: BehaviourPlan, out: Path, pool: Pool, resources: Resources, *, recordings: int = 0) -> Played:
+def run(plan: BehaviourPlan, out: Path, pool: Pool, resources: Resources, *, recordings: int = 0) -> Played:
     """Play what is missing, and score it.
 
     Parameters
     ----------
-    made
+    plan
         From `plan`.
     out
         The run's folder: a new one, or one that holds a part of this run.
@@ -270,25 +270,25 @@ def run(made: BehaviourPlan, out: Path, pool: Pool, resources: Resources, *, rec
     recordings
         How many episodes, from the first, to record for Rerun.
     """
-    episodes = batch(made, recordings)
+    episodes = batch(plan, recordings)
     with closing(episodes.open(out, resources)) as folder:
         failures = episodes.fill(folder, pool, resources)
-        standings = _standings(made, folder.rows())
-        folder.write_rows("scores.csv", table(made.settings[0].env, standings))
-        first = made.settings[0]
+        standings = _standings(plan, folder.rows())
+        folder.write_rows("scores.csv", table(plan.settings[0].env, standings))
+        first = plan.settings[0]
         drawn = standings and ENVS[first.env].draws_paths
         starts = start_places(first.env, dict(first.options), standings[0].rows[0]["seed"]) if drawn else {}
         return Played(out, first.env, standings, folder.frames(), failures, first.options, starts)
 
 
-def _standings(made: BehaviourPlan, rows: Sequence[Mapping[str, Any]]) -> list[Standing]:
-    found = []
-    for place, setting in enumerate(made.settings):
-        first = place * made.episodes
-        own = [row for row in rows if first <= row["trial"] < first + made.episodes]
-        if own:
-            found.append(Standing(own[0]["model"], scores(own, setting.env), own))
-    return found
+def _standings(plan: BehaviourPlan, rows: Sequence[Mapping[str, Any]]) -> list[Standing]:
+    standings = []
+    for place, setting in enumerate(plan.settings):
+        first = place * plan.episodes
+        setting_rows = [row for row in rows if first <= row["trial"] < first + plan.episodes]
+        if setting_rows:
+            standings.append(Standing(setting_rows[0]["model"], scores(setting_rows, setting.env), setting_rows))
+    return standings
 
 
 def table(env: str, standings: Sequence[Standing]) -> list[dict[str, Any]]:

@@ -77,7 +77,7 @@ def finished(episode: Episode, index: int, repeat: int, recording: bytes | str |
         The bytes of its recording, if there is one.
     """
     infos = episode.infos
-    own = {column.name for column in ENVS[episode.env].columns}
+    columns = {column.name for column in ENVS[episode.env].columns}
     row = {
         "experiment": "behave",
         "trial": index,
@@ -91,7 +91,7 @@ def finished(episode: Episode, index: int, repeat: int, recording: bytes | str |
         "touched": episode.touched,
         "driven_m": float(infos["driven_cm"].sum()) / 100,
         "reward": float(episode.rewards.sum()),
-        **{name: _value(column, episode) if name in own else None for name, column in COLUMNS.items()},
+        **{name: _value(column, episode) if name in columns else None for name, column in COLUMNS.items()},
     }
     return TrialRecord(index, (row,), _steps(episode, index), recording)
 
@@ -122,8 +122,8 @@ def mean(rows: Sequence[Row], column: str) -> Score | None:
     values = [row[column] for row in rows if row[column] is not None]
     if not values:
         return None
-    found = summarise(values)
-    return Score(found.mean, found.ci_low, found.ci_high, found.n)
+    summary = summarise(values)
+    return Score(summary.mean, summary.ci_low, summary.ci_high, summary.n)
 
 
 def rate(rows: Sequence[Row], per: str, unit: float = 1.0) -> Score:
@@ -172,8 +172,8 @@ def score(measure: Measure, rows: Sequence[Row]) -> Score | None:
 
 def scores(rows: Sequence[Row], env: str) -> dict[str, Score | None]:
     """Return every measure that an env declares, and the return, of one behaviour's episodes."""
-    found = {measure.name: score(measure, rows) for measure in ENVS[env].all_measures}
-    return {name: value for name, value in found.items() if value is not None}
+    values = {measure.name: score(measure, rows) for measure in ENVS[env].all_measures}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def _steps(episode: Episode, index: int) -> pa.Table:

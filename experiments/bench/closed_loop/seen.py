@@ -36,8 +36,8 @@ class PartialResponse(Response):
         """Refuse a channel that is not declared."""
         if name not in Response.__slots__:
             raise AttributeError(f"a Response has no attribute {name}")
-        said = f"its channels are {', '.join(self._declared)}"
-        raise UndeclaredChannelError(f"the reflex reads {name}, which {self._model} does not answer; {said}")
+        declared = f"its channels are {', '.join(self._declared)}"
+        raise UndeclaredChannelError(f"the reflex reads {name}, which {self._model} does not answer; {declared}")
 
     def __repr__(self) -> str:
         """Show the channels that there are."""

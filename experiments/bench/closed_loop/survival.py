@@ -59,18 +59,20 @@ def survival(standings: Sequence[Standing], reference: str) -> list[Survival]:
     A behaviour that the rows of ``standings`` have no episode of is not in them.
     """
     rows: Mapping[str, Any] = {standing.name: standing.rows for standing in standings}
-    found = []
-    for name, own in rows.items():
-        unharmed = sum(not row["touched"] for row in own)
-        share = Score(unharmed / len(own), *proportion_interval(unharmed, len(own)), len(own))
-        compared = rate_ratio(own, rows[reference]) if reference in rows and name != reference else None
-        found.append(Survival(name, share, rate(own, "driven_m"), compared))
-    return sorted(found, key=lambda each: (_sortable(each.per_metre.value), each.name))
+    survivals = []
+    for name, behaviour_rows in rows.items():
+        unharmed = sum(not row["touched"] for row in behaviour_rows)
+        share = Score(
+            unharmed / len(behaviour_rows), *proportion_interval(unharmed, len(behaviour_rows)), len(behaviour_rows)
+        )
+        compared = rate_ratio(behaviour_rows, rows[reference]) if reference in rows and name != reference else None
+        survivals.append(Survival(name, share, rate(behaviour_rows, "driven_m"), compared))
+    return sorted(survivals, key=lambda each: (_sortable(each.per_metre.value), each.name))
 
 
-def write(folder: Path, found: Sequence[Survival]) -> Path:
+def write(folder: Path, survivals: Sequence[Survival]) -> Path:
     """Write ``survival.csv`` into a run's folder; return its path."""
-    Files(folder).write_rows("survival.csv", [each.row() for each in found])
+    Files(folder).write_rows("survival.csv", [survival_of_one.row() for survival_of_one in survivals])
     return folder / "survival.csv"
 
 
@@ -78,20 +80,20 @@ def _sortable(value: float) -> float:
     return math.inf if math.isnan(value) else value
 
 
-def best_against(found: Sequence[Survival], group: Sequence[str], reference: str) -> str:
+def best_against(survivals: Sequence[Survival], group: Sequence[str], reference: str) -> str:
     """Claim B2 asked of the best reflex of a group, in words; empty where it, or the ``reference``, did not play.
 
     The best is chosen by the episodes that judge it. That flatters it, and works against the claim.
     """
-    best = next((each for each in found if each.name in group), None)
+    best = next((candidate for candidate in survivals if candidate.name in group), None)
     if best is None or best.ratio is None:
         return ""
     if math.isnan(best.ratio.value):
-        said = "neither collided, so nothing can be told"
+        verdict = "neither collided, so nothing can be told"
     else:
         held = "so too" if best.ratio.low > 1.0 else "not shown"
-        said = f"{best.ratio} times as often a metre; {held} (needs a lower end above 1)"
-    return f"B2 asked of the best of them: {best.name} against {reference}: {said}"
+        verdict = f"{best.ratio} times as often a metre; {held} (needs a lower end above 1)"
+    return f"B2 asked of the best of them: {best.name} against {reference}: {verdict}"
 
 
 def published(episodes: int) -> str:
@@ -100,6 +102,6 @@ def published(episodes: int) -> str:
     needed = shares_needed(high, low)
     return (
         f"The escape rates published for {first} and {second}, {high:.1%} and {low:.1%} of encounters with one robot: "
-        f"untested. To tell them apart with a power of 80 % takes {needed:,} encounters of each; these are {episodes} "
-        "episodes among ten robots."
+        f"not judged. To tell them apart with a power of 80 % takes {needed:,} encounters of each; these are "
+        f"{episodes} episodes among ten robots."
     )

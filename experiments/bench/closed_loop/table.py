@@ -31,8 +31,8 @@ def show(played: Played, recorded: bool) -> None:
     if played.standings:
         places["figure"] = str(played.folder / "figure.png")
     if recorded:
-        own = played.standings[0].name if played.standings else "the behaviour"
-        places["recordings"] = f"colias view {shlex.quote(str(played.folder))}  (the episodes of {own})"
+        behaviour = played.standings[0].name if played.standings else "the behaviour"
+        places["recordings"] = f"colias view {shlex.quote(str(played.folder))}  (the episodes of {behaviour})"
     for name, place in places.items():
         out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
 
@@ -54,8 +54,8 @@ def show_power(played: Played, other: str) -> None:
     rarer, often = (pilot(standing.rows) for standing in played.standings)
     check_pilot(other, often)
     for name, each in zip(names, (rarer, often), strict=True):
-        said = f"{name}: {each.collisions} collisions in {each.metres:.1f} m, {each.episodes} episodes"
-        out_console.print(said, markup=False)
+        line = f"{name}: {each.collisions} collisions in {each.metres:.1f} m, {each.episodes} episodes"
+        out_console.print(line, markup=False)
     needed = episodes_needed(rarer, often, EQUAL)
     enough = f"{needed} episodes of each" if needed else f"more than {MOST_EPISODES} episodes of each"
     aim = f"that {names[0]} collides less often a metre than {names[1]}, by a whole 95 % interval"
@@ -64,19 +64,22 @@ def show_power(played: Played, other: str) -> None:
     out_console.print(f"The power is {chances} episodes.", markup=False)
 
 
-def show_survival(found: Sequence[Survival], group: str, path: Path) -> None:
+def show_survival(survivals: Sequence[Survival], group: str, path: Path) -> None:
     """Print the survival of a group of behaviours, B2 asked of the best of them, and where the table is."""
     members, (reference, *_) = GROUPS[group], REFERENCE[group]
     table = Table(title="survival", title_justify="left", box=None, header_style="bold", pad_edge=False)
     for name in ("behaviour", "episodes", "without collision", "collisions/m", f"times that of {reference}"):
         table.add_column(name, justify="left" if name == "behaviour" else "right", no_wrap=True)
-    for each in found:
-        cells = (str(each.survived.n), str(each.survived), str(each.per_metre), str(each.ratio or "-"))
-        table.add_row(each.name, *cells)
+    for entry in survivals:
+        cells = (str(entry.survived.n), str(entry.survived), str(entry.per_metre), str(entry.ratio or "-"))
+        table.add_row(entry.name, *cells)
     out_console.print()
     show_table(table)
-    said = (best_against(found, members, reference), published(max((each.survived.n for each in found), default=0)))
-    for text in filter(None, said):
+    line = (
+        best_against(survivals, members, reference),
+        published(max((entry.survived.n for entry in survivals), default=0)),
+    )
+    for text in filter(None, line):
         out_console.print(text, markup=False)
     out_console.print(f"{'survival':<12}{path}", soft_wrap=True, markup=False)
 
@@ -89,8 +92,9 @@ def show_claims(claims: Sequence[Verdict]) -> None:
     for name in ("claim", "verdict", "we say"):
         table.add_column(name, no_wrap=name != "we say")
     for claim in claims:
-        decided = f" (decided by: {claim.decided})" if claim.decided else ""
-        table.add_row(claim.id, coloured(claim.verdict), f"{claim.says}: {claim.measured}{decided}")
+        outcome = claim.outcome
+        decided = f" (decided by: {outcome.decided})" if outcome.decided else ""
+        table.add_row(claim.id, coloured(claim.count), f"{claim.says}: {outcome.measured}{decided}")
     out_console.print()
     show_table(table)
 

@@ -106,9 +106,11 @@ def _differing(first: ResponseSeries, second: ResponseSeries, channels: Sequence
 
 def _answers(chosen: ConfiguredModel) -> str:
     for frames in (crossing(), approach(), crossing(LARGER)[:10]):
-        found = _run(_model(chosen, frames.shape[1:]), frames, chosen.channels)
-        if "looming" in chosen.channels and not (found.looming.min() >= REST["looming"] and found.looming.max() <= 1.0):
-            low, high = found.looming.min(), found.looming.max()
+        series = _run(_model(chosen, frames.shape[1:]), frames, chosen.channels)
+        if "looming" in chosen.channels and not (
+            series.looming.min() >= REST["looming"] and series.looming.max() <= 1.0
+        ):
+            low, high = series.looming.min(), series.looming.max()
             return f"looming goes from {low:.3g} to {high:.3g}: legal is from 0.5, at rest, up to 1"
     return ""
 
@@ -117,14 +119,16 @@ def _reset(chosen: ConfiguredModel) -> str:
     model = _model(chosen)
     first = _run(model, crossing(), chosen.channels)
     apart(model.reset)
-    found = _differing(first, _run(model, crossing(), chosen.channels), chosen.channels)
-    return f"{found} before reset(): reset() has to forget every frame" if found else ""
+    difference = _differing(first, _run(model, crossing(), chosen.channels), chosen.channels)
+    return f"{difference} before reset(): reset() has to forget every frame" if difference else ""
 
 
 def _determinism(chosen: ConfiguredModel) -> str:
     first, second = (_run(_model(chosen), crossing(), chosen.channels) for _ in range(2))
-    found = _differing(first, second, chosen.channels)
-    return f"{found} in another model built alike: draws need a seed of their own, a parameter" if found else ""
+    difference = _differing(first, second, chosen.channels)
+    return (
+        f"{difference} in another model built alike: draws need a seed of their own, a parameter" if difference else ""
+    )
 
 
 def _buffer(chosen: ConfiguredModel) -> str:
@@ -134,20 +138,22 @@ def _buffer(chosen: ConfiguredModel) -> str:
         buffer[:] = frame
         answers.append(_step(model, buffer, index, chosen.channels))
         buffer[:] = 0
-    found = _differing(clean, ResponseSeries.from_responses(answers), chosen.channels)
-    return f"{found} before, once the caller reuses its frame: keep a copy, frame.astype(float)" if found else ""
+    difference = _differing(clean, ResponseSeries.from_responses(answers), chosen.channels)
+    return (
+        f"{difference} before, once the caller reuses its frame: keep a copy, frame.astype(float)" if difference else ""
+    )
 
 
 def _stillness(chosen: ConfiguredModel) -> str:
     frame = stream("conformance.frame", 0).integers(0, 256, SHAPE, np.uint8)
-    found = _run(_model(chosen), np.repeat(frame[None], 6, axis=0), chosen.channels)
-    for channel in (each for each in REST if each in chosen.channels):
-        potential, spikes = getattr(found, channel), getattr(found, f"{channel}_spikes")
+    series = _run(_model(chosen), np.repeat(frame[None], 6, axis=0), chosen.channels)
+    for channel in (channel_of_rest for channel_of_rest in REST if channel_of_rest in chosen.channels):
+        potential, spikes = getattr(series, channel), getattr(series, f"{channel}_spikes")
         off = np.flatnonzero((np.abs(potential - REST[channel]) > NEGLIGIBLE) | (spikes != 0))
         if off.size:
             at = int(off[0])
-            said = f"{channel} is {potential[at]:.3g} with {spikes[at]} spikes in frame {at} of a still scene"
-            return f"{said}: expected {REST[channel]:g} and none"
+            problem = f"{channel} is {potential[at]:.3g} with {spikes[at]} spikes in frame {at} of a still scene"
+            return f"{problem}: expected {REST[channel]:g} and none"
     return ""
 
 
@@ -163,8 +169,8 @@ def _mirror(chosen: ConfiguredModel) -> str:
         if max(abs(there), abs(back)) > NEGLIGIBLE and (
             there * back >= 0 or min(abs(there), abs(back)) < LEAST_SHARE * max(abs(there), abs(back))
         ):
-            said = f"the mean {channel} is {there:.3g} for a crossing and {back:.3g} for its mirror image"
-            return f"{said}: expected the other sign, at least half as strong"
+            problem = f"the mean {channel} is {there:.3g} for a crossing and {back:.3g} for its mirror image"
+            return f"{problem}: expected the other sign, at least half as strong"
     if "looming" in chosen.channels:
         one, other = (
             _run(_model(chosen), frames, chosen.channels).looming for frames in (approach(), _turned(approach(), 2))
@@ -190,8 +196,8 @@ def _refusal(chosen: ConfiguredModel) -> str:
             apart(lambda: model.step(wrong))
     except Exception:
         return ""
-    said = f"frames of {wrong.shape} are answered by a model built for {SHAPE}"
-    return f"{said}: take frames through dsnn.frames.luma(frame, shape), which refuses them"
+    problem = f"frames of {wrong.shape} are answered by a model built for {SHAPE}"
+    return f"{problem}: take frames through dsnn.frames.luma(frame, shape), which refuses them"
 
 
 LAWS: Mapping[str, tuple[str, Callable[[ConfiguredModel], str]]] = MappingProxyType(

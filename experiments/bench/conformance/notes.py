@@ -28,12 +28,12 @@ def notes(chosen: ConfiguredModel) -> list[str]:
 
 def _answers(chosen: ConfiguredModel) -> list[Any]:
     """Return the answers as the model gives them, to be looked at before undeclared channels are dropped."""
-    found = []
+    responses = []
     for frames in (crossing(), approach()):
         shape = (frames.shape[1], frames.shape[2])
         model: Any = apart(lambda shape=shape: chosen.build(shape))  # type: ignore[misc]
-        found += [apart(lambda model=model, frame=frame: model.step(frozen(frame))) for frame in frames]  # type: ignore[misc]
-    return found
+        responses += [apart(lambda model=model, frame=frame: model.step(frozen(frame))) for frame in frames]  # type: ignore[misc]
+    return responses
 
 
 def _dropped(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
@@ -59,9 +59,9 @@ def _silent(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
     """Note silent channels of a user's own file: of those that ship, the hybrid holds its spikes back on purpose while
     nothing looms.
     """
-    found: list[str] = []
+    silent: list[str] = []
     if not is_file(chosen.source):
-        return found
+        return silent
     names = chosen.declared.thresholds
     for channel, threshold in chosen.thresholds.items():
         if (
@@ -73,5 +73,5 @@ def _silent(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
         above = sum(abs(getattr(answer, channel)) > threshold for answer in answers)
         if above:
             passes = f"{channel} passes {names.get(channel, 't_sp')} = {threshold:g} in {count(above, 'frame')}"
-            found.append(f"{passes}, and {channel}_spikes stays 0: step itself returns the spikes")
-    return found
+            silent.append(f"{passes}, and {channel}_spikes stays 0: step itself returns the spikes")
+    return silent

@@ -19,13 +19,13 @@ def show(label: str, findings: Sequence[Finding], us: float | None, notes: Seque
     Of several rounds ``us`` is that of the fastest: what else runs on the machine only adds.
     """
     for finding in findings:
-        said = f"broken: {finding.trouble}" if finding.trouble else f"kept: {finding.asks}"
-        show_line(f"{finding.law:<13}{said}", 13)
+        line = f"broken: {finding.trouble}" if finding.trouble else f"kept: {finding.asks}"
+        show_line(f"{finding.law:<13}{line}", 13)
     for note in notes:
         show_line(f"note: {note}", 4)
     if us is not None:
         more = "; more than 1 ms: say why in its docstring" if us > MOST_US else ""
         out_console.print(f"{'cost':<13}{us:.0f} us a frame at 99x72, in its fastest round{more}", markup=False)
     broken = sum(bool(finding.trouble) for finding in findings)
-    told = f"breaks {count(broken, 'law')} of {len(findings)}" if broken else f"keeps all {len(findings)} laws"
-    out_console.print(f"{label} {told}", markup=False)
+    summary = f"breaks {count(broken, 'law')} of {len(findings)}" if broken else f"keeps all {len(findings)} laws"
+    out_console.print(f"{label} {summary}", markup=False)

@@ -39,10 +39,10 @@ TOOLS = {
 
 def python() -> Finding:
     """Look at Python's own version."""
-    said = f"{sys.version.split()[0]} at {sys.executable}"
+    text = f"{sys.version.split()[0]} at {sys.executable}"
     if sys.version_info[:2] < LEAST_PYTHON:
-        return Finding("python", "fails", said, "install Python 3.11 or later, and run 'make setup'")
-    return Finding("python", "ok", said)
+        return Finding("python", "fails", text, "install Python 3.11 or later, and run 'make setup'")
+    return Finding("python", "ok", text)
 
 
 def packages() -> Finding:
@@ -51,7 +51,7 @@ def packages() -> Finding:
         declared = importlib.metadata.requires(PROJECT) or []
     except importlib.metadata.PackageNotFoundError:
         return Finding("packages", "fails", f"{PROJECT} is not installed in this environment", SETUP)
-    wrong = [said for text in declared if (said := _unmet(text))]
+    wrong = [problem for text in declared if (problem := _unmet(text))]
     version = importlib.metadata.version(PROJECT)
     if wrong:
         return Finding("packages", "fails", f"{PROJECT} {version}: {_some(wrong)}", SETUP)
@@ -66,11 +66,11 @@ def _unmet(text: str) -> str:
     if needed.marker is not None and not needed.marker.evaluate({**_environment(), "extra": ""}):
         return ""
     try:
-        found = importlib.metadata.version(needed.name)
+        installed = importlib.metadata.version(needed.name)
     except importlib.metadata.PackageNotFoundError:
         return f"{needed.name} is missing"
-    fits = needed.specifier.contains(found, prereleases=True)
-    return "" if fits else f"{needed.name} is {found}, needed is {needed.specifier}"
+    fits = needed.specifier.contains(installed, prereleases=True)
+    return "" if fits else f"{needed.name} is {installed}, needed is {needed.specifier}"
 
 
 def lock() -> Finding:
@@ -85,11 +85,11 @@ def lock() -> Finding:
     differing = []
     for name, version in wanted.items():
         try:
-            found = importlib.metadata.version(name)
+            installed = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
-            found = "missing"
-        if found != version:
-            differing.append(f"{name} is {found}, locked is {version}")
+            installed = "missing"
+        if installed != version:
+            differing.append(f"{name} is {installed}, locked is {version}")
     if differing:
         return Finding("lock", "notice", f"{len(differing)} of {len(wanted)} differ: {_some(differing)}", SETUP)
     return Finding("lock", "ok", f"{len(wanted)} packages as in requirements.lock")
@@ -116,9 +116,9 @@ def _environment() -> dict[str, str]:
     return {name: str(value) for name, value in default_environment().items()}
 
 
-def _some(said: list[str]) -> str:
-    more = f", and {len(said) - SHOWN} more" if len(said) > SHOWN else ""
-    return "; ".join(said[:SHOWN]) + more
+def _some(problems: list[str]) -> str:
+    more = f", and {len(problems) - SHOWN} more" if len(problems) > SHOWN else ""
+    return "; ".join(problems[:SHOWN]) + more
 
 
 def network() -> list[Finding]:
@@ -128,12 +128,12 @@ def network() -> list[Finding]:
     from dsnn import DSNN, DSNNParams, forms, native
 
     frames = stream("doctor.frames", 0).integers(0, 256, (STEPS, 72, 99), dtype=np.uint8)
-    found = []
+    findings = []
     for form in forms.FORMS:
         if form == "native" and (reason := native.missing()):
-            said = f"the native form {reason}: the network runs in NumPy, some three times slower"
+            text = f"the native form {reason}: the network runs in NumPy, some three times slower"
             remedy = "install a C compiler and Python's headers (Debian: gcc python3-dev), then 'make setup'"
-            found.append(Finding("network, native", "notice", said, remedy))
+            findings.append(Finding("network, native", "notice", text, remedy))
             continue
         model = DSNN((72, 99), DSNNParams(), form=form)
         model.step(frames[0])
@@ -141,12 +141,12 @@ def network() -> list[Finding]:
         for frame in frames:
             model.step(frame)
         spent = 1e3 * (time.perf_counter() - begun) / STEPS
-        found.append(Finding(f"network, {form}", "ok", f"{spent:.3f} ms a frame of 99x72"))
+        findings.append(Finding(f"network, {form}", "ok", f"{spent:.3f} ms a frame of 99x72"))
     try:
         chosen = forms.chosen()
     except forms.FormError as error:
-        return [*found, Finding("network, chosen", "fails", str(error), f"unset {forms.VARIABLE}")]
-    return [*found, Finding("network, chosen", "ok", chosen)]
+        return [*findings, Finding("network, chosen", "fails", str(error), f"unset {forms.VARIABLE}")]
+    return [*findings, Finding("network, chosen", "ok", chosen)]
 
 
 def viewer() -> Finding:
@@ -163,14 +163,14 @@ def viewer() -> Finding:
 
 def extras() -> list[Finding]:
     """Say which extras and tools are there; nothing but the commands named needs them."""
-    found = []
+    findings = []
     for extra, modules in EXTRAS.items():
         lacking = [name for name in modules if importlib.util.find_spec(name) is None]
-        said = f"not installed ({', '.join(lacking)})" if lacking else "installed"
+        text = f"not installed ({', '.join(lacking)})" if lacking else "installed"
         remedy = f"only if you need it: pip install '.[{extra}]'" if lacking else ""
-        found.append(Finding(f"extra [{extra}]", "ok", said, remedy))
+        findings.append(Finding(f"extra [{extra}]", "ok", text, remedy))
     for program, (package, needing) in TOOLS.items():
         place = shutil.which(program)
         remedy = "" if place else f"only for {needing}: apt-get install {package}"
-        found.append(Finding(program, "ok", place or "not installed", remedy))
-    return found
+        findings.append(Finding(program, "ok", place or "not installed", remedy))
+    return findings

@@ -63,7 +63,7 @@ def run_folder(folder: Path) -> Finding:
     name = f"run folder {folder}"
     remedy = "choose another by --out, or make this one writable"
     above = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    made = not folder.exists()
+    is_new = not folder.exists()
     trial = folder / f".colias-doctor-{os.getpid()}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -74,7 +74,7 @@ def run_folder(folder: Path) -> Finding:
             os.fsync(file.fileno())
         spent = time.perf_counter() - begun
         whole = trial.stat().st_size == TEST_BYTES
-        said = _locks(fresh(trial.with_suffix(".lock")))
+        text = _locks(fresh(trial.with_suffix(".lock")))
         free = shutil.disk_usage(above).free / 2**20
     except OSError as error:
         return Finding(name, "fails", f"cannot be written: {error.strerror or error}", remedy)
@@ -82,15 +82,15 @@ def run_folder(folder: Path) -> Finding:
         for path in (trial, trial.with_suffix(".lock")):
             with contextlib.suppress(OSError):
                 path.unlink(missing_ok=True)
-        if made:
+        if is_new:
             with contextlib.suppress(OSError):
                 folder.rmdir()
     if not whole:
         return Finding(name, "fails", "a file written there is not whole", remedy)
-    said = f"writable, {TEST_BYTES / 2**20 / spent:,.0f} MB/s to the disk, {free:,.0f} MB free{said}"
+    text = f"writable, {TEST_BYTES / 2**20 / spent:,.0f} MB/s to the disk, {free:,.0f} MB free{text}"
     if free < LEAST_FREE_MB:
-        return Finding(name, "notice", said, "free some space: recordings take some MB for each trial")
-    return Finding(name, "ok", said)
+        return Finding(name, "notice", text, "free some space: recordings take some MB for each trial")
+    return Finding(name, "ok", text)
 
 
 def _locks(path: Path) -> str:

@@ -25,48 +25,48 @@ def drawing() -> list[Finding]:
     except (OSError, subprocess.SubprocessError) as error:
         return [Finding("rendering", "fails", f"no answer: {type(error).__name__}", _remedy(""))]
     try:
-        found = json.loads(done.stdout.splitlines()[-1])
+        measured = json.loads(done.stdout.splitlines()[-1])
     except (ValueError, IndexError):
         last = (done.stderr.strip().splitlines() or [f"ended with status {done.returncode}"])[-1]
         return [Finding("rendering", "fails", last[:300], _remedy(last))]
-    if "trouble" in found:
-        return [Finding("rendering", "fails", found["trouble"], _remedy(found["trouble"]))]
-    return [_renderer(found), _pixels(found), _camera(found)]
+    if "trouble" in measured:
+        return [Finding("rendering", "fails", measured["trouble"], _remedy(measured["trouble"]))]
+    return [_renderer(measured), _pixels(measured), _camera(measured)]
 
 
-def _remedy(said: str) -> str:
+def _remedy(problem: str) -> str:
     """Return what to do where nothing can be drawn."""
     chosen = os.environ.get("MUJOCO_GL", "")
-    if "no backend" in said or (chosen and "apt-get" not in said):
+    if "no backend" in problem or (chosen and "apt-get" not in problem):
         return "unset MUJOCO_GL, or set it to egl, osmesa or glfw"
     if chosen == "osmesa":
         return "unset MUJOCO_GL, or apt-get install libosmesa6"
     return "on Debian or Ubuntu: apt-get install libegl1 libgl1"
 
 
-def _renderer(found: dict[str, Any]) -> Finding:
-    renderer = found["renderer"]
-    if not found["software"]:
+def _renderer(measured: dict[str, Any]) -> Finding:
+    renderer = measured["renderer"]
+    if not measured["software"]:
         return Finding("renderer", "ok", renderer)
     return Finding("renderer", "ok", f"{renderer}: software, no graphics processor draws")
 
 
-def _camera(found: dict[str, Any]) -> Finding:
-    said = f"{found['camera_ms']:.2f} ms a frame of 99x72, physics included"
-    if found["software"]:
-        said += "; what drawing in software costs is in this number"
-    return Finding("robot's camera", "ok", said)
+def _camera(measured: dict[str, Any]) -> Finding:
+    text = f"{measured['camera_ms']:.2f} ms a frame of 99x72, physics included"
+    if measured["software"]:
+        text += "; what drawing in software costs is in this number"
+    return Finding("robot's camera", "ok", text)
 
 
-def _pixels(found: dict[str, Any]) -> Finding:
-    if found["known"]:
-        return Finding("reference frame", "ok", f"{found['hash']}, as on {found['known']}")
-    apart, count = found["largest"], found["differing"]
-    said = (
-        f"{found['hash']} is not known: the largest difference is {apart} of 255 grey levels, in {count} of"
-        f" {found['pixels']} values"
+def _pixels(measured: dict[str, Any]) -> Finding:
+    if measured["known"]:
+        return Finding("reference frame", "ok", f"{measured['hash']}, as on {measured['known']}")
+    apart, count = measured["largest"], measured["differing"]
+    text = (
+        f"{measured['hash']} is not known: the largest difference is {apart} of 255 grey levels, in {count} of"
+        f" {measured['pixels']} values"
     )
-    return Finding("reference frame", "notice", said, "numbers may differ from the documented ones: compare seeds here")
+    return Finding("reference frame", "notice", text, "numbers may differ from the documented ones: compare seeds here")
 
 
 def _probe() -> dict[str, Any]:

@@ -33,8 +33,8 @@ def examine(folder: Path) -> Iterator[Finding]:
     )
     for name, check in checks:
         try:
-            found = check()
+            findings = check()
         except Exception as error:  # a check that breaks is a finding, and the others still answer
-            said = f"the check itself broke: {type(error).__name__}: {error}"
-            found = Finding(name, "fails", " ".join(said.split())[:300], REPORT)
-        yield from found if isinstance(found, list) else [found]
+            problem = f"the check itself broke: {type(error).__name__}: {error}"
+            findings = Finding(name, "fails", " ".join(problem.split())[:300], REPORT)
+        yield from findings if isinstance(findings, list) else [findings]

@@ -200,8 +200,8 @@ class Batch(Generic[AnySpec]):
         complete = all(spec.index in done for spec in self.specs)
         if not resources.quiet:
             amount = self.amount() if self.amount else f"{len(self.specs)} {self.things}"
-            resumed = f"; {len(done)} of them done already" if done else ""
-            how = "complete: all of them are done" if complete else f"{resources.where()}{resumed}"
+            known = f"{len(done)} of them done already"
+            how = f"complete: all {known}" if complete else f"{resources.where()}{f'; {known}' if done else ''}"
             self._say(f"{self.name}: {amount}, {how}, {'in' if complete else 'into'} {folder.folder}")
             if note := forms.note():
                 self._say(f"note: {note}")

@@ -89,8 +89,8 @@ def check_declared(kind: str, name: Any, summary: Any, repeats: Any) -> None:
 
 def short(value: Any) -> str:
     """A value in a line: a person has to find it again, not to read all of it."""
-    said = " ".join(repr(value).split())
-    return said if len(said) <= 80 else f"{said[:77]}..."
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def plain(value: Any) -> Any:

@@ -118,7 +118,7 @@ class Jobs(Generic[Job, Done]):
 
 def _attempt(parcel: bytes) -> Any:
     """Do the job in the worker, and put what it raises into words."""
-    own = os.getpid()
+    process = os.getpid()
     fatal: tuple[type[Exception], ...] = ()
     try:
         fatal, work, job = pickle.loads(parcel)
@@ -131,7 +131,9 @@ def _attempt(parcel: bytes) -> Any:
         kind = "" if isinstance(error, RuntimeError) and not place else type(error).__name__
         return Raised(f"{place}{kind}", printable(message(error), LONGEST_REASON) or type(error).__name__)
     finally:
-        if os.getpid() != own:  # a copy of the worker, which a job made by fork: the answer is the worker's own to give
+        if (
+            os.getpid() != process
+        ):  # a copy of the worker, which a job made by fork: the answer is the worker's own to give
             os._exit(0)
 
 

@@ -94,8 +94,8 @@ class ModelRunner:
                 os._exit(0)
         return None
 
-    def _broke(self, error: BaseException, said: str | None = None) -> None:
-        self.trouble = f"{place_of(error)}{explained(error, said)}"
+    def _broke(self, error: BaseException, message: str | None = None) -> None:
+        self.trouble = f"{place_of(error)}{explained(error, message)}"
 
 
 def _takes_maps(step: Any) -> bool:

@@ -48,8 +48,8 @@ class ConfiguredModel:
     @property
     def counted(self) -> str:
         """The channel whose spikes are those of a trial: ``hs``, or ``looming`` where no direction is declared."""
-        own = self.channels
-        return next((channel for channel in SPIKING if channel in own), "")
+        channels = self.channels
+        return next((channel for channel in SPIKING if channel in channels), "")
 
     @property
     def thresholds(self) -> dict[str, float | None]:
@@ -100,12 +100,12 @@ MOST_NAMED = 6
 """Models that a note names."""
 
 
-def rate_notes(shown: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
+def rate_notes(models: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
     """Say which models assume another frame rate than that of the frames that they are shown.
 
     Parameters
     ----------
-    shown
+    models
         Models, each with a rate of frames that it is shown, 1/s.
 
     Returns
@@ -114,7 +114,7 @@ def rate_notes(shown: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
         A line for each assumed rate and the rates shown instead.
     """
     other: dict[tuple[str, float], set[float]] = {}
-    for model, rate in shown:
+    for model, rate in models:
         assumed = model.fps
         if assumed is not None and abs(rate - assumed) > RATE_TOLERANCE * assumed:
             other.setdefault((model.label, assumed), set()).add(rate)
@@ -168,10 +168,10 @@ def family(name: str) -> str:
     ``name`` may be a label with settings (``dsnn:w_i=1``). A registered model whose parameters are not those of the
     model that its name begins with is a family of its own: ``lplc2-gf`` is none of the ``lplc2``.
     """
-    own = name.partition(":")[0]
-    first = own.split("-")[0]
-    kinds = [type(MODELS[each].robot) if each in MODELS else None for each in (own, first)]
-    return own if kinds[0] is not None and kinds[0] is not kinds[1] else first
+    name_itself = name.partition(":")[0]
+    first = name_itself.split("-")[0]
+    kinds = [type(MODELS[candidate].robot) if candidate in MODELS else None for candidate in (name_itself, first)]
+    return name_itself if kinds[0] is not None and kinds[0] is not kinds[1] else first
 
 
 LEFT_OUT = ("dsnn-reference",)
@@ -207,11 +207,11 @@ class Shown:
     asked: Asked
 
 
-def shown_models(own: Sequence[str], given: Sequence[str] | None, only: bool) -> list[str]:
-    """The texts of the models that a command shows, each once: its ``own``, unless ``only``, then those ``given``."""
+def shown_models(declared: Sequence[str], given: Sequence[str] | None, only: bool) -> list[str]:
+    """Return the models that a command shows, each once: those ``declared``, unless ``only``, then those ``given``."""
     if only and not given:
         raise UsageError("--only: shows just the models of --model; name them by --model")
-    return list(dict.fromkeys([*(() if only else own), *(given or ())]))
+    return list(dict.fromkeys([*(() if only else declared), *(given or ())]))
 
 
 def ask(text: str) -> Asked:
@@ -223,15 +223,15 @@ def ask(text: str) -> Asked:
     source, colon, settings = _split(text)
     if not colon:
         return Asked(text, text, "", MappingProxyType({}))
-    own: dict[str, str] = {}
+    assignments: dict[str, str] = {}
     for part in re.split(rf",(?={_PARAM})", settings):
         name, _, value = part.partition("=")
         if not re.match(_PARAM, part) or not value:
             raise UsageError(f"--model {text}: {FORM}")
-        if name in own:
+        if name in assignments:
             raise UsageError(f"--model {text}: {name} is there twice")
-        own[name] = value
-    return Asked(text, source, settings, MappingProxyType(own))
+        assignments[name] = value
+    return Asked(text, source, settings, MappingProxyType(assignments))
 
 
 def beside(declaring: Path, text: str, where: str) -> str:
@@ -279,18 +279,18 @@ def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") 
     The same model under the same settings is taken once. Raises `UsageError` for one that there is not, a parameter
     that it does not have, two models of one name, and a name that is a section of ``--set``.
     """
-    found: dict[str, tuple[ConfiguredModel, Asked]] = {}
+    by_label: dict[str, tuple[ConfiguredModel, Asked]] = {}
     for text in texts:
         asked = ask(text)
         chosen = choose(asked.source, tests)
         _check_names(asked, chosen)
         if asked.settings:
             chosen = dataclasses.replace(chosen, label=f"{chosen.label}:{asked.settings}")
-        before = found.setdefault(chosen.label, (chosen, asked))[0]
+        before = by_label.setdefault(chosen.label, (chosen, asked))[0]
         if (before.source, before.network) != (chosen.source, chosen.network):
             raise UsageError(f"--model {text}: another model shown is called {chosen.label} too; rename one of them")
-    named = sections([chosen for chosen, _ in found.values()])
-    return [Shown(chosen, section, asked) for (chosen, asked), section in zip(found.values(), named, strict=True)]
+    named = sections([chosen for chosen, _ in by_label.values()])
+    return [Shown(chosen, section, asked) for (chosen, asked), section in zip(by_label.values(), named, strict=True)]
 
 
 def _check_names(asked: Asked, chosen: ConfiguredModel) -> None:
@@ -308,10 +308,10 @@ def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
     kinds: dict[str, type] = {}
     names = []
     for model in chosen:
-        own = model.declared.name  # a sweep's labels do not begin with it
-        kind, name = type(model.network), family(own)
+        section = model.declared.name  # a sweep's labels do not begin with it
+        kind, name = type(model.network), family(section)
         if kinds.setdefault(name, kind) is not kind:
-            name = own
+            name = section
         if name in ("robot", "camera", "scene", "experiment"):
             raise UsageError(f"--model {model.label}: that name is a section of --set; give it another")
         names.append(name)

@@ -20,14 +20,14 @@ SECTIONS = frozenset(map(family, MODELS))
 """Sections of the registered models."""
 
 
-def applied(shown: Sequence[Shown], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
+def applied(models: Sequence[Shown], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
     """The models with what ``--set`` says of their families, then with what was asked of each of them."""
-    made = []
-    for model in shown:
+    configured = []
+    for model in models:
         common = changed(model.section, model.chosen.network, collected.get(model.section, {}))
         network = changed(model.section, common, model.asked.own, _after_colon(model.asked))
-        made.append(dataclasses.replace(model.chosen, network=network))
-    return tuple(made)
+        configured.append(dataclasses.replace(model.chosen, network=network))
+    return tuple(configured)
 
 
 def _after_colon(asked: Asked) -> Callable[[str, str], str]:
@@ -46,9 +46,9 @@ def watchers(
     ``others`` are sections beside the models' own; ``fps`` is the models' frame rate where none is assigned.
     Raises `UsageError` as `configure` does.
     """
-    shown = look_up(models, "offline")
+    models_shown = look_up(models, "offline")
     values = dict(others)
-    for model in shown:
+    for model in models_shown:
         if model.section in others:
             raise UsageError(f"--model {model.asked.text}: that name is a section of --set; give it another")
         values.setdefault(model.section, model.chosen.network)
@@ -57,7 +57,7 @@ def watchers(
         for section, value in values.items():
             if section not in others and hasattr(value, "fps"):
                 collected[section] = {"fps": str(fps), **collected.get(section, {})}
-    return applied(shown, collected), collected
+    return applied(models_shown, collected), collected
 
 
 MOST_JOBS = 100_000
@@ -80,8 +80,8 @@ def check_counts(seed: int, repeats: int = 1, option: str = "--repeats", jobs: i
     """
     most = max(MOST_JOBS // max(jobs, 1), 1)
     if not 1 <= repeats <= most:
-        each = f" ({jobs:,} {things} each; a run has up to {MOST_JOBS:,})" if repeats > most and jobs > 1 else ""
-        raise UsageError(f"{option} {repeats}: legal is a whole number from 1 to {most}{each}")
+        per_repeat = f" ({jobs:,} {things} each; a run has up to {MOST_JOBS:,})" if repeats > most and jobs > 1 else ""
+        raise UsageError(f"{option} {repeats}: legal is a whole number from 1 to {most}{per_repeat}")
     if not 0 <= seed <= MOST_SEED:
         raise UsageError(f"--seed {seed}: legal is a whole number from 0 to {MOST_SEED}")
 
@@ -114,10 +114,10 @@ def collect(
 def _meant(key: str, known: Sequence[str]) -> str:
     """The known key that may have been meant by one, by its name rather than its section; empty where there is none."""
     section, _, name = key.rpartition(".")
-    inside = [each for each in known if each.startswith(f"{section}.")]
-    if alike := closest(name, [each.partition(".")[2] for each in inside]):
+    inside = [candidate for candidate in known if candidate.startswith(f"{section}.")]
+    if alike := closest(name, [candidate.partition(".")[2] for candidate in inside]):
         return f"{section}.{alike}"
-    elsewhere = [each for each in known if each.partition(".")[2] == name]
+    elsewhere = [candidate for candidate in known if candidate.partition(".")[2] == name]
     if elsewhere:
         return closest(key, elsewhere) or elsewhere[0]
     return "" if inside else closest(key, known)
@@ -146,8 +146,8 @@ def changed(
         problem = error.errors()[0]
         name = str(problem["loc"][0]) if problem["loc"] else ""
         legal = _legal(properties[name]) if name else ""
-        said = problem["msg"].removeprefix("Value error, ")
-        reason = f"legal is {legal}" if legal else said
+        message = problem["msg"].removeprefix("Value error, ")
+        reason = f"legal is {legal}" if legal else message
         where = [say(name, changes.get(name, ""))] if name else [say(*change) for change in changes.items()]
         raise UsageError(f"{', '.join(where)}: {' '.join(reason.split())}") from None
 

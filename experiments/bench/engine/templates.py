@@ -34,7 +34,9 @@ def render(name: str, **values: Any) -> str:
 @functools.cache
 def _environment() -> jinja2.Environment:
     return jinja2.Environment(
-        loader=jinja2.PackageLoader("experiments.bench", ""),
+        loader=jinja2.ChoiceLoader(  # the report's templates name one another from its folder
+            [jinja2.PackageLoader("experiments.bench", ""), jinja2.PackageLoader("experiments.bench.reproduction", "")]
+        ),
         autoescape=lambda name: name is not None and name.endswith(".html.j2"),
         trim_blocks=True,
         lstrip_blocks=True,

@@ -23,7 +23,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColum
 from rich.table import Table
 from rich.text import Text
 
-from experiments.bench.judging.verdict import Verdict
+from experiments.bench.judging.count import Count, Kind
+from experiments.bench.judging.verdict import Outcome, Verdict
 
 LINE_EVERY_S = 60.0
 """Seconds between lines of progress where there is no terminal to draw a bar on."""
@@ -53,10 +54,13 @@ class _Console(Console):
 out_console = _Console()
 error_console = _Console(stderr=True)
 
-VERDICT_COLOURS: Mapping[str, str] = {
-    "holds": "green", "fails": "red", "vacuous": "yellow", "untestable": "yellow", "untested": "yellow",
-    "fragile": "yellow", "mixed": "yellow",
-}  # fmt: skip
+VERDICT_COLOURS: Mapping[Kind, str] = {
+    "holds": "green",
+    "fails": "red",
+    "sometimes": "yellow",
+    "counted": "cyan",
+    "unjudged": "yellow",
+}
 
 
 def count(number: int, thing: str) -> str:
@@ -64,9 +68,9 @@ def count(number: int, thing: str) -> str:
     return f"{number} {thing}{'s' * (number != 1)}"
 
 
-def coloured(verdict: str) -> Text:
-    """Return a verdict's word in its colour."""
-    return Text(verdict, VERDICT_COLOURS[verdict])
+def coloured(count: Count) -> Text:
+    """Return a claim's word, or its count without one, in its colour."""
+    return Text(count.label, VERDICT_COLOURS[count.kind])
 
 
 def stacked(upper: str, lower: str) -> Text:
@@ -98,9 +102,9 @@ def show_table(table: Table) -> None:
     least, most = [], []
     for column in table.columns:
         ranges = [Measurement.get(out_console, everything, cell) for cell in (column.header, *column.cells)]
-        widest = min(max(each.maximum for each in ranges), column.max_width or WHOLE_WIDTH)
+        widest = min(max(column_range.maximum for column_range in ranges), column.max_width or WHOLE_WIDTH)
         widest = max(widest, column.min_width or 0)
-        least.append(widest if column.no_wrap else min(max(each.minimum for each in ranges), widest))
+        least.append(widest if column.no_wrap else min(max(column_range.minimum for column_range in ranges), widest))
         most.append(widest)
     between = Measurement.get(out_console, everything, table).maximum - sum(most)
     room = out_console.width - between
@@ -148,18 +152,33 @@ def _show_records(table: Table) -> None:
             show_line(Text.assemble(" " * RECORD_INDENT if place else "", line), RECORD_INDENT)
 
 
-def show_verdict(verdict: Verdict, *, model: bool) -> None:
-    """Print a verdict: the claim, the number that decided, everything measured, the effect.
+def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None:
+    """Print a verdict: the claim, in how many replicates it held, and what was measured in the first one.
 
-    ``model`` says whether to name the model that it is about.
+    Parameters
+    ----------
+    verdict
+        The verdict.
+    model
+        Whether to name the model that it is about.
+    provenance
+        Where the trials come from; empty where they are simulated.
     """
     who = f" ({verdict.model})" if model and verdict.model else ""
-    found = Text.assemble(coloured(verdict.verdict), f" [{verdict.provenance}]" if verdict.provenance else "")
-    if (verdict.replicates or 0) > 1:
-        found = Text.assemble(f"{verdict.held} (replicate 0: ", found, ")")
-    out_console.print(Text.assemble("\n", (verdict.id, "b"), f"{who} ", found, f": {verdict.says}"))
-    decided = f"decided by: {verdict.decided}" if verdict.decided else ""
-    for line in filter(None, (decided, verdict.measured, verdict.effect)):
+    count, origin = verdict.count, f" [{provenance}]" if provenance else ""
+    label = coloured(count)
+    if count.kind == "counted":
+        label.plain = count.sentence()
+    out_console.print(Text.assemble("\n", (verdict.id, "b"), f"{who} ", label, origin, f": {verdict.says}"))
+    if count.kind != "counted":
+        out_console.print(f"    {count.sentence()}", markup=False)
+    show_outcome(verdict.outcome, "replicate 0, " if count.replicates > 1 else "")
+
+
+def show_outcome(outcome: Outcome, where: str = "") -> None:
+    """Print what decided, what was measured and the effect; ``where`` says in which replicate."""
+    decided = f"{where}decided by: {outcome.decided}" if outcome.decided else ""
+    for line in filter(None, (decided, outcome.measured, outcome.effect)):
         out_console.print(f"    {line}", markup=False)
 
 
@@ -300,7 +319,7 @@ def _lines(pace: Pace, total: int, quiet: bool, things: str) -> Advance:
 
 def program() -> list[str]:
     """Rerun's viewer as a command: the program itself, which its Python package would leave running when ended."""
-    found = importlib.util.find_spec("rerun_cli")
-    own = os.environ.get("RERUN_CLI_PATH")
-    binary = Path(own) if own else Path(found.origin).parent / "rerun" if found and found.origin else None
+    spec = importlib.util.find_spec("rerun_cli")
+    path = os.environ.get("RERUN_CLI_PATH")
+    binary = Path(path) if path else Path(spec.origin).parent / "rerun" if spec and spec.origin else None
     return [str(binary)] if binary is not None and binary.is_file() else [sys.executable, "-P", "-m", "rerun_cli"]

@@ -64,11 +64,11 @@ def as_loaded(path: str) -> Mapping[str, str]:
     return _loaded.get(path, MappingProxyType({}))
 
 
-def _module(path: Path, shown: Path) -> ModuleType:
+def _module(path: Path, path_shown: Path) -> ModuleType:
     try:
         units = user_modules.units(path)
     except OSError as error:
-        raise UsageError(f"{shown}: cannot be read ({error.strerror})") from None
+        raise UsageError(f"{path_shown}: cannot be read ({error.strerror})") from None
     name = user_modules.named(units)[path]
     others = frozenset(other for unit in units.values() for other in unit.elsewhere)
     first = name not in sys.modules
@@ -76,10 +76,10 @@ def _module(path: Path, shown: Path) -> ModuleType:
         module = apart(lambda: importlib.import_module(name))
     except BaseException as error:  # SystemExit too: sys.exit in the file is no end of ours
         interrupts.pass_on(error)
-        raise UsageError(f"{shown}{_where(error, path)}") from None
+        raise UsageError(f"{path_shown}{_where(error, path)}") from None
     try:
         if first:
-            user_modules.check_elsewhere(others, shown)
+            user_modules.check_elsewhere(others, path_shown)
         near = user_modules.digests(units.values())
         _loaded[str(path)] = {**user_modules.elsewhere(others), **near}
         for file, digest in near.items():  # what was run itself before, and edited since, is what it is here
@@ -87,7 +87,7 @@ def _module(path: Path, shown: Path) -> ModuleType:
                 _loaded.pop(file, None)
     except (UsageError, OSError) as error:
         sys.modules.pop(name, None)  # it is executed again at the next request, and refused again
-        raise error if isinstance(error, UsageError) else UsageError(f"{shown}: {explained(error)}") from None
+        raise error if isinstance(error, UsageError) else UsageError(f"{path_shown}: {explained(error)}") from None
     return module
 
 
@@ -156,8 +156,8 @@ def place_of(error: BaseException) -> str:
 
 def blamed(error: BaseException, rows: Sequence[Mapping[str, object]]) -> str:
     """Return where a user's own judge raised an exception, and what; of a column that there is not, the nearest."""
-    said = f"{place_of(error)}{explained(error)}"
+    message = f"{place_of(error)}{explained(error)}"
     if isinstance(error, KeyError) and error.args and isinstance(error.args[0], str) and rows:
         near = closest(error.args[0], map(str, rows[0]))
-        said += f" (nearest column: {near})" if near else ""
-    return said
+        message += f" (nearest column: {near})" if near else ""
+    return message

@@ -230,7 +230,7 @@ def _key(path: Path, read: Mapping[Path, Unit]) -> str:
         new = set(read[waiting.pop()].beside.values()) - reached
         reached |= new
         waiting += new
-    made_of = [str(path), *(f"{file} {sha}" for file, sha in digests(read[each] for each in reached).items())]
+    made_of = [str(path), *(f"{file} {sha}" for file, sha in digests(read[module] for module in reached).items())]
     return hashlib.sha256(json.dumps(made_of).encode()).hexdigest()[:16]
 
 
@@ -473,9 +473,9 @@ def check_elsewhere(names: Iterable[str], importer: Path) -> None:
         if spec is not None and spec.origin is not None:
             meant = Path(spec.origin)
         if meant is not None and not _is_at(module, meant.resolve()):
-            said = f"import {name}: this process has loaded {loaded} by that name, and {meant} is meant now"
+            problem = f"import {name}: this process has loaded {loaded} by that name, and {meant} is meant now"
             remedy = "put it beside the file that imports it" if near is None else "import it by a statement"
-            raise UsageError(f"{importer}: {said}; rename one of them, or {remedy}")
+            raise UsageError(f"{importer}: {problem}; rename one of them, or {remedy}")
 
 
 def _is_at(module: ModuleType | None, file: Path) -> bool:

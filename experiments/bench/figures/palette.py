@@ -66,15 +66,15 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
     fixed = {name: NAMED.index(name) for name in listed if name in NAMED}
     free = iter([slot for slot in range(len(HUES) * len(LINES)) if slot not in fixed.values()])
     greys = iter(range(len(GREYS) * len(LINES)))
-    found: dict[str, Mark] = {}
+    by_name: dict[str, Mark] = {}
     for name in listed:
         if name in BASELINES or name.startswith(PRIVILEGED):
             slot, colours = next(greys), GREYS
         else:
             slot, colours = fixed[name] if name in fixed else next(free), HUES
         turn, hue = divmod(slot, len(colours))
-        found[name] = Mark(colours[hue], MARKERS[(slot + turn) % len(MARKERS)], LINES[turn])
-    return found
+        by_name[name] = Mark(colours[hue], MARKERS[(slot + turn) % len(MARKERS)], LINES[turn])
+    return by_name
 
 
 def colours(names: Iterable[str]) -> dict[str, str]:

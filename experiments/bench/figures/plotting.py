@@ -61,7 +61,9 @@ def without_glyph(text: str) -> list[str]:
 
 def plain(text: str) -> str:
     """Words as they are: a dollar sign in a label of the user's begins no formula, and nothing steers a viewer."""
-    return "".join(each if each.isprintable() or each == "\n" else BOX for each in text).replace("$", r"\$")
+    return "".join(character if character.isprintable() or character == "\n" else BOX for character in text).replace(
+        "$", r"\$"
+    )
 
 
 LETTER = 0.58
@@ -114,15 +116,15 @@ def grid_of_panels(drawn: Figure | SubFigure, blocks: int, each: int, across: in
     places = drawn.subplots(blocks * down, across, squeeze=False, **options)
     for axes in places.flat:
         axes.set_visible(False)
-    found = []
+    panels = []
     for block in range(blocks):
-        own = list(places[block * down : (block + 1) * down].flat)[:each]
-        for axes in own:
+        block_panels = list(places[block * down : (block + 1) * down].flat)[:each]
+        for axes in block_panels:
             axes.set_visible(True)
-        found.append(own)
-    for axes in lowest(found):
+        panels.append(block_panels)
+    for axes in lowest(panels):
         axes.tick_params(labelbottom=True)
-    return found
+    return panels
 
 
 def lowest(panels: Sequence[Sequence[Axes]]) -> list[Axes]:
@@ -258,16 +260,16 @@ def _panel(axes: Axes, panel: Panel, standings: Sequence[Standing], tints: Mappi
 
 
 def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str) -> None:
-    found = [standing.scores.get(measure) for measure in panel.measures]
-    if not any(score is not None and math.isfinite(score.value) for score in found):
-        said = "none" if any(score is not None and math.isinf(score.value) for score in found) else NOT_APPLYING
-        axes.annotate(said, (0.02, row), xycoords=("axes fraction", "data"), ha="left", va="center", color=MISSING,
+    scores = [standing.scores.get(measure) for measure in panel.measures]
+    if not any(score is not None and math.isfinite(score.value) for score in scores):
+        text = "none" if any(score is not None and math.isinf(score.value) for score in scores) else NOT_APPLYING
+        axes.annotate(text, (0.02, row), xycoords=("axes fraction", "data"), ha="left", va="center", color=MISSING,
                       fontsize=7, fontstyle="italic")  # fmt: skip
     if panel.column:
-        each = [value for one in standing.rows if (value := one[panel.column]) is not None]
-        axes.plot(each, [row + 0.3] * len(each), "|", color=tint, alpha=0.45, ms=5)
-    shifts = (-APART, APART) if len(found) > 1 else (0.0,)
-    for place, (score, shift) in enumerate(zip(found, shifts, strict=True)):
+        values = [value for one in standing.rows if (value := one[panel.column]) is not None]
+        axes.plot(values, [row + 0.3] * len(values), "|", color=tint, alpha=0.45, ms=5)
+    shifts = (-APART, APART) if len(scores) > 1 else (0.0,)
+    for place, (score, shift) in enumerate(zip(scores, shifts, strict=True)):
         if score is not None and math.isfinite(score.value):
             _dot(axes, score, row + shift, tint, filled=panel.filled and place == 0)
 

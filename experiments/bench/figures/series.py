@@ -85,16 +85,16 @@ def lines(model: str, channels: Sequence[str], models: Sequence[str]) -> list[Li
     colour, width = rgb(mark.colour), LINE_WIDTH * (1 + LINES.index(mark.line))
     name, prefix = rr.escape_entity_path_part(model), f"{model} " if len(models) > 1 else ""
     first = next((channel for channel in channels if channel in SPIKING), "")
-    made = []
+    series = []
     for channel in channels:
         title = prefix + _said(channel)
         if channel not in SPIKING:
-            made.append(Line(f"{channel}/{name}", title, channel, colour, width))
+            series.append(Line(f"{channel}/{name}", title, channel, colour, width))
             continue
         dots, tone = (None, colour) if channel == first else (DOTS[channel], _shade(colour, SHADES[channel]))
-        made.append(Line(f"potential/{name}/{channel}", title, channel, tone, width, dots))
-        made.append(Line(f"spikes/{name}/{channel}", f"{title} spikes", f"{channel}_spikes", tone, width, dots))
-    return made
+        series.append(Line(f"potential/{name}/{channel}", title, channel, tone, width, dots))
+        series.append(Line(f"spikes/{name}/{channel}", f"{title} spikes", f"{channel}_spikes", tone, width, dots))
+    return series
 
 
 def _shade(colour: Colour, grey: int) -> Colour:
@@ -149,8 +149,8 @@ def levels(thresholds: Mapping[str, Mapping[str, float | None]]) -> list[Level]:
     """
     signs = {"hs": (1, -1), "vs": (1, -1), "looming": (1,)}
     owners: dict[float, dict[str, list[str]]] = {}
-    for model, own in thresholds.items():
-        for channel, level in own.items():
+    for model, channels in thresholds.items():
+        for channel, level in channels.items():
             if channel in signs and level is not None:
                 for sign in signs[channel]:
                     owners.setdefault(sign * level, {}).setdefault(model, []).append(channel)

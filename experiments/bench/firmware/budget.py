@@ -76,8 +76,8 @@ class Budget:
     @property
     def flash(self) -> int:
         """Code and tables, those of the test program too, and the robot's own code."""
-        own = sum(self.built.sections.get(name, 0) for name in (".text", ".ARM.exidx", ".data"))
-        return own + self.firmware.chip.robot_flash
+        size = sum(self.built.sections.get(name, 0) for name in (".text", ".ARM.exidx", ".data"))
+        return size + self.firmware.chip.robot_flash
 
     @property
     def used(self) -> dict[str, int]:
@@ -145,10 +145,10 @@ class Tools:
 def stage_names() -> tuple[str, ...]:
     """The network's stages in their order, as ``onboard.h`` names them."""
     text = (NATIVE / "onboard.h").read_text(encoding="utf-8").replace("\\\n", " ")
-    found = re.search(r"#define ONBOARD_STAGE_NAMES\b(.*)", text)
-    if found is None:
+    match = re.search(r"#define ONBOARD_STAGE_NAMES\b(.*)", text)
+    if match is None:
         raise ValueError("onboard.h names no ONBOARD_STAGE_NAMES")
-    return tuple(re.findall(r'"(\w+)"', found[1]))
+    return tuple(re.findall(r'"(\w+)"', match[1]))
 
 
 def measure(
@@ -174,10 +174,10 @@ def measure(
         stack = chip.stack_bytes()
     counts = np.stack(rows)
     sums = counts.sum(axis=1)
-    own = [("input", INPUT), *((name, place) for place, name in enumerate(stage_names()))]
-    unnamed = set(range(STAGES)) - {place for _, place in own}
+    purposes = [("input", INPUT), *((name, place) for place, name in enumerate(stage_names()))]
+    unnamed = set(range(STAGES)) - {place for _, place in purposes}
     assert not counts[:, sorted(unnamed)].any(), "a stage without a name ran"
-    stages = tuple(_stage(name, counts[:, place]) for name, place in own)
+    stages = tuple(_stage(name, counts[:, place]) for name, place in purposes)
     return Budget(dict(point), wanted, built, stack, stages, _stage("whole", sums), names[int(sums.argmax())])
 
 
@@ -195,9 +195,9 @@ def measure_all(
 
     def work(job: tuple[int, tuple[Mapping[str, str], Firmware]]) -> Budget:
         place, (point, wanted) = job
-        found = measure(point, wanted, tools, Path(folder) / str(place))
+        budget = measure(point, wanted, tools, Path(folder) / str(place))
         done()
-        return found
+        return budget
 
     with (
         tempfile.TemporaryDirectory(prefix="colias-firmware-") as folder,
@@ -251,11 +251,13 @@ def answer(budgets: Sequence[Budget]) -> list[str]:
     return [*lines, f"Does the paper's N_con = 8 fit at 99x72? {whole}."]
 
 
-def _said(each: Budget) -> str:
-    d, ring = each.firmware.network.d, each.firmware.chip.ring_frames
-    return f"{format_words(each.firmware)}, d = {d}, a ring of {ring} frames"
+def _said(budget: Budget) -> str:
+    d, ring = budget.firmware.network.d, budget.firmware.chip.ring_frames
+    return f"{format_words(budget.firmware)}, d = {d}, a ring of {ring} frames"
 
 
-def _free(each: Budget) -> str:
-    left = {MAIN: each.firmware.chip.ram_main, CORE: each.firmware.chip.ram_core}
-    return f"RAM left: {', '.join(f'{left[region] - used:,} B {region.lower()}' for region, used in each.used.items())}"
+def _free(budget: Budget) -> str:
+    left = {MAIN: budget.firmware.chip.ram_main, CORE: budget.firmware.chip.ram_core}
+    return (
+        f"RAM left: {', '.join(f'{left[region] - used:,} B {region.lower()}' for region, used in budget.used.items())}"
+    )

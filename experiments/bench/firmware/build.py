@@ -135,19 +135,19 @@ def build(wanted: Firmware, compiler: Compiler, folder: Path, *, counting: bool 
     except ValueError as error:
         raise UsageError(printable(str(error))) from None
     (folder / CONFIG).write_text(text, encoding="ascii")
-    found = []
-    for own in (WHOLE, SPLIT):
-        kind = counting, own[0].split
+    problems = []
+    for layout in (WHOLE, SPLIT):
+        kind = counting, layout[0].split
         objects = [_compile(source, wanted.chip, compiler, folder, kind) for source in _sources()]
-        measured = _link(objects, wanted.chip, compiler, folder, own[0], large=True)
+        measured = _link(objects, wanted.chip, compiler, folder, layout[0], large=True)
         assert measured is not None
         sizes = elf.sections(measured)
-        placement, over = _best(sizes, wanted.chip, own)
+        placement, over = _best(sizes, wanted.chip, layout)
         linked = _link(objects, wanted.chip, compiler, folder, placement, large=False)
         if linked is not None:
             return Built(linked, elf.sections(linked), placement, {})
-        found.append(Built(measured, sizes, placement, over))
-    return min(found, key=lambda each: sum(each.over.values()))
+        problems.append(Built(measured, sizes, placement, over))
+    return min(problems, key=lambda each: sum(each.over.values()))
 
 
 def computed(wanted: Firmware) -> tuple[Placement, Mapping[str, int]]:
@@ -170,13 +170,13 @@ def computed(wanted: Firmware) -> tuple[Placement, Mapping[str, int]]:
     ValueError
         The parameters have no fixed-point form.
     """
-    found = []
-    for own in (WHOLE, SPLIT):
-        placement, over = _best(computed_sizes(wanted, own[0].split), wanted.chip, own)
+    problems = []
+    for layout in (WHOLE, SPLIT):
+        placement, over = _best(computed_sizes(wanted, layout[0].split), wanted.chip, layout)
         if not over:
             return placement, over
-        found.append((placement, over))
-    return min(found, key=lambda each: sum(each[1].values()))
+        problems.append((placement, over))
+    return min(problems, key=lambda each: sum(each[1].values()))
 
 
 def computed_sizes(wanted: Firmware, split: bool) -> dict[str, int]:
@@ -213,34 +213,34 @@ def _sources() -> list[Path]:
 def _compile(source: Path, chip: ChipSettings, compiler: Compiler, folder: Path, kind: tuple[bool, bool]) -> Path:
     """One object file; ``kind`` is whether instructions are counted, and whether the states are two blocks."""
     counting, split = kind
-    made = folder / f"{source.stem}.o"
+    output = folder / f"{source.stem}.o"
     stages = ("-include", "counter.h", "-DONBOARD_STAGE(i)=counter_stage(i)") if counting else ()
     command = [
         *compiler.command, *compiler.flags, f"-O{chip.optimise}", "-isystem", str(CHIP_SIDE / "include"),
         f"-I{folder}", f"-I{CHIP_SIDE}", f"-I{NATIVE}", f'-DONBOARD_CONFIG_HEADER="{CONFIG}"',
         f"-DCAMERA_FRAMES={chip.ring_frames}", *stages,
-        *(("-DONBOARD_SPLIT",) if split else ()), "-c", str(source), "-o", str(made),
+        *(("-DONBOARD_SPLIT",) if split else ()), "-c", str(source), "-o", str(output),
     ]  # fmt: skip
     done = _run(command, folder)
     if done.returncode:
         raise UsageError(f"{compiler.version} refuses {source.name}: {_first_error(done.stderr)}")
-    return made
+    return output
 
 
 def _link(
     objects: Sequence[Path], chip: ChipSettings, compiler: Compiler, folder: Path, placement: Placement, *, large: bool
 ) -> Path | None:
     """The linked program; ``None`` where a RAM region is too small."""
-    made = folder / f"{'large' if large else 'chip'}{'-split' if placement.split else ''}.elf"
+    output = folder / f"{'large' if large else 'chip'}{'-split' if placement.split else ''}.elf"
     sections = (CHIP_SIDE / SECTIONS).read_text(encoding="ascii")
-    script_path = made.with_suffix(".ld")
+    script_path = output.with_suffix(".ld")
     script_path.write_text(memory_script(chip, placement, large=large) + sections, encoding="ascii")
     target = [flag for flag in compiler.flags if not flag.startswith(("-W", "-std"))]
     command = [*compiler.command, *target, *compiler.linking, f"-O{chip.optimise}", "-T", str(script_path),
-               *map(str, objects), *compiler.libraries, "-o", str(made)]  # fmt: skip
+               *map(str, objects), *compiler.libraries, "-o", str(output)]  # fmt: skip
     done = _run(command, folder)
     if done.returncode == 0:
-        return made
+        return output
     if not large and re.search(r"overflowed|will not fit", done.stderr):
         return None
     raise UsageError(f"{compiler.version} does not link: {_first_error(done.stderr)}")

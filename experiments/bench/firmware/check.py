@@ -77,11 +77,11 @@ def sequences(shape: tuple[int, int], trial: Frames | None) -> list[tuple[str, F
     """
     recorded = [*clips.golden(shape).items(), *([] if trial is None else [("a trial's frames", trial)])]
     have = sum(len(frames) for _, frames in recorded)
-    own = clips.synthetic(shape, 1)
-    length = max(LENGTH, -(-(LEAST_FRAMES - have) // (len(own) + 1)))
-    made = clips.synthetic(shape, length)
-    again = made["noise"]
-    return [*made.items(), *recorded, ("noise again after a reset", again)]
+    short_clips = clips.synthetic(shape, 1)
+    length = max(LENGTH, -(-(LEAST_FRAMES - have) // (len(short_clips) + 1)))
+    clips_made = clips.synthetic(shape, length)
+    again = clips_made["noise"]
+    return [*clips_made.items(), *recorded, ("noise again after a reset", again)]
 
 
 def host(response: Response) -> tuple[int, int, int, int]:
@@ -90,7 +90,7 @@ def host(response: Response) -> tuple[int, int, int, int]:
 
 
 def compare(
-    model: Any, chip: Emulator, shown: Sequence[tuple[str, Frames]], done: Callable[[], None]
+    model: Any, chip: Emulator, clips_shown: Sequence[tuple[str, Frames]], done: Callable[[], None]
 ) -> tuple[dict[str, int], int, Difference | None]:
     """Show clips to both, each after a reset; frames compared, frames with spikes, the first difference.
 
@@ -100,14 +100,14 @@ def compare(
         The host's form: ``reset`` and ``step``.
     chip
         The emulated chip.
-    shown
+    clips_shown
         Names and frames.
     done
         Called after each clip.
     """
     counts: dict[str, int] = {}
     spiking = 0
-    for name, frames in shown:
+    for name, frames in clips_shown:
         model.reset()
         chip.reset()
         counts[name] = 0
@@ -123,22 +123,24 @@ def compare(
 
 
 def _difference(clip: str, place: int, response: Response, answer: ChipAnswer) -> Difference | None:
-    for channel, own, theirs in zip(CHANNELS, host(response), answer.values, strict=True):
-        if own != theirs:
-            return Difference(clip, place, channel, own, theirs)
+    for channel, expected, theirs in zip(CHANNELS, host(response), answer.values, strict=True):
+        if expected != theirs:
+            return Difference(clip, place, channel, expected, theirs)
     return None
 
 
-def check(wanted: Firmware, tools: Tools, shown: Sequence[tuple[str, Frames]], done: Callable[[], None]) -> Checked:
+def check(
+    wanted: Firmware, tools: Tools, clips_shown: Sequence[tuple[str, Frames]], done: Callable[[], None]
+) -> Checked:
     """Build the program and hold it against the host's form; errors as `experiments.bench.firmware.budget.measure`."""
     with tempfile.TemporaryDirectory(prefix="colias-firmware-") as folder:
         built = build(wanted, tools.compiler, Path(folder))
         with Emulator(tools.qemu, built.path, wanted.shape) as chip:
             model = OnboardDSNN(wanted.shape, wanted.network)
-            counts, spiking, difference = compare(model, chip, shown, done)
+            counts, spiking, difference = compare(model, chip, clips_shown, done)
     return Checked(counts, spiking, bool(built.over), difference)
 
 
-def total(shown: Sequence[tuple[str, Frames]]) -> int:
+def total(clips_shown: Sequence[tuple[str, Frames]]) -> int:
     """Frames of all clips."""
-    return int(np.sum([len(frames) for _, frames in shown]))
+    return int(np.sum([len(frames) for _, frames in clips_shown]))

@@ -60,15 +60,15 @@ def synthetic(shape: tuple[int, int], length: int) -> Mapping[str, Frames]:
 
 def golden(shape: tuple[int, int]) -> Mapping[str, Frames]:
     """The golden clips, resized to ``shape`` where they have another; empty where there is no checkout."""
-    found: dict[str, Frames] = {}
+    by_name: dict[str, Frames] = {}
     for path in sorted(GOLDEN.glob("*.npz")):
         with np.load(path) as held:
             frames = held["frames"]
         if frames.shape[1:] != shape:
             size = shape[1], shape[0]
             frames = np.stack([cv2.resize(frame, size, interpolation=cv2.INTER_AREA) for frame in frames])
-        found[f"golden {path.stem}"] = frames.astype(np.uint8, copy=False)
-    return found
+        by_name[f"golden {path.stem}"] = frames.astype(np.uint8, copy=False)
+    return by_name
 
 
 def of_trial(shape: tuple[int, int]) -> Frames:
@@ -83,6 +83,6 @@ def of_trial(shape: tuple[int, int]) -> Frames:
     rows, columns = shape
     sized = [f"camera.width={columns}", f"camera.height={rows}"]
     trials = plan(registry.load("speed"), ["dsnn"], sized, 1, 0)
-    shown = run_trial(trials.specs()[0], keep_media=True).media
-    assert shown is not None
-    return shown.pictures[""]
+    media = run_trial(trials.specs()[0], keep_media=True).media
+    assert media is not None
+    return media.pictures[""]

@@ -18,9 +18,9 @@ def sections(path: Path) -> Mapping[str, int]:
     table, size, number, names = struct.unpack_from("<I10xHHH", data, 32)
     rows = [struct.unpack_from("<10I", data, table + size * i) for i in range(number)]
     text = rows[names][4]
-    found: dict[str, int] = {}
+    sizes: dict[str, int] = {}
     for name, _, flags, _, _, length, *_ in rows:
         if flags & _ALLOCATED and length:
             start = text + name
-            found[data[start : data.index(b"\0", start)].decode()] = length
-    return found
+            sizes[data[start : data.index(b"\0", start)].decode()] = length
+    return sizes

@@ -114,9 +114,9 @@ class Emulator:
         """Show the next frame, (R, C) uint8."""
         if frame.shape != self.shape or frame.dtype != np.uint8:
             raise EmulatorError(f"a frame of shape {frame.shape} and type {frame.dtype}: legal is {self.shape}, uint8")
-        found = self._ask(_FRAME + frame.tobytes(), f"<4i{2 * STAGES}I")
-        ticks, calls = np.array(found[4 : 4 + STAGES], np.float64), np.array(found[4 + STAGES :], np.float64)
-        hs, vs, hs_spikes, vs_spikes = found[:4]
+        numbers = self._ask(_FRAME + frame.tobytes(), f"<4i{2 * STAGES}I")
+        ticks, calls = np.array(numbers[4 : 4 + STAGES], np.float64), np.array(numbers[4 + STAGES :], np.float64)
+        hs, vs, hs_spikes, vs_spikes = numbers[:4]
         counted = np.maximum((ticks - self._cost * calls) / TICKS_AN_INSTRUCTION, 0.0)
         return ChipAnswer(hs, vs, hs_spikes, vs_spikes, counted)
 
@@ -177,6 +177,6 @@ class Emulator:
         except subprocess.TimeoutExpired:
             return EmulatorError("the emulated chip closed its output")
         self._said.seek(0)
-        said = printable(self._said.read().decode(errors="replace"))
+        message = printable(self._said.read().decode(errors="replace"))
         reason = {70: "the program came to a processor fault", 71: "the program could not answer"}.get(status, "")
-        return EmulatorError(f"QEMU ended with status {status}{': ' if reason or said else ''}{reason or said}")
+        return EmulatorError(f"QEMU ended with status {status}{': ' if reason or message else ''}{reason or message}")

@@ -113,12 +113,12 @@ def check_folder(folder: Path) -> None:
 
 def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | str) -> dict[str, Any]:
     rows, columns = wanted.shape
-    said = "".join(f" --set {text}" for text in assignments)
+    options = "".join(f" --set {text}" for text in assignments)
     words: dict[str, Any] = {
         "chip": wanted.chip, "rows": rows, "columns": columns, "config": CONFIG,
         "version": version("colias-sim"),
         "notice": dead_zone_notice(wanted.network),
-        "command": f"Its parameters: the defaults{' but' if said else ''}{said}.", "budget": None,
+        "command": f"Its parameters: the defaults{' but' if options else ''}{options}.", "budget": None,
     }  # fmt: skip
     if isinstance(measured, str):
         return {**words, "missing": measured}

@@ -57,8 +57,8 @@ def _memory(axes: Axes, budgets: Sequence[Budget]) -> None:
             size = each.purposes[name] / KB
             axes.barh(place, size, left=left, height=0.62, color=HUES[hue], label=name if place == 0 else None)
             left += size
-        said, colour = (f"over by {each.over:,} B", BAD) if each.over else ("fits", LIMIT)
-        axes.annotate(said, (1.0, place), xycoords=("axes fraction", "data"), ha="right", va="center",
+        caption, colour = (f"over by {each.over:,} B", BAD) if each.over else ("fits", LIMIT)
+        axes.annotate(caption, (1.0, place), xycoords=("axes fraction", "data"), ha="right", va="center",
                       fontsize=7, color=colour)  # fmt: skip
     chip = budgets[0].firmware.chip
     limit = (chip.ram_main + chip.ram_core) / KB
@@ -79,10 +79,10 @@ def _time(axes: Axes, budgets: Sequence[Budget]) -> None:
     axes.axvline(chip.frame_ms, color=LIMIT, ls="--", lw=1.0)
     top = max(chip.frame_ms, *(budget.milliseconds[1] for budget in budgets))
     axes.set_xlim(0.0, 1.08 * top)
-    said = (
+    caption = (
         f"worst frame (ms), limit {chip.frame_ms:g}\nat {chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction"
     )
-    axes.set_title(said, fontsize=9, loc="left")
+    axes.set_title(caption, fontsize=9, loc="left")
 
 
 def write(budgets: Sequence[Budget], folder: Path) -> Path:

@@ -39,16 +39,16 @@ def assignments(given: Sequence[str]) -> list[str]:
 
     The chip's program has a section of its own name, or that of the model's family.
     """
-    found = []
+    texts = []
     for text in map(plain_key, given):
         if text.startswith(f"{CHIP}."):
             raise UsageError(
                 f"--set {text}: the chip's memory changes no answer; it goes with budget, check and export"
             )
-        found.append(text)
+        texts.append(text)
         if text.startswith(f"{MODEL}."):
-            found.append(f"{ALIAS}{text[len(MODEL) :]}")
-    return found
+            texts.append(f"{ALIAS}{text[len(MODEL) :]}")
+    return texts
 
 
 def models() -> list[str]:
@@ -64,14 +64,14 @@ def compare(folder: Path) -> Loop:
     rows: dict[str, dict[tuple[int, int], tuple[float, ...]]] = {MODEL: {}, CHIP_MODEL: {}}
     for row in table.to_pylist():
         rows[row["model"]][row["trial"], row["frame"]] = tuple(row[name] for name in COLUMNS)
-    own, chip = rows[MODEL], rows[CHIP_MODEL]
-    trials = len({trial for trial, _ in own})
-    if own.keys() != chip.keys():
-        missing = sorted(own.keys() ^ chip.keys())[0]
-        return Loop(trials, len(own), f"trial {missing[0]}, frame {missing[1]}: one of the two has no answer")
-    for (trial, frame), values in sorted(own.items()):
+    host, chip = rows[MODEL], rows[CHIP_MODEL]
+    trials = len({trial for trial, _ in host})
+    if host.keys() != chip.keys():
+        missing = sorted(host.keys() ^ chip.keys())[0]
+        return Loop(trials, len(host), f"trial {missing[0]}, frame {missing[1]}: one of the two has no answer")
+    for (trial, frame), values in sorted(host.items()):
         for name, mine, theirs in zip(COLUMNS, values, chip[trial, frame], strict=True):
             if mine != theirs:
-                said = f"trial {trial}, frame {frame}: {name} is {theirs:g} on the chip, {mine:g} on the host"
-                return Loop(trials, len(own), said)
-    return Loop(trials, len(own), "")
+                problem = f"trial {trial}, frame {frame}: {name} is {theirs:g} on the chip, {mine:g} on the host"
+                return Loop(trials, len(host), problem)
+    return Loop(trials, len(host), "")

@@ -142,9 +142,11 @@ def firmware(assignments: Iterable[str], base: Firmware | None = None, option: s
     base = base or default()
     sections = {MODEL: base.network, CHIP: base.chip}
     texts = [plain_key(text) for text in assignments]
-    found = collect(texts, sections, LISTED_BY, option)
-    made = {name: changed(name, value, found.get(name, {}), _typed(name, option)) for name, value in sections.items()}
-    return Firmware(made[MODEL], made[CHIP])
+    collected = collect(texts, sections, LISTED_BY, option)
+    configured = {
+        name: changed(name, value, collected.get(name, {}), _typed(name, option)) for name, value in sections.items()
+    }
+    return Firmware(configured[MODEL], configured[CHIP])
 
 
 def _typed(section: str, option: str) -> Any:

@@ -58,42 +58,43 @@ def _table(budgets: Sequence[Budget]) -> Table:
     return table
 
 
-def _why(each: Budget) -> str:
-    reasons = ["RAM"] if each.over else ["flash"] if not each.fits_memory else []
-    return ", ".join([*reasons, *([] if each.fits_time else ["time"])])
+def _why(budget: Budget) -> str:
+    reasons = ["RAM"] if budget.over else ["flash"] if not budget.fits_memory else []
+    return ", ".join([*reasons, *([] if budget.fits_time else ["time"])])
 
 
-def _purposes(each: Budget) -> Table:
+def _purposes(budget: Budget) -> Table:
     table = Table("RAM", "bytes", "region", box=None, header_style="bold", pad_edge=False)
-    where = each.regions
-    for name, size in each.purposes.items():
-        used = f" ({each.stack_used:,} B used)" if name == "stack" else ""
+    where = budget.regions
+    for name, size in budget.purposes.items():
+        used = f" ({budget.stack_used:,} B used)" if name == "stack" else ""
         table.add_row(name + used, f"{size:,}", where[name])
     return table
 
 
-def _stages(each: Budget) -> Table:
+def _stages(budget: Budget) -> Table:
     table = Table("instructions a frame", "median", "worst", box=None, header_style="bold", pad_edge=False)
-    for stage in (*each.stages, each.whole):
+    for stage in (*budget.stages, budget.whole):
         table.add_row(stage.name, f"{stage.median:,}", f"{stage.worst:,}")
     return table
 
 
-def row(each: Budget, tools: Tools) -> dict[str, Any]:
+def row(budget: Budget, tools: Tools) -> dict[str, Any]:
     """One line of ``budget.csv``."""
-    network, chip = each.firmware.network, each.firmware.chip
-    low, high = each.milliseconds
-    sizes = {f"{name.replace(' ', '_')}_bytes": size for name, size in each.purposes.items()}
-    stages = {f"{stage.name}_{what}": getattr(stage, what) for stage in (*each.stages, each.whole)
+    network, chip = budget.firmware.network, budget.firmware.chip
+    low, high = budget.milliseconds
+    sizes = {f"{name.replace(' ', '_')}_bytes": size for name, size in budget.purposes.items()}
+    stages = {f"{stage.name}_{what}": getattr(stage, what) for stage in (*budget.stages, budget.whole)
               for what in ("median", "worst")}  # fmt: skip
     return {
-        **each.point, "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits,
+        **budget.point, "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits,
         "lamina_bits": network.lamina_bits, "shape": chip.shape,
-        "fits": each.fits, "fits_memory": each.fits_memory, "fits_time": each.fits_time, **sizes,
-        "stack_used_bytes": each.stack_used, "over_bytes": each.over, "room_for_robot_bytes": each.room,
-        "flash_bytes": each.flash,
-        "placement": each.built.placement.words(), **stages, "worst_clip": each.worst_clip, "least_ms": round(low, 3),
-        "most_ms": round(high, 3), "compiler": tools.compiler.version, "emulator": tools.qemu.version,
+        "fits": budget.fits, "fits_memory": budget.fits_memory, "fits_time": budget.fits_time, **sizes,
+        "stack_used_bytes": budget.stack_used, "over_bytes": budget.over, "room_for_robot_bytes": budget.room,
+        "flash_bytes": budget.flash,
+        "placement": budget.built.placement.words(), **stages, "worst_clip": budget.worst_clip,
+        "least_ms": round(low, 3), "most_ms": round(high, 3),
+        "compiler": tools.compiler.version, "emulator": tools.qemu.version,
     }  # fmt: skip
 
 

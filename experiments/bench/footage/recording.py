@@ -159,8 +159,10 @@ class LiveLog:
             if arrows:
                 tint = [rgb(tints[model.label])] * len(arrows)
                 radii = rr.Radius.ui_points([ARROW_WIDTH / 2] * len(arrows))
-                shown = rr.Arrows2D.from_fields(origins=[self._origin(place)] * len(arrows), colors=tint, radii=radii)
-                stream.log(_direction(model), shown, static=True)
+                arrows_shown = rr.Arrows2D.from_fields(
+                    origins=[self._origin(place)] * len(arrows), colors=tint, radii=radii
+                )
+                stream.log(_direction(model), arrows_shown, static=True)
         for level in self._levels:
             stream.log(level.entity, level.style(), level.owners(), static=True)
 
@@ -182,8 +184,8 @@ class LiveLog:
         for place in range(len(self._models)):
             known = [i for i, answers in enumerate(chunk.answers) if answers[place] is not None]
             if known:
-                own = [answer for answers in chunk.answers if (answer := answers[place]) is not None]
-                self._answers(place, own, timelines(*(column[known] for column in when)))
+                present = [answer for answers in chunk.answers if (answer := answers[place]) is not None]
+                self._answers(place, present, timelines(*(column[known] for column in when)))
         # A level at the ends of the chunk draws its line.
         ends = timelines(*(column[[0, -1]] for column in when))
         for level in self._levels:

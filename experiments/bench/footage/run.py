@@ -22,12 +22,20 @@ from threadpoolctl import threadpool_limits
 from dsnn import Response, forms
 from experiments.bench.engine.errors import explained
 from experiments.bench.engine.models import ConfiguredModel, rate_notes
-from experiments.bench.engine.terminal import coloured, error_console, out_console, show_line, show_table
+from experiments.bench.engine.terminal import (
+    coloured,
+    error_console,
+    out_console,
+    show_line,
+    show_outcome,
+    show_table,
+)
 from experiments.bench.footage.claims import CLAIM, FlowJudge, FootageOutcomes
 from experiments.bench.footage.rows import FrameTable
 from experiments.bench.footage.video import Footage, Picture, ahead
 from experiments.bench.footage.watch import GAP_S, LEAST_FRAMES, Observer, Seen, Watcher, watch
 from experiments.bench.judging.claims import words
+from experiments.bench.judging.count import count
 from experiments.bench.store import provenance
 from experiments.bench.store.places import part
 
@@ -57,8 +65,8 @@ def run(film: Footage, size: tuple[int, int], chosen: Sequence[ConfiguredModel],
     provenance.form()  # refuses one that cannot run
     cv2.setNumThreads(1)  # as in trials: more threads cost a second core for a sixth of the time
     watchers = [Watcher(model, size[::-1]) for model in chosen]
-    own = [model.thresholds.get("hs") for model in chosen]
-    judge = FlowJudge(own) if wanted.judge else None
+    thresholds = [model.thresholds.get("hs") for model in chosen]
+    judge = FlowJudge(thresholds) if wanted.judge else None
     seen, spoilt = Seen(), _Spoilt()
     with threadpool_limits(1), _interrupts() as stop, ExitStack() as outputs:
         outputs.callback(film.close)
@@ -142,10 +150,10 @@ def _outputs(
     """The viewer and files that are wanted, each closed by ``stack``."""
 
     def output(what: str, make: Callable[[], Any]) -> Iterator[_Output]:
-        made: list[_Output] = []
-        if spoilt.goes_well(what, lambda: made.append(_Output(what, make(), spoilt))):
-            stack.callback(made[0].close)
-            yield made[0]
+        outputs: list[_Output] = []
+        if spoilt.goes_well(what, lambda: outputs.append(_Output(what, make(), spoilt))):
+            stack.callback(outputs[0].close)
+            yield outputs[0]
 
     record, table = wanted.record, wanted.table
     if wanted.view or record is not None:
@@ -193,10 +201,10 @@ def _counted(pictures: Iterable[Picture], film: Footage) -> Iterator[Picture]:
 
 def _show(film: Footage, size: tuple[int, int], watchers: Sequence[Watcher], seen: Seen) -> None:
     """The whole summary but C12."""
-    own = f"{film.rate:g} frames/s" if film.rate else "no rate of its own"
+    rate = f"{film.rate:g} frames/s" if film.rate else "no rate of its own"
     source = f"camera {film.source}" if film.live else film.source
-    said = f"{source}: {_size(film.size)}, {own}; {seen.frames} frames, {seen.until_s:.1f} s, seen at {_size(size)}"
-    out_console.print(said, soft_wrap=True, markup=False)
+    text = f"{source}: {_size(film.size)}, {rate}; {seen.frames} frames, {seen.until_s:.1f} s, seen at {_size(size)}"
+    out_console.print(text, soft_wrap=True, markup=False)
     words = f" over T in {LEAST_FRAMES} frames or more, gaps under {GAP_S:g} s merged"
     out_console.print(Text.assemble("\n", ("motion", "b"), words))
     if any(watcher.motions() for watcher in watchers):
@@ -211,31 +219,27 @@ def _show(film: Footage, size: tuple[int, int], watchers: Sequence[Watcher], see
 def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
     """Print the time that a frame takes: of its own, and decoding (of a camera, waiting for the frame)."""
     frames = max(seen.frames, 1)
-    own, resizing, decoding = (
+    models_ms, resizing, decoding = (
         seconds / frames * 1e3
         for seconds in (seen.resize_s + sum(watcher.seconds for watcher in watchers), seen.resize_s, seen.decode_s)
     )
-    rate = 1e3 / max(own, 1e-6)
-    said = f"own time    {own:.2f} ms a frame ({rate:.0f} frames/s), {resizing:.2f} of it luma and resizing"
+    rate = 1e3 / max(models_ms, 1e-6)
+    text = f"own time    {models_ms:.2f} ms a frame ({rate:.0f} frames/s), {resizing:.2f} of it luma and resizing"
     out_console.print()
-    show_line(f"{said}; decoding {decoding:.2f} ms besides", 12)
+    show_line(f"{text}; decoding {decoding:.2f} ms besides", 12)
 
 
 def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[FootageOutcomes]) -> None:
-    """Show C12 for each model, and in the paper's stronger words."""
-    for watcher, outcomes_of_it in zip(watchers, outcomes, strict=True):
-        outcome, stronger = outcomes_of_it.claim, outcomes_of_it.stronger
+    """Show C12 for each model, and in the paper's stronger words. Nothing in a film is random."""
+    for watcher, found in zip(watchers, outcomes, strict=True):
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
-        verdict = coloured(outcome.verdict)
-        out_console.print(Text.assemble("\n", (CLAIM, "b"), f"{who} ", verdict, f": {words(CLAIM).says}"))
-        decided = f"decided by: {outcome.decided}" if outcome.decided else ""
-        for line in filter(None, (decided, outcome.measured, outcome.effect)):
-            out_console.print(f"    {line}", markup=False)
-        verdict = coloured(stronger.verdict)
-        out_console.print(Text.assemble("  in the paper's stronger words ", verdict, f": {STRONGER}"))
-        decided = f"decided by: {stronger.decided}" if stronger.decided else ""
-        for line in filter(None, (decided, stronger.measured)):
-            out_console.print(f"    {line}", markup=False)
+        for name, says, outcome in (
+            (Text.assemble("\n", (CLAIM, "b"), f"{who} "), words(CLAIM).says, found.claim),
+            (Text("  in the paper's stronger words "), STRONGER, found.stronger),
+        ):
+            word = coloured(count([outcome.verdict], random=False))
+            out_console.print(Text.assemble(name, word, f": {says}"))
+            show_outcome(outcome)
 
 
 def _intervals(watchers: Sequence[Watcher]) -> Table:
@@ -271,13 +275,13 @@ def _totals(watchers: Sequence[Watcher], seen: Seen) -> Table:
     return table
 
 
-def _other_aspect(own: tuple[int, int], seen: tuple[int, int]) -> str:
+def _other_aspect(size: tuple[int, int], seen: tuple[int, int]) -> str:
     """A note if a size of the user's distorts by over 5 %; empty otherwise."""
-    ratio = own[0] * seen[1] / (own[1] * seen[0])
+    ratio = size[0] * seen[1] / (size[1] * seen[0])
     stretch = max(ratio, 1 / ratio)
     if stretch <= SAME_ASPECT:
         return ""
-    return f"{_size(seen)} is not the aspect of {_size(own)}: the network sees it distorted by {stretch - 1:.0%}"
+    return f"{_size(seen)} is not the aspect of {_size(size)}: the network sees it distorted by {stretch - 1:.0%}"
 
 
 def _size(size: tuple[int, int]) -> str:

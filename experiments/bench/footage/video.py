@@ -149,9 +149,9 @@ class _Clock:
 
     def tick(self, capture: cv2.VideoCapture) -> None:
         """Another frame has been read."""
-        told = self._told(capture) - self._origin_s
+        reported_s = self._told(capture) - self._origin_s
         # Raw streams carry no time stamps: then the rate has to do.
-        now = told if told > self.now_s else self.now_s + self._usual_s
+        now = reported_s if reported_s > self.now_s else self.now_s + self._usual_s
         self.shortest_s, self.longest_s = min(self.shortest_s, now - self.now_s), max(self.longest_s, now - self.now_s)
         self.frames, self.now_s = self.frames + 1, now
 
@@ -187,13 +187,13 @@ def ahead(items: Iterator[Item], stop: threading.Event, depth: int = 8) -> Itera
     For cameras: one that hangs does not keep a user from stopping, and no frame is lost while another is worked on.
     For files it does not pay, FFmpeg decodes on threads already. What making an item raises is raised here.
     """
-    made: queue.Queue[tuple[Item | None, BaseException | None]] = queue.Queue(depth)
+    queued: queue.Queue[tuple[Item | None, BaseException | None]] = queue.Queue(depth)
     left = threading.Event()
 
     def put(item: Item | None, error: BaseException | None = None) -> bool:
         while not left.is_set():
             try:
-                made.put((item, error), timeout=0.1)
+                queued.put((item, error), timeout=0.1)
                 return True
             except queue.Full:
                 pass
@@ -213,7 +213,7 @@ def ahead(items: Iterator[Item], stop: threading.Event, depth: int = 8) -> Itera
     try:
         while not stop.is_set():
             try:
-                item, error = made.get(timeout=0.1)
+                item, error = queued.get(timeout=0.1)
             except queue.Empty:
                 continue
             if error is not None:

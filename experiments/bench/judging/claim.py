@@ -124,7 +124,7 @@ class Claim:
     def ask(self, rows: Sequence[Any], *more: Any) -> Outcome:
         """Ask the judge.
 
-        A user's own judge that raises, or answers no `Outcome`, leaves the claim untested: the tables count.
+        A user's own judge that raises, or answers no `Outcome`, leaves the claim unjudged: the tables count.
 
         Parameters
         ----------
@@ -150,25 +150,20 @@ class Claim:
             interrupts.pass_on(error)
             return _broken(f"its judge failed: {blamed(error, rows)}", len(rows))
 
-    def verdict(self, found: Outcome, **more: Any) -> Verdict:
-        """Make a verdict of an outcome.
+    def verdict(self, *outcomes: Outcome, random: bool = True, model: str = "", experiment: str = "") -> Verdict:
+        """Return the verdict that outcomes come to.
 
         Parameters
         ----------
-        found
-            The outcome.
-        **more
-            Further fields of the verdict.
-
-        Returns
-        -------
-        Verdict
-            The verdict.
+        *outcomes
+            One of each replicate, the first one first.
+        random
+            Whether anything differs between replicates.
+        model, experiment
+            As of a `Verdict`.
         """
-        return Verdict(
-            self.id, self.says, self.source, found.verdict, found.measured, found.effect, found.n, found.decided,
-            **{"trouble": found.trouble, **more},
-        )  # fmt: skip
+        words = (self.id, self.says, self.source)
+        return Verdict.of(words, outcomes, random=random, model=model, experiment=experiment)
 
 
 def _broken(trouble: str, rows: int) -> Outcome:

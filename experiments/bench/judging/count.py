@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, get_args
 
 from experiments.bench.judging.statistics import proportion_interval
 
@@ -22,11 +22,13 @@ kept, but by a model that answers no translation either, so that a network that 
 """
 Word = Literal["holds", "fails", "sometimes", ""]
 """What a claim comes to over its replicates; empty where too few could be judged for a word."""
+Kind = Literal["holds", "sometimes", "fails", "counted", "unjudged"]
+"""A word; or ``counted``, where too few could be judged for one; or ``unjudged``, where none could."""
 
 REASONS: Mapping[Reason, str] = MappingProxyType({
     "not shown": "what it needs was not shown",
     "silent model": "the model keeps it, but answers no translation either",
-    "unknown constants": "another model's constants are not known",
+    "unknown constants": "what it says of the DSNN holds, and another model's constants are not known",
 })  # fmt: skip
 """Reason -> what it means."""
 
@@ -35,6 +37,20 @@ LEAST_JUDGED = 20
 HOLDS_FROM, FAILS_TO = 0.8, 0.2
 """A claim holds where the lower end of the interval is at least the first, and fails where the upper end is at most the
 second."""
+
+MEANINGS: Mapping[Kind, str] = MappingProxyType({
+    "holds": f"it holds in at least {HOLDS_FROM:.0%} of replicates, by the exact 95 % interval; or nothing is random",
+    "sometimes": "it holds in some replicates, and neither in most nor in few by that interval",
+    "fails": f"it holds in at most {FAILS_TO:.0%} of replicates, by the exact 95 % interval; or nothing is random",
+    "counted": f"k of n: it held in k of n replicates; below {LEAST_JUDGED} that could be judged there is no word",
+    "unjudged": "not judged in any replicate, with the reason",
+})  # fmt: skip
+"""Kind -> what it means."""
+SIGNS: Mapping[Kind, str] = MappingProxyType({
+    "holds": "\N{CHECK MARK}", "sometimes": "~", "fails": "\N{MULTIPLICATION X}", "counted": "#",
+    "unjudged": "\N{EN DASH}",
+})  # fmt: skip
+"""Kind -> the sign that stands before it: colour alone tells no verdict."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +137,41 @@ class Count:
         low, high = proportion_interval(self.holds, self.judged)
         return "holds" if low >= HOLDS_FROM else "fails" if high <= FAILS_TO else "sometimes"
 
+    @property
+    def kind(self) -> Kind:
+        """The word; or whether it lacks one for too few replicates, or for none that could be judged."""
+        return self.word or ("counted" if self.judged else "unjudged")
+
+    @property
+    def label(self) -> str:
+        """The word; without one ``4 of 5``, or ``not judged``."""
+        return self.word or (f"{self.holds} of {self.judged}" if self.judged else "not judged")
+
+    def sentence(self, name: str = "replicate") -> str:
+        """Say in how many replicates the claim held, and why others could not be judged.
+
+        Parameters
+        ----------
+        name
+            What a replicate is called.
+
+        Examples
+        --------
+        >>> Count(17, 2, {"not shown": 1}).sentence()
+        'held in 17 of 19 replicates; not judged in 1: what it needs was not shown'
+        >>> Count(1, random=False).sentence()
+        'held; nothing in it is random'
+        """
+        reasons = [f"not judged in {number}: {REASONS[reason]}" for reason, number in self.unjudged.items()]
+        if not self.judged:
+            whole = "not judged" if self.replicates == 1 else f"not judged in any of {self.replicates} {name}s"
+            return "; ".join([whole, *(REASONS[reason] for reason in self.unjudged)])
+        if self.random:
+            first = f"held in {self.holds} of {self.judged} {name}{'s' * (self.judged != 1)}"
+        else:
+            first = f"{'failed' if self.fails else 'held'}; nothing in it is random"
+        return "; ".join([first, *reasons])
+
     def __str__(self) -> str:
         """Say in how many of the judged replicates it held, and what of others: ``17 of 19 (silent model in 1)``."""
         reasons = ", ".join(f"{reason} in {number}" for reason, number in self.unjudged.items())
@@ -148,3 +199,45 @@ def count(outcomes: Iterable[str], *, random: bool = True) -> Count:
     unjudged = [text for text in texts if text not in ("holds", "fails")]
     reasons = {reason: unjudged.count(reason) for reason in dict.fromkeys(unjudged)}
     return Count(texts.count("holds"), texts.count("fails"), reasons, random)  # type: ignore[arg-type]
+
+
+def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
+    """Say what a list of claims comes to, in a phrase for each kind; that of claims that hold comes first.
+
+    Parameters
+    ----------
+    counts
+        Pairs of a claim's id and its count.
+
+    Examples
+    --------
+    >>> totals([("C1", Count(40)), ("C2", Count(0, 40)), ("C3", Count(5)), ("C4", Count(2, 3))])
+    ['1 of 4 claims holds', '1 fails: C2', '2 have too few replicates for a word: 1 held in all, 1 in some (C4)']
+    """
+    pairs = list(counts)
+    kinds = {kind: [(claim, own) for claim, own in pairs if own.kind == kind] for kind in get_args(Kind)}
+    holding, several = len(kinds["holds"]), len(pairs) != 1
+    phrases = [f"{holding} of {len(pairs)} claim{'s' * several} {'holds' if holding == 1 else 'hold'}"]
+    for kind, one, many in (
+        ("sometimes", "holds sometimes", "hold sometimes"),
+        ("fails", "fails", "fail"),
+        ("counted", "has too few replicates for a word", "have too few replicates for a word"),
+        ("unjudged", "was not judged", "were not judged"),
+    ):
+        own = kinds[kind]
+        if own:
+            names = _shares(own) if kind == "counted" else ", ".join(claim for claim, _ in own)
+            phrases.append(f"{len(own)} {one if len(own) == 1 else many}: {names}")
+    return phrases
+
+
+def _shares(counts: list[tuple[str, Count]]) -> str:
+    """How many claims held in all, in some and in none of their few replicates; those of the last two by name."""
+    every = sum(not own.fails for _, own in counts)
+    some = [claim for claim, own in counts if own.holds and own.fails]
+    none = [claim for claim, own in counts if not own.holds]
+    parts = [f"{every} held in all"] if every else []
+    parts += [f"{len(ids)} in {what} ({', '.join(ids)})" for what, ids in (("some", some), ("none", none)) if ids]
+    if not every:
+        parts[0] = parts[0].replace(" in ", " held in ", 1)
+    return ", ".join(parts)

@@ -1,47 +1,45 @@
-"""What a judge finds, and what becomes of a claim."""
+"""What a judge finds in one replicate, and what becomes of a claim over all of them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from experiments.bench.engine.errors import short
 from experiments.bench.judging.checks import Check as Check
 from experiments.bench.judging.checks import decide as decide
-from experiments.bench.judging.count import Reason
+from experiments.bench.judging.count import REASONS, Count, Reason, count
 
-Judged = Literal["holds", "fails", "vacuous", "untestable", "untested"]
-"""What a claim comes to.
-
-``vacuous``: the claim is kept, but by a model that answers nothing, which a silent network would keep too.
-``untestable``: what the claim says of the DSNN holds; what it says of another model does not, but that model's own
-constants are not known, and with others than those assumed it may.
-"""
-
-WORST_FIRST: tuple[Judged, ...] = ("fails", "untested", "untestable", "vacuous")
+Judged = Literal["holds", "fails", "not shown", "silent model", "unknown constants"]
+"""What a claim comes to in one replicate: it holds, it fails, or the `Reason` why it cannot be judged."""
 
 
-def together(verdicts: Collection[Judged]) -> Judged:
-    """What several verdicts come to together: ``holds`` if all do, else the first that is there of `WORST_FIRST`."""
-    return next((word for word in WORST_FIRST if word in verdicts), "holds")
+def together(verdicts: Collection[str]) -> Judged:
+    """Return what the parts of a claim come to together: models, say, or clips and trials with the robot.
 
+    Parameters
+    ----------
+    verdicts
+        What each part came to, in any order.
 
-_UNJUDGED: Mapping[Reason, Judged] = {
-    "not shown": "untested",
-    "silent model": "vacuous",
-    "unknown constants": "untestable",
-}
+    Returns
+    -------
+    Judged
+        ``fails`` if any part fails; else, where any part cannot be judged, the first of their reasons in the order of
+        `Reason`; else ``holds``.
+    """
+    return "fails" if "fails" in verdicts else next((reason for reason in REASONS if reason in verdicts), "holds")
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a judge finds.
+    """What a judge finds in one replicate.
 
     Parameters
     ----------
     verdict
-        ``holds``, ``fails``, ``untestable`` or ``untested``; ``vacuous`` is found by the bench.
+        ``holds``, ``fails``, or the reason why it cannot be judged: see `experiments.bench.judging.count.Reason`.
     measured
         The measured numbers, in words.
     effect
@@ -62,7 +60,7 @@ class Outcome:
     Raises
     ------
     ValueError
-        ``verdict`` is none of the five.
+        ``verdict`` is none of these.
     """
 
     verdict: Judged
@@ -90,7 +88,7 @@ class Outcome:
         checks
             One or more.
         measured, effect, n, each
-            As of an `Outcome`.
+            As of an `Outcome`; ``measured`` is what the checks say if it is left out.
 
         Raises
         ------
@@ -99,7 +97,8 @@ class Outcome:
         """
         listed = tuple(checks)
         holds, decided = decide(listed)
-        return cls("holds" if holds else "fails", measured, effect, n, decided, each, checks=listed)
+        texts = measured or "; ".join(check.says for check in listed)
+        return cls("holds" if holds else "fails", texts, effect, n, decided, each, checks=listed)
 
     @classmethod
     def unjudged(
@@ -117,9 +116,41 @@ class Outcome:
         effect, n, each, checks
             As of an `Outcome`.
         """
-        return cls(_UNJUDGED[reason], why, effect, n, each=each, checks=tuple(checks))
+        return cls(reason, why, effect, n, each=each, checks=tuple(checks))
 
-    def untested(self, why: str) -> Outcome:
+    @classmethod
+    def together(cls, parts: Mapping[str, Outcome]) -> Outcome:
+        """Return what a claim comes to that is about several models or kinds: see `together`.
+
+        Parameters
+        ----------
+        parts
+            What each part is called -> its outcome; one or more.
+        """
+        verdict = together([part.verdict for part in parts.values()])
+        return cls(
+            verdict,
+            "; ".join(f"{name} {part.verdict}: {part.measured}" for name, part in parts.items()),
+            "; ".join(f"{name}: {part.effect}" for name, part in parts.items() if part.effect),
+            sum(part.n for part in parts.values()),
+            "; ".join(f"{name}: {part.decided}" for name, part in parts.items()
+                      if part.verdict == verdict and part.decided),
+            min(part.each for part in parts.values()),
+            trouble=next((part.trouble for part in parts.values() if part.trouble), ""),
+            checks=tuple(check for part in parts.values() for check in part.checks),
+        )  # fmt: skip
+
+    @property
+    def judged(self) -> bool:
+        """Whether the claim holds or fails."""
+        return self.verdict in ("holds", "fails")
+
+    @property
+    def deciding(self) -> str:
+        """What decided, in words; of a claim that could not be judged, why."""
+        return self.decided or self.measured.partition("; measured:")[0]
+
+    def withheld(self, why: str) -> Outcome:
         """Withhold the verdict.
 
         Parameters
@@ -130,9 +161,13 @@ class Outcome:
         Returns
         -------
         Outcome
-            The same, ``untested``; ``measured`` has the reason.
+            The same, ``not shown``; ``measured`` has the reason.
         """
-        return replace(self, verdict="untested", measured=f"{why}; measured: {self.measured}", decided="")
+        return replace(self, verdict="not shown", measured=f"{why}; measured: {self.measured}", decided="")
+
+    def noting(self, notes: Iterable[str]) -> Outcome:
+        """Return the outcome with ``notes`` after what was measured; empty ones are left out."""
+        return replace(self, measured="; ".join([self.measured, *filter(None, notes)]))
 
     def against_silence(self, answering: int, of: int, what: str) -> Outcome:
         """The outcome of a claim that a silent network would keep, held against the model's answers to translation.
@@ -147,7 +182,8 @@ class Outcome:
         Returns
         -------
         Outcome
-            ``vacuous`` where the claim holds and no translation is answered. Without translations it holds unchecked.
+            ``silent model`` where the claim holds and no translation is answered. Without translations it holds
+            unchecked.
         """
         if self.verdict != "holds" or answering:
             return self
@@ -157,9 +193,7 @@ class Outcome:
 
     def silent(self, why: str) -> Outcome:
         """Return the same of a model that keeps the claim by never answering; ``why`` says what it does not answer."""
-        return replace(
-            self, verdict=_UNJUDGED["silent model"], measured=f"{why}; measured: {self.measured}", decided=why
-        )
+        return replace(self, verdict="silent model", measured=f"{why}; measured: {self.measured}", decided=why)
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,98 +204,56 @@ class Verdict:
     ----------
     id, says, source
         The claim, its words, and where they are from.
-    verdict
-        ``holds``, ``fails``, ``vacuous``, ``untestable`` or ``untested``. Of a claim with replicates it is that of
-        replicate 0.
-    measured
-        The numbers it was judged by.
-    effect
-        The test and its effect size; empty where there is none.
-    n
-        Number of trials, clips or episodes.
-    decided
-        The number that decided, and its bound: of a claim that fails the worst that misses its bound, of one that
-        holds the nearest to it. Empty where the claim is untested.
+    outcome
+        What was found in the first replicate: its numbers are those that are told beside the count.
+    count
+        In how many replicates it held; a single run is one replicate.
     model
         The model it is about; empty where the claim itself names its models.
     experiment
-        The experiment, or the env, whose trials answer for it.
-    replicates, replicates_held, replicates_failed, replicates_vacuous, replicates_untestable, replicates_untested
-        In how many replicates it was to be judged, and in how many of them it came to each verdict. ``None`` where
-        replicates were not counted.
-    standing, held, overall
-        What these numbers come to: in a word, in words, and in one of the words of ``verdict``, ``fragile`` or
-        ``mixed``. Empty where replicates were not counted; ``overall`` of a claim that nothing judges is ``untested``.
-    interval
-        The exact 95 % interval of the share of replicates in which it holds, or why there is none.
-    rate
-        Of a claim about every single trial: the share of the trials of all replicates that break it.
-    pooled
-        The same claim on the trials of all replicates together.
-    tried
-        What was tried to make it hold, or what limits it. Told where it fails, or does not hold in all replicates.
-    used_to_choose
-        The readings of the paper that were chosen because this claim favoured them.
-    mechanism
-        Where it is shown why the claim comes out as it does: the experiment, what its figure draws, and its numbers.
-    other_reading
-        What the claim comes to under the readings of the paper that were not taken, beside those taken.
-    assumed
-        Of a claim that compares models: what is assumed of the other one, and with which of its constants it holds.
-    provenance
-        Where the trials come from: ``measured``, say, of a real robot's; empty where they are simulated.
+        The experiments, or the env, whose trials answer for it; empty where nothing here judges it.
     trouble
         What went wrong in a user's own judge, in any replicate; empty if nothing did.
 
     Raises
     ------
     ValueError
-        Verdict and counts contradict each other: replicate 0 is one of the replicates.
+        The outcome is not among those counted.
     """
 
     id: str
     says: str
     source: str
-    verdict: Judged
-    measured: str
-    effect: str = ""
-    n: int = 0
-    decided: str = ""
+    outcome: Outcome
+    count: Count
     model: str = ""
     experiment: str = ""
-    replicates: int | None = None
-    replicates_held: int | None = None
-    replicates_failed: int | None = None
-    replicates_vacuous: int | None = None
-    replicates_untestable: int | None = None
-    replicates_untested: int | None = None
-    standing: str = ""
-    held: str = ""
-    overall: str = ""
-    interval: str = ""
-    rate: str = ""
-    pooled: str = ""
-    tried: str = ""
-    used_to_choose: str = ""
-    mechanism: str = ""
-    other_reading: str = ""
-    assumed: str = ""
-    provenance: str = ""
     trouble: str = ""
 
-    @property
-    def word(self) -> str:
-        """The verdict that tiles and tables show: that of all replicates, or of the only one."""
-        return self.overall or self.verdict
-
     def __post_init__(self) -> None:
-        if self.replicates is None:
-            return
-        counts = {
-            "holds": self.replicates_held, "fails": self.replicates_failed, "vacuous": self.replicates_vacuous,
-            "untestable": self.replicates_untestable, "untested": self.replicates_untested,
-        }  # fmt: skip
-        if None in counts.values() or sum(n or 0 for n in counts.values()) != self.replicates:
-            raise ValueError(f"claim {self.id}: {counts} do not add up to {self.replicates} replicates")
-        if not counts[self.verdict]:
-            raise ValueError(f"claim {self.id}: {self.verdict} in replicate 0, and in 0 of {self.replicates}")
+        counted: dict[str, int] = {"holds": self.count.holds, "fails": self.count.fails}
+        counted |= {str(reason): number for reason, number in self.count.unjudged.items()}
+        if not counted.get(self.outcome.verdict):
+            raise ValueError(f"claim {self.id}: {self.outcome.verdict} in the first replicate, and not in {self.count}")
+
+    @classmethod
+    def of(
+        cls, words: tuple[str, str, str], outcomes: Sequence[Outcome], *, random: bool = True, model: str = "",
+        experiment: str = "",
+    ) -> Verdict:  # fmt: skip
+        """Return the verdict of a claim that came to these outcomes.
+
+        Parameters
+        ----------
+        words
+            The claim's id, its words and their source.
+        outcomes
+            One of each replicate, the first one first.
+        random
+            Whether anything differs between replicates.
+        model, experiment
+            As of a `Verdict`.
+        """
+        trouble = next((outcome.trouble for outcome in outcomes if outcome.trouble), "")
+        counted = count([outcome.verdict for outcome in outcomes], random=random)
+        return cls(*words, outcomes[0], counted, model, experiment, trouble)

@@ -18,7 +18,9 @@ from experiments.bench.figures import plotting
 from experiments.bench.leaderboard import atlas_figure
 from experiments.bench.leaderboard.looming_stimuli import BEHIND, FRAME, SHADES, SQUARE
 from experiments.bench.store.files import Files
+from experiments.bench.store.kinds import LEADERBOARD
 from experiments.bench.store.places import inside
+from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure
 
 NAME = "atlas"
@@ -81,25 +83,25 @@ def run(folder: Path, models: Sequence[str], seed: int, resources: Resources) ->
     UsageError
         Something cannot be run, or the folder holds another atlas.
     """
-    made = clips_plan.plan(experiment(models), (), (), None, seed)
-    batch = clips_run.batch(made)
+    plan = clips_plan.plan(experiment(models), (), (), None, seed)
+    batch = clips_run.batch(plan)
     with resources.pool(rendering=False) as pool:
-        folder.mkdir(parents=True, exist_ok=True)
+        begin_whole(folder, LEADERBOARD)
         with closing(batch.open(inside(folder, NAME), resources)) as opened:
             failures = batch.fill(opened, pool, resources)
-            drawn = atlas_figure.draw(made, opened.frames())
+            drawn = atlas_figure.draw(plan, opened.frames())
     figure = plotting.save(drawn, folder, NAME)
-    return Atlas(_write_page(made, folder), figure, failures)
+    return Atlas(_write_page(plan, folder), figure, failures)
 
 
-def _write_page(made: OfflinePlan, folder: Path) -> Path:
+def _write_page(plan: OfflinePlan, folder: Path) -> Path:
     """One self-contained page around the figure."""
     picture = base64.b64encode((folder / f"{NAME}.svg").read_bytes()).decode()
-    entries = [(model.label, model.declared) for model in made.showings[0].models]
+    entries = [(model.label, model.declared) for model in plan.showings[0].models]
     page = render(
         "leaderboard/atlas.html.j2",
         picture=f"data:image/svg+xml;base64,{picture}",
-        seed=made.seed,
+        seed=plan.seed,
         models=[(label, entry.summary, ", ".join(entry.channels), entry.source) for label, entry in entries],
         clips=[
             (clip.name, clip.stimulus, ", ".join(f"{name} {value}" for name, value in clip.changes if name not in

@@ -44,11 +44,11 @@ class _Column:
     fps: float
 
 
-def draw(made: OfflinePlan, frames: pa.Table) -> Figure:
+def draw(plan: OfflinePlan, frames: pa.Table) -> Figure:
     """Draw the answers in ``frames`` to the clips of a plan, one repeat of each."""
-    models = made.showings[0].models
+    models = plan.showings[0].models
     tints = colours(model.label for model in models)
-    columns = [_column(showing) for showing in made.showings]
+    columns = [_column(showing) for showing in plan.showings]
     series = _series(frames)
     across, down = len(columns), len(models) + 1
     with mpl.rc_context(STYLE):
@@ -59,10 +59,10 @@ def draw(made: OfflinePlan, frames: pa.Table) -> Figure:
         for axes, column in zip(panels[0], columns, strict=True):
             _head(axes, column)
         for row, model in zip(panels[1:], models, strict=True):
-            own = {index: series.get((index, model.label)) for index in range(across)}
-            scale = _scale(model, own)
+            model_series = {index: series.get((index, model.label)) for index in range(across)}
+            scale = _scale(model, model_series)
             for index, axes in enumerate(row):
-                _cell(axes, model, own[index], columns[index], scale, tints[model.label])
+                _cell(axes, model, model_series[index], columns[index], scale, tints[model.label])
             unit = f"\naxis ±{scale:.2g}" if "hs" in model.channels or "vs" in model.channels else ""
             row[0].set_ylabel(plain(f"{model.label}{unit}"), rotation=0, ha="right", va="center", fontsize=8,
                               color=tints[model.label])  # fmt: skip
@@ -78,9 +78,9 @@ def _column(showing: Showing) -> _Column:
     clip = showing.condition.build(showing.seed)
     truths = [frame.truth for frame in clip]
     moves = np.array([t.motion != "still" or any(t.background_velocity or (0.0, 0.0)) for t in truths])
-    shown = np.flatnonzero(moves) if moves.any() else np.arange(len(clip))
+    frames = np.flatnonzero(moves) if moves.any() else np.arange(len(clip))
     # Two thirds of the way: what looms is large by then, and what crosses is still in view.
-    return _Column(showing.condition.name, clip[int(shown[2 * len(shown) // 3])].luma, moves, clip.fps)
+    return _Column(showing.condition.name, clip[int(frames[2 * len(frames) // 3])].luma, moves, clip.fps)
 
 
 def _series(frames: pa.Table) -> dict[tuple[int, str], Mapping[str, Any]]:
@@ -88,18 +88,18 @@ def _series(frames: pa.Table) -> dict[tuple[int, str], Mapping[str, Any]]:
     trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
     wanted = ("hs", "vs", "looming", "hs_spikes", "vs_spikes", "looming_spikes")
     columns = {column: frames[column].to_numpy() for column in wanted}
-    found: dict[tuple[int, str], Mapping[str, Any]] = {}
+    by_clip: dict[tuple[int, str], Mapping[str, Any]] = {}
     for index in np.unique(trial):
         for model in np.unique(name[trial == index]):
-            own = (trial == index) & (name == model)
-            found[int(index), str(model)] = {column: values[own] for column, values in columns.items()}
-    return found
+            here = (trial == index) & (name == model)
+            by_clip[int(index), str(model)] = {column: values[here] for column, values in columns.items()}
+    return by_clip
 
 
-def _scale(model: ConfiguredModel, own: Mapping[int, Mapping[str, Any] | None]) -> float:
+def _scale(model: ConfiguredModel, model_series: Mapping[int, Mapping[str, Any] | None]) -> float:
     """The largest |HS| or |VS| of a row; 1 where there is none."""
     sizes = [
-        float(np.abs(each[channel]).max()) for each in own.values() if each is not None
+        float(np.abs(series[channel]).max()) for series in model_series.values() if series is not None
         for channel in ("hs", "vs") if channel in model.channels
     ]  # fmt: skip
     return max(sizes, default=0.0) or 1.0
@@ -114,7 +114,7 @@ def _head(axes: Axes, column: _Column) -> None:
 
 
 def _cell(
-    axes: Axes, model: ConfiguredModel, own: Mapping[str, Any] | None, column: _Column, scale: float, tint: str
+    axes: Axes, model: ConfiguredModel, series: Mapping[str, Any] | None, column: _Column, scale: float, tint: str
 ) -> None:
     """One model's answer to one clip."""
     signed = "hs" in model.channels or "vs" in model.channels
@@ -124,15 +124,15 @@ def _cell(
     axes.axhline(0.0, color="black", lw=0.4)
     for side in axes.spines.values():
         side.set_linewidth(0.3)
-    if own is None:
+    if series is None:
         axes.annotate("failed", (0.5, 0.5), xycoords="axes fraction", ha="center", va="center", fontsize=6, color="0.4")
         return
     styles = {"hs": "-", "vs": ":", "looming": "--" if signed else "-"}
     heights = TICKS if signed else UPWARD
     for channel in (style for style in styles if style in model.channels):
-        values = (own[channel] - REST) / REST if channel == "looming" else own[channel] / scale
+        values = (series[channel] - REST) / REST if channel == "looming" else series[channel] / scale
         axes.plot(steps, values, ls=styles[channel], lw=1.0, color=tint)
-        fired = np.flatnonzero(own[f"{channel}_spikes"])
+        fired = np.flatnonzero(series[f"{channel}_spikes"])
         axes.plot(fired, np.full(fired.size, heights[channel]), "|", ms=3, mew=0.6, color="black")
 
 

@@ -24,7 +24,7 @@ def draw(ranking: Ranking, repeats: int) -> Figure:
         for part, band in zip(parts, bands, strict=True):
             axes = part.subplots(1, ACROSS, sharey=True)
             scoreboard(axes, band, standings, colours(standing.name for standing in standings))
-        said = "leaderboard" if ranking.kind.name == "direction" else f"leaderboard, {ranking.kind.name}"
+        title = "leaderboard" if ranking.kind.name == "direction" else f"leaderboard, {ranking.kind.name}"
         what = f"n = {repeats} of each trial; {ranking.kind.drawn}; dotted: chance"
-        drawn.suptitle(f"{said}, {what}", fontsize=9, x=0.01, ha="left")
+        drawn.suptitle(f"{title}, {what}", fontsize=9, x=0.01, ha="left")
     return drawn

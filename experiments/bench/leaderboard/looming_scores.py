@@ -107,12 +107,12 @@ def time_to_contact(clips: Iterable[ShownClip], shade: str) -> Score | None:
 
 def alarm_rate(clips: Iterable[ShownClip], what: str) -> Score | None:
     """Alarms a minute in the clips that show ``what``, with the exact interval of a Poisson rate."""
-    own = [clip for clip in clips if shown(clip.row) == what]
-    minutes, count = sum(clip.seconds for clip in own) / 60.0, sum(clip.alarms for clip in own)
+    matching = [clip for clip in clips if shown(clip.row) == what]
+    minutes, count = sum(clip.seconds for clip in matching) / 60.0, sum(clip.alarms for clip in matching)
     if not minutes > 0.0:
         return None
     low, high = poisson_interval(count)
-    return Score(count / minutes, low / minutes, high / minutes, len(own))
+    return Score(count / minutes, low / minutes, high / minutes, len(matching))
 
 
 def scores(

@@ -33,10 +33,10 @@ BEHIND: Changes = (
 
 def looming_experiments(models: Sequence[str]) -> tuple[OfflineExperiment, ...]:
     """The clips for ``models``: on an even ground, where nothing is random and once says it all, and before others."""
-    shown = tuple(models)
+    labels = tuple(models)
     return (
-        OfflineExperiment("looming-plain", "looming, and what is none, on an even ground", plain_clips(), shown),
-        OfflineExperiment("looming-moving", "the same before what moves", moving_clips(), shown, (), REPEATS),
+        OfflineExperiment("looming-plain", "looming, and what is none, on an even ground", plain_clips(), labels),
+        OfflineExperiment("looming-moving", "the same before what moves", moving_clips(), labels, (), REPEATS),
     )
 
 
@@ -45,11 +45,11 @@ def plain_clips() -> tuple[Clip, ...]:
     clips = []
     for shade, greys in SHADES.items():
         for motion in MOTIONS:
-            own = (("motion", motion), *greys)
-            clips += [Clip(f"{shade} {motion} {s:g} s", "looming", (("l_over_v_s", s), *own)) for s in L_OVER_V_S]
+            changes = (("motion", motion), *greys)
+            clips += [Clip(f"{shade} {motion} {s:g} s", "looming", (("l_over_v_s", s), *changes)) for s in L_OVER_V_S]
             clips += [
                 Clip(f"{shade} {motion} {deg:+g} deg", "looming",
-                     (("l_over_v_s", OFF_CENTRE_S), ("azimuth_deg", deg), *own))
+                     (("l_over_v_s", OFF_CENTRE_S), ("azimuth_deg", deg), *changes))
                 for deg in OFF_CENTRE_DEG
             ]  # fmt: skip
         clips += [
@@ -79,9 +79,9 @@ def moving_clips() -> tuple[Clip, ...]:
 
 
 def _gratings() -> tuple[Clip, ...]:
-    own = (*FRAME, ("period_px", 16.0))
+    changes = (*FRAME, ("period_px", 16.0))
     return tuple(
-        Clip(f"grating {hz:g} Hz {deg:g} deg", "grating", (*own, ("temporal_hz", hz), ("direction_deg", deg)))
+        Clip(f"grating {hz:g} Hz {deg:g} deg", "grating", (*changes, ("temporal_hz", hz), ("direction_deg", deg)))
         for hz in GRATING_HZ
         for deg in GRATING_DEG
     )

@@ -34,7 +34,9 @@ from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.robot import plan as robot_plan
 from experiments.bench.robot import run as robot_run
 from experiments.bench.store.files import Files
+from experiments.bench.store.kinds import LEADERBOARD
 from experiments.bench.store.places import inside
+from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure
 
 Row = Mapping[str, Any]
@@ -77,14 +79,18 @@ def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, res
     """
     robot = robot_plan.plan(ROBOT, models, (), repeats if repeats is not None else REPEATS, seed)
     directional, looming = of_kinds(models)
-    of_direction = [_clip_plan(each, repeats, seed) for each in (clip_experiments(directional) if directional else ())]
-    of_looming = [_clip_plan(each, repeats, seed) for each in (looming_experiments(looming) if looming else ())]
+    of_direction = [
+        _clip_plan(experiment, repeats, seed) for experiment in (clip_experiments(directional) if directional else ())
+    ]
+    of_looming = [
+        _clip_plan(experiment, repeats, seed) for experiment in (looming_experiments(looming) if looming else ())
+    ]
     with resources.pool() as pool:
-        folder.mkdir(parents=True, exist_ok=True)
+        begin_whole(folder, LEADERBOARD)
         batches: list[Batch[Any]] = [
             robot_run.batch(robot, robot_run.ROWS_ONLY),
-            *(clips_run.batch(made, frames=False) for made in of_direction),
-            *(clips_run.batch(made) for made in of_looming),
+            *(clips_run.batch(plan, frames=False) for plan in of_direction),
+            *(clips_run.batch(plan) for plan in of_looming),
         ]
         done = [_run(batch, inside(folder, batch.name), pool, resources) for batch in batches]
     crossed, watched, loomed = done[0], done[1 : 1 + len(of_direction)], done[1 + len(of_direction) :]
@@ -93,17 +99,17 @@ def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, res
     times = _times(robot.settings.models, offline, resources)
     rankings = []
     if of_direction:
-        clip_rows = [row for each in watched for row in each.rows]
+        clip_rows = [row for experiment in watched for row in experiment.rows]
         own = of_direction[0].showings[0].models
         rankings.append(_ranking(DIRECTION, [_standing(model, crossed.rows, clip_rows, times) for model in own]))
     if of_looming:
-        clips = [clip for made, each in zip(of_looming, loomed, strict=True) for clip in _shown(made, each)]
+        clips = [clip for plan, experiment in zip(of_looming, loomed, strict=True) for clip in _shown(plan, experiment)]
         own = of_looming[0].showings[0].models
         rankings.append(_ranking(LOOMING, [_looming_standing(model, crossed.rows, clips, times) for model in own]))
     for ranking in rankings:
         Files(folder).write_rows(ranking.kind.table, ranking.rows())
         plotting.save(leaderboard_figure.draw(ranking, robot.repeats), folder, ranking.kind.figure)
-    return Board(folder, tuple(rankings), [failure for each in done for failure in each.failures])
+    return Board(folder, tuple(rankings), [failure for experiment in done for failure in experiment.failures])
 
 
 def of_kinds(models: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -146,16 +152,16 @@ def _times(
     return {"us_99x72": time_models(robot, (72, 99)), "us_320x180": time_models(offline, (180, 320))}
 
 
-def _shown(made: OfflinePlan, done: _Done) -> list[ShownClip]:
+def _shown(plan: OfflinePlan, done: _Done) -> list[ShownClip]:
     """Every clip of a plan as each looming model answered it."""
-    showings = {showing.index: showing for showing in made.showings}
+    showings = {showing.index: showing for showing in plan.showings}
     trial, name = done.frames["trial"].to_numpy(), np.asarray(done.frames["model"])
     spikes = done.frames["looming_spikes"].to_numpy()
-    found = []
+    clips = []
     for row in done.rows:
         start, end = np.searchsorted(trial, (row["trial"], row["trial"] + 1))  # trials stand in order
-        found.append(_answered(showings[row["trial"]], row, spikes[start:end][name[start:end] == row["model"]]))
-    return found
+        clips.append(_answered(showings[row["trial"]], row, spikes[start:end][name[start:end] == row["model"]]))
+    return clips
 
 
 def _answered(showing: Showing, row: Row, spikes: Any) -> ShownClip:
@@ -197,5 +203,5 @@ def _looming_standing(
 ) -> Standing:
     own_robot = [row for row in robot if row["model"] == model.label]
     own_clips = [clip for clip in clips if clip.row["model"] == model.label]
-    found = looming_scores.scores(own_robot, own_clips, _own(model, times), _spikes(model, "looming"))
-    return Standing(model.label, found)
+    values = looming_scores.scores(own_robot, own_clips, _own(model, times), _spikes(model, "looming"))
+    return Standing(model.label, values)

@@ -119,5 +119,5 @@ def ranked(standings: Iterable[Standing]) -> list[Standing]:
 
 def _mean(standing: Standing, kind: str) -> float:
     """Average the robot's and the clips' score, as far as there are any; otherwise below all."""
-    found = [score.value for s in ("robot", "clips") if (score := standing.scores[f"{kind}_{s}"]) is not None]
-    return sum(found) / len(found) if found else -math.inf
+    values = [score.value for s in ("robot", "clips") if (score := standing.scores[f"{kind}_{s}"]) is not None]
+    return sum(values) / len(values) if values else -math.inf

@@ -59,10 +59,10 @@ ROBOT = Experiment(
 
 def clip_experiments(models: Sequence[str]) -> tuple[OfflineExperiment, ...]:
     """The clips for ``models``: on an even ground, where nothing is random and once says it all, and in clutter."""
-    shown = tuple(models)
+    labels = tuple(models)
     return (
-        OfflineExperiment("clips-plain", "on an even ground", plain_clips(), shown),
-        OfflineExperiment("clips-clutter", "before clutter, and clutter alone", clutter_clips(), shown, (), REPEATS),
+        OfflineExperiment("clips-plain", "on an even ground", plain_clips(), labels),
+        OfflineExperiment("clips-clutter", "before clutter, and clutter alone", clutter_clips(), labels, (), REPEATS),
     )
 
 

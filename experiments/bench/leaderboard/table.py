@@ -30,9 +30,9 @@ def show(board: Board) -> None:
             out_console.print(f"{kind.name} {name:<8}{board.folder / file}", soft_wrap=True, markup=False)
 
 
-def show_atlas(made: Atlas) -> None:
+def show_atlas(atlas: Atlas) -> None:
     """Print where the atlas is."""
-    for name, place in {"page": made.page, "figure": made.figure}.items():
+    for name, place in {"page": atlas.page, "figure": atlas.figure}.items():
         out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
 
 

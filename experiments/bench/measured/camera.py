@@ -91,25 +91,25 @@ def measure(folder: Path, fps: float, gain: float) -> list[Found]:
     places = {kind: [path for path in inside if path.name.startswith(kind)] for kind in KINDS}
     left = [path.name for path in inside if not path.name.startswith(tuple(KINDS))]
     if not any(places.values()):
-        legal = "; ".join(f"{kind}*: {said}" for kind, said in KINDS.items())
+        legal = "; ".join(f"{kind}*: {meaning}" for kind, meaning in KINDS.items())
         others = f"; there are {', '.join(left)}" if left else ""
         raise UsageError(f"{folder}: no folder of frames in it ({legal}){others}")
-    found: list[Found] = []
-    for kind, own in places.items():
-        sequences = {place: _stack(place) for place in own}
-        if not own:
+    findings: list[Found] = []
+    for kind, paths in places.items():
+        sequences = {place: _stack(place) for place in paths}
+        if not paths:
             continue
         try:
-            found += _MEASURES[kind](list(sequences.values()), fps, gain)
+            findings += _MEASURES[kind](list(sequences.values()), fps, gain)
         except MetrologyError as error:
-            raise UsageError(f"{', '.join(map(str, own))}: {error}") from None
+            raise UsageError(f"{', '.join(map(str, paths))}: {error}") from None
         if kind in STEADY:
-            found += [each for place, frames in sequences.items() for each in _unsteady(place, frames)]
+            findings += [finding for place, frames in sequences.items() for finding in _unsteady(place, frames)]
     if left:
         legal = ", ".join(f"{kind}*" for kind in KINDS)
-        found.append(Found("left out", ", ".join(left), note=f"{folder}: not measured, as called by none of {legal}:"
+        findings.append(Found("left out", ", ".join(left), note=f"{folder}: not measured, as called by none of {legal}:"
                            f" {', '.join(left)}"))  # fmt: skip
-    return found
+    return findings
 
 
 def _unsteady(place: Path, frames: Images) -> Iterator[Found]:
@@ -118,9 +118,9 @@ def _unsteady(place: Path, frames: Images) -> Iterator[Found]:
     if share < LEAST_SHARE:
         return
     means = frames.mean((1, 2), dtype=np.float64)
-    said = f"{share:.0%} of the variance; the mean grey is {means.min():.1f} to {means.max():.1f}"
+    text = f"{share:.0%} of the variance; the mean grey is {means.min():.1f} to {means.max():.1f}"
     note = f"{place}: its greys drift or flicker: {share:.0%} of their variance over time is no noise"
-    yield Found(f"change of {place.name}", said, note=f"{note}; take it again of a still scene under constant light")
+    yield Found(f"change of {place.name}", text, note=f"{note}; take it again of a still scene under constant light")
 
 
 def _stack(place: Path) -> Images:
@@ -142,20 +142,20 @@ def _stack(place: Path) -> Images:
 def _noise(sequences: Sequence[Images], fps: float, gain: float) -> list[Found]:
     levels = [noise_levels(frames) for frames in sequences]
     line = photon_transfer(levels)
-    mean, variance = (np.concatenate([getattr(own, name) for own in levels]) for name in ("mean", "variance"))
+    mean, variance = (np.concatenate([getattr(level, name) for level in levels]) for name in ("mean", "variance"))
     order = np.argsort(mean)[np.unique(np.linspace(0, len(mean) - 1, 5).astype(int))]
-    said = ", ".join(f"{np.sqrt(max(variance[i], 0.0)):.2f} at {mean[i]:.0f}" for i in order)
+    text = ", ".join(f"{np.sqrt(max(variance[i], 0.0)):.2f} at {mean[i]:.0f}" for i in order)
     shot, read = line.shot_noise(gain), line.read_noise(gain)
     return [
-        Found("noise by grey level, sd", said),
+        Found("noise by grey level, sd", text),
         Found("photon noise at white, sd", f"{shot:.3f}", (f"camera.shot_noise={shot:.3f}",)),
         Found("read noise, sd", f"{read:.3f}", (f"camera.read_noise={read:.3f}",)),
     ]
 
 
 def _pattern(sequences: Sequence[Images], fps: float, gain: float) -> list[Found]:
-    said = ", ".join(f"{fixed_pattern(frames):.2f} at {frames.mean():.0f}" for frames in sequences)
-    return [Found("fixed pattern, sd in grey levels", f"{said} (the simulated eye has none)")]
+    text = ", ".join(f"{fixed_pattern(frames):.2f} at {frames.mean():.0f}" for frames in sequences)
+    return [Found("fixed pattern, sd in grey levels", f"{text} (the simulated eye has none)")]
 
 
 def _rows(sequences: Sequence[Images], fps: float, gain: float) -> list[Found]:
@@ -167,8 +167,8 @@ def _rows(sequences: Sequence[Images], fps: float, gain: float) -> list[Found]:
     if not leans:
         raise MetrologyError("no two frames one after the other show the object whole")
     row = row_time_us(leans, speeds)
-    said = f"{row:.0f} us, by {len(leans)} frames at {min(speeds):.0f} to {max(speeds):.0f} px/s"
-    return [Found("time from row to row", said, (f"camera.row_time_us={max(row, 0.0):.0f}",))]
+    text = f"{row:.0f} us, by {len(leans)} frames at {min(speeds):.0f} to {max(speeds):.0f} px/s"
+    return [Found("time from row to row", text, (f"camera.row_time_us={max(row, 0.0):.0f}",))]
 
 
 def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
@@ -191,19 +191,19 @@ def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
     for one, other in pairwise(sorted(placed)):
         if other != one + 1:
             continue
-        (rows, columns), (own_rows, own) = placed[one], placed[other]
+        (rows, columns), (own_rows, columns_of_one) = placed[one], placed[other]
         both = np.intersect1d(rows, own_rows)
         if len(both) < len(own_rows) // 2:
             continue
-        moved = own[np.isin(own_rows, both)] - columns[np.isin(rows, both)]
-        yield lean(own, own_rows), float(moved.mean()) * fps
+        moved = columns_of_one[np.isin(own_rows, both)] - columns[np.isin(rows, both)]
+        yield lean(columns_of_one, own_rows), float(moved.mean()) * fps
 
 
 def _loop(sequences: Sequence[Images], fps: float, gain: float) -> list[Found]:
     loop = exposure_loop(sequences)
     step = f"{loop.step:.4f} of it, up to {loop.steps} a frame"
     ends = {"lower": loop.low, "upper": loop.high}
-    zone = "; ".join(f"{name} end {own[0]:.1f} to {own[1]:.1f}" for name, own in ends.items() if own)
+    zone = "; ".join(f"{name} end {end[0]:.1f} to {end[1]:.1f}" for name, end in ends.items() if end)
     if not loop.certain:
         note = f"the exposure's step is not certain, by {len(sequences)} folders loop*, and the zone goes by it"
         more = "; take more, from other lights far from the zone, brighter and darker"

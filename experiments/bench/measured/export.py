@@ -63,15 +63,17 @@ def write_log(run: Record, out: Path, *, tracked: bool, advance: Callable[[], No
     channels = _channels(run.description, rows)
     header = [*INDEX, *CONDITION_COLUMNS, TIME]
     header += [name for channel, spikes in CHANNELS.items() for name in (channel, spikes)
-               if name and any(channel in own for own in channels.values())]  # fmt: skip
+               if name and any(channel in model_rows for model_rows in channels.values())]  # fmt: skip
     header += POSES if tracked else ()
     out.mkdir(parents=True, exist_ok=True)
-    own = group(run.frames.to_pylist(), "trial", "model")
+    model_rows = group(run.frames.to_pylist(), "trial", "model")
     with (out / LOG).open("w", newline="", encoding="utf-8") as file:
         lines = csv.writer(file, lineterminator="\n")
         lines.writerow(header)
         for row in rows:
-            lines.writerows(_lines(header, row, own.get((row["trial"], row["model"]), ()), channels[row["model"]]))
+            lines.writerows(
+                _lines(header, row, model_rows.get((row["trial"], row["model"]), ()), channels[row["model"]])
+            )
     there = {path.stem: path for path in run.recordings}
     for trial in dict.fromkeys(row["trial"] for row in rows):
         recording = there.get(trial_name(trial))
@@ -105,19 +107,19 @@ def _cell(value: Any) -> str:
 def _channels(description: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, tuple[str, ...]]:
     """Model -> the channels that it declares, and that the run knows. No model's file is run for it."""
     models = {model["label"]: model for model in description["settings"]["models"]}
-    found = {}
-    for (label,), own in group(rows, "model").items():
-        counted = tuple(channel for channel, spikes in CHANNELS.items() if spikes and own[0][spikes] is not None)
+    by_model = {}
+    for (label,), model_rows in group(rows, "model").items():
+        counted = tuple(channel for channel, spikes in CHANNELS.items() if spikes and model_rows[0][spikes] is not None)
         declared = stored_thresholds(description, models[label]) if label in models else None
         if declared is None:
             why = f"experiment.json does not store the channels of {label}, and no file is run for them"
-            said = f"note: --to log: {why}: the log has those that spike ({', '.join(counted) or 'none'})"
-            error_console.print(said, soft_wrap=True, markup=False)
-        found[str(label)] = tuple(
+            note = f"note: --to log: {why}: the log has those that spike ({', '.join(counted) or 'none'})"
+            error_console.print(note, soft_wrap=True, markup=False)
+        by_model[str(label)] = tuple(
             channel for channel in (counted if declared is None else declared)
             if channel in counted or not CHANNELS[channel]
         )  # fmt: skip
-    return found
+    return by_model
 
 
 def _command(description: Mapping[str, Any], log: Path, frames: Path | None, models: Iterable[str]) -> str:
@@ -154,5 +156,5 @@ def _declares(path: Path, name: str) -> bool:
         for target in (getattr(statement, "targets", None) or [getattr(statement, "target", None)])
         if isinstance(target, ast.Name)
     }
-    named = (each.value for statement in statements for each in ast.walk(statement) if isinstance(each, ast.Constant))
+    named = (node.value for statement in statements for node in ast.walk(statement) if isinstance(node, ast.Constant))
     return "EXPERIMENT" in bound and name in named

@@ -50,8 +50,8 @@ class FrameFolder:
         for trial in log.trials:
             count, where = self._count(trial, log.path)
             if count != len(trial.time_s):
-                said = f"{count} frames, {log.path}, line {trial.line}, begins a trial of {len(trial.time_s)}"
-                raise UsageError(f"{where}: {said}")
+                problem = f"{count} frames, {log.path}, line {trial.line}, begins a trial of {len(trial.time_s)}"
+                raise UsageError(f"{where}: {problem}")
 
     def read(self, trial: int) -> Images:
         """Read the frames of a trial, (T, R, C); `UsageError` for a file that is none, or has another size."""
@@ -79,8 +79,10 @@ class FrameFolder:
         picture = read_picture(path)
         if picture.shape != self.shape:
             (rows, columns), (own_rows, own_columns) = self.shape, picture.shape
-            said = f"{own_columns}x{own_rows} px, the camera has {columns}x{rows} (--set camera.width, camera.height)"
-            raise UsageError(f"{path}: {said}")
+            problem = (
+                f"{own_columns}x{own_rows} px, the camera has {columns}x{rows} (--set camera.width, camera.height)"
+            )
+            raise UsageError(f"{path}: {problem}")
         return picture
 
 

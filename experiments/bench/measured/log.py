@@ -83,9 +83,9 @@ class _Reader:
         self.path, self.experiment = path, experiment
         self.line = 1
 
-    def refuse(self, said: str, line: int | None = None) -> NoReturn:
+    def refuse(self, reason: str, line: int | None = None) -> NoReturn:
         """Raise `UsageError` about a line, by default the present one."""
-        raise UsageError(f"{self.path}, line {line or self.line}: {said}") from None
+        raise UsageError(f"{self.path}, line {line or self.line}: {reason}") from None
 
     def rows(self) -> Iterator[Cells]:
         """Yield each row's cells by column, checked one by one."""
@@ -117,8 +117,8 @@ class _Reader:
             self.refuse("the file is empty: expected a line with the names of the columns")
         other = next((mark for mark in SEPARATORS if mark in header[0]), None) if len(header) == 1 else None
         if other is not None:
-            said = f"the columns are separated by {SEPARATORS[other]}"
-            self.refuse(f"{said}: legal are commas between them, and points in numbers")
+            reason = f"the columns are separated by {SEPARATORS[other]}"
+            self.refuse(f"{reason}: legal are commas between them, and points in numbers")
         for name in header:
             if name not in KNOWN:
                 near = nearest(name, KNOWN, after="; ")
@@ -184,10 +184,10 @@ def read(path: Path, experiment: Experiment) -> Log:
     if not blocks:
         reader.refuse("no frame of any trial")
     trials: dict[int, dict[str, list[tuple[int, Cells]]]] = {}
-    for (trial, model), own in blocks.items():
-        trials.setdefault(trial, {})[model] = own
-    made = tuple(_trial(reader, index, own) for index, own in sorted(trials.items()))
-    return Log(path, made, tuple(dict.fromkeys(model for _, model in blocks)))
+    for (trial, model), lines in blocks.items():
+        trials.setdefault(trial, {})[model] = lines
+    trials_read = tuple(_trial(reader, index, lines) for index, lines in sorted(trials.items()))
+    return Log(path, trials_read, tuple(dict.fromkeys(model for _, model in blocks)))
 
 
 def _given(reader: _Reader, cells: Cells, name: str) -> Any:
@@ -196,7 +196,7 @@ def _given(reader: _Reader, cells: Cells, name: str) -> Any:
     return cells[name]
 
 
-def _check_row(reader: _Reader, cells: Cells, own: Sequence[tuple[int, Cells]]) -> None:
+def _check_row(reader: _Reader, cells: Cells, lines: Sequence[tuple[int, Cells]]) -> None:
     """Refuse a row that does not go on with the rows of its block."""
     time_s = _given(reader, cells, TIME)
     for name in POSES:
@@ -206,14 +206,14 @@ def _check_row(reader: _Reader, cells: Cells, own: Sequence[tuple[int, Cells]]) 
         if spikes and channel in cells and (cells[channel] is None) != (cells[spikes] is None):
             reader.refuse(f"{channel if cells[channel] is None else spikes} is blank, but not its partner")
         if spikes and cells.get(channel) and cells[channel] * cells[spikes] < 0:
-            said = f"{spikes}={cells[spikes]}, but {channel}={cells[channel]:g}"
-            reader.refuse(f"{said}: legal are spikes with the potential's sign")
-    if not own:
+            reason = f"{spikes}={cells[spikes]}, but {channel}={cells[channel]:g}"
+            reader.refuse(f"{reason}: legal are spikes with the potential's sign")
+    if not lines:
         return
-    first_line, first = own[0]
-    if time_s <= own[-1][1][TIME]:
+    first_line, first = lines[0]
+    if time_s <= lines[-1][1][TIME]:
         reader.refuse(
-            f"time_s={time_s:g} runs back: line {own[-1][0]} of trial {cells['trial']} has {own[-1][1][TIME]:g} "
+            f"time_s={time_s:g} runs back: line {lines[-1][0]} of trial {cells['trial']} has {lines[-1][1][TIME]:g} "
             "(times rise; a trial that is there twice needs another number)"
         )
     for name in ("seed", "origin", *CONDITION_COLUMNS):
@@ -229,21 +229,21 @@ def _trial(reader: _Reader, index: int, blocks: Mapping[str, Sequence[tuple[int,
     """Put one trial together from the blocks of its models."""
     first = next(iter(blocks.values()))
     line, cells = first[0]
-    times = np.array([own[TIME] for _, own in first], np.float64)
+    times = np.array([lines[TIME] for _, lines in first], np.float64)
     answers = {}
-    for model, own in blocks.items():
-        begins, said = own[0]
-        if [row[TIME] for _, row in own] != times.tolist():
+    for model, lines in blocks.items():
+        begins, first_cells = lines[0]
+        if [row[TIME] for _, row in lines] != times.tolist():
             reader.refuse(f"trial {index}: {model} has other times than the model before it", begins)
-        differs = [n for n in ("seed", "origin", *CONDITION_COLUMNS) if said.get(n) != cells.get(n)]
+        differs = [n for n in ("seed", "origin", *CONDITION_COLUMNS) if first_cells.get(n) != cells.get(n)]
         if differs:
             reader.refuse(
-                f"trial {index}: {differs[0]}={said[differs[0]]}, line {line} has {cells[differs[0]]}", begins
+                f"trial {index}: {differs[0]}={first_cells[differs[0]]}, line {line} has {cells[differs[0]]}", begins
             )
         answers[model] = {
-            name: np.array([row[name] for _, row in own], np.int64 if name in CHANNELS.values() else np.float64)
+            name: np.array([row[name] for _, row in lines], np.int64 if name in CHANNELS.values() else np.float64)
             for channel, spikes in CHANNELS.items()
-            if said.get(channel) is not None
+            if first_cells.get(channel) is not None
             for name in (channel, spikes)
             if name
         }
@@ -268,11 +268,11 @@ def _condition(reader: _Reader, cells: Cells, line: int) -> Condition:
     for column in given:
         levels = list(dict.fromkeys(getattr(condition, column) for condition in conditions))
         if cells[column] not in levels:
-            shown = ", ".join("blank" if level is None else f"{level:g}" if isinstance(level, float) else level
+            text = ", ".join("blank" if level is None else f"{level:g}" if isinstance(level, float) else level
                               for level in levels)  # fmt: skip
             value = "blank" if cells[column] is None else cells[column]
             reader.refuse(
-                f"{column}={value}: no condition of {name} (it has {shown}; --set experiment.* changes it)", line
+                f"{column}={value}: no condition of {name} (it has {text}; --set experiment.* changes it)", line
             )
-    shown = ", ".join(f"{column}={cells[column]}" for column in given)
-    reader.refuse(f"no condition of {name} has {shown} together", line)
+    text = ", ".join(f"{column}={cells[column]}" for column in given)
+    reader.refuse(f"no condition of {name} has {text} together", line)

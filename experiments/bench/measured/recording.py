@@ -49,16 +49,18 @@ def record(experiment: str, trial: LoggedTrial, answers: Sequence[Given], frames
     bytes
         Of an .rrd file.
     """
-    shown = [_Shown(own.model.label, own.channels, own.thresholds, own.series) for own in answers]
+    models = [_Shown(answer.model.label, answer.channels, answer.thresholds, answer.series) for answer in answers]
     name = f"{trial.index:04d} {trial.condition.label()}, {answers[0].provenance}"
-    said = hashlib.blake2s(b"".join(own.series.hs.tobytes() for own in answers) + trial.time_s.tobytes(), digest_size=6)
-    identity = f"{experiment}-measured-{trial.index:04d}-{said.hexdigest()}"
-    write = partial(_write, experiment, trial, answers[0].provenance, shown, frames)
-    return recorded(write, _blueprint(shown, frames is not None), name, identity)
+    digest = hashlib.blake2s(
+        b"".join(answer.series.hs.tobytes() for answer in answers) + trial.time_s.tobytes(), digest_size=6
+    )
+    identity = f"{experiment}-measured-{trial.index:04d}-{digest.hexdigest()}"
+    write = partial(_write, experiment, trial, answers[0].provenance, models, frames)
+    return recorded(write, _blueprint(models, frames is not None), name, identity)
 
 
 def _write(
-    experiment: str, trial: LoggedTrial, provenance: str, shown: Sequence[_Shown], frames: Images | None,
+    experiment: str, trial: LoggedTrial, provenance: str, models: Sequence[_Shown], frames: Images | None,
     recording: rr.RecordingStream,
 ) -> None:  # fmt: skip
     condition = {name: value for name, value in dataclasses.asdict(trial.condition).items() if value is not None}
@@ -66,15 +68,15 @@ def _write(
     recording.send_property("trial", rr.AnyValues(**values))
     if frames is not None:
         video(recording, "camera", frames, timelines(trial.time_s, np.arange(len(trial.time_s))))
-    potentials(recording, shown, trial.time_s)
+    potentials(recording, models, trial.time_s)
 
 
-def _blueprint(shown: Sequence[_Shown], pictured: bool) -> rrb.Blueprint:
+def _blueprint(models: Sequence[_Shown], pictured: bool) -> rrb.Blueprint:
     views = [rrb.Spatial2DView(origin="camera", name="camera of the robot (Y, 8 bit)")] if pictured else []
     return rrb.Blueprint(
         rrb.Vertical(
             *views,
-            plots(channel for each in shown for channel in each.channels),
+            plots(channel for model in models for channel in model.channels),
             row_shares=[3, 2] if pictured else [1],
         ),
         rrb.TimePanel(state="collapsed", timeline="sim_time"),

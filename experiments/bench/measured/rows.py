@@ -91,41 +91,41 @@ def rate_hz(time_s: npt.NDArray[np.float64], nominal: float) -> float:
     """Return the frame rate of a trial: ``nominal`` where its times go by that, else what they tell."""
     if len(time_s) < 2:
         return nominal
-    own = 1.0 / float(np.median(np.diff(time_s)))
-    return nominal if abs(own / nominal - 1.0) <= RATE_TOLERANCE else own
+    rate = 1.0 / float(np.median(np.diff(time_s)))
+    return nominal if abs(rate / nominal - 1.0) <= RATE_TOLERANCE else rate
 
 
 def trial_row(
-    experiment: str, repeat: int, trial: LoggedTrial, own: Given, camera: CameraConfig
+    experiment: str, repeat: int, trial: LoggedTrial, given: Given, camera: CameraConfig
 ) -> dict[str, Any]:  # fmt: skip
     """Return the row of a trial as one model answered it, of `MEASURED_SCHEMA`."""
     columns = _columns(trial)
     parts: Windows | None = None if columns is None else parts_of(trial.condition, camera, columns)
     rate = rate_hz(trial.time_s, camera.fps)
     row = {
-        **dict.fromkeys(OF_TRIAL), **answer_columns(answer(own.model, own.series, parts, rate)),
+        **dict.fromkeys(OF_TRIAL), **answer_columns(answer(given.model, given.series, parts, rate)),
         "experiment": experiment, "trial": trial.index, "repeat": repeat, "seed": trial.seed, "robot": OBSERVER,
-        **dataclasses.asdict(trial.condition), "frames": len(trial.time_s), COLUMN: own.provenance,
+        **dataclasses.asdict(trial.condition), "frames": len(trial.time_s), COLUMN: given.provenance,
     }  # fmt: skip
     if columns is not None and parts is not None:
         row["closest_cm"] = float(away_cm(columns, camera.forward_cm).min())
         row["seconds_in_view"] = float(parts.in_view.sum()) / rate
-    for channel in own.unknown:
+    for channel in given.unknown:
         for name in (f"peak_{channel}", f"trough_{channel}", CHANNELS[channel]):
             if name in row:
                 row[name] = None
     return row
 
 
-def frame_table(trial: LoggedTrial, own: Given) -> pa.Table:
+def frame_table(trial: LoggedTrial, given: Given) -> pa.Table:
     """Return the frames of a trial as one model answered them, of the schema of simulated frames."""
     count = len(trial.time_s)
     columns: dict[str, Any] = {
-        "trial": [trial.index] * count, "model": [own.model.label] * count, "frame": range(count),
+        "trial": [trial.index] * count, "model": [given.model.label] * count, "frame": range(count),
         "robot": [OBSERVER] * count, "sim_time_s": trial.time_s,
     }  # fmt: skip
-    columns |= {field.name: getattr(own.series, field.name) for field in dataclasses.fields(ResponseSeries)}
-    for channel in own.unknown:
+    columns |= {field.name: getattr(given.series, field.name) for field in dataclasses.fields(ResponseSeries)}
+    for channel in given.unknown:
         columns |= {name: [None] * count for name in (channel, CHANNELS[channel]) if name}
     columns |= {name: [None] * count if trial.poses is None else trial.poses[name] for name in POSES}
     arrays = [pa.array(columns[field.name], field.type) for field in FRAME_SCHEMA]

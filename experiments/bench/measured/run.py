@@ -98,8 +98,8 @@ def prepare(experiment: Experiment, asked: Asked) -> Import:
     of_design = [text for text in asked.assignments if text.startswith("experiment.")]
     log = read(asked.log, configure(experiment, ["dsnn"], of_design)[0])
     if not log.answered and not (asked.models and asked.frames):
-        said = "no column hs or looming, so no model has answered"
-        raise UsageError(f"{log.path}: {said}: --frames DIR --model dsnn shows the frames to one")
+        problem = "no column hs or looming, so no model has answered"
+        raise UsageError(f"{log.path}: {problem}: --frames DIR --model dsnn shows the frames to one")
     if asked.models and asked.frames is None:
         raise UsageError("--model: a model needs --frames DIR to be shown")
     labels = [label or (asked.ran[0] if asked.ran else "dsnn") for label in log.models] if log.answered else []
@@ -110,25 +110,27 @@ def prepare(experiment: Experiment, asked: Asked) -> Import:
     except UsageError as error:
         if not str(error).startswith("--model") or set(asked.models) & set(str(error).split()):
             raise
-        said = f"the models of {log.path} are {', '.join(labels)}; --ran MODEL.py declares one that is not registered"
-        raise UsageError(f"{error} ({said})") from None
+        problem = (
+            f"the models of {log.path} are {', '.join(labels)}; --ran MODEL.py declares one that is not registered"
+        )
+        raise UsageError(f"{error} ({problem})") from None
     by_text = dict(zip(texts, settings.models, strict=True))
     ran = {
-        own: dataclasses.replace(by_text[sources[label]], label=label if own else by_text[sources[label]].label)
-        for own, label in zip(log.models if labels else (), labels, strict=True)
+        logged: dataclasses.replace(by_text[sources[label]], label=label if logged else by_text[sources[label]].label)
+        for logged, label in zip(log.models if labels else (), labels, strict=True)
     }
     taken = {model.label for model in ran.values()}
-    shown = tuple(_beside(by_text[text], taken) for text in asked.models)
-    settings = dataclasses.replace(settings, models=(*ran.values(), *shown))
+    models_shown = tuple(_beside(by_text[text], taken) for text in asked.models)
+    settings = dataclasses.replace(settings, models=(*ran.values(), *models_shown))
     frames = None
     if asked.frames is not None:
         frames = FrameFolder(asked.frames, (settings.camera.height, settings.camera.width))
         frames.check(log)
     most = max(Counter(trial.condition for trial in log.trials).values())
-    made = Import(log, Plan(declared, settings, most, 0, experiment.design), frames, ran, shown)
-    _check_channels(made)
-    _check_rates(made)
-    return made
+    plan = Import(log, Plan(declared, settings, most, 0, experiment.design), frames, ran, models_shown)
+    _check_channels(plan)
+    _check_rates(plan)
+    return plan
 
 
 def _source(log: Log, label: str, ran: Sequence[str]) -> str:
@@ -139,14 +141,14 @@ def _source(log: Log, label: str, ran: Sequence[str]) -> str:
     named: dict[str, str] = {}
     for text in ran:
         asked = ask(text)
-        own = choose(asked.source).label
-        named[f"{own}:{asked.settings}" if asked.settings else own] = text
+        label_given = choose(asked.source).label
+        named[f"{label_given}:{asked.settings}" if asked.settings else label_given] = text
     plain = label.rpartition(EYE)[0] or label
     source = named.get(label) or named.get(plain) or (label if label in ran else plain)
     if source not in ran and is_file(ask(source).source):
         line = next(trial.line for trial in log.trials if label in trial.answers)
-        said = f"model={short(label)}: a log's cell names no file to run: give the same path by --ran too"
-        raise UsageError(f"{log.path}, line {line}: {said}")
+        problem = f"model={short(label)}: a log's cell names no file to run: give the same path by --ran too"
+        raise UsageError(f"{log.path}, line {line}: {problem}")
     return source
 
 
@@ -154,38 +156,38 @@ def _beside(model: ConfiguredModel, taken: set[str]) -> ConfiguredModel:
     return dataclasses.replace(model, label=f"{model.label}{SHOWN_FRAMES}") if model.label in taken else model
 
 
-def _check_channels(made: Import) -> None:
+def _check_channels(plan: Import) -> None:
     """Refuse a log that does not tell the channel whose spikes count."""
-    for trial in made.log.trials:
-        for label, model in made.ran.items():
-            own = trial.answers.get(label)
-            if own is not None and model.counted and model.counted not in own:
-                said = f"trial {trial.index} has no {model.counted} of {model.label}, whose spikes count"
-                raise UsageError(f"{made.log.path}, line {trial.line}: {said}")
+    for trial in plan.log.trials:
+        for label, model in plan.ran.items():
+            answer = trial.answers.get(label)
+            if answer is not None and model.counted and model.counted not in answer:
+                problem = f"trial {trial.index} has no {model.counted} of {model.label}, whose spikes count"
+                raise UsageError(f"{plan.log.path}, line {trial.line}: {problem}")
 
 
-def _check_rates(made: Import) -> None:
+def _check_rates(plan: Import) -> None:
     """Refuse times by which frames come at quite another rate than the camera is set to: they are in another unit."""
-    fps = made.plan.settings.camera.fps
-    for trial in made.log.trials:
+    fps = plan.plan.settings.camera.fps
+    for trial in plan.log.trials:
         rate = rate_hz(trial.time_s, fps)
         if 1.0 / MOST_OFF <= rate / fps <= MOST_OFF:
             continue
         units = {"in milliseconds": fps / 1e3, "in microseconds": fps / 1e6, "the number of the frame": 1.0}
-        guess = next((unit for unit, own in units.items() if 0.5 < rate / own < 2.0), "in another unit")
+        guess = next((unit for unit, unit_models in units.items() if 0.5 < rate / unit_models < 2.0), "in another unit")
         raise UsageError(
-            f"{made.log.path}, line {trial.line}: the frames of trial {trial.index} come at {rate:.3g} per second by"
+            f"{plan.log.path}, line {trial.line}: the frames of trial {trial.index} come at {rate:.3g} per second by"
             f" time_s, camera.fps is {fps:g}: is time_s {guess}? legal are seconds; a camera of another rate takes"
             " --set camera.fps=RATE"
         )
 
 
-def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report:
+def perform(plan: Import, out: Path, *, recordings: bool, quiet: bool) -> Report:
     """Write the run of a log: everything, or nothing.
 
     Parameters
     ----------
-    made
+    plan
         The log, from `prepare`.
     out
         Folder of the run, which is not there yet.
@@ -205,36 +207,36 @@ def perform(made: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
         A frame cannot be read.
     """
     if not quiet:
-        _note_rate(made)
-    for note in rate_notes(_shown_rates(made)):
+        _note_rate(plan)
+    for note in rate_notes(_shown_rates(plan)):
         error_console.print(f"note: {note}", soft_wrap=True, markup=False)
     with _whole(out) as place:
-        folder = RunFolder(place, MEASURED_SCHEMA, FRAME_SCHEMA, made.plan.changed())
-        folder.create({**_described(made), "recordings": recordings})
+        folder = RunFolder(place, MEASURED_SCHEMA, FRAME_SCHEMA, plan.plan.changed())
+        folder.create({**_described(plan), "recordings": recordings})
         with closing(folder):
             repeats: Counter[Condition] = Counter()
-            with progress("import", len(made.log.trials), quiet) as advance:
-                for trial in made.log.trials:
-                    done = _record(made, trial, repeats[trial.condition], recordings)
+            with progress("import", len(plan.log.trials), quiet) as advance:
+                for trial in plan.log.trials:
+                    done = _record(plan, trial, repeats[trial.condition], recordings)
                     folder.add(done, trial.condition.label(), trial.seed or 0)
                     repeats[trial.condition] += 1
                     advance()
             folder.flush()
-            report = conclude(made.plan, folder, folder.failures())
+            report = conclude(plan.plan, folder, folder.failures())
     folder.folder = out  # where it is now, for its notes
     tell(folder)
     return dataclasses.replace(report, folder=out)
 
 
-def _described(made: Import) -> dict[str, Any]:
+def _described(plan: Import) -> dict[str, Any]:
     """Return what ``experiment.json`` holds."""
-    said = [_provenance(trial, shown=shown) for trial in made.log.trials
-            for shown, models in ((False, made.ran), (True, made.shown)) if models]  # fmt: skip
+    provenances = [_provenance(trial, shown=shown) for trial in plan.log.trials
+            for shown, models in ((False, plan.ran), (True, plan.shown)) if models]  # fmt: skip
     measured = {
-        "provenance": "; ".join(dict.fromkeys(said)), "log": str(made.log.path), "sha256": sha256(made.log.path),
-        "frames": str(made.frames.folder) if made.frames else None,
+        "provenance": "; ".join(dict.fromkeys(provenances)), "log": str(plan.log.path), "sha256": sha256(plan.log.path),
+        "frames": str(plan.frames.folder) if plan.frames else None,
     }  # fmt: skip
-    return {**describe(made.plan), "kind": "measured", "trials": len(made.log.trials), "measured": measured}
+    return {**describe(plan.plan), "kind": "measured", "trials": len(plan.log.trials), "measured": measured}
 
 
 @contextmanager
@@ -256,15 +258,15 @@ def _whole(out: Path) -> Iterator[Path]:
         shutil.rmtree(place, ignore_errors=True)
 
 
-def _record(made: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> TrialRecord:
+def _record(plan: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> TrialRecord:
     """The rows of one trial."""
-    frames = None if made.frames is None else made.frames.read(trial.index)
+    frames = None if plan.frames is None else plan.frames.read(trial.index)
     answers = [
-        given(made.ran[label], own, len(trial.time_s), _provenance(trial, shown=False))
-        for label, own in trial.answers.items() if label in made.ran
+        given(plan.ran[label], own, len(trial.time_s), _provenance(trial, shown=False))
+        for label, own in trial.answers.items() if label in plan.ran
     ]  # fmt: skip
     failures = []
-    for model in made.shown:
+    for model in plan.shown:
         assert frames is not None, "prepare asks for frames"
         own = _shown(model, frames, _provenance(trial, shown=True))
         if isinstance(own, Given):
@@ -277,8 +279,8 @@ def _record(made: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> 
     if recordings:
         from experiments.bench.measured.recording import record  # not before: Rerun takes its time to load
 
-        recorded = recording_of(partial(record, made.plan.experiment.name, trial, answers, frames))
-    camera, name = made.plan.settings.camera, made.plan.experiment.name
+        recorded = recording_of(partial(record, plan.plan.experiment.name, trial, answers, frames))
+    camera, name = plan.plan.settings.camera, plan.plan.experiment.name
     rows = tuple(trial_row(name, repeat, trial, own, camera) for own in answers)
     table = pa.concat_tables([frame_table(trial, own) for own in answers])
     return TrialRecord(trial.index, rows, table, recorded, tuple(failures))
@@ -300,18 +302,18 @@ def _shown(model: ConfiguredModel, frames: Images, provenance: str) -> Given | s
     return runner.trouble if series is None else Given(model, series, (), provenance)
 
 
-def _shown_rates(made: Import) -> Iterator[tuple[ConfiguredModel, float]]:
+def _shown_rates(plan: Import) -> Iterator[tuple[ConfiguredModel, float]]:
     """The models that are shown the frames of a log, each with the rates at which these come, 1/s."""
-    for trial in made.log.trials:
-        rate = rate_hz(trial.time_s, made.plan.settings.camera.fps)
-        yield from ((model, rate) for model in made.shown)
+    for trial in plan.log.trials:
+        rate = rate_hz(trial.time_s, plan.plan.settings.camera.fps)
+        yield from ((model, rate) for model in plan.shown)
 
 
-def _note_rate(made: Import) -> None:
+def _note_rate(plan: Import) -> None:
     """Say where a log's frames come at another rate than the camera is set to."""
-    fps = made.plan.settings.camera.fps
-    rates = [rate_hz(trial.time_s, fps) for trial in made.log.trials]
+    fps = plan.plan.settings.camera.fps
+    rates = [rate_hz(trial.time_s, fps) for trial in plan.log.trials]
     if any(rate != fps for rate in rates):
-        said = f"its frames come at {min(rates):.2f} to {max(rates):.2f} per second, camera.fps is {fps:g}"
-        error_console.print(f"note: {made.log.path}: {said}; firing rates go by the log's own", soft_wrap=True,
+        text = f"its frames come at {min(rates):.2f} to {max(rates):.2f} per second, camera.fps is {fps:g}"
+        error_console.print(f"note: {plan.log.path}: {text}; firing rates go by the log's own", soft_wrap=True,
                             markup=False)  # fmt: skip

@@ -50,7 +50,8 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
         ``run``: its folder. ``when``: when it was begun. ``when_from``: what says so, ``begun``, as experiment.json
         has it, or ``mtime``, the time of that file, of a folder of an older version or a damaged one. ``experiment``,
         ``seed``, ``models``: what ran. ``changed``: the parameters that are not at their defaults. ``done`` of
-        ``planned`` trials are finished, ``failures`` are listed. ``verdicts``: ``3 hold, 1 fails``. ``provenance``:
+        ``planned`` trials are finished, ``failures`` are listed. ``verdicts``: what claims came
+        to, ``holds: C1, C2; held in 4 of 5: C5``. ``provenance``:
         ``simulated``, or of an imported log ``measured``, say. ``commit``: what it was begun with, null outside a git
         checkout. ``trouble``: what is wrong with a
         folder that cannot be read, in one line; otherwise null.

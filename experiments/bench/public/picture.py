@@ -23,10 +23,10 @@ from experiments.bench.store.description import stored_thresholds
 from experiments.bench.store.kinds import CLIPS, MEASURED, TRIALS, Kind
 
 if TYPE_CHECKING:
-    from experiments.bench.public.result import Run
+    from experiments.bench.store.record import Record
 
 
-def draw(run: Run) -> Figure:
+def draw(run: Record) -> Figure:
     """Draw the figure that the run's own command drew; `UsageError` where it is not drawn from the tables."""
     drawer = _DRAWERS.get(run.kind)
     if drawer is None:
@@ -44,7 +44,7 @@ def draw(run: Run) -> Figure:
     return drawn
 
 
-def _of_clips(run: Run, rows: list[Any]) -> Figure:
+def _of_clips(run: Record, rows: list[Any]) -> Figure:
     """The figure of clips."""
     declared = run.description["experiment"]
     shown = [row for row in rows if row["repeat"] == 0]
@@ -53,7 +53,7 @@ def _of_clips(run: Run, rows: list[Any]) -> Figure:
     return clips_figure.draw(Drawing(**declared["figure"]), shown, run.frames, thresholds, title)
 
 
-def _of_robot(run: Run, rows: list[Any]) -> Figure:
+def _of_robot(run: Record, rows: list[Any]) -> Figure:
     """The figure of trials with the robot."""
     declared, settings = run.description["experiment"], run.description["settings"]
     models = {model["label"]: model for model in settings["models"]}
@@ -74,13 +74,13 @@ def _of_robot(run: Run, rows: list[Any]) -> Figure:
     return robot_figure.figure(shown, run.frames, declared["varies"], title, thresholds)
 
 
-_DRAWERS: Mapping[Kind, Callable[[Run, list[Any]], Figure]] = {
+_DRAWERS: Mapping[Kind, Callable[[Record, list[Any]], Figure]] = {
     TRIALS: _of_robot, MEASURED: _of_robot, CLIPS: _of_clips,
 }  # fmt: skip
 """How the figure of a kind is drawn from its tables."""
 
 
-def _thresholds(run: Run, models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
+def _thresholds(run: Record, models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
     """The threshold of each model's counted channel, as ``experiment.json`` tells; no model's file is run for it."""
     found: dict[str, float | None] = {}
     for model in models:

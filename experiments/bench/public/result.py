@@ -7,11 +7,12 @@ import html
 import json
 import os
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
 from experiments.bench.engine.errors import UsageError
+from experiments.bench.judging import stored
 from experiments.bench.judging.verdict import Verdict
 from experiments.bench.public import arguments
 from experiments.bench.store.description import short
@@ -23,20 +24,22 @@ from experiments.bench.store.rows import Failure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_COUNTED = (
-    "n", "replicates", "replicates_held", "replicates_failed", "replicates_vacuous", "replicates_untestable",
-    "replicates_untested", "trial", "seed", "attempts",
-)  # fmt: skip
-_WORDS = {"holds": ("holds", "hold"), "fails": ("fails", "fail"), "vacuous": ("vacuous", "vacuous"),
-          "untestable": ("untestable", "untestable"), "untested": ("untested", "untested")}  # fmt: skip
-
-
-def _schema(kind: type) -> pa.Schema:
-    fields = [field.name for field in dataclasses.fields(kind)]
-    return pa.schema({name: pa.int64() if name in _COUNTED else pa.string() for name in fields})
-
-
-CLAIM_SCHEMA, FAILURE_SCHEMA = _schema(Verdict), _schema(Failure)
+_COUNTED = ("trial", "seed", "attempts")
+CLAIM_SCHEMA = pa.schema(
+    {
+        **dict.fromkeys(("id", "model", "word", "count"), pa.string()),
+        **dict.fromkeys(("holds", "fails", "unjudged"), pa.int64()),
+        "random": pa.bool_(),
+        **dict.fromkeys(("interval_low", "interval_high"), pa.float64()),
+        **dict.fromkeys(("says", "source", "experiment", "outcome", "measured", "decided", "effect"), pa.string()),
+        "n": pa.int64(),
+        "trouble": pa.string(),
+        "provenance": pa.string(),
+    }
+)
+FAILURE_SCHEMA = pa.schema(
+    {field.name: pa.int64() if field.name in _COUNTED else pa.string() for field in dataclasses.fields(Failure)}
+)
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -74,8 +77,15 @@ class Run(Record):
 
     @cached_property
     def claims(self) -> pa.Table:
-        """A row per claim, and with the robot per model: id, says, verdict, measured, decided, ...; see `Verdict`."""
-        return self._listed("claims.json", CLAIM_SCHEMA)
+        """A row per claim, and with the robot per model.
+
+        ``id``, ``model``; ``word`` and ``count``: what all replicates came to; ``holds``, ``fails``, ``unjudged``: in
+        how many replicates; ``random``: whether anything differs between them; ``interval_low``, ``interval_high``:
+        the exact 95 % interval of the share in which it holds; ``says``, ``source``, ``experiment``; ``outcome``,
+        ``measured``, ``decided``, ``effect``, ``n``: of the first replicate; ``trouble``; ``provenance``: of the run.
+        """
+        rows = [_claim_row(verdict) | {"provenance": self.provenance} for verdict in self._verdicts]
+        return pa.Table.from_pylist(rows, CLAIM_SCHEMA)
 
     @cached_property
     def failures(self) -> pa.Table:
@@ -83,14 +93,33 @@ class Run(Record):
 
         Where a model failed in a trial, or its recording could not be written, ``model`` says so.
         """
-        return self._listed("failures.json", FAILURE_SCHEMA)
+        try:
+            return pa.Table.from_pylist(self._json("failures.json") or [], FAILURE_SCHEMA)
+        except Exception as error:  # what is not a list of objects can make the library raise anything
+            raise UsageError(f"{self.folder}: failures.json cannot be read ({short(error)})") from None
 
     @property
     def verdicts(self) -> str:
-        """How many claims came to each verdict: ``3 hold, 1 fails``; empty if none was judged."""
-        found = self.claims["verdict"].to_pylist()
-        counts = {word: found.count(word) for word in _WORDS}
-        return ", ".join(f"{count} {_WORDS[word][count != 1]}" for word, count in counts.items() if count)
+        """What claims came to, by their words, or by their counts without one: ``holds: C1, C2; held in 4 of 5: C5``.
+
+        Where a run has several models, each claim that is about one of them names it. Empty if no claim was judged.
+        """
+        several = len({verdict.model for verdict in self._verdicts if verdict.model}) > 1
+        labels: dict[str, list[str]] = {}
+        for verdict in self._verdicts:
+            model = f" ({verdict.model})" if several and verdict.model else ""
+            count = verdict.count
+            label = f"held in {count.label}" if count.kind == "counted" else count.label
+            labels.setdefault(label, []).append(f"{verdict.id}{model}")
+        return "; ".join(f"{label}: {', '.join(ids)}" for label, ids in labels.items())
+
+    @cached_property
+    def _verdicts(self) -> list[Verdict]:
+        content = self._json("claims.json")
+        try:
+            return [] if content is None else stored.verdicts(content)
+        except ValueError as error:
+            raise UsageError(f"{self.folder}: claims.json cannot be read ({error})") from None
 
     def figure(self) -> Figure:
         """Draw the run's figure from its tables.
@@ -110,13 +139,14 @@ class Run(Record):
 
         return draw(self)
 
-    def _listed(self, name: str, schema: pa.Schema) -> pa.Table:
+    def _json(self, name: str) -> Any:
+        """What a file holds; ``None`` where there is none."""
         path = self.folder / name
         if not path.exists():
-            return schema.empty_table()
+            return None
         try:
-            return pa.Table.from_pylist(json.loads(regular(path).read_text(encoding="utf-8")), schema)
-        except Exception as error:  # what is not a list of objects can make the library raise anything
+            return json.loads(regular(path).read_text(encoding="utf-8"))
+        except (OSError, ValueError, RecursionError) as error:
             raise UsageError(f"{self.folder}: {name} cannot be read ({short(error)})") from None
 
     def __str__(self) -> str:
@@ -129,9 +159,21 @@ class Run(Record):
         return f"<Run {self}>"
 
     def _repr_html_(self) -> str:
-        rows = [(each["id"], each["model"], each["verdict"], each["says"]) for each in self.claims.to_pylist()]
+        rows = [(each.id, each.model, each.count.word, str(each.count), each.says) for each in self._verdicts]
         cells = "".join(f"<tr>{''.join(f'<td>{html.escape(str(cell))}</td>' for cell in row)}</tr>" for row in rows)
         return f"<p>{html.escape(str(self))}</p><table>{cells}</table>"
+
+
+def _claim_row(verdict: Verdict) -> dict[str, Any]:
+    count, outcome = verdict.count, verdict.outcome
+    low, high = count.interval or (None, None)
+    return {
+        "id": verdict.id, "model": verdict.model, "word": count.word, "count": str(count), "holds": count.holds,
+        "fails": count.fails, "unjudged": sum(count.unjudged.values()), "random": count.random, "interval_low": low,
+        "interval_high": high, "says": verdict.says, "source": verdict.source, "experiment": verdict.experiment,
+        "outcome": outcome.verdict, "measured": outcome.measured, "decided": outcome.decided,
+        "effect": outcome.effect, "n": outcome.n, "trouble": verdict.trouble,
+    }  # fmt: skip
 
 
 def load(folder: str | os.PathLike[str]) -> Run:

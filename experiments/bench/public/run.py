@@ -184,7 +184,7 @@ def run(
     --------
     >>> from experiments import run
     >>> speed = run("speed", repeats=2, models=["emd"], settings={"dsnn.n_con": 6})
-    >>> speed.claims.to_pandas()[["id", "model", "verdict"]]
+    >>> speed.claims.to_pandas()[["id", "model", "count"]]
     """
     if isinstance(experiment, Experiment | OfflineExperiment):
         declared, name = experiment, f"experiment {experiment.name}"

@@ -15,7 +15,7 @@ from experiments.bench.store.description import short
 from experiments.bench.store.rows import group, known, schema_of
 
 if TYPE_CHECKING:
-    from experiments.bench.public.result import Run
+    from experiments.bench.store.record import Record
 
 CLIP_QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
 
@@ -25,7 +25,7 @@ ROBOT_SCHEMA = pa.schema({"model": pa.string(), **_CONDITIONS, "quantity": pa.st
 CLIP_SCHEMA = pa.schema({"model": pa.string(), "clip": pa.string(), "quantity": pa.string(), **_NUMBERS})
 
 
-def read(run: Run) -> pa.Table:
+def read(run: Record) -> pa.Table:
     """Read the table that sums up a run; of trials no rows where it has not come to one.
 
     Raises `UsageError` where a run of its kind has no such table, or this one has not come to it.

@@ -2,31 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
-from experiments.bench.judging.verdict import Verdict
 from experiments.bench.studies.stored import studies
 
 STUDY, CLAIM = "detectors", "C21"
-
-
-def with_detectors(claims: Sequence[Verdict], folder: Path) -> list[Verdict]:
-    """Return the verdicts, that of C21 saying what it comes to for each detector and preset in either arena.
-
-    Parameters
-    ----------
-    claims
-        The paper's claims.
-    folder
-        A reproduction's; without the study of detectors in it the verdicts are as given.
-    """
-    text = summary(folder)
-    return [
-        replace(claim, tried=" ".join(filter(None, (claim.tried, text)))) if text and claim.id == CLAIM else claim
-        for claim in claims
-    ]
 
 
 def summary(folder: Path) -> str:

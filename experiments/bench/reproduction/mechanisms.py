@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 
 from experiments.bench.clips.judging import ASSUMED
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.judging.claims import words
-from experiments.bench.judging.replicates import UNKNOWN
-from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.robot.mechanism.excitation import Course, described
 from experiments.bench.studies import registry
@@ -40,18 +37,6 @@ def mechanism(claim: Verdict, there: Collection[str], courses: Mapping[str, Sequ
     return f"{claim.experiment}: the figure of what it was judged on; no figure of the mechanism in this run"
 
 
-def interval(claim: Verdict) -> str:
-    """Return the exact 95 % interval of the share of replicates in which the claim holds, or why there is none."""
-    if not claim.replicates or claim.standing == "unjudged":
-        return "none: not judged"
-    if claim.standing == "deterministic":
-        return "none: nothing in it is random"
-    if claim.standing == "untestable":
-        return f"none: {UNKNOWN}"
-    low, high = proportion_interval(claim.replicates_held or 0, claim.replicates)
-    return f"{low:.0%} to {high:.0%} of replicates (exact 95 % interval of the share in which it holds)"
-
-
 def constants(claim: str, shows: Sequence[OfflineReport]) -> dict[str, Outcome]:
     """Return the constants of the other model -> what the claim comes to with them; empty where they were not run."""
     for report in shows:
@@ -68,15 +53,3 @@ def assumed(claim: str, shows: Sequence[OfflineReport]) -> str:
     found = constants(claim, shows)
     others = f"in replicate 0: {said(found)}" if found else "other constants were not run here"
     return f"{ASSUMED[compares_with(claim)]}; {others}"
-
-
-def explained(
-    claims: Sequence[Verdict], there: Collection[str], shows: Sequence[OfflineReport],
-    courses: Mapping[str, Sequence[Course]],
-) -> list[Verdict]:  # fmt: skip
-    """The verdicts with mechanism, interval and what is assumed of other models; the parameters are `mechanism`'s."""
-    told = {claim.id: mechanism(claim, there, courses) for claim in claims}
-    return [
-        replace(claim, mechanism=told[claim.id], interval=interval(claim), assumed=assumed(claim.id, shows))
-        for claim in claims
-    ]

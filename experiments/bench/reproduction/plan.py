@@ -44,7 +44,7 @@ class Scale:
         Of the experiments with the robot, the headline among them; 1 or more. Replicate r has the seed of the run
         plus r.
     repeats
-        Trials of each condition in a replicate. Fewer than a claim's ``least`` leave it untested.
+        Trials of each condition in a replicate. Fewer than a claim's ``least`` leave it unjudged.
     moves
         Whether to run one replicate with each thing moved that the page of sensitivity shows.
     offline_replicates
@@ -91,7 +91,7 @@ ENOUGH = EACH_TRIAL
 """Repeats at which every claim of the robot is judged."""
 QUICK = Scale(2, ENOUGH, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
 USUAL = Scale(5, WHOLE, moves=True, offline_replicates=5, episodes=20, steps=900)
-FULL = Scale(20, WHOLE, moves=True, offline_replicates=20, episodes=60, onboard=True)
+FULL = Scale(40, WHOLE, moves=True, offline_replicates=40, episodes=60, onboard=True)
 
 
 @dataclass(frozen=True, slots=True)

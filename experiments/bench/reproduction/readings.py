@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.judging.claim import Reading
 from experiments.bench.judging.claims import bears_on
-from experiments.bench.judging.replicates import counted
+from experiments.bench.judging.count import count
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.robot import claims as robot_claims
@@ -102,35 +102,20 @@ def chapters(found: Evidence) -> list[Chapter]:
         Chapter(
             reading,
             tuple(
-                Row(claim, _taken(found.verdicts[claim]), _others(reading, claim, found)) for claim in bears_on(reading)
+                Row(claim, _taken(found.verdicts[claim], found.name), _others(reading, claim, found))
+                for claim in bears_on(reading)
             ),
         )
         for reading in READINGS
     ]
 
 
-def with_readings(claims: Sequence[Verdict], made: Sequence[Chapter]) -> list[Verdict]:
-    """The verdicts, each saying what it comes to under the readings that were not taken."""
-    return [replace(claim, other_reading=_said(claim.id, made)) for claim in claims]
-
-
-def _said(claim: str, made: Sequence[Chapter]) -> str:
-    """Every reading that bears on a claim, in words."""
-    parts = []
-    for chapter in made:
-        reading = chapter.reading
-        for row in (row for row in chapter.rows if row.claim == claim):
-            sides = zip((reading.taken, *reading.others), (row.taken, *row.others), strict=True)
-            parts.append(f"{reading.name}: {'; '.join(f'{name}: {side}' for name, side in sides)}")
-        if reading.of_all:
-            parts.append(f"{reading.name}: {reading.taken} was taken; {reading.others[0]}: {NOT_RUN}")
-    return ". ".join(parts)
-
-
-def _taken(verdict: Verdict) -> Side:
+def _taken(verdict: Verdict, name: str) -> Side:
+    outcome = verdict.outcome
     if not verdict.experiment:
-        return Side(NOT_RUN, verdict.measured)
-    return Side(verdict.verdict, verdict.held, verdict.n, verdict.decided, verdict.experiment)
+        return Side(NOT_RUN, outcome.measured)
+    held = verdict.count.sentence(name)
+    return Side(outcome.verdict, held, outcome.n, outcome.decided, verdict.experiment)
 
 
 def _others(reading: Reading, claim: str, found: Evidence) -> tuple[Side, ...]:
@@ -150,7 +135,7 @@ def _falling(claim: str, _: str, found: Evidence) -> Side:
         if not own:
             return Side(NOT_RUN, f"{FALLING_IN} was not shown to {FALLING}")
         judged = robot_claims.outcome(claim, own, each.thresholds[FALLING])
-        outcomes.append(judged.untested(f"{lost} trials failed") if lost else judged)
+        outcomes.append(judged.withheld(f"{lost} trials failed") if lost else judged)
     return _side(outcomes, FALLING_IN, found.name)
 
 
@@ -175,13 +160,13 @@ def _moved(claim: str, name: str, found: Evidence) -> Side:
 
 
 def _windowed(_: str, __: str, found: Evidence) -> Side:
-    return _taken(found.verdicts[WINDOW])
+    return _taken(found.verdicts[WINDOW], found.name)
 
 
 def _side(outcomes: Sequence[Outcome], where: str, name: str = "replicate") -> Side:
     first = outcomes[0]
-    held = str(counted([each.verdict for each in outcomes], name=name))
-    return Side(first.verdict, held, first.n, first.decided or first.measured.partition("; measured:")[0], where)
+    held = count([outcome.verdict for outcome in outcomes]).sentence(name)
+    return Side(first.verdict, held, first.n, first.deciding, where)
 
 
 _SIDES: Mapping[str, Callable[[str, str, Evidence], Side]] = {

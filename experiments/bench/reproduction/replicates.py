@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 
 from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome
@@ -49,8 +48,3 @@ def rate(claim: str, whole: Outcome) -> str:
         f"{whole.broken} of {whole.n} trials break it, {whole.broken / whole.n:.1%} (exact 95 % interval {low:.1%} to "
         f"{high:.1%})"
     )
-
-
-def with_note(found: Outcome, mixed: str) -> Outcome:
-    """The outcome saying too which code computed its trials, where several did."""
-    return replace(found, measured="; ".join([found.measured, *([mixed] if mixed else [])]))

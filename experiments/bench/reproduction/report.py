@@ -6,18 +6,18 @@ import json
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
+from experiments.bench.engine.templates import render
 from experiments.bench.figures import plotting
 from experiments.bench.judging.claims import readings_of_all
+from experiments.bench.judging.count import LEAST_JUDGED, REASONS
 from experiments.bench.judging.paper import cited
-from experiments.bench.judging.replicates import UNKNOWN
-from experiments.bench.reproduction.page.cards import cards
+from experiments.bench.reproduction.page.cards import cards, limits
 from experiments.bench.reproduction.page.drawn import drawing
 from experiments.bench.reproduction.page.overview import overview, tile
 from experiments.bench.reproduction.page.sections import clip_section, loop_section, robot_section
 from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.page.studies import study_section
+from experiments.bench.reproduction.plan import FULL
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.store.description import plain
 from experiments.bench.store.files import Files
@@ -36,15 +36,7 @@ def write(result: Reproduction) -> Path:
 
 def page(result: Reproduction) -> str:
     """Return the page of a reproduction: HTML without scripts that needs nothing from outside."""
-    return environment().get_template("page/page.html.j2").render(**_context(result))
-
-
-def environment() -> jinja2.Environment:
-    """Return the environment that finds templates by their path in ``experiments/bench/reproduction``."""
-    return jinja2.Environment(
-        loader=jinja2.PackageLoader("experiments.bench.reproduction", ""),
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined,
-    )  # fmt: skip
+    return render("reproduction/page/page.html.j2", **_context(result))
 
 
 def _context(result: Reproduction) -> dict[str, Any]:
@@ -57,7 +49,7 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "result": result,
         "first": overview(result),
         "cards": evidence,
-        "own": [(tile(claim), claim) for claim in result.own_claims],
+        "own": [(tile(claim), claim, limits(claim, result.folder)) for claim in result.own_claims],
         "runs": runs,
         "clips": clips,
         "loops": loops,
@@ -70,7 +62,9 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "drawing": drawing(result.folder),
         "cited": cited,
         "whole": WHOLE,
-        "unknown": UNKNOWN,
+        "reasons": REASONS,
+        "least": LEAST_JUDGED,
+        "full": FULL.replicates,
         "parameters": json.dumps(result.description, indent=2, default=plain),
         "versions": result.description["versions"],
     }

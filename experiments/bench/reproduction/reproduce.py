@@ -19,15 +19,17 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import shown_models
 from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.terminal import error_console
+from experiments.bench.judging import stored
 from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.reproduction import claims, mechanisms, readings, replicates
-from experiments.bench.reproduction.detectors import with_detectors
+from experiments.bench.reproduction import claims, readings, replicates
 from experiments.bench.reproduction.plan import BESIDE, REPLICATES, SENSITIVITY, Planned, Scale, design, planned
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
 from experiments.bench.store.files import Files
+from experiments.bench.store.kinds import REPRODUCTION
 from experiments.bench.store.places import inside
+from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure
 from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.studies import registry as study_registry
@@ -54,6 +56,8 @@ class Reproduction:
     seed: int
     claims: list[Verdict]
     """Of the paper."""
+    pooled: Mapping[str, Outcome]
+    """Claim about the robot -> what it comes to on the trials of all replicates together."""
     runs: list[tuple[Plan, Report]]
     offline: list[OfflineReport]
     sensitivity: Counts | None
@@ -114,14 +118,14 @@ def reproduce(
     robot_only
         Whether to leave out clips and behaviours.
     only
-        Whether to leave out the looming detectors; the claim about them is then untested.
+        Whether to leave out the looming detectors; the claim about them is then not judged.
     """
     made = planned(scale, seed, models, extra, robot_only, only)
     if not resources.quiet:
         _announce(made, folder, resources)
     with ExitStack() as locks:
         with resources.pool() as pool:
-            folder.mkdir(parents=True, exist_ok=True)
+            begin_whole(folder, REPRODUCTION)
             done = [_run(each, folder, pool, resources, locks) for each in made.plans]
             shows = [
                 clips_run.run(
@@ -140,26 +144,24 @@ def reproduce(
     own = closed_loop_claims.judge(closed_loop_claims.episodes(played)) if played else []
     read_off = [Counts(points_of_run(study_registry.find(report.plan.experiment.name), report.plan), report.rows)
                 for report in shows if report.plan.experiment.name in READ_OFF]  # fmt: skip
-    there = [each.experiment.name for each in made.plans] + [each.experiment.name for each in made.offline]
-    courses = {each.experiment.name: report.courses for each, report in runs}
-    verdicts = mechanisms.explained(claims.verdicts(every, shows, scale.name), there, shows, courses)
-    verdicts = with_detectors(verdicts, folder)
+    verdicts = claims.verdicts(every, shows)
     chapters = readings.chapters(
         readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, _moves(moved), scale.name)
     )
     onboard = _onboard(made, every, moved) if scale.onboard and moved else None
     result = Reproduction(
-        folder, scale, seed, readings.with_readings(verdicts, chapters), runs, shows, moved, played, own,
+        folder, scale, seed, verdicts, claims.pooled(every), runs, shows, moved, played, own,
         {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]), chapters, onboard,
     )  # fmt: skip
     files = Files(folder)
     files.write_json("design.json", design(made))
-    files.write_json("claims.json", result.claims)
+    files.write_json("claims.json", stored.document(result.claims))
+    files.write_json("pooled.json", {claim: stored.outcome_entry(outcome) for claim, outcome in result.pooled.items()})
     files.write_json("readings.json", result.readings)
     for counts in (*read_off, *filter(None, (moved, onboard))):
         files.write_json(f"{counts.plan.study.name}.json", counts.described())
     if own:
-        files.write_json("behaviours.json", own)
+        files.write_json("behaviours.json", stored.document(own))
     return result
 
 

@@ -24,7 +24,7 @@ from experiments.bench.store.rows import group
 SPEED_TOLERANCE, PATH_TOLERANCE_MM = 0.02, 1.0
 
 EACH_TRIAL, MEANS = 5, 4
-"""Trials of each condition, below which a claim is untested.
+"""Trials of each condition, below which a claim is not judged.
 
 A claim about every trial takes 5: if half of all trials broke it, five in a row would keep it once in 32 times. A
 claim that means of conditions differ takes 4: four against four are the fewest of which a two-sided rank test can
@@ -46,26 +46,26 @@ class RobotClaim(Claim):
     judge
         From a model's rows of ``trials.parquet``, each a mapping by column, and its spiking threshold, to an
         `Outcome`. A claim that compares models gets the rows of all of them, told apart by the column ``model``, and
-        the DSNN's threshold, or without the DSNN that of its first model by name. Where it raises, the claim is
-        untested.
+        the DSNN's threshold, or without the DSNN that of its first model by name. Where it raises, the claim is not
+        judged.
     says, source
         Its words, and where they are from.
     silent_passes
-        Whether a model that never answers anything would keep it. It is then ``vacuous`` for a model that answers no
+        Whether a model that never answers anything would keep it. It is not judged for a model that answers no
         translation either, as far as the run has any.
     motions
         The motions it is judged on: ``translation``, ``approach``, ``recession``. Flaws of other trials do not touch
         it.
     reads
-        The columns it is judged by. A row without a number in one leaves it untested.
+        The columns it is judged by. A row without a number in one leaves it unjudged.
     of_every_trial
         Whether it is about every single trial: then one that breaks it refutes it, however few there are.
     least
-        Trials of each condition, below which it is untested; otherwise 5 of a claim of every trial, and 4.
+        Trials of each condition, below which it is not judged; otherwise 5 of a claim of every trial, and 4.
     about
         The kind of model it is about: one that declares a ``direction``, or a ``looming`` detector.
     models
-        The labels of the models that it compares; without one of them it is untested. None: it is about each model
+        The labels of the models that it compares; without one of them it is not judged. None: it is about each model
         by itself.
     title, cause, tried
         The claim in a few words; in one line why it fails; what was tried to make it hold, or what limits it.
@@ -163,7 +163,7 @@ def outcome(claim: RobotClaim | str, rows: Rows, threshold: float | None, shown:
     rows
         The model's rows of ``trials.parquet``; for a claim that compares models those of all models.
     threshold
-        The spiking threshold of the model, or of `RobotClaim.spiking`; ``None`` leaves the claim untested.
+        The spiking threshold of the model, or of `RobotClaim.spiking`; ``None`` leaves the claim unjudged.
     shown
         All the model's rows, of other experiments too, where there are more than ``rows``. A claim that a silent
         network would keep is held against the translations among them.
@@ -191,15 +191,15 @@ def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     if without:
         return Outcome.unjudged(f"of the trials {without}", n=len(own))
     found = claim.ask(rows, threshold)
-    if found.verdict == "untested":
+    if not found.judged:
         return found
     wrong = flaws([row for row in own if not claim.models or row["model"] == claim.spiking])
     if wrong:
-        return found.untested(wrong)
+        return found.withheld(wrong)
     refuted = found.verdict == "fails" and claim.of_every_trial
     each = found.each or (_fewest(own, *(("model",) if claim.models else ())) if claim.own else 0)
     if each < claim.least and not refuted:
-        return found.untested(f"needs at least {claim.least} trials of each condition (has {each})")
+        return found.withheld(f"needs at least {claim.least} trials of each condition (has {each})")
     return found
 
 

@@ -231,10 +231,10 @@ class Egomotion:
         tuple of Condition
             One for each trial of a round.
         """
-        own = [(0.0, turn) for turn in self.turns_deg_s] + [(drive, 0.0) for drive in self.drives_cm_s if drive]
+        motions = [(0.0, turn) for turn in self.turns_deg_s] + [(drive, 0.0) for drive in self.drives_cm_s if drive]
         return tuple(
             Condition("translation", way, self.speed_cm_s, self.distance_cm,
                       observer_speed_cm_s=drive, observer_turn_deg_s=turn)
             for way in _ways(self.direction)
-            for drive, turn in own
+            for drive, turn in motions
         )  # fmt: skip

@@ -84,9 +84,9 @@ class Condition:
     acceleration_cm_s2: float = 100.0
 
     def __post_init__(self) -> None:
-        for name, said in WORDS.items():
-            if getattr(self, name) not in said:
-                raise ValueError(f"condition: {name}={getattr(self, name)!r}: legal is {', '.join(said)}")
+        for name, words in WORDS.items():
+            if getattr(self, name) not in words:
+                raise ValueError(f"condition: {name}={getattr(self, name)!r}: legal is {', '.join(words)}")
             object.__setattr__(self, name, plain(getattr(self, name)))
         depth = self.motion != "translation"
         needed = {"angle_deg", "far_cm"} if depth else set()
@@ -150,22 +150,24 @@ def conditions_of(design: Design) -> tuple[Condition, ...]:
         answered = design.conditions()
         if not isinstance(answered, Iterable):
             raise ValueError(f"its conditions() answers {short(answered)}: {expected}, any number of them")
-        found = tuple(itertools.islice(answered, MOST_CONDITIONS + 1))
+        conditions = tuple(itertools.islice(answered, MOST_CONDITIONS + 1))
     except ValueError as error:
         raise ValueError(" ".join(str(error).split())) from None
     except BaseException as error:  # SystemExit too
         interrupts.pass_on(error)
-        said = " ".join(str(error).split())
+        message = " ".join(str(error).split())
         place = f" ({raised.removesuffix(': ')})" if (raised := place_of(error)) else ""
-        raise ValueError(f"its conditions() raises {type(error).__name__}{': ' if said else ''}{said}{place}") from None
-    for index, condition in enumerate(found):
+        raise ValueError(
+            f"its conditions() raises {type(error).__name__}{': ' if message else ''}{message}{place}"
+        ) from None
+    for index, condition in enumerate(conditions):
         if not isinstance(condition, Condition):
             raise ValueError(f"its conditions()[{index}] is {short(condition)}: {expected}")
-    if not found:
+    if not conditions:
         raise ValueError("its design has no conditions")
-    if len(found) > MOST_CONDITIONS:
+    if len(conditions) > MOST_CONDITIONS:
         raise ValueError(f"its design has over {MOST_CONDITIONS} conditions")
-    return found
+    return conditions
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,10 +224,10 @@ class Experiment:
         check_declared("experiment", self.name, self.summary, self.repeats)
         check_claims(self.name, self.claims)
         self._check_models()
-        made = dataclasses.is_dataclass(self.design) and not isinstance(self.design, type)
-        if not made or not callable(getattr(self.design, "conditions", None)):
-            said = f"design={short(self.design)}: legal is a dataclass with conditions()"
-            raise ValueError(f"experiment {self.name}: {said}")
+        is_instance = dataclasses.is_dataclass(self.design) and not isinstance(self.design, type)
+        if not is_instance or not callable(getattr(self.design, "conditions", None)):
+            problem = f"design={short(self.design)}: legal is a dataclass with conditions()"
+            raise ValueError(f"experiment {self.name}: {problem}")
         for spread in ("pose_sd_mm", "heading_sd_deg"):
             value = getattr(self.design, spread, None)
             if not isinstance(value, int | float) or not 0 <= value <= 100:
@@ -266,8 +268,8 @@ class Experiment:
             raise ValueError(f"experiment {self.name}: varies={self.varies!r}: no value of it in every condition")
         crossings = all(condition.motion == "translation" for condition in conditions)
         if self.figure == "mechanism" and not (crossings and isinstance(getattr(conditions[0], self.varies), float)):
-            said = "figure='mechanism': legal where all conditions are translations and varies is a number"
-            raise ValueError(f"experiment {self.name}: {said}")
+            problem = "figure='mechanism': legal where all conditions are translations and varies is a number"
+            raise ValueError(f"experiment {self.name}: {problem}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -83,9 +83,9 @@ def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
     """`figure` of a run."""
     settings, models = plan.settings, [model.label for model in plan.settings.models]
     name, arena, repeats = caption(plan.experiment.name, settings.scene.arena, plan.repeats, rows)
-    said = title(name, models, arena, repeats, plan.changed(), settings.robot.open_loop)
+    heading = title(name, models, arena, repeats, plan.changed(), settings.robot.open_loop)
     return figure(
-        rows, frames, plan.experiment.varies, said, {model.label: model.threshold for model in settings.models}
+        rows, frames, plan.experiment.varies, heading, {model.label: model.threshold for model in settings.models}
     )
 
 
@@ -93,9 +93,9 @@ def title(
     name: str, models: Sequence[str], arena: str, repeats: int | str, changed: Mapping[str, Any], open_loop: bool
 ) -> str:
     """Return the title of a run's figure, with the parameters that were ``changed``. An empty ``arena`` is left out."""
-    shown = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
+    names = ", ".join(models) if len(models) <= MOST_NAMED else f"{models[0]} and {len(models) - 1} others"
     where, driven = f", {arena} arena" if arena else "", ", driven open loop" if open_loop else ""
-    return f"{name}: {shown}{where}{driven}, n = {repeats}{in_title(changed)}"
+    return f"{name}: {names}{where}{driven}, n = {repeats}{in_title(changed)}"
 
 
 def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Mapping[str, float | None]) -> Figure:
@@ -144,9 +144,9 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
         panels = right.subplots(down, across, squeeze=False, sharex=True, sharey=True)
         axis = _trace_axis(rows)
         for axes, model in zip(panels.flat, models, strict=False):
-            own = [row for row in rows if row["model"] == model]
-            _traces(axes, own, frames, varies, colours, axis)
-            _threshold(axes, thresholds.get(model), (1,) if _looming(own[0]) else (1, -1))
+            model_rows = [row for row in rows if row["model"] == model]
+            _traces(axes, model_rows, frames, varies, colours, axis)
+            _threshold(axes, thresholds.get(model), (1,) if _looming(model_rows[0]) else (1, -1))
             if len(models) > 1:
                 axes.set_title(plain(model), fontsize=9, loc="left")
         for axes in list(panels.flat)[len(models) :]:
@@ -181,24 +181,24 @@ def _condition(row: Mapping[str, Any], names: Sequence[str]) -> str:
 def _others(rows: Rows, varies: str, models: Sequence[str]) -> dict[str, Any]:
     """Label -> line style of each combination of the other conditions, in the traces; none where there is one."""
     names = _conditions(rows, varies)
-    own = [row for row in rows if row["model"] == models[0]]
-    labels = list(dict.fromkeys(_condition(row, names) for row in own))
+    first_rows = [row for row in rows if row["model"] == models[0]]
+    labels = list(dict.fromkeys(_condition(row, names) for row in first_rows))
     return {label: LINES[i % len(LINES)] for i, label in enumerate(labels)} if len(labels) > 1 else {}
 
 
 def _series(rows: Rows, varies: str, models: Sequence[str]) -> list[Series]:
     """A series for every model and combination of the other conditions: colours tell ``models``, lines the others."""
-    names, own, several = _conditions(rows, varies), marks(models), len({row["model"] for row in rows}) > 1
-    found = []
+    names, model_marks, several = _conditions(rows, varies), marks(models), len({row["model"] for row in rows}) > 1
+    series = []
     for (model,), chosen in group(rows, "model").items():
         parts = list(group(chosen, *names).values()) if names else [chosen]
         for place, part in enumerate(parts):
             words = [*([plain(model)] if several else []), *([_condition(part[0], names)] if names else [])]
-            each = own[model]
+            each = model_marks[model]
             turn = (place + LINES.index(each.line) * len(parts)) % len(LINES)  # models of one hue stay apart
             mark = each if len(parts) == 1 else Mark(each.colour, MARKERS[turn], LINES[turn])
-            found.append(Series(", ".join(words), part, mark))
-    return found
+            series.append(Series(", ".join(words), part, mark))
+    return series
 
 
 def _counts(
@@ -255,10 +255,12 @@ def _level(
 
 def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapping[Any, str], axis: str) -> None:
     """The potential of one model over each of its trials."""
-    own = frames.filter(np.asarray(frames["model"]) == rows[0]["model"])
+    model_frames = frames.filter(np.asarray(frames["model"]) == rows[0]["model"])
     looming = _looming(rows[0])
     names, styles = _conditions(rows, varies), _others(rows, varies, [rows[0]["model"]])
-    trial, potential, place = (own[name].to_numpy() for name in ("trial", "looming" if looming else "hs", axis))
+    trial, potential, place = (
+        model_frames[name].to_numpy() for name in ("trial", "looming" if looming else "hs", axis)
+    )
     for row in rows:
         chosen = trial == row["trial"]
         style = styles.get(_condition(row, names), "-")

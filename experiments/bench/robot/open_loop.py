@@ -37,12 +37,12 @@ def why(robot: RobotConfig, slowest_cm_s: float) -> str:
     slowest_cm_s
         The slowest commanded speed of the stimulus.
     """
-    said = (
+    text = (
         f"open loop: nothing corrects the stimulus, so no trial is left out for a speed {SPEED_TOLERANCE:.0%} off "
         f"or a path {PATH_TOLERANCE_MM:g} mm off"
     )
     step = robot.power_step_cm_s
     if not step:
-        return said
+        return text
     share = step / slowest_cm_s
-    return f"{said}; one step of power is {step:g} cm/s, {share:.1%} at {slowest_cm_s:g} cm/s"
+    return f"{text}; one step of power is {step:g} cm/s, {share:.1%} at {slowest_cm_s:g} cm/s"

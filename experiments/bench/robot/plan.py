@@ -66,33 +66,33 @@ def check(plan: Plan) -> None:
 
 
 def _check_condition(condition: Condition, settings: Settings) -> None:
-    said, robot = condition.label(), settings.robot
+    label, robot = condition.label(), settings.robot
     top = STEERING_SHARE * robot.max_speed_cm_s
     if condition.speed_cm_s > top:
         raise UsageError(
-            f"{said}: too fast for robot.max_speed_cm_s={robot.max_speed_cm_s:g}, of which "
+            f"{label}: too fast for robot.max_speed_cm_s={robot.max_speed_cm_s:g}, of which "
             f"{STEERING_SHARE:.0%} is left beside steering: up to {top:g} cm/s"
         )
     _check_powers(condition, robot)
     try:
         route = nominal(condition, settings)
     except ValueError as error:
-        raise UsageError(f"{said}: {error}") from None
+        raise UsageError(f"{label}: {error}") from None
     if route.leave - route.enter < SHORTEST_STEADY_CM / 100:
         raise UsageError(
-            f"{said}: with {condition.acceleration_cm_s2:g} cm/s2 it takes {100 * route.enter:.1f} cm to reach that "
+            f"{label}: with {condition.acceleration_cm_s2:g} cm/s2 it takes {100 * route.enter:.1f} cm to reach that "
             f"speed, and the line has {100 * route.line.length:.1f}"
         )
     reach = reach_cm(route)
     if reach > ARENA_RADIUS_CM:
         raise UsageError(
-            f"{said}: seen through {settings.camera.hfov_deg:g} degrees the stimulus reaches "
+            f"{label}: seen through {settings.camera.hfov_deg:g} degrees the stimulus reaches "
             f"{reach:.0f} cm from the centre; the arena ends at {ARENA_RADIUS_CM:g} cm"
         )
     room = clearance_cm(condition, settings, route)
     if room <= 0:
         raise UsageError(
-            f"{said}: counting 3 sd of the start pose's errors the bodies come within {room:.1f} cm: "
+            f"{label}: counting 3 sd of the start pose's errors the bodies come within {room:.1f} cm: "
             "the robots would touch"
         )
 
@@ -110,11 +110,11 @@ def _check_powers(condition: Condition, robot: RobotConfig) -> None:
     motors = Motors(robot)
     for who, wheels in wanted.items():
         powers = motors.powers(*(speed / 100 for speed in wheels))
-        said = f"{condition.label()}: {who} would drive its wheels at powers of {powers[0]} and {powers[1]}"
+        problem = f"{condition.label()}: {who} would drive its wheels at powers of {powers[0]} and {powers[1]}"
         if any(abs(speed) > (TOP_POWER + 0.5) * step for speed in wheels):
-            raise UsageError(f"{said}: robot.power_step_cm_s={step:g} gives up to {TOP_POWER * step:g} cm/s")
+            raise UsageError(f"{problem}: robot.power_step_cm_s={step:g} gives up to {TOP_POWER * step:g} cm/s")
         if any(speed and abs(power) < max(robot.dead_band, 1) for speed, power in zip(wheels, powers, strict=True)):
-            raise UsageError(f"{said}: below robot.dead_band={robot.dead_band} a wheel does not turn")
+            raise UsageError(f"{problem}: below robot.dead_band={robot.dead_band} a wheel does not turn")
 
 
 def describe(plan: Plan) -> dict[str, Any]:
@@ -142,10 +142,10 @@ def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, 
     Models of one family with the same parameters (``dsnn``, ``dsnn-reference``) share a section: the first one's
     defaults.
     """
-    shown = look_up(models)
-    applied(shown, {})  # what is asked of them has to be legal too
+    models_shown = look_up(models)
+    applied(models_shown, {})  # what is asked of them has to be legal too
     table: dict[str, Any] = {}
-    for model in shown:
+    for model in models_shown:
         table.setdefault(model.section, model.chosen.network)
     table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": SceneConfig()}
     return table if experiment is None else {**table, "experiment": experiment.design}

@@ -169,14 +169,14 @@ def _frame_table(result: TrialResult) -> pa.Table:
     columns = {field.name: getattr(result.columns, field.name) for field in dataclasses.fields(FrameColumns)}
     tables = []
     for answer in result.answers:
-        own = {field.name: getattr(answer.series, field.name) for field in dataclasses.fields(ResponseSeries)}
+        series = {field.name: getattr(answer.series, field.name) for field in dataclasses.fields(ResponseSeries)}
         index = {
             "trial": [result.spec.index] * result.frames,
             "model": [answer.model] * result.frames,
             "frame": range(result.frames),
             "robot": [OBSERVER] * result.frames,
         }
-        tables.append(pa.table({**index, **columns, **own}).select(FRAME_SCHEMA.names).cast(FRAME_SCHEMA))
+        tables.append(pa.table({**index, **columns, **series}).select(FRAME_SCHEMA.names).cast(FRAME_SCHEMA))
     return pa.concat_tables(tables)
 
 
@@ -248,8 +248,8 @@ def caption(name: str, arena: str, repeats: int, rows: Sequence[Mapping[str, Any
         The name, of an imported log with where it comes from; the arena, empty for a log; and n, ``8..10`` where the
         conditions of a log have so many trials.
     """
-    said = origin(rows)
-    if not said:
+    text = origin(rows)
+    if not text:
         return name, arena, str(repeats)
-    counts = {len(own) for own in group(rows, "model", *CONDITION_COLUMNS).values()}
-    return f"{name} ({said})", "", "..".join(str(count) for count in sorted({min(counts), max(counts)}))
+    counts = {len(condition_rows) for condition_rows in group(rows, "model", *CONDITION_COLUMNS).values()}
+    return f"{name} ({text})", "", "..".join(str(count) for count in sorted({min(counts), max(counts)}))

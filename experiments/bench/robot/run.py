@@ -101,9 +101,9 @@ def run(plan: Plan, out: Path, resources: Resources, *, recordings: bool) -> Rep
     Report
         What the run amounts to, as its files say.
     """
-    made = batch(plan, Keep(recordings))
-    with resources.pool() as pool, closing(made.open(out, resources)) as folder:
-        failures = made.fill(folder, pool, resources)
+    opened_batch = batch(plan, Keep(recordings))
+    with resources.pool() as pool, closing(opened_batch.open(out, resources)) as folder:
+        failures = opened_batch.fill(folder, pool, resources)
         from experiments.bench.robot.summary import conclude  # not before: workers do without matplotlib
 
         return conclude(plan, folder, failures)

@@ -12,6 +12,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from experiments.bench.figures import plotting
+from experiments.bench.judging import stored
 from experiments.bench.judging.numbers import is_number
 from experiments.bench.judging.statistics import holm, paired, summarise
 from experiments.bench.judging.verdict import Verdict
@@ -66,30 +67,30 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
     rows = folder.rows()
     admitted = [text for text in (mixture(rows), in_short(rows)) if text]
     verdicts = [
-        _admitting(judge(claim, own, model.threshold, model.label), lost, admitted, origin(own))
+        _noting(judge(claim, model_rows, model.threshold, model.label), plan.experiment.name, lost, admitted)
         for model in plan.settings.models
-        for own in [[row for row in rows if row["model"] == model.label]]
+        for model_rows in [[row for row in rows if row["model"] == model.label]]
         for lost in [sum(failure.model in ("", model.label) for failure in failures)]
         for claim in map(find, plan.experiment.claims)
         if not claim.models and claim.concerns(model.channels)
     ] + _of_several(plan, rows, failures, admitted)
-    shown = without_parts(rows) if plan.experiment.figure == "excitation" else rows
-    summary = summary_rows(shown)
+    figure_rows = without_parts(rows) if plan.experiment.figure == "excitation" else rows
+    summary = summary_rows(figure_rows)
     reference = plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""
-    compared = compare(shown, reference)
-    found = courses_of(plan, rows, folder)
-    if found:
-        folder.write_rows("excitation.csv", excitation.table(found))
+    compared = compare(figure_rows, reference)
+    courses_found = courses_of(plan, rows, folder)
+    if courses_found:
+        folder.write_rows("excitation.csv", excitation.table(courses_found))
     if rows:
         folder.write_rows("summary.csv", summary)
-        plotting.save(_drawn(plan, shown, folder, found), folder.folder)
+        plotting.save(_drawn(plan, figure_rows, folder, courses_found), folder.folder)
     if compared:
         folder.write_rows("comparisons.csv", compared)
-    folder.write_json("claims.json", verdicts)
+    folder.write_json("claims.json", stored.document(verdicts))
     declared = plan.experiment
     return Report(
-        folder.folder, declared.varies, drawable(declared.figure, rows), shown, summary, verdicts, compared,
-        flaws(rows), list(failures), found,
+        folder.folder, declared.varies, drawable(declared.figure, rows), figure_rows, summary, verdicts, compared,
+        flaws(rows), list(failures), courses_found,
         why(plan.settings.robot, min(condition.speed_cm_s for condition in declared.conditions()))
         if plan.settings.robot.open_loop else "",
         origin(rows),
@@ -101,7 +102,7 @@ def _of_several(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure], ad
     """The verdicts on claims that compare models."""
     thresholds = {model.label: model.threshold for model in plan.settings.models}
     return [
-        _admitting(judge(claim, rows, thresholds.get(claim.spiking), ""), lost, admitted, origin(rows))
+        _noting(judge(claim, rows, thresholds.get(claim.spiking), ""), plan.experiment.name, lost, admitted)
         for claim in map(find, plan.experiment.claims)
         if claim.models
         for lost in [sum(failure.model in ("", *claim.models) for failure in failures)]
@@ -116,19 +117,18 @@ def courses_of(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> list[Cours
     return excitation.courses(rows, folder.frames(), networks[WHOLE].w_i)
 
 
-def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder, found: Sequence[Course]) -> Figure:
-    if found:
-        return excitation_figure.draw(found, plan)
+def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder, courses: Sequence[Course]) -> Figure:
+    if courses:
+        return excitation_figure.draw(courses, plan)
     if drawable(plan.experiment.figure, rows) == "mechanism":
         return mechanism_figure.draw(rows, plan)
     return robot_figure.draw(rows, folder.frames(), plan)
 
 
-def _admitting(verdict: Verdict, lost: int, admitted: Sequence[str], provenance: str) -> Verdict:
-    """The verdict saying too on how many trials it could not be judged, and what is ``admitted`` of the others."""
-    failed = [f"{lost} trials of the run failed"] if lost else []
-    measured = "; ".join([verdict.measured, *failed, *admitted])
-    return dataclasses.replace(verdict, measured=measured, provenance=provenance)
+def _noting(verdict: Verdict, experiment: str, lost: int, notes: Sequence[str]) -> Verdict:
+    """The verdict, naming its experiment, with the trials it could not be judged on and ``notes`` on the others."""
+    failed = f"{lost} trials of the run failed" if lost else ""
+    return dataclasses.replace(verdict, outcome=verdict.outcome.noting([failed, *notes]), experiment=experiment)
 
 
 def summary_rows(rows: Sequence[Any]) -> list[dict[str, Any]]:

@@ -40,7 +40,7 @@ def show(report: Report, recordings: bool) -> None:
         show_table(_driven_table(report))
         out_console.print(report.open_loop)
     for verdict in report.verdicts:
-        show_verdict(verdict, model=several)
+        show_verdict(verdict, model=several, provenance=report.provenance)
     if report.comparisons:
         show_table(_comparisons_table(report))
     if report.flaws:
@@ -177,5 +177,5 @@ def _summary(rows: Rows, column: str) -> Summary | None:
 
 def _mean(rows: Rows, column: str, form: str) -> str:
     """The mean of a column over trials, in a format; a dash where none has a number."""
-    found = _summary(rows, column)
-    return "-" if found is None else f"{found.mean:{form}}"
+    summary = _summary(rows, column)
+    return "-" if summary is None else f"{summary.mean:{form}}"

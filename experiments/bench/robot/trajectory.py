@@ -111,7 +111,7 @@ def _seen_from_moving(condition: Condition, settings: Settings, run_up: float, s
     ``ValueError`` where there is no such distance: the observer turns with the stimulus and never loses it.
     """
     speed = condition.speed_cm_s / 100
-    found = []
+    distances = []
     for sign, extra in ((-1.0, run_up), (1.0, 0.0)):  # on the side it comes from, on the side it leaves to
         reach = 0.0
         for _ in range(200):
@@ -125,8 +125,8 @@ def _seen_from_moving(condition: Condition, settings: Settings, run_up: float, s
             if abs(edge - reach) < 1e-6:
                 break
             reach = edge
-        found.append(max(reach, 0.0))
-    return found[0], found[1]
+        distances.append(max(reach, 0.0))
+    return distances[0], distances[1]
 
 
 def _view_edge(condition: Condition, settings: Settings, seen_from: Pose, side: float) -> float | None:

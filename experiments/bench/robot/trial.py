@@ -151,22 +151,22 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
     seen = {eye: _see(spec, camera(settings, eye), models, keep_media) for eye, models in by_eye.items()}
     wall_s = time.perf_counter() - began
     first = next(iter(seen.values()))
-    if any(each.poses != first.poses for each in seen.values()):
+    if any(runner.poses != first.poses for runner in seen.values()):
         raise TrialError("the robots moved otherwise before the other eye: this is a defect of the bench")
     columns = _columns(first.frames, first.poses, settings)
     parts = parts_of(spec.condition, settings.camera, columns)
-    runners = {each.label: each for eye in seen.values() for each in eye.watching}
+    runners = {runner.label: runner for eye in seen.values() for runner in eye.watching}
     watching = [runners[model.label] for model in settings.models]
-    series = [(each.chosen, given) for each in watching if (given := each.series()) is not None]
+    series = [(runner.chosen, given) for runner in watching if (given := runner.series()) is not None]
     answers = tuple(answer(chosen, given, parts, settings.camera.fps) for chosen, given in series)
-    broken = {each.label: each.trouble for each in watching if each.trouble}
+    broken = {runner.label: runner.trouble for runner in watching if runner.trouble}
     if not answers:
         raise TrialError("; ".join(f"{label}: {trouble}" for label, trouble in broken.items()))
-    shown = None
+    media = None
     if keep_media:
-        pictures = {eye: each.frames for eye, each in seen.items()}
-        shown = collect(pictures, [] if watching[0].trouble else watching[0].responses)
-    return _result(spec, first.route, columns, [p for p, _ in first.poses], parts, answers, broken, shown, wall_s)
+        pictures = {eye: runner.frames for eye, runner in seen.items()}
+        media = collect(pictures, [] if watching[0].trouble else watching[0].responses)
+    return _result(spec, first.route, columns, [p for p, _ in first.poses], parts, answers, broken, media, wall_s)
 
 
 def _see(spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], keep_media: bool) -> _Seen:
@@ -183,8 +183,8 @@ def _see(spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], 
         if sim.data.time > 3.0 + 2.0 * route.seconds:
             raise TrialError("the stimulus got stuck on its way")
         frame = sim.step(noise, drive)
-        for each in seen.watching:
-            each.see(frame.luma, maps=each is showing)
+        for runner in seen.watching:
+            runner.see(frame.luma, maps=runner is showing)
         seen.frames.append(frame)
         seen.poses.append((sim.robots["stimulus"].pose, sim.robots["observer"].pose))
         drive.look()
@@ -199,7 +199,7 @@ def _result(
     parts: Windows,
     answers: tuple[Answer, ...],
     broken: Mapping[str, str],
-    shown: Media | None,
+    media: Media | None,
     wall_s: float,
 ) -> TrialResult:
     along = np.array([route.line.along(p) for p in poses])
@@ -220,7 +220,7 @@ def _result(
         frames=len(poses),
         wall_s=wall_s,
         columns=columns,
-        media=shown,
+        media=media,
     )
 
 

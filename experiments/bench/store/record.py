@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import datetime
 from collections.abc import Iterator, Mapping
@@ -14,8 +15,8 @@ import pyarrow as pa
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.store import parameters, provenance, tables
 from experiments.bench.store.convert import read_file
-from experiments.bench.store.description import BEGUN, begun, holds_results, read_description, short
-from experiments.bench.store.kinds import FOOTAGE, MEASURED, Kind, kind_of
+from experiments.bench.store.description import BEGUN, KIND, begun, holds_results, read_description, short, write_new
+from experiments.bench.store.kinds import FOOTAGE, MEASURED, WHOLE, Kind, kind_of
 
 DEEPEST = 3
 """Levels of folders that are looked through for runs: a sweep's parts are one down."""
@@ -184,6 +185,26 @@ class Record:
         if name != "frames" or not self.folder.is_file() or self.folder.suffix == ".rrd":
             raise UsageError(f"{self.folder}: no table of {name} there: colias watch --table writes one of frames")
         return read_file(self.folder)
+
+
+def begin_whole(folder: Path, kind: Kind) -> None:
+    """Make the folder of a command whose parts are runs of their own, and say its kind there, if it does not yet.
+
+    Its parts say what they are runs of, and refuse another run each.
+
+    Raises
+    ------
+    UsageError
+        The folder holds a run of another kind.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    if begun(folder) or next(part_folders(folder), None) is not None:
+        there = Record.read(folder).kind
+        if there not in (kind, WHOLE):  # an older version's may say nothing of itself before it has come to its table
+            raise UsageError(f"{folder}: holds {there.what}, not {kind.what}; choose another --out")
+    if not begun(folder):
+        with contextlib.suppress(FileExistsError):  # another process has just begun there: its parts are locked
+            write_new(folder, {KIND: kind.name, "experiment": kind.name})
 
 
 def part_folders(folder: Path) -> Iterator[Path]:

@@ -156,7 +156,7 @@ class RunFolder(Files):
         Raises `UsageError` if it holds none, one with other parameters or of other code (which ``other_code``
         allows), naming the first that differs, or one whose files do not fit ``contents``, naming what does not.
         """
-        read_description(self.folder)  # before anything is written where there may be no run
+        reconciled(self.folder, description, other_code)  # before anything is written where there may be another run
         self._check_links()
         self._take()
         try:

@@ -17,7 +17,7 @@ from experiments.bench.store.rows import Failure, group
 from experiments.bench.studies.grid import Point
 from experiments.bench.studies.measures import Measure
 from experiments.bench.studies.plan import EVERY_MODEL, Share, StudyPlan
-from experiments.bench.studies.replicates import Replicate, judged, of_clips, of_model, word_of
+from experiments.bench.studies.replicates import Replicate, judged, of_clips, of_model
 from experiments.bench.studies.study import Tables
 
 Rows = Sequence[Mapping[str, Any]]
@@ -53,7 +53,7 @@ class Cell:
     @property
     def count(self) -> Count:
         """In how many replicates it holds, fails, or could not be judged."""
-        return count(word_of(outcome) for outcome in self.outcomes)
+        return count(outcome.verdict for outcome in self.outcomes)
 
     @property
     def holds(self) -> bool:

@@ -8,14 +8,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.judging.claim import Claim
-from experiments.bench.judging.count import Reason
-from experiments.bench.judging.verdict import Outcome, together
+from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim, outcome
 from experiments.bench.robot.experiment import TrialSpec
 
@@ -25,15 +23,6 @@ MODEL = "dsnn"
 """The model that the paper's claims are about, where they name no other."""
 LOOMING_DETECTORS = ("lgmd1", "lgmd2")
 """The models that its claim about looming is about."""
-REASONS: Mapping[str, Reason] = MappingProxyType(
-    {"vacuous": "silent model", "untestable": "unknown constants", "untested": "not shown"}
-)
-"""What a judge finds -> why the claim cannot be judged."""
-
-
-def word_of(found: Outcome) -> str:
-    """Return what an outcome counts as: ``holds``, ``fails``, or the reason why it could not be judged."""
-    return REASONS.get(found.verdict, found.verdict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,33 +69,33 @@ def judged(claim: Claim, own: Replicate, place: str) -> Outcome:
     if claim.models:
         return of_several(claim, own, place)
     if claim.about == "looming":
-        return _of_each({name: of_model(claim, own, name, place) for name in LOOMING_DETECTORS})
+        return Outcome.together({name: of_model(claim, own, name, place) for name in LOOMING_DETECTORS})
     return of_model(claim, own, MODEL, place)
 
 
 def of_clips(claim: ClipClaim, own: Replicate, place: str) -> Outcome:
-    """Judge a claim about clips in one replicate. It is untested where any of the clips it needs is lost."""
+    """Judge a claim about clips in one replicate. It is not judged where any of the clips it needs is lost."""
     rows = [row for row in own.rows if row["experiment"] == place]
     lost = sum(own.lost.get((place, model), 0) for model in claim.models)
     if lost:
-        return Outcome("untested", f"{lost} clips of {place} have no rows", n=len(rows))
+        return Outcome.unjudged(f"{lost} clips of {place} have no rows", n=len(rows))
     return clips_claims.judge(claim, rows, own.thresholds)
 
 
 def of_several(claim: RobotClaim, own: Replicate, place: str) -> Outcome:
-    """Judge a claim that compares models in one replicate. It is untested where any of the trials it needs failed."""
+    """Judge a claim that compares models in one replicate. It is not judged where any of the trials it needs failed."""
     rows = [row for row in own.rows if row["experiment"] == place]
     found = outcome(claim, rows, own.thresholds.get(claim.spiking))
     return _unless_lost(found, sum(own.lost.get((place, model), 0) for model in claim.models), place)
 
 
 def of_model(claim: RobotClaim, own: Replicate, model: str, place: str) -> Outcome:
-    """Judge a claim for one model in one replicate. It is untested where any of the trials it needs failed.
+    """Judge a claim for one model in one replicate. It is not judged where any of the trials it needs failed.
 
     A claim about looming is judged on the spikes of the looming detector, of a model that tells direction too.
     """
     if model not in own.thresholds:
-        return Outcome("untested", f"{model} was not shown")
+        return Outcome.unjudged(f"{model} was not shown")
     shown, threshold = own.of(model), own.thresholds[model]
     if claim.about == "looming" and own.looming.get(model) is not None:
         shown = [{**row, "spikes": row.get("looming_spikes", row["spikes"])} for row in shown]
@@ -116,19 +105,5 @@ def of_model(claim: RobotClaim, own: Replicate, model: str, place: str) -> Outco
 
 
 def _unless_lost(found: Outcome, lost: int, place: str) -> Outcome:
-    """The outcome, or ``untested`` where trials are lost: the others are not the design."""
-    return found.untested(f"{lost} trials of {place} failed") if lost and found.verdict != "untested" else found
-
-
-def _of_each(found: Mapping[str, Outcome]) -> Outcome:
-    """A claim about several models: it holds if it does for each of them."""
-    own, verdicts = list(found.values()), {each.verdict for each in found.values()}
-    worst = together(verdicts)
-    return Outcome(
-        worst,
-        "; ".join(f"{model} {each.verdict}: {each.measured}" for model, each in found.items()),
-        "; ".join(f"{model}: {each.effect}" for model, each in found.items() if each.effect),
-        sum(each.n for each in own),
-        "; ".join(f"{m}: {each.decided}" for m, each in found.items() if each.verdict == worst and each.decided),
-        min(each.each for each in own),
-    )
+    """The outcome, or not judged where trials are lost: the others are not the design."""
+    return found.withheld(f"{lost} trials of {place} failed") if lost and found.verdict != "not shown" else found

@@ -61,6 +61,6 @@ def _play(
     options = tuple(sorted(about.options.items()))
     names = (*(str(file.resolve()) for file in files), *opponents)
     settings = tuple(Setting(name, about.env, options) for name in names)
-    made = closed_loop_run.BehaviourPlan(settings, episodes, seed, "training")
+    plan = closed_loop_run.BehaviourPlan(settings, episodes, seed, "training")
     with resources.pool() as pool:
-        return closed_loop_run.run(made, folder, pool, resources, recordings=recordings)
+        return closed_loop_run.run(plan, folder, pool, resources, recordings=recordings)

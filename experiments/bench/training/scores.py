@@ -87,8 +87,8 @@ def of_runs(runs: Sequence[Standing], measure: str) -> list[float]:
     measure
         The name of the measure.
     """
-    found = [run.scores.get(measure) for run in runs]
-    return [score.value for score in found if score is not None]
+    scores = [run.scores.get(measure) for run in runs]
+    return [score.value for score in scores if score is not None]
 
 
 def together(runs: Sequence[Standing], seed: int) -> Standing:
@@ -101,16 +101,20 @@ def together(runs: Sequence[Standing], seed: int) -> Standing:
     seed
         Of the bootstrap, 0 or more.
     """
-    each = {measure: of_runs(runs, measure) for measure in runs[0].scores}
-    return Standing(TRAINED, {name: interquartile_mean(scores, seed) for name, scores in each.items() if scores})
+    scores_by_measure = {measure: of_runs(runs, measure) for measure in runs[0].scores}
+    return Standing(
+        TRAINED, {name: interquartile_mean(scores, seed) for name, scores in scores_by_measure.items() if scores}
+    )
 
 
-def rows(found: Sequence[Standing], env: str, episodes: int, made_by: Mapping[str, object]) -> list[dict[str, object]]:
+def rows(
+    standings: Sequence[Standing], env: str, episodes: int, made_by: Mapping[str, object]
+) -> list[dict[str, object]]:
     """The rows of ``policies.csv``: one per behaviour and measure.
 
     Parameters
     ----------
-    found
+    standings
         The policies of all training seeds `together`, and their opponents.
     env, episodes
         Where each was judged, and in how many episodes.
@@ -125,7 +129,7 @@ def rows(found: Sequence[Standing], env: str, episodes: int, made_by: Mapping[st
             "value": score.value, "ci_low": known(score.low), "ci_high": known(score.high), "n": score.n,
             "episodes": episodes, **made_by,
         }
-        for standing in found
+        for standing in standings
         for name, score in standing.scores.items()
         if score is not None
     ]  # fmt: skip

@@ -127,17 +127,17 @@ def open_folder(study: Study, folder: Path) -> list[int]:
 
 def versions(study: Study, folder: Path, seeds: Sequence[int]) -> dict[str, str]:
     """Return the versions with which the policies of ``seeds`` were learnt with; `UsageError` if of several."""
-    found: dict[str, str] = {}
+    by_package: dict[str, str] = {}
     for seed in seeds:
-        own = policy_file.load(_policy(folder, seed)).about.versions
+        policy_versions = policy_file.load(_policy(folder, seed)).about.versions
         for name in LEARNT_BY:
-            version = own.get(name, "unknown")
-            if found.setdefault(name, version) != version:
+            version = policy_versions.get(name, "unknown")
+            if by_package.setdefault(name, version) != version:
                 raise UsageError(
-                    f"{_policy(folder, seed)}: learnt by {name} {version}, earlier seeds by {found[name]};"
+                    f"{_policy(folder, seed)}: learnt by {name} {version}, earlier seeds by {by_package[name]};"
                     f" remove {folder / f'seed-{seed}'} to train it anew"
                 )
-    return found
+    return by_package
 
 
 def installed() -> dict[str, str]:
@@ -166,8 +166,8 @@ def train(study: Study, folder: Path, seed: int, resources: Resources) -> None:
         lambda: progress(name, rounds, resources.quiet, f"steps of {count(study.first.envs, 'env')}", width=ROLLOUT),
     )
     if learnt.stopped:
-        said = f"stopped in training seed {seed}; finished ones are in {folder}: --out {folder} goes on"
-        error_console.print(said, soft_wrap=True, markup=False)
+        hint = f"stopped in training seed {seed}; finished ones are in {folder}: --out {folder} goes on"
+        error_console.print(hint, soft_wrap=True, markup=False)
         raise KeyboardInterrupt
     whole = _policy(folder, seed).parent
     with interrupts.held():
@@ -187,15 +187,15 @@ def judge(study: Study, folder: Path, resources: Resources) -> Studied:
     names = {file.stem for file in files}
     runs = [standing for standing in played.standings if standing.name in names]
     others = [standing for standing in played.standings if standing.name not in names]
-    found = [scores.together(runs, study.first.seed), *others] if runs else others
-    made = versions(study, folder, study.seeds)
+    standings = [scores.together(runs, study.first.seed), *others] if runs else others
+    versions_found = versions(study, folder, study.seeds)
     columns = {
         "training_seeds": f"{study.seeds[0]} to {study.seeds[-1]}", "steps": study.steps(), "envs": study.first.envs,
-        **{name.replace("-", "_"): made[name] for name in LEARNT_BY},
+        **{name.replace("-", "_"): versions_found[name] for name in LEARNT_BY},
     }  # fmt: skip
-    if found:
-        Files(folder).write_rows("policies.csv", scores.rows(found, played.env, evaluate.JUDGED, columns))
-    return Studied(study, folder, played.env, runs, found, evaluate.JUDGED, made, played.failures)
+    if standings:
+        Files(folder).write_rows("policies.csv", scores.rows(standings, played.env, evaluate.JUDGED, columns))
+    return Studied(study, folder, played.env, runs, standings, evaluate.JUDGED, versions_found, played.failures)
 
 
 def _policy(folder: Path, seed: int) -> Path:
@@ -218,11 +218,11 @@ def _finished(study: Study, folder: Path, seed: int) -> bool:
     file = _policy(folder, seed)
     if not file.parent.exists():
         return False
-    made, wanted = policy_file.load(file).about, replace(study.about(seed), steps=study.steps())
+    about, wanted = policy_file.load(file).about, replace(study.about(seed), steps=study.steps())
     for name in ("seed", "steps", *OF_A_SEED):
-        if getattr(made, name) != getattr(wanted, name):
-            said = f"has {name} {getattr(made, name)}, asked for is {getattr(wanted, name)}"
-            raise UsageError(f"{file}: {said}; remove {file.parent} to train it anew")
+        if getattr(about, name) != getattr(wanted, name):
+            problem = f"has {name} {getattr(about, name)}, asked for is {getattr(wanted, name)}"
+            raise UsageError(f"{file}: {problem}; remove {file.parent} to train it anew")
     return True
 
 

@@ -32,7 +32,7 @@ def show(studied: Studied) -> None:
 
 def described(studied: Studied) -> str:
     """Return what the numbers are of, in a line: env, training seeds, steps, episodes, libraries."""
-    study, libraries = studied.study, ", ".join(f"{name} {made}" for name, made in studied.versions.items())
+    study, libraries = studied.study, ", ".join(f"{name} {version}" for name, version in studied.versions.items())
     seeds = f"{study.runs} training seeds ({study.seeds[0]} to {study.seeds[-1]})"
     trained = f"{study.steps():,} steps in {count(study.first.envs, 'env')}"
     judged = f"{count(studied.episodes, 'episode')} each"
@@ -47,8 +47,8 @@ def _table(studied: Studied) -> Table:
     for name in measures:
         table.add_column(name, justify="right", no_wrap=True)
     for standing in studied.standings:
-        found = [standing.scores.get(name) for name in measures]
-        cells = ["-" if score is None else stacked(written(score.value), score.interval()) for score in found]
+        scores = [standing.scores.get(name) for name in measures]
+        cells = ["-" if score is None else stacked(written(score.value), score.interval()) for score in scores]
         table.add_row(standing.name, *cells)
     return table
 

@@ -64,8 +64,8 @@ def _curve(
     given: Sequence[TuningPoint], model: str, line: str, value: Callable[[TuningPoint], float | None]
 ) -> list[tuple[float, float]]:
     """A model's points (l / v, value) along one line; those without a value are left out."""
-    own = sorted((a for a in given if (a.model, a.line) == (model, line)), key=lambda a: a.x)
-    return [(a.x, found) for a in own if (found := value(a)) is not None]
+    points = sorted((a for a in given if (a.model, a.line) == (model, line)), key=lambda a: a.x)
+    return [(a.x, values) for a in points if (values := value(a)) is not None]
 
 
 def _angles(axes: Axes, places: Sequence[float]) -> None:

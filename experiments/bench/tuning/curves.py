@@ -127,43 +127,43 @@ def projected(hs: float, vs: float, turn: float) -> float:
 
 
 def answers(
-    shown: Iterable[tuple[int, Family, Probe]], channels: Mapping[str, Sequence[str]], frames: pa.Table, seed: int
+    probes: Iterable[tuple[int, Family, Probe]], channels: Mapping[str, Sequence[str]], frames: pa.Table, seed: int
 ) -> list[TuningPoint]:
     """Every response in ``frames`` (rows of trial, model, hs, vs, looming, by frame), in order of trial, then model.
 
-    ``shown`` says what the trials showed, ``channels`` by what each model answers. What is not there is left out.
+    ``probes`` says what the trials showed, ``channels`` by what each model answers. What is not there is left out.
     """
     trial, name = frames["trial"].to_numpy(), np.asarray(frames["model"])
     columns = {system: frames[system].to_numpy() for system in ("hs", "vs", "looming", "looming_spikes")}
-    made = []
-    for index, family, probe in shown:
+    points = []
+    for index, family, probe in probes:
         start, end = np.searchsorted(trial, (index, index + 1))  # trials stand in order
         clip = probe.clip.build(seed + probe.repeat)
         contact = clip.contact_s() if isinstance(clip, Looming) else None
         # A potential may lag behind: an approach is watched from its begin to the clip's end.
         window = moving(clip) if contact is None else np.flatnonzero(~np.isnan(contact))
         for model in channels:
-            own = start + np.flatnonzero(name[start:end] == model)
-            if len(own):
-                series = {system: values[own] for system, values in columns.items()}
-                made.append(answer(family, probe, model, channels[model], series, window, contact))
-    return made
+            frames_of_model = start + np.flatnonzero(name[start:end] == model)
+            if len(frames_of_model):
+                series = {system: values[frames_of_model] for system, values in columns.items()}
+                points.append(answer(family, probe, model, channels[model], series, window, contact))
+    return points
 
 
 def curve(given: Iterable[TuningPoint], model: str, family: str, line: str) -> tuple[list[float], list[float]]:
     """(x, response) of one line, by rising x."""
     wanted = (model, family, line, 0)
-    own = sorted((a.x, a.response) for a in given if (a.model, a.curve, a.line, a.repeat) == wanted)
-    return [x for x, _ in own], [response for _, response in own]
+    points = sorted((a.x, a.response) for a in given if (a.model, a.curve, a.line, a.repeat) == wanted)
+    return [x for x, _ in points], [response for _, response in points]
 
 
 def grid(
     given: Iterable[TuningPoint], model: str, family: str
 ) -> tuple[list[float], list[float], npt.NDArray[np.float64]]:
     """(x, y, response) of a map: responses (len(y), len(x)), NaN where there is none."""
-    own = {(a.x, a.y): a.response for a in given if (a.model, a.curve) == (model, family) and a.y is not None}
-    xs, ys = sorted({x for x, _ in own}), sorted({y for _, y in own if y is not None})
-    return xs, ys, np.array([[own.get((x, y), math.nan) for x in xs] for y in ys])
+    responses = {(a.x, a.y): a.response for a in given if (a.model, a.curve) == (model, family) and a.y is not None}
+    xs, ys = sorted({x for x, _ in responses}), sorted({y for _, y in responses if y is not None})
+    return xs, ys, np.array([[responses.get((x, y), math.nan) for x in xs] for y in ys])
 
 
 def preferred(x: Sequence[float], response: Sequence[float]) -> Preferred | None:
@@ -196,10 +196,10 @@ def best_rows(y: Sequence[float], response: npt.NDArray[np.float64]) -> list[flo
     """
     columns = np.nan_to_num(response, nan=-math.inf).T
     floor = max(ROW_FLOOR * float(columns.max(initial=0.0)), NOTHING)
-    found = [preferred(y, column.tolist()) if column.max() >= floor else None for column in columns]
+    rows = [preferred(y, column.tolist()) if column.max() >= floor else None for column in columns]
     return [
         math.nan if best is None or not best.inside or best.high > 2 * best.low else math.sqrt(best.low * best.high)
-        for best in found
+        for best in rows
     ]
 
 
@@ -236,17 +236,17 @@ def lobes(
 ) -> dict[str, tuple[list[float], list[float]]]:
     """Directions, and responses to them, of each system: ``hs``, ``vs``, ``looming``."""
     wanted = (model, "direction", line, repeat)
-    own = sorted((a for a in given if (a.model, a.curve, a.line, a.repeat) == wanted), key=lambda a: a.direction_deg)
-    turns = [a.direction_deg for a in own]
-    return {system: (turns, [getattr(a, system) for a in own]) for system in ("hs", "vs", "looming")}
+    points = sorted((a for a in given if (a.model, a.curve, a.line, a.repeat) == wanted), key=lambda a: a.direction_deg)
+    turns = [a.direction_deg for a in points]
+    return {system: (turns, [getattr(a, system) for a in points]) for system in ("hs", "vs", "looming")}
 
 
 def pointing_error(given: Iterable[TuningPoint], model: str, line: str) -> float | None:
     """Mean absolute angle between (hs, vs) and the direction of motion, degrees; ``None`` if it never answers."""
-    own = [a for a in given if (a.model, a.curve, a.line, a.repeat) == (model, "direction", line, 0)]
+    points = [a for a in given if (a.model, a.curve, a.line, a.repeat) == (model, "direction", line, 0)]
     off = [
         abs((math.degrees(math.atan2(a.vs, a.hs)) - a.direction_deg + 180.0) % 360.0 - 180.0)
-        for a in own
+        for a in points
         if math.hypot(a.hs, a.vs) > NOTHING
     ]
     return float(np.mean(off)) if off else None

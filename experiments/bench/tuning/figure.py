@@ -122,10 +122,10 @@ def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
     for axes, model in zip(panels, channels, strict=False):
         x, y, response = grid(given, model, family.name)
         largest = _largest(given, model, family)
-        said = f"1 = {largest:.2g}" if largest > NOTHING else "no answer"
+        caption = f"1 = {largest:.2g}" if largest > NOTHING else "no answer"
         scatters = largest > NOTHING and undefined_peak(response)
-        said += "; peak not defined" if scatters else ""
-        axes.set_title(plain(wrapped(f"{model} ({said})", 2.0, 9)), fontsize=9, color=tints[model])
+        caption += "; peak not defined" if scatters else ""
+        axes.set_title(plain(wrapped(f"{model} ({caption})", 2.0, 9)), fontsize=9, color=tints[model])
         if not x:
             continue
         shares = response / (largest or 1.0)
@@ -168,16 +168,16 @@ def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
         assert isinstance(axes, PolarAxes)
         tells = directional(channels[model])
         turns, response = curve(given, model, family.name, gratings)
-        own = lobes(given, model, gratings)
+        responses = lobes(given, model, gratings)
         systems = ("hs", "vs") if tells else ()
-        _lobes(axes, turns, response, {system: own[system][1] for system in systems}, tints[model])
+        _lobes(axes, turns, response, {system: responses[system][1] for system in systems}, tints[model])
         spots, heights = curve(given, model, family.name, objects)
         axes.plot(np.radians(spots), _share(heights), "s", ms=5, mfc="white", mec=tints[model], mew=1.4, zorder=5)
-        index = selectivity(*own["hs" if tells else "looming"])
-        said = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
+        index = selectivity(*responses["hs" if tells else "looming"])
+        caption = "no answer" if index is None else f"DSI{' of HS' if tells else ''} {index.dsi:.2f}"
         if direction_undefined(given, model, channels[model]):
-            said = "preference not defined"
-        axes.set_title(plain(f"{model}: {said}"), fontsize=9, color=tints[model], y=1.0, pad=25.0)  # above "up"
+            caption = "preference not defined"
+        axes.set_title(plain(f"{model}: {caption}"), fontsize=9, color=tints[model], y=1.0, pad=25.0)  # above "up"
         _compass(axes)
     keys = [
         Line2D([], [], color="#555555", lw=1.6, label="response (gratings)"),

@@ -101,12 +101,12 @@ def preferences(given: Sequence[TuningPoint], model: str, channels: Sequence[str
 
 def firing_angle(given: Sequence[TuningPoint], model: str) -> float | None:
     """The full angle that a dark square subtends at the first spike, degrees: the median over l/v; or ``None``."""
-    found = [
+    angles = [
         2 * math.degrees(math.atan(a.x / a.contact_s))
         for a in given
         if (a.model, a.curve, a.line) == (model, "l-over-v", LOOMING) and a.contact_s is not None
     ]
-    return float(np.median(found)) if found else None
+    return float(np.median(angles)) if angles else None
 
 
 def direction_undefined(given: Sequence[TuningPoint], model: str, channels: Sequence[str]) -> str:
@@ -114,18 +114,18 @@ def direction_undefined(given: Sequence[TuningPoint], model: str, channels: Sequ
 
     Of a model that answers all directions alike, by a DSI below `SOME`, nothing is to be told.
     """
-    found = [_first(given, model, directional(channels), repeat) for repeat in range(PHASES)]
-    known = [each for each in found if each is not None]
-    if len(known) < 2 or max(each.dsi for each in known) < SOME:
+    directions = [_first(given, model, directional(channels), repeat) for repeat in range(PHASES)]
+    known = [direction for direction in directions if direction is not None]
+    if len(known) < 2 or max(direction.dsi for direction in known) < SOME:
         return ""
     turns = lobes(given, model, GRATING)["hs"][0]
-    return undefined_direction([each.preferred_deg for each in known], 360.0 / len(turns))
+    return undefined_direction([direction.preferred_deg for direction in known], 360.0 / len(turns))
 
 
 def _first(given: Sequence[TuningPoint], model: str, tells: bool, repeat: int) -> Selectivity | None:
     """The selectivity of HS, or of looming, at one phase; ``None`` where a direction is missing."""
-    own = lobes(given, model, GRATING, repeat)["hs" if tells else "looming"]
-    return selectivity(*own) if len(own[0]) == _directions() else None
+    responses = lobes(given, model, GRATING, repeat)["hs" if tells else "looming"]
+    return selectivity(*responses) if len(responses[0]) == _directions() else None
 
 
 def _directions() -> int:
@@ -139,19 +139,19 @@ def _of_map(given: Sequence[TuningPoint], model: str) -> dict[str, Any]:
         return {}
     known = np.nan_to_num(response, nan=-math.inf)
     return {
-        "wavelength_px": preferred([1 / each for each in x], known.max(axis=0).tolist()),
+        "wavelength_px": preferred([1 / column for column in x], known.max(axis=0).tolist()),
         "temporal_hz": preferred(y, known.max(axis=1).tolist()),
         "slope": speed_slope(x, best_rows(y, response)),
     }
 
 
 def _of_directions(given: Sequence[TuningPoint], model: str, tells: bool) -> dict[str, Any]:
-    own = lobes(given, model, GRATING)
+    responses = lobes(given, model, GRATING)
     # An index over some of the directions alone would be wrong, not rough.
-    if len(own["hs"][0]) < _directions():
+    if len(responses["hs"][0]) < _directions():
         return {}
-    first = selectivity(*own["hs" if tells else "looming"])
-    second = selectivity(*own["vs"]) if tells else None
+    first = selectivity(*responses["hs" if tells else "looming"])
+    second = selectivity(*responses["vs"]) if tells else None
     return {
         "dsi": first.dsi if first else None,
         "prefers_deg": first.preferred_deg if first else None,

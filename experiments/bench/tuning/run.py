@@ -56,9 +56,9 @@ class TuningPlan:
 
     def amount(self) -> str:
         """Say how many clips and frames there are."""
-        shown = self.shown()
-        frames = sum(len(probe.clip.build(self.seed + probe.repeat)) for _, _, probe in shown)
-        return f"{len(shown)} clips, {frames:,} frames"
+        probes_shown = self.shown()
+        frames = sum(len(probe.clip.build(self.seed + probe.repeat)) for _, _, probe in probes_shown)
+        return f"{len(probes_shown)} clips, {frames:,} frames"
 
     def channels(self) -> dict[str, tuple[str, ...]]:
         """Return the channels by which each model answers."""
@@ -95,62 +95,62 @@ def plan(models: Sequence[str], curves: Sequence[str], assignments: Sequence[str
     """A checked plan from what a person typed; `UsageError` for what is not legal."""
     check_counts(seed)
     chosen, _ = watchers(models, assignments)
-    made = TuningPlan(families(curves), chosen, seed)
-    if not made.shown():
+    tuning = TuningPlan(families(curves), chosen, seed)
+    if not tuning.shown():
         raise UsageError(f"--curve {curves[0]}: no model shown answers by looming; name one by --model")
-    return made
+    return tuning
 
 
-def batch(made: TuningPlan) -> Batch[Showing]:
+def batch(plan: TuningPlan) -> Batch[Showing]:
     """Return the clips of the curves as a batch."""
-    showings = made.showings()
+    showings = plan.showings()
     return Batch(
         name=EXPERIMENT,
         specs=showings,
         work=show,
-        description=made.describe(),
-        contents=replace(clip_contents(showings), parameters=differing(made.models, offline=True)),
+        description=plan.describe(),
+        contents=replace(clip_contents(showings), parameters=differing(plan.models, offline=True)),
         schemas=(CLIP_SCHEMA, SERIES_SCHEMA),
         things="clips",
-        amount=made.amount,
+        amount=plan.amount,
         size=pixels,
     )
 
 
-def run(made: TuningPlan, out: Path, pool: Pool, resources: Resources) -> TuningReport:
+def run(plan: TuningPlan, out: Path, pool: Pool, resources: Resources) -> TuningReport:
     """Show what has not been shown, and conclude. Goes on where an earlier call stopped.
 
     Parameters
     ----------
-    made
+    plan
         From `plan`.
     out
         The folder: a new or an empty one, or one that holds a part of these curves.
     pool, resources
         Where the clips are shown.
     """
-    work = batch(made)
+    work = batch(plan)
     with closing(work.open(out, resources)) as folder:
-        return conclude(made, folder, work.fill(folder, pool, resources))
+        return conclude(plan, folder, work.fill(folder, pool, resources))
 
 
-def conclude(made: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -> TuningReport:
+def conclude(plan: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -> TuningReport:
     """Write the tables and figures of the clips in ``folder``."""
-    channels = made.channels()
-    given = answers(made.shown(), channels, folder.frames(), made.seed)
+    channels = plan.channels()
+    given = answers(plan.shown(), channels, folder.frames(), plan.seed)
     known = {model: channels[model] for model in channels if any(a.model == model for a in given)}
-    found = [preferences(given, model, by) for model, by in known.items()]
-    pictures, changed = {}, differing(made.models, offline=True)
+    rows = [preferences(given, model, by) for model, by in known.items()]
+    pictures, changed = {}, differing(plan.models, offline=True)
     if given:
         folder.write_rows("tuning.csv", [_row(a) for a in given])
-        folder.write_rows("preferences.csv", [each.row() for each in found])
-        for family in made.families:
-            own = [a for a in given if a.curve == family.name]
-            if own:
+        folder.write_rows("preferences.csv", [row.row() for row in rows])
+        for family in plan.families:
+            points = [a for a in given if a.curve == family.name]
+            if points:
                 pictures[family.name] = plotting.save(
-                    tuning_figure.draw(family, own, known, changed), folder.folder, family.name
+                    tuning_figure.draw(family, points, known, changed), folder.folder, family.name
                 )
-    return TuningReport(made, folder.folder, given, found, pictures, list(failures))
+    return TuningReport(plan, folder.folder, given, rows, pictures, list(failures))
 
 
 def _row(given: TuningPoint) -> dict[str, Any]:

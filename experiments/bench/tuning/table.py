@@ -47,10 +47,10 @@ def show(report: TuningReport) -> None:
         table.add_row(preference.model, *cells)
     show_table(table)
     out_console.print(f"{NOTE}\n", style="dim")
-    for each in report.preferences:
-        for why in dict.fromkeys(each.undefined.values()):
-            names = ", ".join(name for name in each.undefined if each.undefined[name] == why)
-            show_line(f"{each.model}, {names}: not defined: {why}", 4)
+    for row in report.preferences:
+        for why in dict.fromkeys(row.undefined.values()):
+            names = ", ".join(name for name in row.undefined if row.undefined[name] == why)
+            show_line(f"{row.model}, {names}: not defined: {why}", 4)
     for name, path in report.figures.items():
         out_console.print(f"{name:<12}{path}", soft_wrap=True, markup=False)
     out_console.print(f"{'tables':<12}{report.folder / 'tuning.csv'}", soft_wrap=True, markup=False)
@@ -60,11 +60,11 @@ def _said(value: object) -> str:
     return "-" if value is None else str(value)
 
 
-def _told(each: Preferences) -> float | None:
+def _told(preferences: Preferences) -> float | None:
     """The preferred direction, if it prefers one."""
-    if each.dsi is None or each.prefers_deg is None or each.dsi < SOME:
+    if preferences.dsi is None or preferences.prefers_deg is None or preferences.dsi < SOME:
         return None
-    return round(each.prefers_deg) % 360
+    return round(preferences.prefers_deg) % 360
 
 
 def _number(value: float | None, form: str) -> str:

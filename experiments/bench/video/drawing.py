@@ -90,10 +90,10 @@ class Drawer:
         """Draw the robots as discs with their heading and trail, and the observer's field of view, into a panel."""
         left, top, width, height = (int(v) for v in (panel.left, panel.top, panel.width, panel.height))
         part = frame[top : top + height, left : left + width]  # drawing beyond it is cut off
-        own = Panel(0, 0, panel.width, panel.height, panel.x, panel.y)
-        _view(part, own, self._reel.tracks[0], time_s, self._reel.view_deg)
+        local = Panel(0, 0, panel.width, panel.height, panel.x, panel.y)
+        _view(part, local, self._reel.tracks[0], time_s, self._reel.view_deg)
         for track in reversed(self._reel.tracks):
-            self._robot(part, own, track, time_s)
+            self._robot(part, local, track, time_s)
 
     def _robot(self, part: Picture, panel: Panel, track: Track, time_s: float) -> None:
         until = max(_until(track.time_s, time_s), 1)

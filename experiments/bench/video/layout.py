@@ -191,7 +191,7 @@ def trace_panels(reel: Reel, box: tuple[float, float, float, float], scale: floa
         top += (key_rows(reel) - 1) * KEY_ROW_PX * scale
         rows = list(reel.models) if len(reel.models) > 1 else [""]
         return _stacked(reel, "", rows, (left, top, right, bottom), scale)
-    found: dict[str, Panel] = {}
+    panels: dict[str, Panel] = {}
     down = 1 if len(reel.models) <= ONE_ROW else 2
     across = math.ceil(len(reel.models) / down)
     wide = (right - left - BETWEEN * scale * (across - 1)) / across
@@ -199,8 +199,8 @@ def trace_panels(reel: Reel, box: tuple[float, float, float, float], scale: floa
     for place, model in enumerate(reel.models):
         row, column = divmod(place, across)
         start, head = left + column * (wide + BETWEEN * scale), top + row * (high + TITLE_PX * scale)
-        found |= _stacked(reel, f"/{model}", [model], (start, head, start + wide, head + high), scale)
-    return found
+        panels |= _stacked(reel, f"/{model}", [model], (start, head, start + wide, head + high), scale)
+    return panels
 
 
 def _stacked(
@@ -215,26 +215,26 @@ def _stacked(
     gap = (12.0 if len(spikes) == 1 and not whose else 5.0) * scale
     room = bottom - top - gap * (len(keys) - 1)
     x = (-WINDOW_S, 0.0) if moves_on(reel) else (float(reel.time_s[0]), float(reel.time_s[-1]) + 1e-6)
-    found = {}
+    panels = {}
     for key in keys:
         high = room * shares[key] / sum(shares.values())
-        found[key] = Panel(left, top, right - left, high, x, _range(reel, key))
+        panels[key] = Panel(left, top, right - left, high, x, _range(reel, key))
         top += high + gap
-    return found
+    return panels
 
 
 def _range(reel: Reel, key: str) -> tuple[float, float]:
     """The values that a panel shows: equal in all panels of a kind, but for potentials beyond -1 .. 1."""
     kind, _, model = key.partition("/")
-    own, every = traces_of(reel, key), traces_of(reel, kind)
+    traces, every = traces_of(reel, key), traces_of(reel, kind)
     levels = levels_of(reel, key)
     if kind == "spikes":
-        own = every
-    elif model and all(map(_bounded, own)):
-        own, levels = [trace for trace in every if _bounded(trace)], list(reel.levels)
-    values = [trace.values for trace in own]
-    low = min([float(np.nanmin(each)) for each in values] + [*levels, 0.0])
-    high = max([float(np.nanmax(each)) for each in values] + [*levels, 0.0])
+        traces = every
+    elif model and all(map(_bounded, traces)):
+        traces, levels = [trace for trace in every if _bounded(trace)], list(reel.levels)
+    values = [trace.values for trace in traces]
+    low = min([float(np.nanmin(value)) for value in values] + [*levels, 0.0])
+    high = max([float(np.nanmax(value)) for value in values] + [*levels, 0.0])
     if kind == "spikes":
         low, high = min(low, -1.0 if low < 0 else 0.0), max(high, 1.0)
     room = 0.08 * max(high - low, 0.1)

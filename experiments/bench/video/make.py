@@ -69,8 +69,8 @@ class Film:
         """The film's rate."""
         if self.rate is not None:
             return self.rate
-        own = round(reel.rate * self.speed, 3)
-        return min(own, GIF_RATE) if self.out.suffix == ".gif" else min(max(own, RATES_HZ[0]), 60.0)
+        rate = round(reel.rate * self.speed, 3)
+        return min(rate, GIF_RATE) if self.out.suffix == ".gif" else min(max(rate, RATES_HZ[0]), 60.0)
 
     def times(self, reel: Reel) -> Floats:
         """The time of the recording that each frame shows, (N,), in seconds."""

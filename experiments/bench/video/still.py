@@ -145,13 +145,13 @@ class Still:
             axes.locator_params(axis="x", nbins=4 if apart(reel) else 9)
             axes.set_xlabel("time before now (s)" if faint and moves_on(reel) else "time (s)")
 
-    def _key(self, axes: Axes, reel: Reel, own: Sequence[Trace], model: str) -> None:
+    def _key(self, axes: Axes, reel: Reel, traces: Sequence[Trace], model: str) -> None:
         """Draw the key above a panel of potentials: of all models, or of one, whose name is its title."""
         scale = self._scale
         size = TYPE_PX * scale * (0.85 if model else 1.0)
         prefix = f"{model} " if model else ""
         keys = [Line2D([], [], color=_hex(trace), lw=2.5 * scale, ls=":" if trace.dotted else "-",
-                       label=plain(trace.name.removeprefix(prefix))) for trace in own]  # fmt: skip
+                       label=plain(trace.name.removeprefix(prefix))) for trace in traces]  # fmt: skip
         if reel.levels and not model:
             keys.append(Line2D([], [], color=LEVEL_COLOUR, ls="--", lw=1.0 * scale, label=_levels(reel)))
         key = axes.legend(handles=keys, ncols=min(len(keys), KEYS_A_ROW), loc="lower right", bbox_to_anchor=(1.0, 1.0),

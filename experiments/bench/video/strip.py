@@ -51,7 +51,9 @@ def make_strip(
     times = np.linspace(reel.time_s[0], reel.time_s[-1], count)
     eyes, plans, bottom = _panels(reel, aspects(reel), count, width, scale)
     height = size[1] if size else round(bottom + 330 * scale if reel.traces else bottom + 10 * scale)
-    if not all(each in SIZES_PX for each in (width, height)) or height < bottom + (160 * scale if reel.traces else 0):
+    if not all(length in SIZES_PX for length in (width, height)) or height < bottom + (
+        160 * scale if reel.traces else 0
+    ):
         least = round(bottom + 170 * scale)
         raise UsageError(f"--size {width}x{height}: the panels of {count} moments need {width}x{least} px, up to 3840")
     box = LEFT * scale, bottom + 36 * scale, width - 30 * scale, height - 50 * scale

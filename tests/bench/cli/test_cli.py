@@ -22,6 +22,7 @@ from experiments.bench.cli import main as cli_main
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from tests.conftest import Colias
 from tests.helpers.chapters import README, blocks, titled
+from tests.helpers.inside import inside
 from tests.helpers.processes import WITHOUT_GL
 
 REPOSITORY = Path(__file__).parents[3]
@@ -55,7 +56,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
 def test_a_run_prints_conditions_verdicts_and_paths(finished):
     _, printed = finished
     assert "rightward" in printed and "leftward" in printed
-    assert "C15 untested" in printed
+    assert "C15 not judged" in printed
     assert "figure.png" in printed and "colias view" in printed
 
 
@@ -192,14 +193,16 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_wrong_uses_end_in_one_line(warm, case):
+def test_wrong_uses_end_in_one_line(tmp_path, monkeypatch, case):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     arguments, says = WRONG[case]
-    done = warm(*arguments)
+    done = inside(tmp_path, arguments)
     assert done.returncode == 2
     assert done.stdout == ""
     assert done.stderr.count("\n") == 1, done.stderr
     assert says in done.stderr
-    assert not (warm.folder / "runs").exists()
+    assert not (tmp_path / "runs").exists()
 
 
 OWN = """from experiments.bench.robot.experiment import Experiment
@@ -225,9 +228,9 @@ EXPERIMENT = Experiment(name="mine", summary="", varies="speed_cm_s", {more},
         (OWN.replace("Translation(speeds_cm_s=(20,), distances_cm=(8,))", "7").format(more=""), "design=7"),
     ],
 )
-def test_a_broken_experiment_file_is_one_line(warm, text, says):
-    (warm.folder / "mine.py").write_text(text)
-    done = warm("run", "mine.py")
+def test_a_broken_experiment_file_is_one_line(tmp_path, text, says):
+    (tmp_path / "mine.py").write_text(text)
+    done = inside(tmp_path, ["run", "mine.py"])
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert says in done.stderr
 
@@ -286,7 +289,7 @@ def test_the_readme_s_python_example_runs(tmp_path):
     command = [sys.executable, "-W", "error", "example.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    assert "emd 6.0 " in done.stdout and "C15 dsnn untested" in done.stdout
+    assert "emd 6.0 " in done.stdout and "C15 dsnn not judged" in done.stdout
     assert (tmp_path / "speed.png").exists()
 
 

@@ -83,7 +83,7 @@ def depth(receding=-0.15):
         ("C2", translations(aside=0.17), "fails"),
         ("C3", depth(), "holds"),
         ("C3", depth(receding=-0.17), "fails"),
-        ("C3", [], "untested"),
+        ("C3", [], "not shown"),
     ],
 )
 def test_judges_of_the_plain_clips(claim, rows, verdict):
@@ -113,7 +113,7 @@ def test_a_claim_about_two_models_needs_both():
 
 
 @pytest.mark.parametrize(
-    ("own", "earlier", "verdict"), [(0.1, 0.9, "holds"), (0.17, 0.9, "fails"), (0.1, 0.15, "untestable")]
+    ("own", "earlier", "verdict"), [(0.1, 0.9, "holds"), (0.17, 0.9, "fails"), (0.1, 0.15, "unknown constants")]
 )
 def test_depth_over_clutter(own, earlier, verdict):
     rows = [
@@ -126,7 +126,12 @@ def test_depth_over_clutter(own, earlier, verdict):
 
 @pytest.mark.parametrize(
     ("hs", "vs", "earlier", "verdict"),
-    [(0.2, 0.1, 0.5, "holds"), (0.1, 0.1, 0.5, "fails"), (0.2, 0.17, 0.5, "fails"), (0.2, 0.1, 0.1, "untestable")],
+    [
+        (0.2, 0.1, 0.5, "holds"),
+        (0.1, 0.1, 0.5, "fails"),
+        (0.2, 0.17, 0.5, "fails"),
+        (0.2, 0.1, 0.1, "unknown constants"),
+    ],
 )
 def test_translation_over_clutter(hs, vs, earlier, verdict):
     rows = [row(peak_hs=hs, peak_vs=vs), row(model="dsn2017", peak_vs=earlier)]
@@ -148,7 +153,7 @@ def test_speed_over_clutter():
     assert judge("C7", steady + wavering, T).verdict == "holds"
     flat = grid("dsn2017", lambda s, b: 1.0)
     failed = judge("C7", steady + flat, T)
-    assert failed.verdict == "untestable" and "varies by 0.0080, dsn2017's by 0.0000" in failed.measured
+    assert failed.verdict == "unknown constants" and "varies by 0.0080, dsn2017's by 0.0000" in failed.measured
     assert judge("C7", grid("dsnn", lambda s, b: min(s, 80) / 400) + wavering, T).verdict == "fails"
     assert judge("C8", steady, T).verdict == "holds"
     assert judge("C8", grid("dsnn", lambda s, b: 0.2, vs=0.16), T).verdict == "fails"
@@ -170,7 +175,7 @@ def test_contrast_over_clutter():
 
 
 @pytest.mark.parametrize(
-    ("emd", "dsnn", "verdict"), [(0.30, 0.05, "holds"), (0.40, 0.05, "untestable"), (0.30, 0.005, "fails")]
+    ("emd", "dsnn", "verdict"), [(0.30, 0.05, "holds"), (0.40, 0.05, "unknown constants"), (0.30, 0.005, "fails")]
 )
 def test_separation_from_background(emd, dsnn, verdict):
     rows = [row("alone", "emd", object="absent", trough_hs=-0.35), row("alone", "dsnn", object="absent", peak_hs=0.01)]

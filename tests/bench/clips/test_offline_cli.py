@@ -117,7 +117,7 @@ def test_list_and_parameters_name_the_stimuli(colias):
     listed = colias("list").stdout
     assert all(name in listed for name in STIMULI)
     said = colias("stimulus", "grating", "--parameters").stdout
-    assert "grating.period_px=20.0  (a number from 2 to 10000)" in said
+    assert "grating.period_px=20.0  (a number from 2 to 10000; in px)" in said
     assert not list(colias.folder.iterdir())
 
 

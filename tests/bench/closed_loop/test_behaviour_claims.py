@@ -4,24 +4,13 @@ import math
 
 import pytest
 
-from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
-from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop.scores import rate, rate_ratio
-from tests.bench.closed_loop.test_behaviours import rows
-
-
-def judged(**played):
-    """Claims by id, of rows by the behaviour's name."""
-    where = {"optomotor": OPTOMOTOR, "fixation": FIXATION}
-    by_env = {}
-    for name, rows_of in played.items():
-        by_env.setdefault(where.get(name, AVOIDANCE), {})[name] = rows_of
-    return {claim.id: claim for claim in closed_loop_claims.judge(by_env)}
+from tests.helpers.episodes import judged, rows
 
 
 def test_both_sides_of_a_comparison_need_twenty_seeds():
     claim = judged(hybrid=rows(1, 19, metres=4.0), straight=rows(3, metres=0.1))["B1"]
-    assert claim.verdict == "untested" and "(has 20 of hybrid, 3 of straight)" in claim.measured
+    assert claim.verdict == "not shown" and "(has 20 of hybrid, 3 of straight)" in claim.measured
 
 
 def test_episodes_without_the_measure_do_not_count():
@@ -29,15 +18,15 @@ def test_episodes_without_the_measure_do_not_count():
     known = rows(0, 20, optomotor_gain=0.9)
     few = [row | {"optomotor_gain": 0.9 if row["seed"] == 0 else None} for row in known]
     claim = judged(optomotor=few)["B3"]
-    assert claim.verdict == "untested" and "(has 1 of optomotor)" in claim.measured and claim.n == 1
+    assert claim.verdict == "not shown" and "(has 1 of optomotor)" in claim.measured and claim.n == 1
     assert judged(optomotor=known)["B3"].verdict == "holds"
 
 
 def test_a_measure_that_is_no_number_is_not_judged():
     gains = [row | {"optomotor_gain": math.nan if row["seed"] == 7 else 0.9} for row in rows(0, 20)]
-    assert judged(optomotor=gains)["B3"].verdict == "untested"
+    assert judged(optomotor=gains)["B3"].verdict == "not shown"
     nobody = judged(hybrid=rows(0, 20), straight=rows(0, 20))["B1"]
-    assert nobody.verdict == "untested" and "no episode collided" in nobody.measured
+    assert nobody.verdict == "not shown" and "no episode collided" in nobody.measured
 
 
 @pytest.mark.parametrize("order", [1, -1])

@@ -23,16 +23,11 @@ from experiments.bench.closed_loop.scores import free_distance, mean, optomotor_
 from experiments.bench.closed_loop.seen import response
 from experiments.bench.engine.errors import UsageError
 from tests.conftest import Colias, one_core
-from tests.dsnn.test_answers import write_model
+from tests.helpers.answering import write_model
 from tests.helpers.chapters import titled
+from tests.helpers.episodes import rows
 
 SILENT = Response()
-
-
-def rows(hits, misses=0, *, metres=1.0, seconds=10.0, **values):
-    nothing = dict.fromkeys(("in_view", "off_axis_deg", "gap_error_cm", "optomotor_gain"))
-    shared = {"driven_m": metres, "seconds": seconds, "reward": 0.0, **nothing, **values}
-    return [{**shared, "seed": i, "touched": i < hits} for i in range(hits + misses)]
 
 
 @pytest.fixture(params=list(BEHAVIOURS))
@@ -232,7 +227,7 @@ def standings(hybrid, lgmd, straight, gain=0.6, in_view=0.9):
 
 
 def verdicts(*played, **values):
-    return {claim.id: claim.verdict for claim in closed_loop_claims.judge(standings(*played, **values))}
+    return {claim.id: claim.outcome.verdict for claim in closed_loop_claims.judge(standings(*played, **values))}
 
 
 def test_claims_hold_where_their_whole_interval_does():
@@ -247,8 +242,8 @@ def test_claims_hold_where_their_whole_interval_does():
 
 def test_claims_need_twenty_seeds():
     few = rows(1, 5, metres=4.0), rows(5, 1), rows(6, metres=0.4)
-    assert verdicts(*few)["B1"] == verdicts(*few)["B2"] == "untested"
-    assert {claim.verdict for claim in closed_loop_claims.judge({})} == {"untested"}
+    assert verdicts(*few)["B1"] == verdicts(*few)["B2"] == "not shown"
+    assert {claim.outcome.verdict for claim in closed_loop_claims.judge({})} == {"not shown"}
 
 
 def test_the_plans_are_of_known_behaviours_at_equal_seeds():

@@ -15,7 +15,7 @@ from experiments.bench.closed_loop.survival import best_against, published, surv
 from experiments.bench.closed_loop.table import show_survival
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.scores import Standing
-from tests.bench.closed_loop.test_behaviours import rows
+from tests.helpers.episodes import rows
 
 
 def test_every_looming_model_drives_an_escape():
@@ -76,7 +76,7 @@ def test_the_table_of_survival_is_printed_and_written(tmp_path, capsys):
     found = survival(standings, "hybrid")
     show_survival(found, "escape", write(tmp_path, found))
     printed = " ".join(capsys.readouterr().out.split())
-    assert "B2 asked of the best of them: escape-lplc2 against hybrid: 4.5" in printed and "untested" in printed
+    assert "B2 asked of the best of them: escape-lplc2 against hybrid: 4.5" in printed and "not judged" in printed
     with (tmp_path / "survival.csv").open() as file:
         table = list(csv.DictReader(file))
     assert [(row["behaviour"], row["episodes"], row["survived"]) for row in table] == [

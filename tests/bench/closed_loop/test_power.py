@@ -16,9 +16,8 @@ from experiments.bench.closed_loop.scores import STEP_SCHEMA, rate_ratio
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.scores import Standing
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL
-from tests.bench.closed_loop.test_behaviour_claims import judged
-from tests.bench.closed_loop.test_behaviours import rows
 from tests.helpers.chapters import ROOT
+from tests.helpers.episodes import judged, rows
 
 RARER, OTHER = Pilot(4, 250.0, 60), Pilot(19, 200.0, 60)
 
@@ -118,7 +117,7 @@ def test_b2_says_where_it_is_underpowered():
     said = f"underpowered: {enough} of {enough} episodes, of 30 s in place of 60"
     assert judged(**half)["B2"].decided.endswith(said)
     few = {name: side[:5] for name, side in played.items()}
-    assert "underpowered" not in judged(**few)["B2"].decided, "it is untested, which is told"
+    assert "underpowered" not in judged(**few)["B2"].decided, "it is not judged, which is told"
 
 
 def test_the_documentation_has_the_numbers_of_the_pilot():

@@ -105,8 +105,8 @@ def test_an_off_line_run(colias, given, shown):
     (colias.folder / "mine.py").write_text(OWN)
     ran(colias, "run", "mine.py", "--workers", "0", "--no-recordings", *given, "--out", "out")
     assert models_of(colias.folder / "out") == shown
-    (claim,) = json.loads((colias.folder / "out" / "claims.json").read_text())
-    assert (claim["verdict"] == "untested") == ("dsnn" not in shown)
+    (claim,) = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
+    assert (claim["outcome"]["verdict"] == "not shown") == ("dsnn" not in shown)
 
 
 @pytest.mark.parametrize(

@@ -26,8 +26,8 @@ from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.reproduction import report, reproduce
 from experiments.bench.reproduction.plan import QUICK
 from experiments.wiring import build
-from tests.colias_sim.envs.test_vector import FIXATION
 from tests.helpers.chapters import titled
+from tests.helpers.vector import FIXATION
 
 TOP = "import ctypes, os, sys\nimport cv2\nimport numpy as np\n"
 

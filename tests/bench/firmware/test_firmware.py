@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import dataclasses
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -17,11 +16,9 @@ from dsnn.onboard.model import OnboardDSNN
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.firmware import budget, build, check, clips, elf, emulator, settings, table, toolchain
 from tests.conftest import one_core
+from tests.helpers.firmware import needs_tools
 
 CLI = (sys.executable, "-m", "experiments.bench.cli", "firmware")
-TOOLS = {toolchain.GCC: "gcc-arm-none-eabi", toolchain.QEMU: "qemu-system-arm"}
-MISSING = [package for program, package in TOOLS.items() if shutil.which(program) is None]
-needs_tools = pytest.mark.skipif(bool(MISSING), reason=f"needs {' and '.join(MISSING)}: tools/setup.sh --firmware")
 SMALL = "33x24"
 SET = ("--set", f"chip.shape={SMALL}")
 

@@ -432,7 +432,7 @@ def columns(sign: float = 1.0, vertical: float = 0.3) -> tuple[np.ndarray, ...]:
     return turn, sign * 0.25 * turn + 0.02 * rng.standard_normal(600), vertical * rng.standard_normal(600)
 
 
-def test_claim_12_holds_fails_or_is_untested():
+def test_claim_12_holds_fails_or_is_not_judged():
     flow, hs, vs = columns(vertical=0.03)
     assert C12.judge(flow, hs, vs, 0.16, 30.0).verdict == "holds"
     assert C12.judge(-flow, hs, vs, 0.16, 30.0).verdict == "fails"
@@ -440,8 +440,8 @@ def test_claim_12_holds_fails_or_is_untested():
     wrong = flow * np.where(np.arange(600) % 8 == 0, -1, 1)  # the sign of one frame in eight: still correlated
     outcome = C12.judge(wrong, hs, vs, 0.16, 30.0)
     assert outcome.verdict == "fails" and "same sign over T 0.88" in outcome.measured
-    assert C12.judge(flow, hs / 10, vs, 0.16, 30.0).verdict == "untested"
-    assert C12.judge(flow[:59], hs[:59], vs[:59], 0.16, 30.0).verdict == "untested"
+    assert C12.judge(flow, hs / 10, vs, 0.16, 30.0).verdict == "not shown"
+    assert C12.judge(flow[:59], hs[:59], vs[:59], 0.16, 30.0).verdict == "not shown"
 
 
 def test_the_interval_of_claim_12_is_that_of_blocks_not_of_frames():

@@ -50,7 +50,10 @@ WRONG = {
     "a value alone": (lambda: clip_claim(conditions={"motion": "rightward"}), "legal is a mapping of columns"),
     "twice": (lambda: experiment(claim(), claim()), "experiment mine: two claims are called 'mine'"),
     "the paper's object": (lambda: clips(clips_claims.find("C1")), "claim C1 is the paper's: declare it by its id"),
-    "no verdict": (lambda: Outcome("yes", ""), "verdict='yes': legal is holds, fails, vacuous, untestable, untested"),
+    "no verdict": (
+        lambda: Outcome("yes", ""),
+        "verdict='yes': legal is holds, fails, not shown, silent model, unknown",
+    ),
 }
 
 
@@ -82,9 +85,17 @@ def test_a_judge_decides():
     trials = rows({6: [9] * 4}, "speed_cm_s") + rows({6: [9] * 3}, "speed_cm_s", far_cm=1.0)
     whole = [{"far_cm": None, "acceleration_cm_s2": 100.0, **row} for row in trials]
     found = judge(claim(judge=faster, least=3), whole, 0.2)
-    assert (found.verdict, found.n, found.says, found.decided) == ("holds", 7, "as I say", "9.0 spikes (needs above 1)")
+    told = found.outcome
+    assert (told.verdict, told.n, told.decided) == (
+        "holds",
+        7,
+        "9.0 spikes (needs above 1)",
+    ) and found.says == "as I say"
     few = judge(claim(judge=faster), whole, 0.2)
-    assert few.verdict == "untested" and "needs at least 4 trials of each condition (has 3)" in few.measured
+    assert (
+        few.outcome.verdict == "not shown"
+        and "needs at least 4 trials of each condition (has 3)" in few.outcome.measured
+    )
 
 
 def broken(own, threshold):
@@ -102,11 +113,11 @@ ANSWERS = {
 
 
 @pytest.mark.parametrize("what", ANSWERS)
-def test_a_judge_that_breaks_leaves_its_claim_untested(what):
+def test_a_judge_that_breaks_leaves_its_claim_unjudged(what):
     own, said = ANSWERS[what]
     trials = rows({6: [9] * 5}, "speed_cm_s")
     found = judge(claim(judge=own), trials, 0.2)
-    assert found.verdict == "untested" and re.match(said, found.measured)
+    assert found.outcome.verdict == "not shown" and re.match(said, found.outcome.measured)
     shown = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
               **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)}]  # fmt: skip
     assert re.match(said, clips_claims.judge(clip_claim(judge=own), shown, {"dsnn": 0.1}).measured)
@@ -114,7 +125,7 @@ def test_a_judge_that_breaks_leaves_its_claim_untested(what):
 
 def test_columns_that_there_are_not():
     trials = rows({6: [9] * 5}, "speed_cm_s")
-    assert judge(claim(reads=("spike",)), trials, 0.2).measured == "trials have no column spike"
+    assert judge(claim(reads=("spike",)), trials, 0.2).outcome.measured == "trials have no column spike"
     shown = [{"model": "dsnn", "clip": "a", "object": "present"}]
     found = clips_claims.judge(clip_claim(conditions={"speed_px": (1.0,)}), shown, {"dsnn": 0.1})
     assert found.measured == "clips have no column speed_px"
@@ -150,7 +161,7 @@ def test_a_judge_that_breaks_is_told_by_its_line_and_the_nearest_column(tmp_path
     names: dict = {}
     exec(compile(file.read_text(), str(file), "exec"), names)
     found = judge(claim(judge=names["judge"]), rows({6: [9] * 5}, "speed_cm_s"), 0.2)
-    assert found.measured == "its judge failed: mine.py, line 2: KeyError: 'spiks' (nearest column: spikes)"
+    assert found.outcome.measured == "its judge failed: mine.py, line 2: KeyError: 'spiks' (nearest column: spikes)"
 
 
 def test_models_that_are_not_shown_are_told_before_the_first_trial():

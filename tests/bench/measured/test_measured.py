@@ -342,7 +342,7 @@ def test_a_measured_run_says_so_everywhere(tmp_path, capsys):
     described = json.loads((run.folder / "experiment.json").read_text())
     assert described["measured"]["provenance"] == run.provenance == "measured"
     assert set(run.trials["provenance"].to_pylist()) == set(run.claims["provenance"].to_pylist()) == {"measured"}
-    assert set(run.claims["verdict"].to_pylist()) == {"untested"}
+    assert set(run.claims["outcome"].to_pylist()) == {"not shown"}
     assert "needs rightward translations" in run.claims["measured"][0].as_py()
     assert "speed (measured): dsnn, n = 1..2" in (run.folder / "figure.svg").read_text()
     assert all(run.trials[name].null_count == 3 for name in (UNKNOWN | TRACKED | {"peak_vs", "vs_spikes", "seed"}))
@@ -384,11 +384,11 @@ def test_claims_are_judged_by_the_same_bounds_where_the_conditions_are_there(tmp
                 lines.writerows([*here, (i + 1) / 30, 0.5, int(i < spikes[trial % 4])] for i in range(FRAMES))
     assert colias("import", log, "--out", tmp_path / "run", "--quiet", "--no-recordings") == 0
     claims = {(row["id"], row["model"]): row for row in experiments.load(tmp_path / "run").claims.to_pylist()}
-    assert claims["C15", "dsnn"]["verdict"] == "holds" and claims["C15", "dsn2017"]["verdict"] == "fails"
+    assert claims["C15", "dsnn"]["outcome"] == "holds" and claims["C15", "dsn2017"]["outcome"] == "fails"
     for row in claims.values():
         assert row["provenance"] == "measured"
         if row["id"] == "C29":
-            assert row["verdict"] == "untested" and "spikes_in_window" in row["measured"]
+            assert row["outcome"] == "not shown" and "spikes_in_window" in row["measured"]
 
 
 def test_two_robots_compare_as_independent_samples(tmp_path, capsys):

@@ -124,7 +124,7 @@ def test_from_anywhere_the_same_rows(way, tmp_path, by_command):
         timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert done.stdout == "out: mine, seed 3; dsnn.n_con=6; 2 untested; 2 of 2 trials\n"
+    assert done.stdout == "out: mine, seed 3; dsnn.n_con=6; not judged: C15, C29; 2 of 2 trials\n"
     assert done.stderr.startswith("mine: 2 trials, about ") and "on 2 workers, into out" in done.stderr
     assert (tmp_path / "began.txt").read_text() == "once\n"
     assert [{k: v for k, v in row.items() if k != "code"} for row in rows_of(tmp_path / "out")] == by_command
@@ -160,9 +160,9 @@ def test_a_runs_tables(speed):
     row = next(row for row in usual.summary.to_pylist() if row["quantity"] == "spikes")
     own = [t["spikes"] for t in usual.trials.to_pylist() if t["speed_cm_s"] == row["speed_cm_s"]]
     assert row["n"] == 2 and row["mean"] == sum(own) / 2 and row["far_cm"] is None
-    assert usual.claims.to_pylist()[0]["id"] == "C15" and usual.verdicts == "2 untested"
+    assert usual.claims.to_pylist()[0]["id"] == "C15" and usual.verdicts == "not judged: C15, C29"
     assert usual.failures.num_rows == 0 and usual.recordings == []
-    said = "speed, seed 0; experiment.speeds_cm_s=20,30; 2 untested; 4 of 4 trials"
+    said = "speed, seed 0; experiment.speeds_cm_s=20,30; not judged: C15, C29; 4 of 4 trials"
     assert repr(usual) == f"<Run {usual.folder}: {said}>"
     assert "<td>C15</td>" in usual._repr_html_()
     assert experiments.load(usual.folder) == usual

@@ -36,7 +36,10 @@ def test_runs(made, colias):
     assert sorted(rows) == ["a", "b", "part/c"]
     assert rows["a"]["changed"] == "experiment.speeds_cm_s=20,30" and rows["a"]["models"] == "dsnn"
     assert (rows["b"]["seed"], rows["b"]["done"], rows["b"]["planned"], rows["b"]["failures"]) == (0, 6, 6, 0)
-    assert rows["b"]["verdicts"] == "4 untested" and rows["b"]["experiment"] == "speed"
+    assert (
+        rows["b"]["verdicts"] == "not judged: C15 (dsnn), C29 (dsnn), C15 (emd), C29 (emd)"
+        and rows["b"]["experiment"] == "speed"
+    )
     assert rows["part/c"]["models"] == "dsnn:n_con=4"
     assert rows["part/c"]["changed"] == "dsnn.n_con=4, experiment.speeds_cm_s=20,30"
     assert all(row["trouble"] is None for row in rows.values())

@@ -13,18 +13,18 @@ from colias_sim.reference import KNOWN
 from experiments.bench import registry
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.closed_loop.run import Played
+from experiments.bench.judging import stored as stored_verdicts
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.claims import readings_of_all, words
-from experiments.bench.judging.overall import MEANINGS, SIGNS
+from experiments.bench.judging.count import MEANINGS, SIGNS, Count
 from experiments.bench.judging.paper import cited, numbers
-from experiments.bench.judging.replicates import Replicates
 from experiments.bench.judging.scores import Standing
-from experiments.bench.judging.verdict import Verdict
-from experiments.bench.reproduction import mechanisms, report
+from experiments.bench.judging.verdict import Outcome, Verdict
+from experiments.bench.reproduction import report
 from experiments.bench.reproduction.page.overview import NO_CAUSE, SILENT
 from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.plan import FULL
-from experiments.bench.reproduction.readings import Evidence, chapters, with_readings
+from experiments.bench.reproduction.readings import Evidence, chapters
 from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.reproduction.table import show_claims
@@ -36,45 +36,36 @@ from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.registry import names as study_names
 from experiments.bench.studies.stored import read
-from experiments.studies.fidelity import STUDY as FIDELITY
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
 from tests.bench.judging.test_replicates import rows_of
-from tools.numbers import CLAIM_FIELDS, blocks
+from tools.numbers import blocks, kept
 
-COUNTS = {
-    "holds": Replicates(20),
-    "fragile": Replicates(12, 8),
-    "mixed": Replicates(3, 2),
-    "fails": Replicates(0, 20),
-    "vacuous": Replicates(0, vacuous=20),
-    "untestable": Replicates(0, untestable=20),
-}
-FIRST = {"fragile": "fails", "mixed": "holds"}
-"""Word -> the verdict of replicate 0, where that is another word."""
+COUNTS = (
+    Count(40), Count(20, 20), Count(0, 40), Count(3, 2), Count(5), Count(1, random=False),
+    Count(0, 0, {"silent model": 40}), Count(0, 5, {"unknown constants": 35}), Count(0, 0, {"not shown": 1}),
+)  # fmt: skip
+"""One of every kind, and of those without a word some that hold in all, and some of every reason."""
 
 
-def verdict(claim, word):
-    says, source = words(claim).says, words(claim).source
-    if word == "untested":
-        return Verdict(claim, says, source, "untested", "needs more", overall="untested")
-    fields = COUNTS[word].fields()
-    return Verdict(claim, says, source, FIRST.get(word, word), "0.1 | measured", decided="0.1 (needs 0.2)", n=20,
-                   experiment="speed", **fields)  # fmt: skip
+def verdict(claim, count, **more):
+    results = ["fails"] * count.fails + ["holds"] * count.holds + list(count.unjudged)
+    decided = "0.1 (needs 0.2)" * (results[0] in ("holds", "fails"))
+    outcome = Outcome(results[0], "0.1 | measured", decided=decided, n=20)
+    place = "" if "not shown" in count.unjudged else "speed"
+    return Verdict(claim, words(claim).says, words(claim).source, outcome, count, experiment=place, **more)
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    """A reproduction as `reproduce` returns it, without runs, with claims of every word in turn."""
-    each = list(MEANINGS)
-    told = {claim: verdict(claim, each[place % len(each)]) for place, claim in enumerate(claim_ids(PAPER))}
-    told = {claim.id: claim for claim in mechanisms.explained(list(told.values()), (), (), {})}
+    """A reproduction as `reproduce` returns it, without runs, with claims of every count in turn."""
+    told = {claim: verdict(claim, COUNTS[place % len(COUNTS)]) for place, claim in enumerate(claim_ids(PAPER))}
     made = chapters(Evidence(told, (Replicate((), {}, {}),), (), {}))
     plan = study_run.planned(dataclasses.replace(SENSITIVITY, repeats=5))
     moved, folder = Counts(plan, rows_of(plan.specs)), tmp_path_factory.mktemp("report")
     Files(folder).write_json("sensitivity.json", moved.described())
-    own = [dataclasses.replace(verdict("B1", "untested"), verdict="fails", overall="")]
+    own = [verdict("B1", Count(0, 1))]
     return Reproduction(
-        folder, FULL, 0, with_readings(list(told.values()), made), [], [], moved, [], own,
+        folder, FULL, 0, list(told.values()), {}, [], [], moved, [], own,
         {}, {"versions": {"colias-sim": "0"}}, made,
     )  # fmt: skip
 
@@ -120,21 +111,22 @@ def tiles(page):
 
 
 def test_tiles_claims_json_terminal_and_readme_show_the_same_verdicts(result, page, capsys):
-    words = {claim.id: claim.word for claim in result.claims}
-    assert set(words.values()) == set(MEANINGS)
-    assert {claim: said.split()[1] for claim, (said, *_) in tiles(page).items() if claim in words} == words
-    kept = json.loads(to_json(result.claims))
-    assert {claim["id"]: claim["overall"] for claim in kept} == words
-    show_claims(result.claims)
+    labels = {claim.id: claim.count.label for claim in result.claims}
+    assert {claim.count.kind for claim in result.claims} == set(MEANINGS)
+    assert {claim: text.partition(" ")[2] for claim, (text, *_) in tiles(page).items() if claim in labels} == labels
+    content = json.loads(to_json(stored_verdicts.document(result.claims)))
+    assert {claim.id: claim.count.label for claim in stored_verdicts.verdicts(content)} == labels
+    show_claims(result.claims, {})
     shown = capsys.readouterr().out
-    in_table = dict(re.findall(r"^(C\d+) +(\w+)  ", shown, re.MULTILINE))
-    judged = {claim.id: claim.word for claim in result.claims if claim.experiment}
-    assert in_table == judged
+    in_table = dict(re.findall(r"^(C\d+) +(holds|fails|sometimes|not judged|-)  ", shown, re.MULTILINE))
+    judged = {claim.id: claim.count for claim in result.claims if claim.experiment}
+    assert in_table == {claim: count.label if count.kind != "counted" else "-" for claim, count in judged.items()}
     scale = dataclasses.asdict(result.scale)
     results = {"design": {"scale": scale, "seed": 0}, "behaviours": [], "scores": [],
-               "claims": [{name: claim[name] for name in CLAIM_FIELDS} for claim in kept]}  # fmt: skip
+               "claims": [{**kept(claim), "rate": ""} for claim in result.claims]}  # fmt: skip
     readme = blocks(results)["verdicts"]
-    assert dict(re.findall(r"^\| (C\d+) \| .* \| (\w+) \| [^|]* \| \w+ \|$", readme, re.MULTILINE)) == words
+    rows = dict(re.findall(r"^\| (C\d+) \| .* \| (\w+|-) \| [^|]* \|$", readme, re.MULTILINE))
+    assert rows == {claim.id: claim.count.word or "-" for claim in result.claims}
     (total,) = {readme.partition(". A replicate")[0], " ".join(shown.partition("\n\n")[2].split("\n\n")[0].split())}
     lead = " ".join(re.sub("<[^>]*>", "", re.search(r'<p class="lead">(.*?)</p>', report.page(result))[1]).split())
     assert lead == f"{total}."
@@ -142,21 +134,26 @@ def test_tiles_claims_json_terminal_and_readme_show_the_same_verdicts(result, pa
 
 def test_every_claim_has_a_tile_that_leads_to_its_evidence(result, page):
     found = tiles(page)
-    assert list(found) == [claim.id for claim in (*result.claims, *result.own_claims)]
+    counts = {claim.id: claim.count for claim in (*result.claims, *result.own_claims)}
+    assert list(found) == list(counts)
     cards = {page.elements[at][1]["id"]: page.elements[at][1]["class"] for at in page.of("claim")}
-    for claim, (said, style, target) in found.items():
-        word = said.split()[1]
-        assert said == f"{SIGNS[word]} {word}" and style.split() == ["tile", word]
-        assert target == f"#{claim}" and cards[claim].split() == ["claim", word]
+    for claim, (text, style, target) in found.items():
+        count = counts[claim]
+        assert text == f"{SIGNS[count.kind]} {count.label}" and style.split() == ["tile", count.kind]
+        assert target == f"#{claim}" and cards[claim].split() == ["claim", count.kind]
     assert list(cards) == list(found)
 
 
 def test_the_first_screen_says_why_claims_do_not_hold(result, text):
-    first = text.partition('id="claims"')[0]
+    first = text.partition('id="claims"')[0].replace("&#39;", "'")
     for claim in result.claims:
-        if claim.word not in ("holds", "untested"):
-            known = SILENT if claim.word == "vacuous" else words(claim.id).cause or NO_CAUSE
-            assert known in first.replace("&#39;", "'"), claim.id
+        count, cause = claim.count, words(claim.id).cause or NO_CAUSE
+        if "silent model" in count.unjudged:
+            assert SILENT in first
+        elif "unknown constants" in count.unjudged or (count.fails and count.word != "holds"):
+            assert f"</strong>: {cause}</li>" in first, claim.id
+        elif "not shown" in count.unjudged:
+            assert re.search(rf"Not judged here:</strong>[^.]*\b{claim.id}\b", first)
     assert "6,200" not in first and "What the robot saw" in first, "trials are counted from the runs: here are none"
 
 
@@ -286,10 +283,13 @@ def test_maps_studies_and_models_claims_in_the_folder_are_shown(result, tmp_path
     for name in ("a-map", "eyes", "models", "broken"):
         (tmp_path / name).mkdir()
     (tmp_path / "a-map" / "map.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
-    plan = study_run.planned(dataclasses.replace(FIDELITY, repeats=5, replicates=2))
-    Files(tmp_path / "eyes").write_json("fidelity.json", Counts(plan, rows_of(plan.specs)).described())
-    models = [dataclasses.asdict(dataclasses.replace(verdict("C1", "fails"), id="LPLC2-1", model="lplc2"))]
-    (tmp_path / "models" / "model_claims.json").write_text(json.dumps(models))
+    eyes = [{"eye": "default", "drive": drive, "claim": claim, "held": held, "vacuous": 0, "replicates": 20}
+            for drive, held in (("pose feedback", 20), ("open loop", 3)) for claim in ("C13", "C14")]  # fmt: skip
+    (tmp_path / "eyes" / "fidelity.json").write_text(json.dumps(eyes))
+    models = [dataclasses.replace(verdict("B1", Count(0, 1, random=False)), id="LPLC2-1", model="lplc2")]
+    content = stored_verdicts.document(models)
+    (tmp_path / "models" / "model_claims.json").write_text(to_json(content))
+    (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / "fidelity.json").write_text("{")
     text = report.page(dataclasses.replace(result, folder=tmp_path))
     assert 'id="figure-map-a-map"' in text and 'href="#maps"' in text
@@ -298,7 +298,7 @@ def test_maps_studies_and_models_claims_in_the_folder_are_shown(result, tmp_path
     assert re.search(r"lplc2</td><td[^>]*>LPLC2-1</td><td[^>]*><span class=\"chip fails\">", text)
     found = stored(tmp_path)
     assert (len(found.maps), len(found.models)) == (1, 1)
-    assert read(tmp_path / "models", "model_claims") == models and read(tmp_path, "nothing") is None
+    assert read(tmp_path / "models", "model_claims")["claims"] and read(tmp_path, "nothing") is None
 
 
 # What drew the frames.

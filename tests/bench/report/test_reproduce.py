@@ -11,6 +11,8 @@ import pytest
 from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.judging.claim_files import PAPER, claim_ids
+from experiments.bench.judging.count import Count
+from experiments.bench.judging.stored import verdicts
 from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates, robustness
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
@@ -38,40 +40,42 @@ def reproduced(tmp_path_factory):
 
 def test_every_claim_is_answered(reproduced):
     colias, done = reproduced
-    claims = json.loads((colias.folder / "out" / "claims.json").read_text())
-    assert [claim["id"] for claim in claims] == list(claim_ids(PAPER))
+    folder = colias.folder / "out"
+    claims, own = (
+        verdicts(json.loads((folder / f"{name}.json").read_text())) for name in ("claims", "behaviours")
+    )  # fmt: skip
+    pooled = json.loads((folder / "pooled.json").read_text())
+    assert [claim.id for claim in claims] == list(claim_ids(PAPER))
     left_out = {"C7", "C8", "C9", "C10", "C11", "C12", "C24", "C26", "C28"}
-    judged = [claim for claim in claims if claim["id"] not in left_out]
-    assert all(claim["verdict"] == "untested" for claim in claims if claim["id"] in left_out)
-    assert "--quick" in claims[6]["measured"]
-    assert all(claim["verdict"] in ("holds", "fails") and claim["n"] > 0 for claim in judged)
-    robot = [claim for claim in judged if claim["id"] in robustness.judged_in()]
-    assert all(claim["replicates"] == 2 and claim["standing"] == "so far" for claim in robot)
-    for claim in robot:
-        assert claim["held"] == f"held in {claim['replicates_held']} of 2 short replicates so far"
-    assert all(claim["replicates"] == 1 for claim in judged if claim not in robot)
-    assert {claim["standing"] for claim in claims[:4]} == {"deterministic"}, "nothing in their clips is random"
-    assert all(claim["pooled"].startswith(("holds: ", "fails: ")) for claim in robot)
-    assert all(claim["tried"] for claim in robot if claim["replicates_held"] < 2)
-    assert [claim["id"] for claim in claims if claim["rate"]] == ["C13", "C14"], "those about every single trial"
-    assert "of 20 trials break it" in claims[12]["rate"]
-    assert all(claim["used_to_choose"] for claim in claims)
+    judged = [claim for claim in claims if claim.id not in left_out]
+    assert all(claim.count == Count(0, 0, {"not shown": 1}) for claim in claims if claim.id in left_out)
+    assert "--quick" in claims[6].outcome.measured
+    assert all(claim.outcome.judged and claim.outcome.n > 0 for claim in judged)
+    robot = [claim for claim in judged if claim.id in robustness.judged_in()]
+    assert all(claim.count.judged == 2 and claim.count.random for claim in robot)
+    assert all(claim.count.replicates == 1 for claim in judged if claim not in robot)
+    assert not any(claim.count.random for claim in claims[:4]), "nothing in their clips is random"
+    assert list(pooled) == [claim.id for claim in robot]
     assert "not checked against translation" not in str(claims), "the clips of other experiments have translations"
-    assert all(claim["decided"] for claim in judged), "the number that decided stands beside every verdict"
-    assert not any(claim["decided"] for claim in claims if claim["verdict"] == "untested")
-    assert "colias watch" in claims[11]["measured"] and claims[11]["verdict"] == "untested"
-    assert {"says", "measured"} <= claims[0].keys()
-    own = json.loads((colias.folder / "out" / "behaviours.json").read_text())
-    assert [(claim["id"], claim["verdict"]) for claim in own] == [(f"B{i}", "untested") for i in range(1, 5)]
+    assert all(claim.outcome.decided for claim in judged), "the number that decided stands beside every verdict"
+    assert not any(claim.outcome.decided for claim in claims if not claim.count.judged)
+    assert "colias watch" in claims[11].outcome.measured
+    assert [(claim.id, claim.count.kind) for claim in own] == [(f"B{i}", "unjudged") for i in range(1, 5)]
+    for claim in robot:
+        assert f"held in {claim.count.holds} of 2 short replicates" in " ".join(done.stdout.split())
     assert "C20" in done.stdout and "report.html" in done.stdout
-    assert "not judged: C7, C8, C9, C10, C11, C12, C24, C26, C28" in done.stdout
+    assert "nothing here judges C7, C8, C9, C10, C11, C12, C24, C26, C28" in done.stdout
     page = (colias.folder / "out" / "report.html").read_text()
     assert "C7, C8, C9, C10, C11, C12, C24, C26, C28, B1, B2, B3, B4. Each says below" in page
     assert "Nothing was moved in this run" in page
     assert "replicates with the robot here are short: 5 trials of each condition instead of 10" in page
     note = json.loads((colias.folder / "out" / "speed" / "experiment.json").read_text())
     assert note["renderers"][0] in page and note["reference_frames"][0] in page
-    assert "start acceleration" in page and not re.search(r"(holds|fails|untested)\W+(at|in) \d+ of", page)
+    assert "start acceleration" in page and not re.search(r"(holds|fails|not shown)\W+(at|in) \d+ of", page)
+    plain = " ".join(page.split())
+    assert plain.count("<strong>Rate:</strong>") == 2, "C13 and C14, which are about every single trial"
+    assert "of 20 trials break it" in plain and "The trials of all replicates together:" in plain
+    assert all("what was tried" in plain for claim in robot if claim.count.holds < 2)
 
 
 def test_the_looming_detectors_see_the_approaches(reproduced):
@@ -222,11 +226,11 @@ def test_each_scale_is_of_whole_replicates_but_the_quick_one():
 def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
     """And not that it needs footage."""
     monkeypatch.setattr(robustness, "judged_in", dict)
-    said = {claim.id: claim.measured for claim in paper_claims.verdicts([], [])}
+    said = {claim.id: claim.outcome.measured for claim in paper_claims.verdicts([], [])}
     assert "footage" in said["C12"] and "footage" not in said["C15"]
     assert said["C15"] == "none of the experiments here declares this claim"
 
 
 def test_a_replicate_with_no_trial_is_untested():
     (own,) = every(design(1, 1), [])
-    assert {replicates.judged(claim, own).verdict for claim in robustness.judged_in()} == {"untested"}
+    assert {replicates.judged(claim, own).verdict for claim in robustness.judged_in()} == {"not shown"}

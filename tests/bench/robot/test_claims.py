@@ -2,7 +2,7 @@
 
 import pytest
 
-from experiments.bench.robot.claims import judge, paper_claims
+from experiments.bench.robot.claims import outcome, paper_claims
 
 CLAIMS = paper_claims()
 
@@ -31,7 +31,7 @@ def rows(spikes_by, column, direction="rightward", achieved=1.0, **fixed):
 )
 def test_c15(means, verdict):
     trials = rows(dict(zip((2, 4, 6, 10), ([m] * 4 for m in means), strict=True)), "speed_cm_s")
-    assert judge("C15", trials, 0.2).verdict == verdict
+    assert outcome("C15", trials, 0.2).verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -40,56 +40,56 @@ def test_c15(means, verdict):
 )
 def test_c16(means, verdict):
     trials = rows(dict(zip((5, 10, 15), ([m] * 4 for m in means), strict=True)), "distance_cm")
-    assert judge("C16", trials, 0.2).verdict == verdict
+    assert outcome("C16", trials, 0.2).verdict == verdict
 
 
 def test_c14_needs_both_directions_and_every_trial():
     right = rows({6: [9] * 5}, "speed_cm_s")
     left = rows({6: [9] * 5}, "speed_cm_s", "leftward", peak_hs=0.0, trough_hs=-0.4)
-    assert judge("C14", right + left, 0.2).verdict == "holds"
-    assert judge("C14", right, 0.2).verdict == "untested"
-    assert judge("C14", right + rows({6: [9]}, "speed_cm_s", "leftward", trough_hs=-0.19), 0.2).verdict == "fails"
-    assert judge("C14", right + rows({6: [9]}, "speed_cm_s", peak_hs=0.19), 0.2).verdict == "fails"
+    assert outcome("C14", right + left, 0.2).verdict == "holds"
+    assert outcome("C14", right, 0.2).verdict == "not shown"
+    assert outcome("C14", right + rows({6: [9]}, "speed_cm_s", "leftward", trough_hs=-0.19), 0.2).verdict == "fails"
+    assert outcome("C14", right + rows({6: [9]}, "speed_cm_s", peak_hs=0.19), 0.2).verdict == "fails"
 
 
 @pytest.mark.parametrize("claim", CLAIMS)
 def test_no_trials_no_verdict(claim):
-    assert judge(claim, [], 0.2).verdict == "untested"
-    assert judge(claim, rows({3: [1]}, "speed_cm_s", "leftward"), 0.2).verdict in ("untested", "fails")
+    assert outcome(claim, [], 0.2).verdict == "not shown"
+    assert outcome(claim, rows({3: [1]}, "speed_cm_s", "leftward"), 0.2).verdict in ("not shown", "fails")
 
 
 def test_trials_that_were_not_what_they_say_are_not_judged():
     spikes = dict(zip((2, 4, 6, 10), ([m] * 4 for m in (0, 40, 60, 45)), strict=True))
-    slow = judge("C15", rows(spikes, "speed_cm_s", achieved=0.97), 0.2)
-    assert (slow.verdict, slow.n) == ("untested", 16)
+    slow = outcome("C15", rows(spikes, "speed_cm_s", achieved=0.97), 0.2)
+    assert (slow.verdict, slow.n) == ("not shown", 16)
     assert "16 of 16 trials were off the commanded speed, by up to 3%" in slow.measured
-    astray = judge("C15", rows(spikes, "speed_cm_s", path_error_mm=1.5), 0.2)
-    assert astray.verdict == "untested" and "up to 1.5 mm" in astray.measured
+    astray = outcome("C15", rows(spikes, "speed_cm_s", path_error_mm=1.5), 0.2)
+    assert astray.verdict == "not shown" and "up to 1.5 mm" in astray.measured
     elsewhere = rows(spikes, "speed_cm_s") + depth("approach", {0: [1]}, path_error_mm=1.5)
-    assert judge("C15", elsewhere, 0.2).verdict == "holds", "another motion's flaw is not this claim's"
+    assert outcome("C15", elsewhere, 0.2).verdict == "holds", "another motion's flaw is not this claim's"
 
 
 def test_trials_driven_open_loop_are_judged_by_what_they_did():
     spikes = dict(zip((2, 4, 6, 10), ([m] * 4 for m in (0, 40, 60, 45)), strict=True))
     off = {"achieved": 0.97, "path_error_mm": 4.0}
-    assert judge("C15", rows(spikes, "speed_cm_s", drive="feedback", **off), 0.2).verdict == "untested"
-    assert judge("C15", rows(spikes, "speed_cm_s", drive="open", **off), 0.2).verdict == "holds"
+    assert outcome("C15", rows(spikes, "speed_cm_s", drive="feedback", **off), 0.2).verdict == "not shown"
+    assert outcome("C15", rows(spikes, "speed_cm_s", drive="open", **off), 0.2).verdict == "holds"
     nowhere = [row | {"achieved_speed_cm_s": float("nan")} for row in rows(spikes, "speed_cm_s", drive="open")]
-    lost = judge("C15", nowhere, 0.2)
-    assert lost.verdict == "untested" and "16 of 16 trials have no measured speed" in lost.measured
+    lost = outcome("C15", nowhere, 0.2)
+    assert lost.verdict == "not shown" and "16 of 16 trials have no measured speed" in lost.measured
 
 
 def test_n_counts_the_trials_judged():
     spikes = dict(zip((2, 4, 6, 10), ([m] * 4 for m in (0, 40, 60, 45)), strict=True))
     other = rows({6: [1, 1]}, "speed_cm_s", "leftward")
-    verdict = judge("C15", rows(spikes, "speed_cm_s") + other, 0.2)
+    verdict = outcome("C15", rows(spikes, "speed_cm_s") + other, 0.2)
     assert verdict.n == 16
     assert "(n = 4 each)" in verdict.measured
 
 
 def test_conditions_of_the_other_direction_do_not_count():
     trials = rows(dict(zip((2, 4, 6, 10), ([m] for m in (0, 40, 60, 45)), strict=True)), "speed_cm_s", "leftward")
-    assert judge("C15", trials, 0.2).verdict == "untested"
+    assert outcome("C15", trials, 0.2).verdict == "not shown"
 
 
 def depth(motion, spikes_by_angle, **changed):
@@ -98,10 +98,10 @@ def depth(motion, spikes_by_angle, **changed):
 
 def test_c13_counts_every_spike():
     silent = depth("approach", {0: [0] * 5}) + depth("recession", {0: [0] * 5})
-    assert judge("C13", silent, 0.2).verdict == "holds"
-    assert judge("C13", silent + depth("recession", {0: [1]}), 0.2).verdict == "fails"
-    assert judge("C13", depth("approach", {0: [0]}), 0.2).verdict == "untested"
-    assert judge("C13", depth("approach", {0: [3]}), 0.2).verdict == "fails", "one motion is enough to fail"
+    assert outcome("C13", silent, 0.2).verdict == "holds"
+    assert outcome("C13", silent + depth("recession", {0: [1]}), 0.2).verdict == "fails"
+    assert outcome("C13", depth("approach", {0: [0]}), 0.2).verdict == "not shown"
+    assert outcome("C13", depth("approach", {0: [3]}), 0.2).verdict == "fails", "one motion is enough to fail"
 
 
 @pytest.mark.parametrize(
@@ -116,14 +116,14 @@ def test_c13_counts_every_spike():
 )
 def test_c17_to_c20(means, fewest, sides):
     counts = dict(zip((-30, -15, 0, 15, 30), ([m] * 4 for m in means), strict=True))
-    assert judge("C17", depth("approach", counts), 0.2).verdict == fewest
-    assert judge("C18", depth("approach", counts), 0.2).verdict == ("holds" if sides else "fails")
-    assert judge("C19", depth("recession", counts), 0.2).verdict == fewest
-    assert judge("C20", depth("recession", counts), 0.2).verdict == ("fails" if sides else "holds")
-    assert judge("C17", depth("recession", counts), 0.2).verdict == "untested"
+    assert outcome("C17", depth("approach", counts), 0.2).verdict == fewest
+    assert outcome("C18", depth("approach", counts), 0.2).verdict == ("holds" if sides else "fails")
+    assert outcome("C19", depth("recession", counts), 0.2).verdict == fewest
+    assert outcome("C20", depth("recession", counts), 0.2).verdict == ("fails" if sides else "holds")
+    assert outcome("C17", depth("recession", counts), 0.2).verdict == "not shown"
 
 
 def test_other_experiments_trials_do_not_count():
     spikes = dict(zip((2, 4, 6, 10), ([m] * 4 for m in (0, 40, 60, 45)), strict=True))
     mixed = rows(spikes, "speed_cm_s") + rows({6: [0] * 9}, "speed_cm_s", observer_turn_deg_s=5.0)
-    assert judge("C15", mixed, 0.2).verdict == "holds"
+    assert outcome("C15", mixed, 0.2).verdict == "holds"

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from experiments.bench.robot.claims import flaws, judge, paper_claims
+from experiments.bench.robot.claims import flaws, judge, outcome, paper_claims
 from experiments.bench.robot.mechanism.variants import DSNN, VARIANTS
 from tests.bench.robot.test_claims import depth, rows
 
@@ -60,31 +60,33 @@ def enough(claim, n):
 def test_every_claim_has_a_least_number_of_trials(claim):
     least = CLAIMS[claim].least
     assert CLAIMS[claim].motions and CLAIMS[claim].reads
-    assert judge(claim, enough(claim, least), T).verdict == "holds"
+    assert outcome(claim, enough(claim, least), T).verdict == "holds"
     for n in range(1, least):
-        few = judge(claim, enough(claim, n), T)
-        assert few.verdict == "untested" and few.decided == ""
+        few = outcome(claim, enough(claim, n), T)
+        assert few.verdict == "not shown" and few.decided == ""
         assert few.measured.startswith(f"needs at least {least} trials of each condition (has {n}); measured: ")
 
 
 def test_the_condition_with_the_fewest_trials_counts():
     trials = enough("C15", 10)
     short = [row for i, row in enumerate(trials) if row["speed_cm_s"] != 2 or i < 3]
-    assert "(has 3)" in judge("C15", short, T).measured
+    assert "(has 3)" in outcome("C15", short, T).measured
 
 
 def test_one_trial_refutes_a_claim_about_every_trial():
-    assert judge("C13", depth("approach", {0: [1]}), T).verdict == "fails"
-    assert judge("C14", crossing("leftward", 1, trough_hs=-0.1), T).verdict == "fails"
+    assert outcome("C13", depth("approach", {0: [1]}), T).verdict == "fails"
+    assert outcome("C14", crossing("leftward", 1, trough_hs=-0.1), T).verdict == "fails"
 
 
 def test_a_claim_holds_only_where_its_number_of_trials_could_show_it(colias):
     """One repeat of four speeds, whose tests cannot come below p = 0.33."""
     done = colias("run", "speed", "--repeats", "1", "--no-recordings", "--workers", "1", "--out", "out")
     assert done.returncode == 0, done.stderr
-    assert "C15 untested" in done.stdout and "needs at least 4 trials of each condition (has 1)" in done.stdout
-    (claim,) = [c for c in json.loads((colias.folder / "out" / "claims.json").read_text()) if c["id"] == "C15"]
-    assert (claim["verdict"], claim["decided"]) == ("untested", "")
+    assert "C15 not judged" in done.stdout and "needs at least 4 trials of each condition (has 1)" in done.stdout
+    (claim,) = [
+        c for c in json.loads((colias.folder / "out" / "claims.json").read_text())["claims"] if c["id"] == "C15"
+    ]
+    assert (claim["word"], claim["count"]["unjudged"], claim["outcome"]["decided"]) == ("", {"not shown": 1}, "")
 
 
 # What each tests.
@@ -93,13 +95,13 @@ def test_a_claim_holds_only_where_its_number_of_trials_could_show_it(colias):
 def test_c14_is_of_every_crossing():
     """Not of those at 6 cm/s and the nearest distance alone."""
     near = enough("C14", 5)
-    assert judge("C14", near, T).verdict == "holds"
+    assert outcome("C14", near, T).verdict == "holds"
     for way, column, value in (("rightward", "peak_hs", 0.1), ("leftward", "trough_hs", -0.1)):
         for weak in (
             rows({2: [0] * 5}, "speed_cm_s", way, **{"peak_hs": 0.0, "trough_hs": 0.0, column: value}),
             rows({15: [0] * 5}, "distance_cm", way, **{"peak_hs": 0.0, "trough_hs": 0.0, column: value}),
         ):
-            verdict = judge("C14", near + weak, T)
+            verdict = outcome("C14", near + weak, T)
             assert verdict.verdict == "fails" and verdict.n == 15
             where = f"{weak[0]['speed_cm_s']:g} cm/s, {weak[0]['distance_cm']:g} cm"
             assert f"{way}: HS reaches {value:+.3f} at {where}" in verdict.decided
@@ -108,7 +110,7 @@ def test_c14_is_of_every_crossing():
 def test_c14_shows_a_wrong_way_peak_that_sinks_it():
     """As of a model that saturates both ways: every direction passes its own threshold, and the other."""
     trials = crossing("rightward", 5, trough_hs=-0.9) + crossing("leftward", 5, peak_hs=0.8)
-    verdict = judge("C14", trials, T)
+    verdict = outcome("C14", trials, T)
     assert verdict.verdict == "fails"
     assert "rightward: the other way it reaches -0.900" in verdict.decided and "not to pass -0.2" in verdict.decided
     assert "-0.900" in verdict.measured and "+0.800" in verdict.measured
@@ -119,17 +121,17 @@ def test_the_angular_claims_are_of_every_speed():
     """Along all five angles at another speed they are judged there; at two, at both."""
     fast = depth("approach", {a: [m] * 4 for a, m in ANGLES.items()}, speed_cm_s=10.0, achieved_speed_cm_s=10.0)
     fast = [row | {"achieved_speed_cm_s": 10.0} for row in fast]
-    assert judge("C17", fast, T).verdict == "holds"
+    assert outcome("C17", fast, T).verdict == "holds"
     flat = [row | {"spikes": 3} for row in fast]
-    verdict = judge("C17", enough("C17", 4) + flat, T)
+    verdict = outcome("C17", enough("C17", 4) + flat, T)
     assert verdict.verdict == "fails" and verdict.decided.startswith("10 cm/s: 3.0 spikes at -30 degrees")
 
 
 def test_c15_looks_for_the_peak_among_all_speeds_shown():
     more = rows({15: [70] * 4}, "speed_cm_s")
-    verdict = judge("C15", enough("C15", 4) + more, T)
+    verdict = outcome("C15", enough("C15", 4) + more, T)
     assert verdict.verdict == "fails" and verdict.decided == "60.0 spikes at 6 cm/s (needs more than at 15: 70.0)"
-    assert judge("C15", enough("C15", 4) + rows({8: [70] * 4}, "speed_cm_s"), T).verdict == "holds", "8 is near 6"
+    assert outcome("C15", enough("C15", 4) + rows({8: [70] * 4}, "speed_cm_s"), T).verdict == "holds", "8 is near 6"
 
 
 @pytest.mark.parametrize(
@@ -144,7 +146,7 @@ def test_c15_looks_for_the_peak_among_all_speeds_shown():
     ],
 )
 def test_the_number_that_decided_stands_beside_the_verdict(claim, trials, decided):
-    verdict = judge(claim, trials, T)
+    verdict = outcome(claim, trials, T)
     assert verdict.verdict in ("holds", "fails") and verdict.decided.startswith(decided)
 
 
@@ -157,8 +159,8 @@ def test_a_trial_without_a_measured_speed_or_path_is_flawed(nothing):
         trials = enough("C15", 4)
         trials[3] = trials[3] | {column: nothing}
         assert f"1 of 16 trials have {says}" in flaws(trials)
-        verdict = judge("C15", trials, T)
-        assert verdict.verdict == "untested" and says in verdict.measured
+        verdict = outcome("C15", trials, T)
+        assert verdict.verdict == "not shown" and says in verdict.measured
 
 
 @pytest.mark.parametrize("claim", CLAIMS)
@@ -167,8 +169,8 @@ def test_a_trial_without_a_number_is_not_judged(claim, nothing):
     for column in CLAIMS[claim].reads:
         trials = enough(claim, 5)
         trials[0] = trials[0] | {column: nothing}
-        verdict = judge(claim, trials, T)
-        assert verdict.verdict == "untested" and " have no number in " + column in verdict.measured
+        verdict = outcome(claim, trials, T)
+        assert verdict.verdict == "not shown" and " have no number in " + column in verdict.measured
 
 
 # Claims that compare models.
@@ -177,21 +179,22 @@ def test_a_trial_without_a_number_is_not_judged(claim, nothing):
 @pytest.mark.parametrize("claim", [claim for claim in CLAIMS if CLAIMS[claim].models])
 def test_a_claim_that_compares_models_needs_all_of_them(claim):
     trials = enough(claim, 4)
-    whole = judge(claim, trials, T)
-    assert (whole.verdict, whole.model) == ("holds", ""), "it names its models itself"
+    whole = outcome(claim, trials, T)
+    assert whole.verdict == "holds"
+    assert judge(claim, trials, T).model == "", "it names its models itself"
     speeds = 4 if claim == "C25" else 7
     assert whole.n == 4 * speeds, "a trial counts once, however many models saw it"
     for label in CLAIMS[claim].models:
-        few = judge(claim, [row for row in trials if row["model"] != label], T)
-        assert (few.verdict, few.measured) == ("untested", f"needs the models {label}")
+        few = outcome(claim, [row for row in trials if row["model"] != label], T)
+        assert (few.verdict, few.measured) == ("not shown", f"needs the models {label}")
         once = [row for row in trials if row["model"] != label or row["trial"] % 100 < 3]
-        assert "needs at least 4 trials of each condition (has 3)" in judge(claim, once, T).measured
+        assert "needs at least 4 trials of each condition (has 3)" in outcome(claim, once, T).measured
     stranger = [row | {"model": "emd", "peak_hs": 9.0, "mean_hs_near_axis": 9.0} for row in trials]
-    assert judge(claim, trials + stranger, T) == whole, "other models' trials do not count"
+    assert outcome(claim, trials + stranger, T) == whole, "other models' trials do not count"
 
 
 def ensemble_verdict(claim, column, **curves):
-    return judge(claim, ensemble(4, column=column, **curves), T)
+    return outcome(claim, ensemble(4, column=column, **curves), T)
 
 
 def test_c24_is_of_every_speed_and_of_the_threshold():
@@ -199,10 +202,10 @@ def test_c24_is_of_every_speed_and_of_the_threshold():
     assert weak.verdict == "fails"
     assert weak.decided == "peak HS of N_con = 8 0.800 at 15 cm/s (needs more than of N_con = 2: 0.800)"
     as_often = {speed: 0.05 for speed in (2, 4, 6, 8, 10, 15, 20)}
-    silent = judge("C24", ensemble(4, column="peak_hs", dsnn=as_often), T)
+    silent = outcome("C24", ensemble(4, column="peak_hs", dsnn=as_often), T)
     assert silent.verdict == "fails", "higher nowhere"
     high = ensemble(4, column="peak_hs", **{"dsnn:n_con=1": {s: 0.25 for s in (4, 6, 8, 10, 15, 20)}})
-    found = judge("C24", high, T)
+    found = outcome("C24", high, T)
     assert (
         found.verdict == "fails" and "passes T = 0.2 at 6 of 7 speeds (needs more than N_con = 1: 6)" in found.decided
     )
@@ -238,7 +241,7 @@ def test_c30_asks_for_a_move_with_both(peaks, verdict):
 def test_c29_holds_if_it_does_in_both_windows(column):
     trials = enough("C29", 4)
     as_many = [row | {column: 60} if row["speed_cm_s"] == 10 else row for row in trials]
-    found = judge("C29", as_many, T)
+    found = outcome("C29", as_many, T)
     assert found.verdict == "fails" and "60.0 spikes at 6 cm/s (needs more than at 10: 60.0)" in found.decided
     whole = [row | {"spikes": 0} for row in trials]
-    assert judge("C29", whole, T).verdict == "holds", "not the count of the whole crossing"
+    assert outcome("C29", whole, T).verdict == "holds", "not the count of the whole crossing"

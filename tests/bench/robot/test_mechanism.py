@@ -149,7 +149,7 @@ def test_the_tables_of_a_run_of_variants(run):
     assert run.models == ["dsnn", *VARIANTS]
     found = {row["id"]: row for row in run.claims.to_pylist()}
     assert list(found) == ["C24", "C25", "C30"], "each once, not once for each model"
-    assert all(row["model"] == "" and row["verdict"] == "untested" for row in found.values())
+    assert all(row["model"] == "" and row["outcome"] == "not shown" for row in found.values())
     assert {row["quantity"] for row in run.summary.to_pylist()} >= {"seconds_in_view", "mean_hs_near_axis", "spikes"}
     pairs = pyarrow.csv.read_csv(run.folder / "comparisons.csv").to_pylist()
     assert {row["model"] for row in pairs} == {"dsnn"} and len(pairs) == 2 * len(VARIANTS)
@@ -228,8 +228,8 @@ def test_a_claim_of_one_s_own_compares_models(colias):
     quick = ("--no-recordings", "--workers", "0")
     done = colias("run", "mine.py", *quick, "--model", "emd", "--out", "out")
     assert done.returncode == 0, done.stderr
-    (claim,) = json.loads((colias.folder / "out" / "claims.json").read_text())
-    assert (claim["verdict"], claim["model"]) == ("holds", "")
+    (claim,) = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
+    assert (claim["outcome"]["verdict"], claim["model"]) == ("holds", "")
     models = pq.read_table(colias.folder / "out" / "trials.parquet")["model"].to_pylist()
     assert models == ["dsnn", "dsnn:n_con=1", "emd"], "those declared, then those beside them"
     assert "note:" not in done.stderr
@@ -237,4 +237,4 @@ def test_a_claim_of_one_s_own_compares_models(colias):
     note = "note: claim weaker needs the models dsnn:n_con=1, which are not shown; shown are dsnn"
     assert note in done.stderr
     assert note in colias("run", "mine.py", "--only", "--model", "dsnn", "--dry-run").stdout
-    assert "weaker untested" in done.stdout and "needs the models dsnn:n_con=1" in done.stdout
+    assert "weaker not judged" in done.stdout and "needs the models dsnn:n_con=1" in done.stdout

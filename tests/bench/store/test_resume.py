@@ -149,7 +149,7 @@ def test_a_finished_run_is_complete_and_not_redone(colias, small):
     shutil.copytree(small, colias.folder / "out")
     before = (colias.folder / "out" / "trials.parquet").read_bytes()
     done = colias("run", "speed", *QUICK, "--repeats", "1", "--out", "out")
-    assert done.returncode == 0 and "complete: all of them are done, in out" in done.stderr
+    assert done.returncode == 0 and "complete: all 2 of them done already, in out" in done.stderr
     assert (colias.folder / "out" / "trials.parquet").read_bytes() == before
 
 

@@ -203,8 +203,9 @@ def test_counts_of_a_model_that_does_not_spike_are_null(capsys):
     summary = {(row["model"], row["quantity"]) for row in table("out/summary.csv")}
     assert ("emd", "peak_hs") in summary and not {("emd", name) for name in COUNTS} & summary
     assert [(row["model"], row["against"]) for row in table("out/comparisons.csv")] == [("dsnn", "lgmd1")]
-    verdicts = {claim["model"]: claim for claim in json.loads(Path("out/claims.json").read_text())}
-    assert verdicts["emd"]["verdict"] == "untested" and "does not spike" in verdicts["emd"]["measured"]
+    verdicts = {claim["model"]: claim for claim in json.loads(Path("out/claims.json").read_text())["claims"]}
+    outcome = verdicts["emd"]["outcome"]
+    assert outcome["verdict"] == "not shown" and "does not spike" in outcome["measured"]
     printed = capsys.readouterr().out
     assert cells(printed, "emd", "20")[:3] == ["2", "-", "-"]
     peak = np.mean([row["peak_looming"] for row in by_model["lgmd1"]])

@@ -221,8 +221,8 @@ def test_an_edited_file_of_one_s_own_is_refused_or_marked(colias, kind):
     assert described["code"] == first != second
     assert all(row["code"] == (first if row["trial"] else second) for row in rows)
     if kind in ("clips", "robot"):
-        claims = json.loads((folder / "claims.json").read_text())
-        assert claims and all("rows of 2 codes" in claim["measured"] for claim in claims)
+        claims = json.loads((folder / "claims.json").read_text())["claims"]
+        assert claims and all("rows of 2 codes" in claim["outcome"]["measured"] for claim in claims)
 
 
 @pytest.mark.parametrize("name", ["mine.py", "tiny.py"])

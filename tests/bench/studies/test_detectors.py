@@ -9,8 +9,7 @@ from dsnn import MODELS
 from experiments.bench import registry
 from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.judging.verdict import Verdict
-from experiments.bench.reproduction.detectors import with_detectors
+from experiments.bench.reproduction.detectors import summary
 from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.robot.plan import plan
 from experiments.bench.studies import run
@@ -191,7 +190,5 @@ def test_it_goes_on_where_it_was_and_the_report_shows_it(tmp_path):
         f"{arena}, {label}" for arena in ("bright", "dim") for label in ("lgmd1", "hybrid")
     ]
     assert [table.title for table in section.tables] == list(first.tables)
-    claims = [Verdict(name, "", "", "fails", "", tried="before.") for name in ("C20", "C21")]
-    c20, c21 = with_detectors(claims, tmp_path)
-    assert c20 == claims[0] and c21.tried.startswith("before. Held, by detector and preset, in the bright arena, of 1")
-    assert with_detectors(claims, tmp_path / "none") == claims and studies(tmp_path / "none") == {}
+    assert summary(tmp_path).startswith("Held, by detector and preset, in the bright arena, of 1 replicates: lgmd1 ")
+    assert summary(tmp_path / "none") == "" and studies(tmp_path / "none") == {}

@@ -70,7 +70,7 @@ def test_a_silent_model_keeps_no_claim_of_silence():
     none, share = made("none", bound=0.0, beside=("light-looming",)), made("share", against=("translating",))
     for claim in (none, share):
         found = judged(claim, rows({"dark-looming": [0], "light-looming": [0], "translating": [0]}))
-        assert found.verdict == "vacuous" and "silent in all" in found.decided
+        assert found.verdict == "silent model" and "silent in all" in found.decided
 
 
 def test_what_is_compared_with_another_model_takes_that_model_s_rows():
@@ -108,12 +108,12 @@ def test_the_command_judges_a_model_s_own_claims(tmp_path, colias):
     """And goes on where it stopped: a second call shows nothing again."""
     verdicts, failures = running.run(tmp_path / "out", ["si-lgmd1"], 0, Resources(0, quiet=True))
     assert not failures and [each.id for each in verdicts] == [claim.id for claim in model_claims()["si-lgmd1"]]
-    assert {each.verdict for each in verdicts if each.n} <= {"holds", "fails", "vacuous"}
-    assert [each.verdict for each in verdicts if not each.n] == ["untested"]
+    assert {each.outcome.verdict for each in verdicts if each.outcome.n} <= {"holds", "fails", "silent model"}
+    assert [each.outcome.verdict for each in verdicts if not each.outcome.n] == ["not shown"]
     done = colias("reproduce", "--models", "si-lgmd1", "--out", "out", "--workers", "0")
     assert done.returncode == 0 and "SI1-3" in done.stdout
     told = json.loads((tmp_path / "out" / "model_claims.json").read_text())
-    assert [each["verdict"] for each in told] == [each.verdict for each in verdicts]
+    assert [each["outcome"]["verdict"] for each in told["claims"]] == [each.outcome.verdict for each in verdicts]
 
 
 def test_options_of_the_reproduction_do_not_go_with_it(colias):

@@ -98,7 +98,7 @@ def test_what_is_not_moved_somewhere_is_run_once():
 
 def test_a_study_without_its_trials_is_judged_nowhere():
     counts = Counts(planned("fidelity", replicates=1, repeats=1))
-    assert {cell.outcomes[0].verdict for cell in counts.cells} == {"untested"}
+    assert {cell.outcomes[0].verdict for cell in counts.cells} == {"not shown"}
 
 
 def test_points_and_claims_are_a_matrix_on_the_page_and_in_the_figure():

@@ -385,7 +385,7 @@ def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(col
         ({"only": True}, r"--only: shows just the models of --model; name them by --model"),
         ({"assignments": ["dsnn.n_con=99"]}, r"dsnn\.n_con=99: legal is"),
         ({"out": "mine"}, r"--out mine: holds other files"),
-        ({"out": "run"}, r"run: the experiment is speed there and tuning now"),
+        ({"out": "run"}, r'run: the experiment is "speed" there and "tuning" now'),
         ({"out": "run/experiment.json"}, r"is a file"),
     ],
 )

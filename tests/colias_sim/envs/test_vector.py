@@ -12,19 +12,7 @@ import pytest
 from gymnasium import error
 from gymnasium.vector import AutoresetMode
 
-from colias_sim.envs.vector import ColiasVectorEnv
-
-FIXATION, COUNT, LIMIT = "colias_sim/Fixation-v0", 3, 4
-
-
-def make(count: int = COUNT, **options: Any) -> ColiasVectorEnv:
-    env = gym.make_vec(FIXATION, num_envs=count, **options)
-    assert isinstance(env, ColiasVectorEnv)
-    return env
-
-
-def actions(steps: int, count: int = COUNT) -> np.ndarray:
-    return np.random.default_rng(0).uniform(-1, 1, (steps, count, 2)).astype(np.float32)
+from tests.helpers.vector import COUNT, FIXATION, LIMIT, actions, assert_same, make
 
 
 def story(env: gym.vector.VectorEnv, steps: int = 10) -> Iterator[Any]:
@@ -33,22 +21,6 @@ def story(env: gym.vector.VectorEnv, steps: int = 10) -> Iterator[Any]:
         yield env.step(action)
     yield env.reset(seed=[None, 4, 9], options={"reset_mask": np.array([False, True, False])})
     yield env.step(actions(1)[0])
-
-
-def assert_same(one: Any, other: Any) -> None:
-    """Equal to the bit, in types and in the order of keys."""
-    if isinstance(one, dict):
-        assert list(one) == list(other)
-        one, other = tuple(one.values()), tuple(other.values())
-    if isinstance(one, tuple):
-        assert len(one) == len(other)
-        for a, b in zip(one, other, strict=True):
-            assert_same(a, b)
-    elif isinstance(one, np.ndarray) and one.dtype == object:
-        assert_same(tuple(one), tuple(other))
-    else:
-        assert np.asarray(one).dtype == np.asarray(other).dtype
-        np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP], ids=lambda mode: mode.value)

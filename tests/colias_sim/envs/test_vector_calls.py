@@ -13,7 +13,7 @@ from gymnasium import error
 from gymnasium.utils import seeding
 
 import colias_sim  # noqa: F401 - registers the envs
-from tests.colias_sim.envs.test_vector import FIXATION, assert_same
+from tests.helpers.vector import FIXATION, assert_same
 
 COUNT = 3
 OPTIONS = {"observation": "state", "render_mode": "rgb_array", "render_width": 32, "render_height": 24}

@@ -19,7 +19,7 @@ from gymnasium import error
 
 import colias_sim
 from dsnn import Response
-from tests.colias_sim.envs.test_vector import actions, make
+from tests.helpers.vector import actions, make
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(colias_sim.__file__).parents[1])}
 

@@ -35,8 +35,8 @@ class ClusterPool:
         try:
             self._client = client(address, timeout=self.ANSWER_S, set_as_default=False)
         except Exception as error:  # of many kinds: unknown host, refused, another protocol, another version
-            said = " ".join(str(error).split())
-            raise OSError(f"--cluster {address}: no Dask scheduler answers there ({said})") from None
+            message = " ".join(str(error).split())
+            raise OSError(f"--cluster {address}: no Dask scheduler answers there ({message})") from None
         threads = self._client.nthreads()
         if not threads:
             self._client.close()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import look_up
 from experiments.bench.engine.pool import Pool
-from experiments.bench.judging.replicates import counted
+from experiments.bench.judging import stored
 from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction.models.claims import ModelClaim, clip_claim, model_claims
 from experiments.bench.reproduction.models.clips import GROUPS, RANDOM
@@ -110,7 +110,7 @@ def run(folder: Path, models: Sequence[str], seed: int, resources: Resources) ->
     rows = {name: found for name, (found, _) in done.items()}
     thresholds = {label: limit for plan in made.values() for label, limit in plan.thresholds.items()}
     verdicts = [_verdict(each, rows.get("even", []), rows.get("gratings", []), thresholds) for each in wanted]
-    Files(folder).write_json("model_claims.json", verdicts)
+    Files(folder).write_json("model_claims.json", stored.document(verdicts))
     return verdicts, [failure for _, failures in done.values() for failure in failures]
 
 
@@ -150,5 +150,4 @@ def _verdict(
             outcomes.append(claim.judge([], 0.0))
         else:
             outcomes.append(clips_claims.judge(claim, rows, thresholds))
-    count = counted([outcome.verdict for outcome in outcomes], random=each.random)
-    return replace(claim.verdict(outcomes[0], **count.fields()), model=each.asked, experiment="clips")
+    return claim.verdict(*outcomes, random=each.random, model=each.asked, experiment="clips")

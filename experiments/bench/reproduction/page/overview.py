@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from experiments.bench.judging.claim_files import claim_ids
 from experiments.bench.judging.claims import words
-from experiments.bench.judging.overall import MEANINGS, SIGNS, Overall, totals
+from experiments.bench.judging.count import MEANINGS, SIGNS, Count, Kind, totals
 from experiments.bench.judging.verdict import Verdict
 from experiments.bench.reproduction import robustness
 from experiments.bench.reproduction.reproduce import Reproduction
@@ -23,21 +24,35 @@ class Tile:
     ----------
     id
         The claim's, which is also the anchor of its evidence.
-    word
-        What it came to: `Verdict.word`. Also the name of its style class.
-    sign
-        The sign before the word.
     title
         The claim in a few words.
     count
-        In how many replicates it held, such as ``17 of 20``; empty where that was not counted.
+        In how many replicates it held.
     """
 
     id: str
-    word: str
-    sign: str
     title: str
-    count: str
+    count: Count
+
+    @property
+    def kind(self) -> Kind:
+        """The name of the tile's style class."""
+        return self.count.kind
+
+    @property
+    def label(self) -> str:
+        """The sign and the word; without a word the count."""
+        return f"{SIGNS[self.kind]} {self.count.label}"
+
+    @property
+    def detail(self) -> str:
+        """What the label leaves open: the count behind a word, or why replicates were not judged."""
+        reasons = ", ".join(f"{reason} in {number}" for reason, number in self.count.unjudged.items())
+        if not self.count.judged:
+            return ", ".join(self.count.unjudged)
+        if not self.count.random:
+            return "nothing random"
+        return str(self.count) if self.count.word else reasons
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,13 +102,13 @@ class Overview:
     tiles, own
         Of the paper's claims, and of our own.
     reasons
-        Of the claims of both kinds that were judged and do not hold: those that fail first.
+        Of the claims of both kinds that do not hold in every replicate: those that fail first.
     unjudged
-        The ids of the claims that nothing here judges.
+        The ids of the claims whose trials or clips were not shown.
     amount
         On how much this rests.
     legend
-        The words that tiles of this page have, each with its sign and what it means.
+        The kinds of tiles that this page has, each with its sign and what it means.
     """
 
     totals: list[str]
@@ -102,55 +117,45 @@ class Overview:
     reasons: list[Reason]
     unjudged: list[str]
     amount: Amount
-    legend: list[tuple[Overall, str, str]]
+    legend: list[tuple[Kind, str, str]]
 
 
 def tile(claim: Verdict) -> Tile:
     """Return the tile of a claim."""
-    return Tile(claim.id, claim.word, sign(claim.word), words(claim.id).title or claim.says, _count(claim))
-
-
-def sign(word: str) -> str:
-    """Return the sign that stands before a verdict's word."""
-    return {str(each): own for each, own in SIGNS.items()}[word]
+    title = words(claim.id).title if claim.id in claim_ids() else claim.says
+    return Tile(claim.id, title, claim.count)
 
 
 def overview(result: Reproduction) -> Overview:
     """Return the first screen of a reproduction."""
     tiles, own = [tile(claim) for claim in result.claims], [tile(claim) for claim in result.own_claims]
-    words = {each.word for each in (*tiles, *own)}
+    kinds = {each.kind for each in (*tiles, *own)}
     return Overview(
-        totals([(claim.id, claim.word) for claim in result.claims]),
+        totals([(claim.id, claim.count) for claim in result.claims]),
         tiles,
         own,
-        [Reason(each, cause_of(each)) for each in _worst_first([*tiles, *own])],
-        [each.id for each in (*tiles, *own) if each.word == "untested"],
+        [Reason(each, cause) for each in _worst_first([*tiles, *own]) if (cause := cause_of(each))],
+        [each.id for each in (*tiles, *own) if set(each.count.unjudged) == {"not shown"} and not each.count.judged],
         _amount(result),
-        [(word, SIGNS[word], meaning) for word, meaning in MEANINGS.items() if word in words],
+        [(kind, SIGNS[kind], meaning) for kind, meaning in MEANINGS.items() if kind in kinds],
     )
 
 
 def cause_of(own: Tile) -> str:
-    """Return in one line why a claim does not hold everywhere; empty where it holds, or where nothing judges it.
+    """Return in one line why a claim does not hold everywhere; empty where it does, or where nothing judges it.
 
     The causes that claims declare are of those that fail, or hang on another model's constants.
     """
-    if own.word in ("holds", "untested"):
+    count = own.count
+    if count.word == "holds" or (not count.fails and set(count.unjudged) <= {"not shown"}):
         return ""
-    return SILENT if own.word == "vacuous" else words(own.id).cause or NO_CAUSE
+    silent = not count.fails and "unknown constants" not in count.unjudged
+    return SILENT if silent else words(own.id).cause or NO_CAUSE
 
 
 def _worst_first(tiles: Sequence[Tile]) -> list[Tile]:
-    order = ("fails", "fragile", "mixed", "vacuous", "untestable")
-    return [each for word in order for each in tiles if each.word == word]
-
-
-def _count(claim: Verdict) -> str:
-    if claim.replicates is None or claim.standing == "unjudged":
-        return ""
-    if claim.standing == "deterministic":
-        return "nothing random"
-    return f"{claim.replicates_held} of {claim.replicates}{' so far' if claim.standing == 'so far' else ''}"
+    order: tuple[Kind, ...] = ("fails", "sometimes", "counted", "unjudged")
+    return [each for kind in order for each in tiles if each.kind == kind]
 
 
 def _amount(result: Reproduction) -> Amount:

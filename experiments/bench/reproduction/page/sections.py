@@ -8,14 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from experiments.bench.clips.experiment import OfflineExperiment
-from experiments.bench.clips.summary import OfflineReport
+from experiments.bench.clips.summary import OfflineReport, is_random
 from experiments.bench.closed_loop.run import Played
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.verdict import Verdict
-from experiments.bench.reproduction.claims import is_random
 from experiments.bench.reproduction.page.cards import Card
 from experiments.bench.reproduction.page.pictures import Seen, seen
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
@@ -211,15 +207,7 @@ def _explained(name: str, cards: Sequence[Card]) -> tuple[Card, ...]:
 def _drawn(report: OfflineReport) -> str:
     if report.plan.repeats > 1:
         return f" in each of {report.plan.repeats} replicates, of which replicate 0 is drawn"
-    if _differs(report.plan.experiment):
-        return ", of replicate 0 alone"
-    return "" if is_random(report) else "; nothing in them is random"
-
-
-def _differs(experiment: OfflineExperiment) -> bool:
-    """Whether its first clip begins otherwise at another seed, as one before a photograph does."""
-    first, second = (next(iter(experiment.clips[0].build(seed))).luma for seed in (0, 1))
-    return not np.array_equal(first, second)
+    return ", of replicate 0 alone" if is_random(report.plan) else "; nothing in them is random"
 
 
 def _cell(value: Any) -> str:

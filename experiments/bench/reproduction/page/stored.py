@@ -7,13 +7,17 @@ is left out.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from experiments.bench.reproduction.page.overview import Tile, sign
+from experiments.bench.judging.stored import verdicts
+from experiments.bench.judging.verdict import Verdict
+from experiments.bench.reproduction.page.overview import Tile, tile
 from experiments.bench.reproduction.page.sections import Picture, figure_of
 from experiments.bench.studies.stored import read
+
+MODEL_CLAIMS = "model_claims.json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,21 +53,16 @@ def stored(folder: Path) -> Stored:
         figure_of(path, f"map-{path.parent.name}", f"Map {path.parent.name}")
         for path in sorted(folder.glob("*/map.svg"))
     ]
-    models = [_model_claim(row) for rows in _lists(folder, "model_claims.json") for row in rows]
+    models = [_model_claim(verdict) for verdict in _model_verdicts(folder)]
     return Stored(tuple(maps), tuple(models))
 
 
-def _lists(folder: Path, name: str) -> Iterator[list[dict[str, Any]]]:
-    """The rows of every file of that name, in the folder itself and one level below."""
-    for path in (folder / name, *sorted(folder.glob(f"*/{name}"))):
-        rows = read(path.parent, path.stem)
-        if isinstance(rows, list):
-            yield rows
+def _model_verdicts(folder: Path) -> Iterator[Verdict]:
+    """The verdicts of every ``model_claims.json``, in the folder itself and one level below."""
+    for path in (folder / MODEL_CLAIMS, *sorted(folder.glob(f"*/{MODEL_CLAIMS}"))):
+        with suppress(ValueError):
+            yield from verdicts(read(path.parent, path.stem))
 
 
-def _model_claim(row: dict[str, Any]) -> ModelClaim:
-    word = row.get("overall") or row["verdict"]
-    several = row.get("replicates") or 0
-    count = f"{row['replicates_held']} of {several}" if several > 1 else ""
-    tile = Tile(row["id"], word, sign(word), row["says"], count)
-    return ModelClaim(tile, row["model"], row["source"], row["says"], row["decided"] or row["measured"])
+def _model_claim(verdict: Verdict) -> ModelClaim:
+    return ModelClaim(tile(verdict), verdict.model, verdict.source, verdict.says, verdict.outcome.deciding)

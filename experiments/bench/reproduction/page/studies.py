@@ -9,11 +9,6 @@ from typing import Any
 from experiments.bench.judging.count import REASONS
 from experiments.bench.studies.table import cell_text
 
-CLASSES: Mapping[str, str] = {
-    "sometimes": "fragile", "silent model": "vacuous", "unknown constants": "untestable", "not shown": "untested",
-    "": "mixed",
-}  # fmt: skip
-"""What a cell came to -> the class of the page that has its colour, where it has another name."""
 LONG = 60
 """Letters from which the texts of a column stand below the table."""
 
@@ -104,10 +99,15 @@ def _cell(row: Mapping[str, Any], first: Mapping[str, Any]) -> Cell:
     same = all(row[name] == first[name] for name in ("holds", "fails", *REASONS))
     word = row["word"] or _only(row, reasons)
     if row["replicates"] == 1:
-        return Cell(CLASSES.get(word, word), word, "", same)
+        return Cell(_style(word), word, "", same)
     interval = "" if row["low"] is None else f"{100 * row['low']:.0f} to {100 * row['high']:.0f} %"
     detail = "; ".join([interval, *(f"{reason} in {number}" for reason, number in reasons.items())]).removeprefix("; ")
-    return Cell(CLASSES.get(word, word), f"{row['holds']} of {judged}" if judged else "not judged", detail, same)
+    return Cell(_style(word), f"{row['holds']} of {judged}" if judged else "not judged", detail, same)
+
+
+def _style(word: str) -> str:
+    """The class of the page that has a cell's colour: without a word there are just counts."""
+    return word if word in ("holds", "fails", "sometimes") else "unjudged" if word else "counted"
 
 
 def _only(row: Mapping[str, Any], reasons: Mapping[str, int]) -> str:

@@ -105,7 +105,7 @@ class Course:
 
     def curves(self) -> dict[str, Floats]:
         """Return what is drawn against `time_s`: name -> an array of shape (trials, T)."""
-        found = {
+        quantities = {
             "excitation": [trial.excitation for trial in self.trials],
             "weighted_inhibition": [self.w_i * trial.inhibition for trial in self.trials],
             "directional": [directional(trial, self.w_i) for trial in self.trials],
@@ -113,7 +113,7 @@ class Course:
             "hs": [trial.hs for trial in self.trials],
             "hs_w_i_1": [trial.hs_balanced for trial in self.trials],
         }
-        return {name: np.stack(each) for name, each in found.items()}
+        return {name: np.stack(values) for name, values in quantities.items()}
 
     def firing(self, *, balanced: bool = False) -> int:
         """Tell how many trials have a spike, as the network is or with w_i = 1."""
@@ -140,48 +140,48 @@ def courses(rows: Rows, frames: pa.Table, w_i: float) -> list[Course]:
     """
     models = group(rows, "trial")
     whole = [row for row in rows if row["model"] == WHOLE]
-    usable = [row for row in whole if {each["model"] for each in models[(row["trial"],)]} >= set(NEEDED)]
+    usable = [row for row in whole if {model_row["model"] for model_row in models[(row["trial"],)]} >= set(NEEDED)]
     columns = {name: frames[name].to_numpy(zero_copy_only=False) for name in
                ("trial", "model", "sim_time_s", "hs", "hs_spikes")}  # fmt: skip
     return [
-        Course(own[0], _cut([_trial(row["trial"], columns) for row in own]), w_i)
-        for own in group(usable, *MOTION).values()
+        Course(condition_rows[0], _cut([_trial(row["trial"], columns) for row in condition_rows]), w_i)
+        for condition_rows in group(usable, *MOTION).values()
     ]
 
 
-def described(found: Sequence[Course]) -> str:
+def described(courses_shown: Sequence[Course]) -> str:
     """Tell in words what the figure shows of each condition, at the frame in which its mean E + I is largest."""
-    told = []
-    for course in found:
+    parts = []
+    for course in courses_shown:
         mean = {name: values.mean(axis=0) for name, values in course.curves().items()}
         peak = int(np.argmax(np.mean([trial.excitation + trial.inhibition for trial in course.trials], axis=0)))
         at = {name: float(values[peak]) for name, values in mean.items()}
         condition, count = course.condition, len(course.trials)
         angle = condition["angle_deg"]
         where = f"{condition['distance_cm']:g} cm" if angle is None else f"{angle:g} degrees"
-        told.append(
+        parts.append(
             f"{condition['motion']} {condition['direction']}, {where}: E {at['excitation']:.2f}, "
             f"{course.w_i:g} I {at['weighted_inhibition']:.2f}; of E - {course.w_i:g} I {at['directional']:+z.2f} "
             f"tells direction and {at['residue']:+z.2f} is left of symmetric motion; "
             f"{course.firing()} of {count} trials fire, with w_i = 1 {course.firing(balanced=True)}"
         )
-    return "; ".join(told)
+    return "; ".join(parts)
 
 
 def _trial(index: int, columns: Mapping[str, npt.NDArray[Any]]) -> Trial:
     here = columns["trial"] == index
-    own = {model: here & (columns["model"] == model) for model in NEEDED}
-    excited = sum((before_sigmoid(columns["hs"][own[part]]) for part in EXCITED), np.zeros(1))
-    opposed = sum((before_sigmoid(columns["hs"][own[part]]) for part in OPPOSED), np.zeros(1))
+    of_model = {model: here & (columns["model"] == model) for model in NEEDED}
+    excited = sum((before_sigmoid(columns["hs"][of_model[part]]) for part in EXCITED), np.zeros(1))
+    opposed = sum((before_sigmoid(columns["hs"][of_model[part]]) for part in OPPOSED), np.zeros(1))
     return Trial(
         index,
-        columns["sim_time_s"][own[WHOLE]],
+        columns["sim_time_s"][of_model[WHOLE]],
         excited,
         excited - opposed,
-        columns["hs"][own[WHOLE]],
-        columns["hs_spikes"][own[WHOLE]],
-        columns["hs"][own[BALANCED]],
-        columns["hs_spikes"][own[BALANCED]],
+        columns["hs"][of_model[WHOLE]],
+        columns["hs_spikes"][of_model[WHOLE]],
+        columns["hs"][of_model[BALANCED]],
+        columns["hs_spikes"][of_model[BALANCED]],
     )
 
 
@@ -194,14 +194,14 @@ def _cut(trials: Sequence[Trial]) -> tuple[Trial, ...]:
     )
 
 
-def table(found: Sequence[Course]) -> list[dict[str, Any]]:
+def table(courses_shown: Sequence[Course]) -> list[dict[str, Any]]:
     """The numbers that the figure shows: a row for each condition and frame, with means and standard deviations.
 
     ``firing`` and ``firing_w_i_1`` count the trials that have a spike in the frame. A standard deviation of one trial
     is empty.
     """
     rows = []
-    for course in found:
+    for course in courses_shown:
         curves, several = course.curves(), len(course.trials) > 1
         fires, balanced = (
             np.stack([getattr(trial, name) != 0 for trial in course.trials]).sum(axis=0)

@@ -33,24 +33,24 @@ any condition, is not shown."""
 MARGIN_S = 0.15
 
 
-def draw(found: Sequence[Course], plan: Plan) -> Figure:
+def draw(courses_shown: Sequence[Course], plan: Plan) -> Figure:
     """`figure` of a run."""
     settings = plan.settings
     (whole,) = (model for model in settings.models if model.label == WHOLE)
-    said = title(
+    heading = title(
         plan.experiment.name, [WHOLE], settings.scene.arena, plan.repeats, plan.changed(), settings.robot.open_loop
     )
-    return figure(found, said, whole.threshold)
+    return figure(courses_shown, heading, whole.threshold)
 
 
-def figure(found: Sequence[Course], said: str, threshold: float | None) -> Figure:
+def figure(courses_shown: Sequence[Course], heading: str, threshold: float | None) -> Figure:
     """Draw the conditions of a run side by side.
 
     Parameters
     ----------
-    found
+    courses_shown
         One or more conditions; see `experiments.bench.robot.mechanism.excitation.courses`.
-    said
+    heading
         Title of the figure.
     threshold
         T of the network as it is; ``None``: it does not spike.
@@ -62,14 +62,14 @@ def figure(found: Sequence[Course], said: str, threshold: float | None) -> Figur
         symmetric motion, and HS with w_i = 1; the spikes of every trial. Lines are means over trials, shades one
         standard deviation to either side.
     """
-    blocks = [found[start : start + ACROSS] for start in range(0, len(found), ACROSS)]
-    across = min(len(found), ACROSS)
+    blocks = [courses_shown[start : start + ACROSS] for start in range(0, len(courses_shown), ACROSS)]
+    across = min(len(courses_shown), ACROSS)
     with mpl.rc_context(STYLE):
         drawn = Figure(
             figsize=(max(2.2 * across, 6.4), (sum(HEIGHTS) + ROOM) * len(blocks) + 0.3), layout="constrained"
         )
         grid = drawn.subplots(3 * len(blocks), across, squeeze=False, sharex=True, height_ratios=HEIGHTS * len(blocks))
-        highest, deepest = _limits(found, threshold)
+        highest, deepest = _limits(courses_shown, threshold)
         for row, block in enumerate(blocks):
             for column in range(across):
                 panels = list(grid[3 * row : 3 * row + 3, column])
@@ -80,16 +80,16 @@ def figure(found: Sequence[Course], said: str, threshold: float | None) -> Figur
                 _condition(block[column], panels, threshold, first=column == 0)
                 panels[0].set_ylim(-0.05 * highest, 1.08 * highest)
                 panels[1].set_ylim(-1.1 * deepest, 1.1 * deepest)
-        grid[0, 0].set_xlim(*_busy(found, QUIET * highest))
-        headline(drawn, said)
-        drawn.legend(handles=_keys(found[0].w_i, threshold), loc="outside lower center", ncols=4, frameon=False,
+        grid[0, 0].set_xlim(*_busy(courses_shown, QUIET * highest))
+        headline(drawn, heading)
+        drawn.legend(handles=_keys(courses_shown[0].w_i, threshold), loc="outside lower center", ncols=4, frameon=False,
                      fontsize=8)  # fmt: skip
     return drawn
 
 
-def _limits(found: Sequence[Course], threshold: float | None) -> tuple[float, float]:
+def _limits(courses_shown: Sequence[Course], threshold: float | None) -> tuple[float, float]:
     """The largest mean of E and I, and the largest size of HS, over all conditions: they share their axes."""
-    every = [course.curves() for course in found]
+    every = [course.curves() for course in courses_shown]
     sums = [curves[name].mean(axis=0) + curves[name].std(axis=0) for curves in every
             for name in ("excitation", "weighted_inhibition")]  # fmt: skip
     finite = [float(values[np.isfinite(values)].max(initial=0.1)) for values in sums]
@@ -97,18 +97,18 @@ def _limits(found: Sequence[Course], threshold: float | None) -> tuple[float, fl
     return max(finite), max([*sizes, threshold or 0.1])
 
 
-def _busy(found: Sequence[Course], quiet: float) -> tuple[float, float]:
+def _busy(courses_shown: Sequence[Course], quiet: float) -> tuple[float, float]:
     """Find the time in which E or I is above ``quiet`` in any condition, with a margin; the whole time if it
     never is.
     """
     times = [
         course.time_s[np.maximum(curves["excitation"], curves["weighted_inhibition"]).mean(axis=0) > quiet]
-        for course in found
+        for course in courses_shown
         for curves in [course.curves()]
     ]
     busy = np.concatenate(times)
     if not busy.size:
-        return 0.0, max(float(course.time_s[-1]) for course in found)
+        return 0.0, max(float(course.time_s[-1]) for course in courses_shown)
     return max(0.0, float(busy.min()) - MARGIN_S), float(busy.max()) + MARGIN_S
 
 
@@ -119,8 +119,8 @@ def _condition(course: Course, panels: Sequence[Axes], threshold: float | None, 
     _mean(sums, time_s, curves["excitation"], EXCITED)
     _mean(sums, time_s, curves["weighted_inhibition"], INHIBITED)
     sums.set_title(_heading(course.condition), fontsize=8)
-    for each in curves["hs"]:
-        potential.plot(time_s, each, color=POTENTIAL, lw=0.4, alpha=0.35)
+    for course_of_trial in curves["hs"]:
+        potential.plot(time_s, course_of_trial, color=POTENTIAL, lw=0.4, alpha=0.35)
     leftover = curves["residue"].mean(axis=0)
     potential.fill_between(time_s, 0.0, leftover, color=LEFTOVER, alpha=0.55, lw=0)
     potential.plot(time_s, curves["hs_w_i_1"].mean(axis=0), color=BALANCED, lw=1.2, ls="--")
@@ -157,8 +157,8 @@ def _raster(axes: Axes, course: Course) -> None:
             axes.vlines(times, shift + place, shift + place + 0.9, color=colour, lw=1.0)
     axes.set_ylim(2 * count + 1, -0.5)
     axes.set_yticks([])
-    said = f"fire: {course.firing()} of {count}; with $w_i$ = 1: {course.firing(balanced=True)}"
-    axes.set_title(said, fontsize=7, pad=2)
+    caption = f"fire: {course.firing()} of {count}; with $w_i$ = 1: {course.firing(balanced=True)}"
+    axes.set_title(caption, fontsize=7, pad=2)
 
 
 def _heading(condition: Mapping[str, Any]) -> str:

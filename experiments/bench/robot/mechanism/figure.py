@@ -47,11 +47,11 @@ def draw(rows: Rows, plan: Plan) -> Figure:
     settings, labels = plan.settings, [model.label for model in plan.settings.models]
     blind = settings.robot.open_loop
     name, arena, repeats = caption(plan.experiment.name, settings.scene.arena, plan.repeats, rows)
-    said = title(name, labels, arena, repeats, plan.changed(), blind)
-    return figure(rows, plan.experiment.varies, said, settings.models[0].threshold)
+    heading = title(name, labels, arena, repeats, plan.changed(), blind)
+    return figure(rows, plan.experiment.varies, heading, settings.models[0].threshold)
 
 
-def figure(rows: Rows, varies: str, said: str, threshold: float | None) -> Figure:
+def figure(rows: Rows, varies: str, heading: str, threshold: float | None) -> Figure:
     """Draw the mechanism of a run of crossings.
 
     Parameters
@@ -60,7 +60,7 @@ def figure(rows: Rows, varies: str, said: str, threshold: float | None) -> Figur
         Of ``trials.parquet``. Every point is a mean over trials with its 95 % interval.
     varies
         The column along the axes, a number.
-    said
+    heading
         Title of the figure.
     threshold
         Of the first model's potential; ``None``: it does not spike.
@@ -79,19 +79,19 @@ def figure(rows: Rows, varies: str, said: str, threshold: float | None) -> Figur
         _first_model([row for row in rows if row["model"] == models[0]], varies, parts[0].subplots(1, 4), threshold)
         if len(models) > 1:
             _every_model(rows, models, varies, parts[1].subplots(1, 4), threshold)
-        headline(drawn, said)
+        headline(drawn, heading)
     return drawn
 
 
 def _first_model(rows: Rows, varies: str, places: Sequence[Axes], threshold: float | None) -> None:
     for axes, (heading, columns) in zip(places, PANELS, strict=True):
-        shown = [column for column in columns if column[0] != "spikes_in_window" or varies == "speed_cm_s"]
-        for style, (column, name) in zip(LINES, shown, strict=False):
+        columns_shown = [column for column in columns if column[0] != "spikes_in_window" or varies == "speed_cm_s"]
+        for style, (column, name) in zip(LINES, columns_shown, strict=False):
             _curve(axes, rows, varies, column, HUES[0], style, name)
         if heading.startswith("HS"):
             _threshold(axes, threshold)
         _frame(axes, rows, varies, heading)
-        if len(shown) > 1:
+        if len(columns_shown) > 1:
             axes.legend(fontsize=7, frameon=False, handlelength=2.4)
 
 
@@ -102,10 +102,20 @@ def _every_model(
     given = marks(models)
     for axes, (column, heading) in zip(places, COMPARED, strict=False):
         owned = [[row for row in rows if row["model"] == model] for model in models]
-        curves = [[summary.mean for summary in _summaries(own, varies, column).values()] for own in owned]
+        curves = [[summary.mean for summary in _summaries(model_rows, varies, column).values()] for model_rows in owned]
         largest = max((abs(value) for curve in curves for value in curve), default=1.0)
-        for own, mark, extra in zip(owned, given.values(), extra_widths(curves, 0.01 * largest), strict=True):
-            _curve(axes, own, varies, column, mark.colour, mark.line, plain(own[0]["model"]), 1.1 + extra, mark.marker)
+        for model_rows, mark, extra in zip(owned, given.values(), extra_widths(curves, 0.01 * largest), strict=True):
+            _curve(
+                axes,
+                model_rows,
+                varies,
+                column,
+                mark.colour,
+                mark.line,
+                plain(model_rows[0]["model"]),
+                1.1 + extra,
+                mark.marker,
+            )
         if column != "spikes":
             _threshold(axes, threshold, f" of {models[0]}")
         _frame(axes, rows, varies, heading)
@@ -119,12 +129,12 @@ def _curve(
     marker: str = "o",
 ) -> None:  # fmt: skip
     """Means against the level, with their 95 % intervals where there are any."""
-    found = _summaries(rows, varies, column)
-    if not found:
+    summaries = _summaries(rows, varies, column)
+    if not summaries:
         return
-    levels, means = list(found), [summary.mean for summary in found.values()]
+    levels, means = list(summaries), [summary.mean for summary in summaries.values()]
     axes.plot(levels, means, color=tint, ls=style, lw=width, marker=marker, ms=1.9 + width, label=name)
-    ranges = [(one.ci_low, one.ci_high) if one.n > 1 else (one.mean,) * 2 for one in found.values()]
+    ranges = [(one.ci_low, one.ci_high) if one.n > 1 else (one.mean,) * 2 for one in summaries.values()]
     axes.vlines(levels, [low for low, _ in ranges], [high for _, high in ranges], color=tint, lw=1.0)
 
 
@@ -140,8 +150,8 @@ def _summaries(rows: Rows, varies: str, column: str) -> dict[float, Summary]:
 def _threshold(axes: Axes, threshold: float | None, whose: str = "") -> None:
     if threshold is not None:
         axes.axhline(threshold, color="black", ls="--", lw=0.8)
-        said = plain(f"T = {threshold:g}{whose}")
-        axes.annotate(said, (0.99, threshold), xycoords=("axes fraction", "data"), va="bottom",
+        caption = plain(f"T = {threshold:g}{whose}")
+        axes.annotate(caption, (0.99, threshold), xycoords=("axes fraction", "data"), va="bottom",
                       ha="right", fontsize=7)  # fmt: skip
 
 

@@ -38,10 +38,10 @@ class Peak:
 
 def curve(rows: Rows, column: str) -> dict[float, dict[int, float]]:
     """Values of a column by speed and trial, in the order of the rows."""
-    found: dict[float, dict[int, float]] = {}
+    by_speed: dict[float, dict[int, float]] = {}
     for row in rows:
-        found.setdefault(row["speed_cm_s"], {})[row["trial"]] = float(row[column])
-    return found
+        by_speed.setdefault(row["speed_cm_s"], {})[row["trial"]] = float(row[column])
+    return by_speed
 
 
 def mean(values: Mapping[Any, float]) -> float:

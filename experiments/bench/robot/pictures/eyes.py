@@ -40,10 +40,10 @@ def camera(settings: Settings, eye: str) -> CameraConfig:
 
 def models_by_eye(models: Sequence[ConfiguredModel]) -> Mapping[str, list[ConfiguredModel]]:
     """Return the models of each eye, the eye of the first model first."""
-    found: dict[str, list[ConfiguredModel]] = {}
+    by_eye: dict[str, list[ConfiguredModel]] = {}
     for model in models:
-        found.setdefault(through(model.label), []).append(model)
-    return found
+        by_eye.setdefault(through(model.label), []).append(model)
+    return by_eye
 
 
 def both(plan: Plan) -> Plan:

@@ -44,7 +44,7 @@ class Media:
 
 def collect(frames: Mapping[str, Sequence[Frame]], responses: Sequence[Response]) -> Media:
     """Stack a trial's frames of each eye, and turn its layer maps into grey images by `MAP_SCALES`."""
-    pictures = {eye: np.stack([frame.luma for frame in own]) for eye, own in frames.items()}
+    pictures = {eye: np.stack([frame.luma for frame in eye_frames]) for eye, eye_frames in frames.items()}
     shown = [response.maps for response in responses if response.maps is not None]
     like = next(iter(pictures.values()))
     maps = {name: np.empty_like(like) for name in MAP_SCALES} if shown else {}
@@ -54,7 +54,7 @@ def collect(frames: Mapping[str, Sequence[Frame]], responses: Sequence[Response]
             cv2.addWeighted(getattr(layers, name), gain, getattr(layers, name), 0.0, zero, dst=image, dtype=cv2.CV_8U)
     return Media(
         pictures,
-        {eye: np.array([frame.exposure_ms for frame in own]) for eye, own in frames.items()},
-        {eye: own[0].row_time_us for eye, own in frames.items()},
+        {eye: np.array([frame.exposure_ms for frame in eye_frames]) for eye, eye_frames in frames.items()},
+        {eye: eye_frames[0].row_time_us for eye, eye_frames in frames.items()},
         maps,
     )

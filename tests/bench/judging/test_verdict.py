@@ -1,0 +1,56 @@
+"""What parts of a claim come to together, and what a verdict over several replicates is made of."""
+
+import itertools
+
+import pytest
+
+from experiments import Outcome
+from experiments.bench.judging.count import REASONS, Count
+from experiments.bench.judging.verdict import Verdict, together
+
+
+def test_parts_come_to_the_same_in_every_order():
+    """A part that fails fails the whole; else a part that cannot be judged leaves the whole so; else it holds."""
+    words = ("holds", "fails", *REASONS)
+    for parts in itertools.chain.from_iterable(itertools.product(words, repeat=number) for number in (1, 2, 3)):
+        reasons = [reason for reason in REASONS if reason in parts]
+        expected = "fails" if "fails" in parts else reasons[0] if reasons else "holds"
+        for order in itertools.permutations(parts):
+            assert together(order) == expected
+            outcomes = {f"part {place}": Outcome(word, "m", n=place) for place, word in enumerate(order)}
+            assert Outcome.together(outcomes).verdict == expected
+
+
+def test_parts_are_told_by_name_and_those_that_decide_say_why():
+    whole = Outcome.together(
+        {
+            "lgmd1": Outcome("fails", "3 spikes", "delta 1", 5, decided="3 (needs 4)", each=5),
+            "lgmd2": Outcome.unjudged("was not shown"),
+        }
+    )
+    assert whole.measured == "lgmd1 fails: 3 spikes; lgmd2 not shown: was not shown"
+    assert (whole.decided, whole.effect, whole.n, whole.each) == ("lgmd1: 3 (needs 4)", "lgmd1: delta 1", 5, 0)
+
+
+def test_a_verdict_has_the_first_outcome_and_the_count_of_all():
+    outcomes = [Outcome("fails", "first", decided="d"), Outcome("holds", "second"), Outcome.unjudged("third")]
+    found = Verdict.of(("C1", "says", "source"), outcomes, model="dsnn")
+    assert found.outcome is outcomes[0]
+    assert found.count == Count(1, 1, {"not shown": 1})
+    broken = Outcome("not shown", "m", trouble="line 3")
+    assert Verdict.of(("C1", "says", "source"), [outcomes[1], broken]).trouble == "line 3"
+
+
+@pytest.mark.parametrize("word", ["holds", "fails", *REASONS])
+def test_a_verdict_that_its_count_contradicts_is_refused(word):
+    """The first replicate is one of those counted: a claim that fails there cannot have held in all of them."""
+    for other in {"holds", "fails", *REASONS} - {word}:
+        counted = Verdict.of(("C1", "says", "source"), [Outcome(other, "m")] * 20).count
+        with pytest.raises(ValueError, match=f"claim C1: {word} in the first replicate, and not in"):
+            Verdict("C1", "says", "source", Outcome(word, "m"), counted)
+
+
+def test_an_outcome_that_is_withheld_keeps_what_was_measured():
+    found = Outcome("holds", "3 spikes", decided="3 (needs 2)").withheld("a trial failed").noting(["", "other code"])
+    assert (found.verdict, found.judged, found.deciding) == ("not shown", False, "a trial failed")
+    assert found.measured == "a trial failed; measured: 3 spikes; other code"

@@ -1,0 +1,17 @@
+"""Which tests need the tools of the chip."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+from experiments.bench.firmware import toolchain
+
+TOOLS = {toolchain.GCC: "gcc-arm-none-eabi", toolchain.QEMU: "qemu-system-arm"}
+
+
+MISSING = [package for program, package in TOOLS.items() if shutil.which(program) is None]
+
+
+needs_tools = pytest.mark.skipif(bool(MISSING), reason=f"needs {' and '.join(MISSING)}: tools/setup.sh --firmware")
