@@ -289,7 +289,6 @@ def test_maps_studies_and_models_claims_in_the_folder_are_shown(result, tmp_path
     models = [dataclasses.replace(verdict("B1", Count(0, 1, random=False)), id="LPLC2-1", model="lplc2")]
     content = stored_verdicts.document(models)
     (tmp_path / "models" / "model_claims.json").write_text(to_json(content))
-    (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / "fidelity.json").write_text("{")
     text = report.page(dataclasses.replace(result, folder=tmp_path))
     assert 'id="figure-map-a-map"' in text and 'href="#maps"' in text
