@@ -1,8 +1,6 @@
 """The public names and where they are defined: read by ``__init__.py`` at run time, by type checkers and by editors."""
 
-from .bench.clips.axis import along_background as along_background
 from .bench.clips.claims import ClipClaim as ClipClaim
-from .bench.clips.constants import along_constants as along_constants
 from .bench.clips.experiment import Clip as Clip
 from .bench.clips.experiment import Figure as Figure
 from .bench.clips.experiment import OfflineExperiment as OfflineExperiment
@@ -33,6 +31,9 @@ from .bench.robot.designs import General as General
 from .bench.robot.designs import Translation as Translation
 from .bench.robot.experiment import Condition as Condition
 from .bench.robot.experiment import Experiment as Experiment
+from .bench.studies.study import Axis as Axis
+from .bench.studies.study import Level as Level
+from .bench.studies.study import Study as Study
 
 NAMES: tuple[str, ...]
 OFFLINE: tuple[str, ...]
@@ -41,6 +42,7 @@ __all__ = [
     "NAMES",
     "OFFLINE",
     "Angular",
+    "Axis",
     "Behaviour",
     "Check",
     "Claim",
@@ -54,18 +56,18 @@ __all__ = [
     "Experiment",
     "Figure",
     "General",
+    "Level",
     "OfflineExperiment",
     "Outcome",
     "Run",
     "Score",
+    "Study",
     "Translation",
     "UsageError",
     "Verdict",
     "Watched",
     "Wheels",
     "__version__",
-    "along_background",
-    "along_constants",
     "compare",
     "decide",
     "load",

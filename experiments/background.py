@@ -8,7 +8,7 @@ if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and n
 
     run_file(__file__)
 
-from experiments import Clip, Figure, OfflineExperiment, along_background
+from experiments import Clip, Figure, OfflineExperiment
 from experiments.clutter_contrast import GREYS
 from experiments.clutter_contrast import SPEEDS as OBJECT_SPEEDS
 from experiments.clutter_depth import GREYS as EXTREME
@@ -46,7 +46,6 @@ EXPERIMENT = OfflineExperiment(
     summary="objects before a natural image shifting at 0.07 .. 10 px a frame: where C5 to C11 break",
     clips=(*DEPTH, *TRANSLATION, *ALONE),
     models=("dsnn", "dsn2017", "emd"),
-    claims=tuple(along_background(f"C{number}", SPEEDS) for number in range(5, 12)),
     recorded=False,
     figure=Figure("background"),
 )

@@ -9,7 +9,7 @@ if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and n
 
     run_file(__file__)
 
-from experiments import Figure, OfflineExperiment, along_constants
+from experiments import Figure, OfflineExperiment
 from experiments.clutter_depth import EXPERIMENT as DEPTH
 from experiments.clutter_speed import EXPERIMENT as SPEED
 
@@ -22,7 +22,6 @@ EXPERIMENT = OfflineExperiment(
     summary="C5, C6 and C7 with the model of 2017 at sigmoid scales over five decades",
     clips=(*DEPTH.clips, *SPEED.clips),
     models=("dsnn", *VARIANTS),
-    claims=tuple(along_constants(claim, VARIANTS) for claim in ("C5", "C6", "C7")),
     recorded=False,
     figure=Figure("ranges"),
 )

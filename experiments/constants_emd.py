@@ -8,7 +8,7 @@ if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and n
 
     run_file(__file__)
 
-from experiments import Figure, OfflineExperiment, along_constants
+from experiments import Figure, OfflineExperiment
 from experiments.clutter_contrast import EXPERIMENT as CONTRAST
 
 SPACINGS, DELAYS_MS, HIGH_PASSES_MS = (1, 2, 4, 8), (15, 50, 150), (50, 250)
@@ -24,7 +24,6 @@ EXPERIMENT = OfflineExperiment(
     summary="C11 and C26 with the EMD at 24 choices of spacing, delay and high-pass",
     clips=CONTRAST.clips,
     models=("dsnn", *VARIANTS),
-    claims=tuple(along_constants(claim, VARIANTS) for claim in ("C11", "C26")),
     recorded=False,
     figure=Figure("ranges"),
 )

@@ -108,7 +108,7 @@ class Colias:
     than most of them.
     """
 
-    PLAYING = ("run", "sweep", "tune", "leaderboard", "reproduce", "behave")
+    PLAYING = ("run", "map", "study", "tune", "leaderboard", "reproduce", "behave")
     """Commands whose jobs workers may do."""
 
     def __init__(self, folder: Path, timeout_s: float = 300.0, *, warm: bool = True) -> None:

@@ -29,7 +29,7 @@ SAMPLES: Mapping[str, tuple[str, ...]] = {
     "recession": ("run", "angular-recession", "--repeats", "1", "--seed", "3", "--no-recordings"),
     "clips": ("run", "clean", "--no-recordings"),
     "clutter": ("run", "clutter-translation", "--repeats", "1", "--seed", "5", "--no-recordings"),
-    "sweep": ("sweep", "speed", "--over", "dsnn.n_con=4,8", "--over", "scene.light=0.7,1", "--repeats", "1"),
+    "spikes": ("map", "speed", "--measure", "spikes", "--over", "dsnn.n_con=4,8", "--over", "scene.light=0.7,1", "--repeats", "1"),
     "tune": ("tune", "--curve", "size", "--curve", "direction"),
     "leaderboard": ("leaderboard", "--only", "--model", "dsnn", "--model", "hybrid", "--repeats", "1"),
     "behave": ("behave", "fixation", "--episodes", "2", "--no-recordings"),

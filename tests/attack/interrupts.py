@@ -64,7 +64,8 @@ class Job:
 
 _RUN = ("run", "tiny.py", "--repeats", "15", "--workers", "2")
 _CLIPS = ("run", "clips.py", "--repeats", "10", "--workers", "2")
-_SWEEP = ("sweep", "tiny.py", "--over", "dsnn.n_con=4,6,8", "--repeats", "3", "--workers", "2", "--out", "out")
+_MAP = ("map", "tiny.py", "--measure", "spikes", "--over", "dsnn.n_con=4,6,8", "--repeats", "3", "--workers", "2",
+        "--out", "out")  # fmt: skip
 _TUNE = ("tune", "--model", "dsnn", "--curve", "size", "--workers", "2", "--out", "out")
 _BEHAVE = (
     "behave",
@@ -84,7 +85,7 @@ _BIG = ("cluttered", "--set", "cluttered.speed=20")
 JOBS = (
     Job("run", (*_RUN, "--out", "out"), ("out/trials.parquet", "out/figure.svg"), (*_RUN, "--out", "out")),
     Job("run-clips", (*_CLIPS, "--out", "out"), ("out/trials.parquet", "out/figure.svg"), (*_CLIPS, "--out", "out")),
-    Job("sweep", _SWEEP, ("out/sweep.csv",), _SWEEP),
+    Job("map", _MAP, ("out/counts.csv",), _MAP),
     Job("tune", _TUNE, ("out/tuning.csv",), _TUNE),
     Job("leaderboard", ("leaderboard", "--repeats", "1", "--workers", "2", "--out", "out"), ("out/leaderboard.csv",)),
     Job("behave", _BEHAVE, ("out/scores.csv",), _BEHAVE),

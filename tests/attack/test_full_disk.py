@@ -177,7 +177,7 @@ def test_a_run_on_a_small_disk_loses_no_row_for_a_recording(workers, whole, tmp_
     expect_none(found)
 
 
-OTHERS = ("run-clips", "sweep", "tune", "behave", "play", "stimulus", *(("leaderboard", "reproduce") if FULL else ()))
+OTHERS = ("run-clips", "map", "tune", "behave", "play", "stimulus", *(("leaderboard", "reproduce") if FULL else ()))
 
 
 @pytest.mark.parametrize("job", [job for job in JOBS if job.name in OTHERS], ids=lambda job: job.name)

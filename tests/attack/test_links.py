@@ -102,11 +102,10 @@ def _anew(folder: Path, kind: str) -> Ended:
 
 
 INNER = {
-    "sweep": (("sweep", "tiny.py", "--over", "dsnn.n_con=4", "--repeats", "1"), "points"),
     "leaderboard": (("leaderboard", "--only", "--model", "emd", "--repeats", "1"), "robot"),
     "atlas": (("leaderboard", "--atlas", "--only", "--model", "emd"), "atlas"),
     "reproduce": (("reproduce", "--quick", "--robot-only"), "general"),
-    "models": (("reproduce", "--models", "lplc2"), "even"),
+    "models": (("study", "model-claims", "--model", "lplc2"), "even"),
 }  # fmt: skip
 
 

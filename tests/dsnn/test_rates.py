@@ -53,13 +53,14 @@ def folder(tmp_path, monkeypatch):
     ("command", "note"),
     [
         (("run", "speed", *OWN, "--only", "--no-recordings"), SLOW),
-        (("sweep", "speed", *OWN, "--only", "--over", "slow.t_sp=1"), SLOW.replace("slow ", "slow.t_sp=1 ")),
+        (("map", "speed", *OWN, "--measure", "spikes", "--over", "slow.t_sp=1"), SLOW.replace("slow ", "slow.t_sp=1 ")),
         (("map", "general", "--model", "slow.py", "--claims", "C14", "--over", "slow.t_sp=1", "--workers", "0"),
          SLOW.replace("slow ", "slow.t_sp=1 ")),
         (("run", "fast.py", "--workers", "0"), "note: emd assumes 30 frames/s and is shown 60"),
         (("tune", "--model", "slow.py", "--only", "--curve", "direction", "--workers", "0"), SLOW),
         (("behave", "turn.py", "--episodes", "1", "--no-baselines", "--workers", "0"), SLOW),
-        (("sweep", "speed", *OWN, "--over", "camera.fps=20,40", "--only"), SLOW.replace("30", "40")),
+        (("map", "speed", *OWN, "--measure", "spikes", "--over", "camera.fps=20,40"),
+         SLOW.replace("slow ", "camera.fps=40 ").replace("30", "40")),
     ],
     ids=lambda value: " ".join(value[:2]) if isinstance(value, tuple) else "",
 )  # fmt: skip

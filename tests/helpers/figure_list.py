@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,6 @@ import pyarrow as pa
 from matplotlib.figure import Figure
 
 from colias_sim.envs import ENVS
-from experiments.bench import registry
 from experiments.bench.closed_loop import figure as closed_loop_figure
 from experiments.bench.closed_loop.policy import About
 from experiments.bench.closed_loop.run import Played
@@ -20,18 +20,16 @@ from experiments.bench.judging.scores import Score, Standing
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.leaderboard import figure as leaderboard_figure
 from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING, Kind, Ranking
-from experiments.bench.maps import figure as maps_figure
-from experiments.bench.maps.judging import TOGETHER, Cell, Number
-from experiments.bench.maps.plan import Asked
-from experiments.bench.maps.planning import planned
-from experiments.bench.reproduction.eye import fidelity
-from experiments.bench.reproduction.eye import figure as fidelity_figure
+from experiments.bench.studies import figure as study_figure
+from experiments.bench.studies import run as study_run
+from experiments.bench.studies.counts import TOGETHER, Cell, Counts, Number
+from experiments.bench.studies.study import Study as GridStudy
 from experiments.bench.training import figure as training_figure
 from experiments.bench.training.study import Studied, Study
 from experiments.bench.tuning import figure as tuning_figure
 from experiments.bench.tuning.curves import TuningPoint
 from experiments.bench.tuning.probes import CURVES, curve_family
-from tests.helpers.figure_others import atlas, budget, budgets_of, sensitivity, video
+from tests.helpers.figure_others import atlas, budget, budgets_of, eyes_and_wheels, sensitivity, video
 from tests.helpers.figure_rows import (
     FRAMES,
     OWN,
@@ -45,8 +43,6 @@ from tests.helpers.figure_rows import (
     robot,
     robot_words,
     strength,
-    sweep,
-    sweep_words,
     traces,
 )
 
@@ -137,28 +133,37 @@ def training(models: Sequence[str]) -> Figure:
     return training_figure.draw(Studied(Study(about, 5), Path(), env, runs, standings, 50, versions, []))
 
 
-# --- maps and the table of eyes and drives ----------------------------------------------------------------------------
+# --- maps -------------------------------------------------------------------------------------------------------------
 
 
 def maps(models: Sequence[str]) -> Figure:
     """Two axes, two claims and all together, a measure."""
-    asked = Asked(("dsnn.t_sp=0.1,0.16,0.2,0.3", "dsnn.n_con=4,6,8"), measures=("peak-speed-potential",),
-                  claims=("C15",), repeats=5, replicates=5, assignments=("camera.read_noise=0",))  # fmt: skip
-    made = planned([registry.find("speed")], asked)
-    found = [Cell(point, claim, "speed", place % 6, 0, place % 5 == 4, 5) for claim in ("C15", TOGETHER)
-             for place, point in enumerate(made.points)]  # fmt: skip
-    numbers = [
-        Number(point, measure, experiment, 2.0 * place, place, 3.0 * place, "at the end of the range", 0, 5, "")
-        for measure, experiment in made.measures
-        for place, point in enumerate(made.points)
-    ]
-    return maps_figure.draw(made, found, numbers)
+    study = GridStudy(
+        "map", "a map", over=("dsnn.t_sp=0.1,0.16,0.2,0.3", "dsnn.n_con=4,6,8"), measures=("peak-speed-potential",),
+        experiments=("speed",), repeats=5, replicates=5, assignments=("camera.read_noise=0",),
+    )  # fmt: skip
+    plan = study_run.planned(study)
 
+    class Turns(Counts):
+        @cached_property
+        def cells(self) -> list[Cell]:  # type: ignore[override]
+            words = ("holds", "fails", "silent model", "not shown", "holds", "holds")
+            return [
+                Cell(point, "dsnn", claim, "speed", tuple(Outcome(words[(place + i) % 6], "") for i in range(5)))
+                for claim in ("C15", TOGETHER)
+                for place, point in enumerate(plan.points)
+            ]
 
-def eyes_and_drives(models: Sequence[str]) -> Figure:
-    outcomes = {(cell, claim): [Outcome("holds" if i % 3 else "vacuous", "") for i in range(20)]
-                for cell in fidelity.CELLS for claim in fidelity.CLAIMS}  # fmt: skip
-    return fidelity_figure.draw(fidelity.Fidelity(outcomes, {}, 20, 0, []))
+        @cached_property
+        def numbers(self) -> list[Number]:  # type: ignore[override]
+            return [
+                Number(point, "dsnn", measure, experiment, 2.0 * place, place, 3.0 * place, "at the end of the range",
+                       0, 5, "")
+                for measure, experiment in plan.measures
+                for place, point in enumerate(plan.points)
+            ]  # fmt: skip
+
+    return study_figure.draw(Turns(plan))
 
 
 FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {
@@ -166,8 +171,6 @@ FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {
     "robot, words": robot_words,
     "mechanism": mechanism,
     "excitation": excitation,
-    "sweep": sweep,
-    "sweep, words": sweep_words,
     "traces": traces,
     "peaks": peaks,
     "background": background,
@@ -182,7 +185,7 @@ FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {
     "behaviours, no paths": behaviours("colias_sim/Optomotor-v0"),
     "training": training,
     "maps": maps,
-    "eyes and drives": eyes_and_drives,
+    "eyes and drives": eyes_and_wheels,
     "sensitivity": sensitivity,
     "chip's budget": budget,
     "video": video,

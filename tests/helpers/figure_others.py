@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pyarrow as pa
@@ -19,11 +21,13 @@ from experiments.bench.firmware import figure as firmware_figure
 from experiments.bench.firmware.budget import Budget, Stage
 from experiments.bench.firmware.build import MAIN, Built, Placement
 from experiments.bench.firmware.settings import default
-from experiments.bench.judging.verdict import Outcome
+from experiments.bench.judging.verdict import Judged, Outcome
 from experiments.bench.leaderboard import atlas as atlas_of
 from experiments.bench.leaderboard import atlas_figure
-from experiments.bench.reproduction import robustness
-from experiments.bench.reproduction.page import sensitivity as sensitivity_page
+from experiments.bench.studies import figure as study_figure
+from experiments.bench.studies import run as study_run
+from experiments.bench.studies.counts import Cell, Counts
+from experiments.bench.studies.registry import find as find_study
 from experiments.bench.video.layout import lay_out
 from experiments.bench.video.reading import Reel, Trace, Track
 from experiments.bench.video.still import still_of
@@ -81,14 +85,30 @@ def budget(models: Sequence[str]) -> Figure:
 
 
 def sensitivity(models: Sequence[str]) -> Figure:
-    """Every move that the report shows; every verdict that there is."""
-    words = list(sensitivity_page.SHADES)
-    names = [robustness.MODEL, *robustness.NETWORK_MOVES, *robustness.APPARATUS_MOVES]
-    return sensitivity_page.draw({
-        name: {claim: Outcome(words[(row + column) % len(words)], "")
-               for column, claim in enumerate(robustness.ROBOT_CLAIMS)}
-        for row, name in enumerate(names)
-    })  # fmt: skip
+    """Every move that the report shows; every word that there is."""
+    return study_figure.draw(studied("sensitivity"))
+
+
+def eyes_and_wheels(models: Sequence[str]) -> Figure:
+    return study_figure.draw(studied("fidelity"))
+
+
+def studied(name: str) -> Counts:
+    """A study whose cells come to every word in turn."""
+    words = get_args(Judged)
+    plan = study_run.planned(dataclasses.replace(find_study(name), repeats=1))
+
+    class Turns(Counts):
+        @cached_property
+        def cells(self) -> list[Cell]:  # type: ignore[override]
+            return [
+                Cell(point, model, claim.id, place, tuple(Outcome(words[(row + column + i) % len(words)], "")
+                                                          for i in range(plan.replicates)))
+                for row, (point, model) in enumerate(plan.judged)
+                for column, (claim, place) in enumerate(plan.claims)
+            ]  # fmt: skip
+
+    return Turns(plan)
 
 
 # --- videos -----------------------------------------------------------------------------------------------------------

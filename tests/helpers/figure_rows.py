@@ -17,7 +17,6 @@ from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.mechanism import excitation_figure
 from experiments.bench.robot.mechanism import figure as mechanism_figure
 from experiments.bench.robot.mechanism.excitation import Course, Trial
-from experiments.bench.robot.sweep import figure as sweep_figure
 
 SET = {"dsnn.n_con": {"dsnn": 6}}
 OWN = "a-model_of.mine"
@@ -118,21 +117,6 @@ def excitation(models: Sequence[str]) -> Figure:
         for angle in (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
     ]  # fmt: skip
     return excitation_figure.figure(found, title(["dsnn"]), 0.16)
-
-
-def sweep(models: Sequence[str]) -> Figure:
-    rows = [
-        {**row, "dsnn.n_con": value}
-        for value in ("4", "6")
-        for row in robot_rows(models, [{**each, "direction": way} for each in SPEEDS for way in ("left", "right")], 2)
-    ]
-    return sweep_figure.draw(rows, ["dsnn.n_con"], "speed_cm_s", title(models))
-
-
-def sweep_words(models: Sequence[str]) -> Figure:
-    kinds = [{"motion": motion} for motion in ("approach", "recession", "translation")]
-    rows = [{**row, "dsnn.n_con": value} for value in ("4", "6") for row in robot_rows(models, kinds)]
-    return sweep_figure.draw(rows, ["dsnn.n_con"], "motion", title(models))
 
 
 # --- clips ------------------------------------------------------------------------------------------------------------

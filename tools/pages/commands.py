@@ -12,7 +12,7 @@ from tools.pages.command_tree import PROGRAM, Command, Parameter, tree
 from tools.pages.markdown import code, prose, table
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
-    "Experiments": ("run", "sweep", "map", "reproduce"),
+    "Experiments": ("run", "map", "study", "reproduce"),
     "Models": ("check", "leaderboard", "tune"),
     "Clips and footage": ("stimulus", "play", "watch"),
     "Closed loop": ("behave", "train"),

@@ -29,17 +29,21 @@ def list_all() -> None:
     from experiments.bench import registry
     from experiments.bench.engine.terminal import out_console, show_line
     from experiments.bench.judging.claims import paper_claims
+    from experiments.bench.studies import registry as studies
     from scenes import ARENAS
 
     experiments = {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
+    named = {name: studies.find(name).summary for name in studies.names()}
+    named["model-claims"] = "the claims of the looming models' own papers, on clips"
     models = {name: entry.summary for name, entry in MODELS.items()}
     stimuli = {name: entry.summary for name, entry in STIMULI.items()}
     envs = {name.partition("/")[2]: entry.summary for name, entry in ENVS.items()}
     groups = {name: f"a group: {', '.join(members)}" for name, members in GROUPS.items()}
     behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()} | groups
     kinds = {
-        "experiments": experiments, "models": models, "scenes": ARENAS, "stimuli": stimuli, "envs": envs,
-        "behaviours": behaviours, "claims of the paper": {name: claim.title for name, claim in paper_claims().items()},
+        "experiments": experiments, "studies": named, "models": models, "scenes": ARENAS, "stimuli": stimuli,
+        "envs": envs, "behaviours": behaviours,
+        "claims of the paper": {name: claim.title for name, claim in paper_claims().items()},
     }  # fmt: skip
     for title, items in kinds.items():
         out_console.print(title, style="b")

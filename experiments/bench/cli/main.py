@@ -24,7 +24,7 @@ from experiments.bench.cli import (
     reproduce,
     run,
     runs,
-    sweep,
+    study,
     train,
     tune,
     video,
@@ -33,8 +33,8 @@ from experiments.bench.cli import (
 )
 
 GROUPS = {
-    "Run": (run, sweep, watch),
-    "Judge": (reproduce, maps),
+    "Run": (run, watch),
+    "Judge": (reproduce, maps, study),
     "Models": (check, leaderboard, tune),
     "Behaviours": (behave, train),
     "The robot's chip, and a real robot": (firmware, measured, camera),

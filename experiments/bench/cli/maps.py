@@ -1,4 +1,4 @@
-"""The command ``colias map``. Heavy imports happen when it runs."""
+"""The command ``colias map``, and what became of ``colias sweep``. Heavy imports happen when it runs."""
 
 from __future__ import annotations
 
@@ -21,8 +21,18 @@ from experiments.bench.cli.options import (
 
 
 def register(app: typer.Typer) -> None:
-    """Put the command into ``app``."""
+    """Put the commands into ``app``."""
     app.command("map", short_help="Claims and numbers over a grid of parameters, in whole replicates.")(map_claims)
+    app.command("sweep", hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(
+        sweep
+    )
+
+
+def sweep(context: typer.Context) -> int:
+    """Name the command that took over."""
+    from experiments.bench.engine.errors import UsageError
+
+    raise UsageError("colias sweep: it is colias map EXPERIMENT --over KEY=V1,V2 --measure spikes now")
 
 
 def map_claims(
@@ -48,8 +58,8 @@ def map_claims(
         str | None,
         typer.Option(
             metavar="NAME,NAME",
-            help="Numbers to map, beside the claims of --claims or alone: peak-speed-potential, peak-speed-count of"
-            " crossings at several speeds, peak-hs of clips.",
+            help="Numbers to map, beside the claims of --claims or alone: spikes in each condition,"
+            " peak-speed-potential, peak-speed-count of crossings at several speeds, peak-hs of clips.",
         ),
     ] = None,
     repeats: Annotated[
@@ -63,8 +73,13 @@ def map_claims(
     out: Out = None,
     assignments: Assignments = None,
     model: Annotated[
-        str, typer.Option("--model", metavar="MODEL", help="The model judged: a name or a .py file, or dsnn:w_i=1.")
-    ] = "dsnn",
+        list[str] | None,
+        typer.Option(
+            "--model",
+            metavar="MODEL",
+            help="A model judged, otherwise dsnn: a name or a .py file, or dsnn:w_i=1. Repeatable.",
+        ),
+    ] = None,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -74,29 +89,35 @@ def map_claims(
 
     The experiments have a robot, or all are off-line ones, whose clips have keys such as cluttered.grey. A replicate
     has all conditions at one seed; replicate k has the seed --seed + k. A claim is judged on the first of the
-    experiments that declares it. Points that differ in the network alone share their frames. Writes map.csv, map.svg,
+    experiments that declares it, for each model. Experiments without claims show the mean number of spikes
+    in each condition. Points that differ in the network alone share their frames. Writes counts.csv, map.json, map.svg,
     map.png and the trials.
     """
     from experiments.bench import registry
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import tell_troubles
-    from experiments.bench.maps import plan, planning, table
-    from experiments.bench.maps.run import run
+    from experiments.bench.studies import run, table
+    from experiments.bench.studies.study import Study
 
-    declared = [registry.find(name) for name in experiment.split(",") if name]
-    if not declared:
+    names = [name for name in experiment.split(",") if name]
+    if not names:
         raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
+    declared = [registry.find(name) for name in names]
     named = [name for name in (claims or "").split(",") if name]
     if claims is not None and not named:
         raise UsageError("--claims: expected ids joined by commas, for example C13,C19")
     numbers = [name for name in (measure or "").split(",") if name]
     if measure is not None and not numbers:
         raise UsageError("--measure: expected names joined by commas, for example peak-speed-potential")
-    asked = plan.Asked(over, named, numbers, model, assignments or (), repeats, replicates, seed)
-    made = planning.planned(declared, asked)
+    study = Study(
+        "map", "claims and numbers over a grid of parameters", claims=tuple(named), measures=tuple(numbers),
+        experiments=tuple(names), over=tuple(over), models=tuple(dict.fromkeys(model or ("dsnn",))),
+        assignments=tuple(assignments or ()), repeats=repeats, replicates=replicates, every_trial=False,
+    )  # fmt: skip
+    plan = run.planned(study, seed)
     folder = run_folder(out, f"map-{'-'.join(each.name for each in declared)}")
-    result = run(made, folder, resources(workers, cluster, quiet, other_code))
+    counts = run.run(plan, folder, resources(workers, cluster, quiet, other_code))
     if not quiet:
-        table.show(result)
-    broken = tell_troubles((cell.claim, cell.trouble) for cell in result.cells)
-    return EXIT_FAILED if result.failures or broken else 0
+        table.show(counts, folder, "map")
+    broken = tell_troubles((cell.claim, cell.trouble) for cell in counts.cells)
+    return EXIT_FAILED if counts.failures or broken else 0

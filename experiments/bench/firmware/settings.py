@@ -191,13 +191,13 @@ def longest_delay() -> str:
 
 def points(over: Sequence[str], assignments: Sequence[str]) -> list[tuple[Mapping[str, str], Firmware]]:
     """Every combination of ``KEY=V1,V2`` texts, each with its program; one without keys where ``over`` is empty."""
-    from experiments.bench.robot.sweep.grid import grid
+    from experiments.bench.studies.grid import product
 
     if not over:
         return [({}, firmware(assignments))]
     base = firmware(assignments)
     found: list[tuple[Mapping[str, str], Firmware]] = []
-    for point in grid([plain_key(text) for text in over], [plain_key(text) for text in assignments]):
+    for point in product([plain_key(text) for text in over], [plain_key(text) for text in assignments]):
         texts = [f"{key}={value}" for key, value in point.values]
         found.append((dict(point.values), firmware(texts, base, "--over")))
     if len(found) > MOST_POINTS:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
 
-from experiments.bench.clips.claims import ClipClaim, about
-from experiments.bench.clips.constants import SUFFIX, compares_with, comparing, outcomes, said
-from experiments.bench.clips.judging import ASSUMED, DSNN
+from experiments.bench.clips.judging import ASSUMED
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.judging.claims import words
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.robot.mechanism.excitation import Course, described
+from experiments.bench.studies import registry
+from experiments.bench.studies.clips import points_of_run
+from experiments.bench.studies.constants import STUDIES, compares_with, comparing, outcomes, said
+from experiments.bench.studies.counts import Counts
 
 
 def mechanism(claim: Verdict, there: Collection[str], courses: Mapping[str, Sequence[Course]]) -> str:
@@ -39,18 +40,10 @@ def mechanism(claim: Verdict, there: Collection[str], courses: Mapping[str, Sequ
 def constants(claim: str, shows: Sequence[OfflineReport]) -> dict[str, Outcome]:
     """Return the constants of the other model -> what the claim comes to with them; empty where they were not run."""
     for report in shows:
-        threshold = report.plan.thresholds.get(DSNN)
-        for own in report.plan.experiment.claims:
-            if isinstance(own, ClipClaim) and own.id == f"{claim}{SUFFIX}" and threshold is not None:
-                rows = about(own, [row for row in report.rows if row["repeat"] == 0])
-                return outcomes(claim, rows, threshold) if _whole(own, rows) else {}
+        name = report.plan.experiment.name
+        if name in STUDIES and any(getattr(each, "id", each) == claim for each in registry.find(name).claims):
+            return outcomes(Counts(points_of_run(registry.find(name), report.plan), report.rows), claim)
     return {}
-
-
-def _whole(claim: ClipClaim, rows: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether every model answered every clip."""
-    clips = {row["clip"] for row in rows}
-    return bool(rows) and len(rows) == len(clips) * len(claim.models)
 
 
 def assumed(claim: str, shows: Sequence[OfflineReport]) -> str:

@@ -21,15 +21,17 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging.claims import paper_claims
 from experiments.bench.reproduction import robustness
-from experiments.bench.reproduction.onboard.formats import BEST
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS, to_json
-
-WHOLE = 10
-"""Trials of each condition in a whole replicate, as in the paper."""
+from experiments.bench.studies import run as study_run
+from experiments.bench.studies.plan import StudyPlan
+from experiments.bench.studies.replicates import MODEL
+from experiments.bench.studies.study import WHOLE, Study
+from experiments.studies.onboard import BEST, series_of
+from experiments.studies.sensitivity import STUDY as SENSITIVE
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,9 +104,10 @@ class Planned:
     """The paper's experiments with the robot, then those of the user."""
     offline: list[OfflinePlan]
     loops: list[BehaviourPlan]
-    others: list[robustness.Case]
+    others: StudyPlan | None
     """Replicates 1, 2, ... of the paper's experiments; replicate 0 is ``plans``."""
-    moves: list[robustness.Case]
+    moves: StudyPlan | None
+    """The study of sensitivity."""
 
     def paper(self) -> list[Plan]:
         """Return the plans of the paper's experiments: replicate 0."""
@@ -113,9 +116,10 @@ class Planned:
     def amount(self) -> str:
         """Say how many trials with the robot there are, by what they are for."""
         paper, every = (sum(len(each.specs()) for each in plans) for plans in (self.paper(), self.plans))
-        again, moved = (sum(len(case.specs) for case in cases) for cases in (self.others, self.moves))
+        again, moved = (len(each.specs) if each else 0 for each in (self.others, self.moves))
         own = f", {every - paper} of other experiments" if every > paper else ""
-        said = f"{paper} in replicate 0, {again} in {len(self.others)} more, {moved} with something moved{own}"
+        more = self.scale.replicates - 1
+        said = f"{paper} in replicate 0, {again} in {more} more, {moved} with something moved{own}"
         return f"{every + again + moved} trials with the robot ({said})"
 
 
@@ -124,7 +128,7 @@ def planned(
     only: bool = False,
 ) -> Planned:  # fmt: skip
     """What `experiments.bench.reproduction.reproduce.reproduce` runs; `UsageError` for what cannot be run."""
-    shown = [robustness.MODEL, *(name for name in models if name != robustness.MODEL)]
+    shown = [MODEL, *(name for name in models if name != MODEL)]
     plans = [
         plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed)
         for name in (*robustness.paper(), *robustness.SHOWN, *extra)
@@ -134,12 +138,38 @@ def planned(
         scale, seed, plans,
         offline=[_offline_plan(name, scale, seed) for name in scale.offline if not robot_only],
         loops=[] if robot_only else closed_loop_claims.plans(scale.episodes, seed, scale.steps),
-        others=robustness.replicate_cases(
-            range(seed + 1, seed + scale.replicates), scale.repeats, shown if only else None,
-            (BEST.label,) if scale.onboard else (),
-        ),
-        moves=robustness.sensitivity_cases(scale.repeats, seed) if scale.moves else [],
+        others=replicates_plan(
+            scale.replicates - 1, scale.repeats, seed + 1, shown if only else None, onboard=scale.onboard
+        ) if scale.replicates > 1 else None,
+        moves=study_run.planned(dataclasses.replace(SENSITIVE, repeats=scale.repeats), seed) if scale.moves else None,
     )  # fmt: skip
+
+
+def replicates_plan(
+    replicates: int, repeats: int, seed: int, among: Sequence[str] | None = None, *, onboard: bool = False
+) -> StudyPlan:
+    """Return the plan of replicates of the paper's experiments with the robot: a study without a grid.
+
+    Parameters
+    ----------
+    replicates, repeats, seed
+        How many replicates, trials of each condition in one, and the seed of the first.
+    among
+        Models to be shown; ``None``: all that the claims are about.
+    onboard
+        Whether the network in the robot's own arithmetic watches too, and its potentials are kept.
+    """
+    study = Study(
+        REPLICATES,
+        "the paper's experiments at several seeds",
+        claims=tuple(robustness.judged_in()),
+        experiments=robustness.paper(),
+        models=(MODEL,),
+        repeats=repeats,
+        replicates=replicates,
+        probe=series_of((MODEL, BEST.label)) if onboard else None,
+    )
+    return study_run.planned(study, seed, robustness.models_in(among, (BEST.label,) if onboard else ()))
 
 
 def design(made: Planned) -> dict[str, Any]:
@@ -154,7 +184,7 @@ def design(made: Planned) -> dict[str, Any]:
     runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form", THRESHOLDS, "kind")
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
-        "studies": [(case.name, case.moved, case.specs) for case in (*made.others, *made.moves)],
+        "studies": [(each.study.name, each.specs) for each in (made.others, made.moves) if each],
         "claims": {claim.id: (claim.says, claim.source) for claim in paper_claims().values()},
         "least": [{claim.id: claim.least for claim in robot_claims.paper_claims().values()},
                   {claim.id: claim.conditions for claim in clips_claims.paper_claims().values()},

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from experiments.bench.clips import claims as clips_claims
-from experiments.bench.clips.constants import SPEED
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.judging.claim import Reading
 from experiments.bench.judging.claims import bears_on
@@ -15,6 +14,7 @@ from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.mechanism.variants import FALLING, ROBOT_SPEEDS
+from experiments.bench.studies.constants import SPEED
 from experiments.claims.readings import READINGS
 
 NOT_RUN = "not run"

@@ -7,28 +7,30 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench.engine.templates import render
+from experiments.bench.figures import plotting
 from experiments.bench.judging.claims import readings_of_all
 from experiments.bench.judging.count import LEAST_JUDGED, REASONS
 from experiments.bench.judging.paper import cited
-from experiments.bench.reproduction import chapters, robustness
 from experiments.bench.reproduction.page.cards import cards, limits
 from experiments.bench.reproduction.page.drawn import drawing
 from experiments.bench.reproduction.page.overview import overview, tile
 from experiments.bench.reproduction.page.sections import clip_section, loop_section, robot_section
-from experiments.bench.reproduction.page.sensitivity import moves, sensitivity_figure
 from experiments.bench.reproduction.page.stored import stored
-from experiments.bench.reproduction.plan import FULL, WHOLE
+from experiments.bench.reproduction.page.studies import study_section
+from experiments.bench.reproduction.plan import FULL
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.store.description import plain
 from experiments.bench.store.files import Files
+from experiments.bench.studies import figure
+from experiments.bench.studies.stored import studies
+from experiments.bench.studies.study import WHOLE
 
 
 def write(result: Reproduction) -> Path:
-    """Write ``report.html`` and ``sensitivity.svg`` into the reproduction's folder; return the former's path."""
-    folder = Files(result.folder)
+    """Write ``report.html`` and the figure of sensitivity into the reproduction's folder; return the former's path."""
     if result.sensitivity:
-        folder.write_text("sensitivity.svg", sensitivity_figure(result.sensitivity))
-    folder.write_text("report.html", page(result))
+        plotting.save(figure.draw(result.sensitivity), result.folder, "sensitivity")
+    Files(result.folder).write_text("report.html", page(result))
     return result.folder / "report.html"
 
 
@@ -54,10 +56,9 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "seen": next((run.seen for run in runs if run.seen.strips), None),
         "anchors": {each.name for each in runs} | {each.name for each in clips},
         "common": [reading.name for reading in readings_of_all()],
-        "moved": moves(result.sensitivity),
-        "moved_claims": robustness.ROBOT_CLAIMS,
+        "moved": result.sensitivity is not None,
         "stored": stored(result.folder),
-        "chapters": chapters.rendered(result.folder),
+        "studies": [study_section(study) for study in studies(result.folder).values()],
         "drawing": drawing(result.folder),
         "cited": cited,
         "whole": WHOLE,

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from experiments.bench.clips import run as clips_run
-from experiments.bench.clips.constants import comparing
 from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop import figure as closed_loop_figure
@@ -22,11 +21,8 @@ from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.judging import stored
 from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.reproduction import claims, mechanisms, readings, replicates, robustness
-from experiments.bench.reproduction.onboard.formats import BEST, FORMATS
-from experiments.bench.reproduction.onboard.rows import FILE, Onboard, tabled
+from experiments.bench.reproduction import claims, readings, replicates
 from experiments.bench.reproduction.plan import BESIDE, REPLICATES, SENSITIVITY, Planned, Scale, design, planned
-from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
@@ -36,6 +32,19 @@ from experiments.bench.store.places import inside
 from experiments.bench.store.record import begin_whole
 from experiments.bench.store.rows import Failure
 from experiments.bench.store.run_folder import RunFolder
+from experiments.bench.studies import registry as study_registry
+from experiments.bench.studies import run as study_run
+from experiments.bench.studies.clips import points_of_run
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.grid import Point
+from experiments.bench.studies.plan import EVERY_MODEL, StudyPlan
+from experiments.bench.studies.replicates import MODEL
+from experiments.studies.onboard import BEST, FORMATS
+from experiments.studies.onboard import STUDY as ONBOARD
+from experiments.studies.sensitivity import DEFAULTS
+
+READ_OFF = ("background", "constants-2017", "constants-emd")
+"""The studies whose points are read off the clips of an off-line experiment of the same name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +60,8 @@ class Reproduction:
     """Claim about the robot -> what it comes to on the trials of all replicates together."""
     runs: list[tuple[Plan, Report]]
     offline: list[OfflineReport]
-    sensitivity: Mapping[str, Mapping[str, Outcome]]
-    """What was moved -> claim -> its outcome; the defaults first. Empty where nothing was moved."""
+    sensitivity: Counts | None
+    """The study of sensitivity; ``None`` where nothing was moved."""
     behaviours: list[Played]
     """Episodes in each env."""
     own_claims: list[Verdict]
@@ -62,7 +71,7 @@ class Reproduction:
     description: Mapping[str, Any]
     readings: list[readings.Chapter]
     """The readings of the paper that were taken, and what claims come to under the others."""
-    onboard: Onboard | None = None
+    onboard: Counts | None = None
     """The claims in the robot's own arithmetic, where it was shown."""
 
     @property
@@ -82,9 +91,9 @@ def models_shown(given: Sequence[str] | None, only: bool) -> list[str]:
 
     Raises `UsageError` without the one that the claims are about.
     """
-    names = shown_models((robustness.MODEL, *BESIDE), given, only)
-    if robustness.MODEL not in names:
-        raise UsageError(f"--only: the claims are about {robustness.MODEL}: give --model {robustness.MODEL} too")
+    names = shown_models((MODEL, *BESIDE), given, only)
+    if MODEL not in names:
+        raise UsageError(f"--only: the claims are about {MODEL}: give --model {MODEL} too")
     return names
 
 
@@ -125,32 +134,23 @@ def reproduce(
                 for each in made.offline
             ]
             played = [_play(each, folder, pool, resources) for each in made.loops]
-            kept = (robustness.MODEL, BEST.label)
-            rows, lost = _study(
-                REPLICATES,
-                "other replicates",
-                made.others,
-                made,
-                folder,
-                pool,
-                resources,
-                kept if scale.onboard else (),
-            )
-            moved, move_failures = _study(SENSITIVITY, SENSITIVITY, made.moves, made, folder, pool, resources, kept)
+            again, lost = _study(made.others, REPLICATES, "other replicates", folder, pool, resources)
+            moved, move_failures = _study(made.moves, SENSITIVITY, SENSITIVITY, folder, pool, resources)
         runs = [(each, conclude(each, run, run.failures())) for each, run in zip(made.plans, done, strict=True)]
     first = replicates.replicate(
         [spec for each in made.paper() for spec in each.specs()], [row for _, report in runs for row in report.rows]
     )
-    every = [first, *replicates.studied(made.others, rows)]
+    every = [first, *(again.replicates(Point(), EVERY_MODEL) if again else ())]
     own = closed_loop_claims.judge(closed_loop_claims.episodes(played)) if played else []
-    survived = replicates.survival(made.moves, moved, first) if made.moves else {}
+    read_off = [Counts(points_of_run(study_registry.find(report.plan.experiment.name), report.plan), report.rows)
+                for report in shows if report.plan.experiment.name in READ_OFF]  # fmt: skip
     verdicts = claims.verdicts(every, shows)
     chapters = readings.chapters(
-        readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, survived, scale.name)
+        readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, _moves(moved), scale.name)
     )
-    onboard = _onboard(made, every, moved) if scale.onboard and made.moves else None
+    onboard = _onboard(made, every, moved) if scale.onboard and moved else None
     result = Reproduction(
-        folder, scale, seed, verdicts, claims.pooled(every), runs, shows, survived, played, own,
+        folder, scale, seed, verdicts, claims.pooled(every), runs, shows, moved, played, own,
         {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]), chapters, onboard,
     )  # fmt: skip
     files = Files(folder)
@@ -158,15 +158,10 @@ def reproduce(
     files.write_json("claims.json", stored.document(result.claims))
     files.write_json("pooled.json", {claim: stored.outcome_entry(outcome) for claim, outcome in result.pooled.items()})
     files.write_json("readings.json", result.readings)
-    chosen = {claim: found for claim in comparing() if (found := mechanisms.constants(claim, shows))}
-    if chosen:
-        files.write_json("constants.json", chosen)
-    if result.sensitivity:
-        files.write_json("sensitivity.json", result.sensitivity)
+    for counts in (*read_off, *filter(None, (moved, onboard))):
+        files.write_json(f"{counts.plan.study.name}.json", counts.described())
     if own:
         files.write_json("behaviours.json", stored.document(own))
-    if onboard:
-        files.write_json(FILE, onboard)
     return result
 
 
@@ -196,20 +191,36 @@ def _play(each: BehaviourPlan, folder: Path, pool: Pool, resources: Resources) -
     return done
 
 
-def _onboard(made: Planned, every: Sequence[Replicate], moved: Sequence[Mapping[str, Any]]) -> Onboard:
-    """The claims in the robot's own arithmetic. It watched replicate 0 beside the moves of the network."""
-    first = replicates.studied(made.moves, moved)[0]
-    return tabled([first, *every[1:]], made.scale.repeats, made.seed, formats=FORMATS[:2])
+def _moves(counts: Counts | None) -> dict[str, dict[str, Outcome]]:
+    """What was moved of the network in float, or of the apparatus -> claim -> its outcome."""
+    moved: dict[str, dict[str, Outcome]] = {}
+    for cell in counts.cells if counts else ():
+        if cell.model == MODEL:
+            moved.setdefault(cell.point.values[0][1], {})[cell.claim] = cell.outcomes[0]
+    return moved
+
+
+def _onboard(made: Planned, every: Sequence[replicates.Replicate], moved: Counts) -> Counts:
+    """The claims in the robot's own arithmetic, on the reproduction's own replicates.
+
+    It watched replicate 0 beside the moves of the network, whose seed is the same.
+    """
+    defaults = Point((("moved", DEFAULTS),))
+    study = replace(
+        ONBOARD, models=tuple(each.label for each in FORMATS[:2]), repeats=made.scale.repeats,
+        replicates=len(every),
+    )  # fmt: skip
+    given = {(Point(), model): [moved.replicate(defaults, model, 0), *every[1:]] for model in (MODEL, BEST.label)}
+    return Counts(study_run.planned(study, made.seed), given=given)
 
 
 def _study(
-    place: str, name: str, cases: Sequence[robustness.Case], made: Planned, folder: Path, pool: Pool,
-    resources: Resources, kept: Sequence[str],
-) -> tuple[list[dict[str, Any]], list[Failure]]:  # fmt: skip
-    """The rows of a study's trials, with the series of the models ``kept`` and no frames, and what failed."""
-    if not cases:
-        return [], []
-    batch = robustness.batch(name, cases, made.plans[0], kept)
+    plan: StudyPlan | None, place: str, name: str, folder: Path, pool: Pool, resources: Resources
+) -> tuple[Counts | None, list[Failure]]:
+    """Run a study in a folder of its own inside that of the reproduction. Returns its counts, and what failed."""
+    if plan is None:
+        return None, []
+    batch = study_run.batch(plan, name)
     with closing(batch.open(inside(folder, place), resources)) as run:
         failures = batch.fill(run, pool, resources)
-        return run.rows(), failures
+        return Counts(plan, run.rows(), failures), failures

@@ -10,26 +10,7 @@ from experiments.bench.engine.terminal import coloured, out_console, show_table,
 from experiments.bench.judging.claims import readings_of_all, used_to_choose
 from experiments.bench.judging.count import totals
 from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.reproduction.eye.fidelity import CELLS, CLAIMS, Fidelity
 from experiments.bench.reproduction.replicates import rate
-
-
-def show_fidelity(table: Fidelity) -> None:
-    """Print in how many replicates so far each claim held in each cell, and how the stimulus moved there."""
-    shown = Table(box=None, header_style="bold", pad_edge=False, title=f"held in k of {table.replicates} replicates")
-    shown.add_column("eye, drive", no_wrap=True)
-    for claim in CLAIMS:
-        shown.add_column(claim, justify="right", no_wrap=True)
-    shown.add_column("speed error", justify="right")
-    shown.add_column("path error (mm)", justify="right")
-    for cell in CELLS:
-        counts = [
-            f"{table.counted(cell, claim)}{'v' if table.counted(cell, claim, 'silent model') else ''}"
-            for claim in CLAIMS
-        ]
-        driven = table.driven[cell]
-        shown.add_row(cell.name, *counts, f"{driven.speed_error:.1%}", f"{driven.path_error_mm:.1f}")
-    show_table(shown)
 
 
 def show_model_claims(claims: Sequence[Verdict]) -> None:

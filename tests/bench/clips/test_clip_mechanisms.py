@@ -9,8 +9,8 @@ from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import stimulus
 from experiments.background import SPEEDS
 from experiments.bench import registry
-from experiments.bench.clips.axis import along_background, c7_rises
 from experiments.bench.clips.claims import judge, paper_claims
+from experiments.studies.background import BACKGROUND, NAME, at_speed
 from tests.bench.clips.test_offline import BLOCKED, FEWER, WITHOUT, T, greys, row
 
 CLAIMS = paper_claims()
@@ -183,44 +183,32 @@ def crossings(vs_at, hs=0.2):
     ]  # fmt: skip
 
 
-def test_a_claim_says_at_which_speed_it_breaks():
+def judged_at(claim, speed, rows):
+    return judge(at_speed(CLAIMS[claim], {NAME: f"{speed:g}"}), rows, T)
+
+
+def test_a_claim_is_asked_at_one_speed_of_the_background_at_a_time():
     for claim in ("C6", "C8"):
-        own = along_background(claim, SPEEDS)
-        assert judge(own, crossings(lambda behind: 0.0), T).verdict == "holds"
-        found = judge(own, crossings(lambda behind: behind / 300.0), T)
-        assert found.verdict == "fails" and found.effect == "4 of 7 speeds"
-        assert "holds at 0.067, 0.27, 0.5, 1; fails at 2, 5, 10; breaks first at 2 px a frame: " in found.measured
-        slow = [each for each in crossings(lambda behind: 0.0) if each["background_speed"] > -300.0]
-        lacking = judge(own, slow, T)
+        still, faster = crossings(lambda behind: 0.0), crossings(lambda behind: behind / 300.0)
+        assert {judged_at(claim, speed, still).verdict for speed in SPEEDS} == {"holds"}
+        holds = [speed for speed in SPEEDS if judged_at(claim, speed, faster).verdict == "holds"]
+        assert holds == [speed for speed in SPEEDS if speed / 300.0 < 0.16]
+        slow = [each for each in still if each["background_speed"] > -300.0]
+        lacking = judged_at(claim, 300.0, slow)
         assert lacking.verdict == "not shown" and "before -300 px/s" in lacking.measured
 
 
-def test_c7_along_the_axis_is_of_the_object_s_speed_alone():
+def test_c7_at_one_speed_is_of_the_object_s_speed_alone():
     rows = [{**each, "peak_hs": each["speed"] / 1e3} for each in crossings(lambda behind: 0.0)]
-    assert judge(along_background("C7", SPEEDS), rows, T).verdict == "holds"
+    assert {judged_at("C7", speed, rows).verdict for speed in SPEEDS} == {"holds"}
     flat = [{**each, "peak_hs": 0.1} if each["background_speed"] == -300.0 else each for each in rows]
-    found = judge(along_background("C7", SPEEDS), flat, T)
-    assert found.verdict == "fails" and "fails at 10;" in found.measured
+    assert [speed for speed in SPEEDS if judged_at("C7", speed, flat).verdict == "fails"] == [300.0]
 
 
-def test_the_axis_is_declared():
-    experiment = registry.find("background")
-    assert [claim.id for claim in experiment.claims] == [f"C{i}-background" for i in range(5, 12)]
-    shown = {abs(dict(clip.changes)["background_speed"]) for clip in experiment.clips}
-    assert shown == set(SPEEDS)
+def test_the_axis_has_the_speeds_that_the_clips_show():
+    shown = {abs(dict(clip.changes)["background_speed"]) for clip in registry.find("background").clips}
+    assert shown == set(SPEEDS) == {float(label) for label in BACKGROUND.labels}
     assert (min(SPEEDS) / 30, max(SPEEDS) / 30) == (pytest.approx(0.07, abs=0.005), 10.0)
-    for claim in experiment.claims:
-        paper = claim.id.removesuffix("-background")
-        assert claim.own and claim.judge.args[0] is (c7_rises if paper == "C7" else CLAIMS[paper].judge)
-
-
-@pytest.mark.parametrize(
-    ("claim", "speeds", "says"),
-    [("C4", (8.0,), "claim='C4'"), ("C6", (), r"speeds=\(\)"), ("C6", (8.0, -2.0), "above 0, one or more")],
-)
-def test_an_axis_that_cannot_be_judged_is_refused(claim, speeds, says):
-    with pytest.raises(ValueError, match=says):
-        along_background(claim, speeds)
 
 
 # --- the mechanisms themselves ----------------------------------------------------------------------------------------

@@ -97,13 +97,12 @@ def test_rows_are_held_against_them(tmp_path):
         clips(tmp_path / "out")
 
 
-def test_the_points_of_a_sweep(colias):
-    quick = ("--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0", "-q")
-    done = colias("sweep", "speed", *quick, "--over", "dsnn.n_con=4,8", "--model", "emd", "--out", "out")
+def test_the_points_of_a_grid(colias):
+    quick = ("--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0", "-q", "--measure", "spikes")
+    models = ("--model", "dsnn", "--model", "emd")
+    done = colias("map", "speed", *quick, "--over", "dsnn.n_con=4,8", *models, "--out", "out")
     assert done.returncode == 0, done.stderr
-    rows = pq.read_table(colias.folder / "out" / "points" / "trials.parquet").to_pylist()
+    rows = pq.read_table(colias.folder / "out" / "trials.parquet").to_pylist()
     assert [(row["model"], row["dsnn.n_con"]) for row in rows] == [
-        ("dsnn dsnn.n_con=4", 4), ("dsnn dsnn.n_con=8", 8), ("emd", None),
+        ("dsnn.n_con=4", 4), ("dsnn.n_con=8", 8), ("emd", None),
     ]  # fmt: skip
-    header = (colias.folder / "out" / "sweep.csv").read_text().splitlines()[0]
-    assert header.count("dsnn.n_con") == 1 and "experiment." not in header

@@ -35,7 +35,6 @@ def refusal(*arguments: str) -> str:
 COUNTS = {
     "run speed --repeats": "4 trials each; a run has up to 100,000",
     "run clean --repeats": "12 clips each",
-    "sweep speed --over dsnn.n_con=4,5 --repeats": "4 trials each",
     "map speed --over dsnn.n_con=4,5 --repeats": "4 trials each",
     "map speed --over dsnn.n_con=4,5 --replicates": "from 1 to 100000",
     "map clean --over dsnn.n_con=4,5 --replicates": "from 1 to 100000",
@@ -71,7 +70,7 @@ def test_replicates_are_counted_with_the_points_of_the_grid():
 
 
 SEEDED = (
-    "run speed", "run clean", "sweep speed --over dsnn.n_con=4,5", "map speed --over dsnn.n_con=4,5", "leaderboard",
+    "run speed", "run clean", "map speed --over dsnn.n_con=4,5", "leaderboard",
     "map clean --over dsnn.n_con=4,5", "leaderboard --atlas", "tune", "reproduce", "behave fixation", "train",
 )  # fmt: skip
 

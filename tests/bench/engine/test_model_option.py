@@ -142,7 +142,7 @@ def test_parameters(colias):
 
 
 COMMANDS = {
-    "run": ("run", "speed"), "off-line": ("run", "clean"), "sweep": ("sweep", "speed", "--over", "dsnn.n_con=4"),
+    "run": ("run", "speed"), "off-line": ("run", "clean"), "map": ("map", "speed", "--over", "dsnn.n_con=4"),
     "tune": ("tune",), "leaderboard": ("leaderboard",), "play": ("play", "plain", "--no-view", "--record", "a.rrd"),
     "reproduce": ("reproduce", "--quick"), "parameters": ("parameters",),
 }  # fmt: skip
@@ -154,7 +154,7 @@ def test_only_without_a_model_is_refused_in_one_line(refused, command):
     assert said == "colias: --only: shows just the models of --model; name them by --model\n"
 
 
-@pytest.mark.parametrize("command", ["run", "sweep", "tune", "leaderboard", "watch", "play", "reproduce", "parameters"])
+@pytest.mark.parametrize("command", ["run", "map", "tune", "leaderboard", "watch", "play", "reproduce", "parameters"])
 def test_every_help_has_the_same_words(told, command):
     status, printed, _ = told(command, "--help")
     words = " ".join(re.sub(r"[^\w\s.,:;='-]", " ", printed).split())
@@ -313,71 +313,44 @@ def test_off_line_models_keep_their_preset_under_settings():
         watchers(["dsnn:n_con=4"], ["dsnn.n_con=99"])
 
 
-# --- sweeps -----------------------------------------------------------------------------------------------------------
+# --- grids ------------------------------------------------------------------------------------------------------------
 
-GRID = ("sweep", "speed", "--set", "experiment.speeds_cm_s=20,30", "--repeats", "1", "--workers", "0")
+GRID = ("map", "speed", "--measure", "spikes", "--set", "experiment.speeds_cm_s=20,30", "--repeats", "1",
+        "--workers", "0")  # fmt: skip
 
 
-def test_a_sweep_shows_several_models(colias):
-    """It kept the last one of ``--model`` alone, and then denied that ``dsnn.n_con`` exists."""
-    given = ("--over", "dsnn.n_con=4,6", "--over", "emd.log=true,false", "--over", "camera.read_noise=0,0.64")
-    done = ran(colias, *GRID, *given, "--model", "dsnn", "--model", "emd", "--model", "lgmd1", "--out", "out")
-    rows = csv_of(colias.folder / "out" / "sweep.csv")
-    points = [
-        (r["model"], r["dsnn.n_con"], r["emd.log"], r["camera.read_noise"]) for r in rows if r["speed_cm_s"] == "20"
-    ]
+def test_a_grid_shows_several_models(colias):
+    """A model that a point does not move is shown once in each rendering, and counts at every point."""
+    given = ("--over", "dsnn.n_con=4,6", "--over", "camera.read_noise=0,0.64")
+    ran(colias, *GRID, *given, "--model", "dsnn", "--model", "emd", "--model", "lgmd1", "--out", "out")
+    rows = [row for row in csv_of(colias.folder / "out" / "counts.csv") if row["speed_cm_s"] == "20"]
+    points = [(row["model"], row["dsnn.n_con"], row["camera.read_noise"]) for row in rows]
     assert sorted(points) == sorted(
-        point
-        for noise in ("0", "0.64")
-        for point in (
-            ("dsnn", "4", "", noise), ("dsnn", "6", "", noise), ("emd", "", "true", noise),
-            ("emd", "", "false", noise), ("lgmd1", "", "", noise),
-        )
-    )  # fmt: skip
-    for noise in ("0", "0.64"):
-        trials = pq.read_table(colias.folder / "out" / f"camera.read_noise={noise}" / "trials.parquet")
-        assert trials.num_rows == 2 * 5, "once per rendering, not once per point"
-        assert "lgmd1" in trials["model"].to_pylist()
-    table = [line.split() for line in done.stdout.splitlines()]
-    assert sum(line[:1] == ["dsnn"] for line in table) == 4 and sum(line[:1] == ["lgmd1"] for line in table) == 2
-    drawing = (colias.folder / "out" / "figure.svg").read_text()
-    assert "dsnn, dsnn.n_con=4 camera.read_noise=0" in drawing and "lgmd1, camera.read_noise=0.64" in drawing
-    alone = ran(colias, "run", "speed", *GRID[2:], "--set", "dsnn.n_con=4", "--no-recordings", "--out", "alone")
-    assert alone.stdout
+        (model, n, noise) for model in ("dsnn", "emd", "lgmd1") for n in ("4", "6") for noise in ("0", "0.64")
+    )
+    trials = pq.read_table(colias.folder / "out" / "trials.parquet")
+    assert trials.num_rows == 2 * 2 * 4, "once per rendering, not once per point"
+    ran(colias, "run", "speed", *GRID[4:], "--set", "dsnn.n_con=4", "--no-recordings", "--out", "alone")
     spikes = {r["speed_cm_s"]: r["spikes"] for r in pq.read_table(colias.folder / "alone/trials.parquet").to_pylist()}
-    same = {float(r["speed_cm_s"]): float(r["spikes_mean"]) for r in rows
-            if (r["dsnn.n_con"], r["camera.read_noise"]) == ("4", "0.64")}  # fmt: skip
+    same = {float(r["speed_cm_s"]): float(r["value"]) for r in csv_of(colias.folder / "out" / "counts.csv")
+            if (r["model"], r["dsnn.n_con"], r["camera.read_noise"]) == ("dsnn", "4", "0.64")}  # fmt: skip
     assert same == spikes
 
 
 def test_what_a_model_has_settled_itself_no_point_varies(colias):
-    given = ("--over", "dsnn.n_con=4,6", "--over", "dsnn.d=1,2", "--model", "dsnn:n_con=5")
-    ran(colias, *GRID, *given, "--out", "out")
-    rows = csv_of(colias.folder / "out" / "sweep.csv")
-    points = [(r["model"], r["dsnn.n_con"], r["dsnn.d"]) for r in rows if r["speed_cm_s"] == "20"]
-    assert points == [
-        ("dsnn", "4", "1"), ("dsnn", "4", "2"), ("dsnn", "6", "1"), ("dsnn", "6", "2"),
-        ("dsnn:n_con=5", "", "1"), ("dsnn:n_con=5", "", "2"),
-    ]  # fmt: skip
-    models = json.loads((colias.folder / "out/points/experiment.json").read_text())["settings"]["models"]
-    assert [(m["network"]["n_con"], m["network"]["d"]) for m in models] == [
-        (4, 1),
-        (4, 2),
-        (6, 1),
-        (6, 2),
-        (5, 1),
-        (5, 2),
-    ]
+    ran(colias, *GRID, "--over", "dsnn.n_con=4,6", "--model", "dsnn", "--model", "dsnn:n_con=5", "--out", "out")
+    models = json.loads((colias.folder / "out/experiment.json").read_text())["models"]
+    assert sorted(model["network"]["n_con"] for model in models) == [4, 5, 6]
 
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--over", "dsnn.n_con=4", "--only", "--model", "emd"), "no model shown has 'dsnn.n_con': add --model dsnn"),
-        (("--over", "dsnn.n_con=4", "--only", "--model", "dsnn:n_con=5"), "--model dsnn:n_con=5 has settled that"),
-        (("--over", "dsnn.n_con=99", "--model", "emd"), "--over dsnn.n_con=99: legal is a whole number from 1 to 64"),
+        (("--over", "dsnn.n_con=4", "--model", "emd"), "no model shown has 'dsnn.n_con': add --model dsnn"),
+        (("--over", "dsnn.n_con=4", "--model", "dsnn:n_con=5"), "--model dsnn:n_con=5 has settled that"),
+        (("--over", "dsnn.n_con=99"), "--over dsnn.n_con=99: legal is a whole number from 1 to 64"),
         (("--over", "camera.read_noise=0,99"), "--over camera.read_noise=99: legal is a number from 0 to 64"),
     ],
 )
-def test_a_wrong_sweep_ends_in_one_line(refused, arguments, says):
+def test_a_wrong_grid_ends_in_one_line(refused, arguments, says):
     assert says in refused(*GRID, *arguments, "--out", "out")

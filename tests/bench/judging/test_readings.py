@@ -9,8 +9,7 @@ import pytest
 from experiments import Figure
 from experiments.bench import registry
 from experiments.bench.clips import plan as clips_plan
-from experiments.bench.clips.claims import judge, paper_claims
-from experiments.bench.clips.constants import along_constants, comparing
+from experiments.bench.clips.claims import paper_claims
 from experiments.bench.clips.figure import draw
 from experiments.bench.clips.judging import ASSUMED, compared
 from experiments.bench.clips.summary import OfflineReport
@@ -18,13 +17,20 @@ from experiments.bench.judging.checks import Check
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.claims import bears_on, used_to_choose
 from experiments.bench.judging.verdict import Outcome
-from experiments.bench.reproduction import claims, mechanisms, replicates, robustness
+from experiments.bench.reproduction import claims, mechanisms
 from experiments.bench.reproduction.readings import NOT_RUN, Evidence, chapters
 from experiments.bench.robot.mechanism.variants import FALLING
+from experiments.bench.studies.clips import points_of_run
+from experiments.bench.studies.constants import STUDIES, along, comparing, outcomes
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.registry import find as find_study
 from experiments.claims.readings import READINGS, START_ACCELERATION
+from experiments.studies.sensitivity import APPARATUS
 from tests.bench.clips.test_clip_judges import enough
 from tests.bench.clips.test_clip_mechanisms import speed_responses
 from tests.bench.judging.test_replicates import made
+from tests.helpers.paper import every as every_of
+from tests.helpers.paper import first
 
 CLAIMS = paper_claims()
 
@@ -56,11 +62,11 @@ def evidence():
     """Two replicates: C15 holds, and with falling delays it does in the second alone. C8 fails at the first seed."""
     cases, rows = made(2)
     rows = peaked(rows, "dsnn", COUNTS)
-    second = len(cases[0].specs)
+    second = len(first(cases))
     fails = [row for row in rows if row["trial"] < second]
     holds = [row for row in rows if row["trial"] >= second]
     rows = peaked(fails, FALLING, {**COUNTS, 10.0: 90}) + peaked(holds, FALLING, COUNTS)
-    every = replicates.studied(cases, rows)
+    every = every_of(cases, rows)
     c8 = enough("C8")
     shows = [frames([*({**row, "peak_vs": 0.3} for row in c8[:1]), *c8[1:]], c8)]
     moved = {SUDDEN: {"C13": Outcome("fails", "m", n=20, decided="9 of 10 fire"), "C19": Outcome("holds", "m", n=50)}}
@@ -114,7 +120,7 @@ def test_start_accelerations_are_of_one_replicate_each_where_they_were_run(evide
     sudden, soft = c13.others
     assert (sudden.verdict, sudden.held, sudden.n) == ("fails", "held in 0 of 1 replicate", 20)
     assert sudden.decided == "9 of 10 fire" and soft.verdict == NOT_RUN
-    assert set(START_ACCELERATION.others) == {SUDDEN, SOFT} <= set(robustness.APPARATUS_MOVES)
+    assert set(START_ACCELERATION.others) == {SUDDEN, SOFT} <= set(APPARATUS)
 
 
 def test_nothing_run_of_the_other_readings_is_said_so(evidence):
@@ -163,29 +169,34 @@ def test_only_the_dsnn_s_own_part_can_refute_a_claim(own, other, verdict):
 
 def test_the_claims_about_other_models_are_those_that_take_them():
     assert set(comparing()) == {claim for claim, each in CLAIMS.items() if each.models & set(ASSUMED)}
-    asked = {claim.id for name in ("constants-2017", "constants-emd") for claim in registry.find(name).claims}
-    assert asked == {f"{claim}-constants" for claim in comparing()}
+    asked = {claim.id for name in STUDIES for claim in find_study(name).claims}
+    assert asked == set(comparing())
 
 
-def test_a_claim_along_constants_says_with_which_it_holds():
+def test_a_study_of_constants_says_with_which_a_claim_holds():
     """The EMD as it should be, and one whose peak does not rise with speed for the darkest and lightest object."""
+    study = along("constants-emd", "two choices", ("C26",), "emd", ("emd:spacing=4", "emd:spacing=1"))
+    experiment = registry.find("clutter-contrast")
+    experiment = dataclasses.replace(experiment, models=("dsnn", "emd:spacing=4", "emd:spacing=1"))
+    plan = points_of_run(study, clips_plan.plan(experiment, (), (), 1, 0))
+    trial = {spec.condition.name: spec.index for spec in plan.specs}
     good, flat = speed_responses(), speed_responses(ends=lambda speed: 0.3)
+    clips = {clip: number for number, clip in enumerate(dict.fromkeys(row["clip"] for row in good))}
+    assert len(clips) <= len(trial)
     rows = [row for row in good if row["model"] == "dsnn"]
     for label, source in (("emd:spacing=4", good), ("emd:spacing=1", flat)):
         rows += [{**row, "model": label} for row in source if row["model"] == "emd"]
-    thresholds = {**T, "emd:spacing=4": None, "emd:spacing=1": None}
-    found = judge(along_constants("C26", ("emd:spacing=4", "emd:spacing=1")), rows, thresholds)
-    assert found.verdict == "holds" and found.decided.startswith("spacing=4: ")
-    assert "1 of 2 choices of the constants tried let it hold" in found.measured
-    assert "it holds with spacing = 4; it does not with spacing = 1" in found.measured
-    alone = [row for row in rows if row["model"] != "emd:spacing=4"]
-    assert judge(along_constants("C26", ("emd:spacing=1",)), alone, thresholds).verdict == "fails"
-
-
-@pytest.mark.parametrize(("claim", "variants"), [("C9", ("emd",)), ("C7", ()), ("C7", ("emd:spacing=2",))])
-def test_constants_of_what_a_claim_is_not_about(claim, variants):
-    with pytest.raises(ValueError, match=r"along_constants: .*legal"):
-        along_constants(claim, variants)
+    rows = [{**row, "trial": clips[row["clip"]], "experiment": "clutter-contrast"} for row in rows]
+    size = len(clips)
+    shares = {key: dataclasses.replace(share, trials=range(size)) for key, share in plan.shares.items()}
+    counts = Counts(dataclasses.replace(plan, shares=shares), rows)
+    assert {label: found.verdict for label, found in outcomes(counts, "C26").items()} == {
+        "spacing=4": "holds",
+        "spacing=1": "unknown constants",
+    }
+    (row,) = counts.tables["With which constants each claim holds"]
+    assert "1 of 2 choices of the constants tried let it hold" in row["over all choices"]
+    assert "it holds with spacing = 4; it does not with spacing = 1" in row["over all choices"]
 
 
 def test_the_figure_of_ranges_has_a_bar_for_each_model_and_both_kinds_of_clip():

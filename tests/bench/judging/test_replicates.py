@@ -16,6 +16,7 @@ from experiments.bench.robot.claims import outcome, paper_claims
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from tests.bench.clips.test_clip_judges import enough
 from tests.bench.robot.test_judges import enough as trials_of
+from tests.helpers.paper import design, every
 
 CLAIMS = paper_claims()
 
@@ -109,30 +110,31 @@ def rows_of(specs, **changes):
 
 
 def made(count, repeats=5):
-    cases = robustness.replicate_cases(range(count), repeats)
-    return cases, rows_of(robustness.numbered(cases))
+    plan = design(count, repeats)
+    return plan, rows_of(plan.specs)
 
 
 def test_replicate_r_is_the_whole_design_at_seed_plus_r():
-    cases, _ = made(3)
+    plan, _ = made(3)
+    size = len(plan.specs) // 3
+    cases = [plan.specs[size * number : size * (number + 1)] for number in range(3)]
     for seed, case in enumerate(cases):
-        (again,) = robustness.replicate_cases([seed], 5)
-        assert [spec.seed for spec in case.specs] == [spec.seed for spec in again.specs]
-        assert {spec.experiment for spec in case.specs} == set(robustness.paper())
-    first, second, third = ({spec.seed for spec in case.specs} for case in cases)
+        assert [spec.seed for spec in case] == [spec.seed for spec in design(1, 5, seed).specs]
+        assert {spec.experiment for spec in case} == set(robustness.paper())
+    first, second, third = ({spec.seed for spec in case} for case in cases)
     assert not first & second and not second & third
-    shown = {spec.experiment: [m.label for m in spec.settings.models] for spec in cases[0].specs}
+    shown = {spec.experiment: [m.label for m in spec.settings.models] for spec in cases[0]}
     assert shown[robustness.judged_in()["C21"]] == ["dsnn", "lgmd1", "lgmd2"]
-    alone = robustness.replicate_cases([0], 1, ["dsnn", "emd"])
-    assert {m.label for spec in alone[0].specs for m in spec.settings.models} == {"dsnn"}
+    alone = design(1, 1, among=["dsnn", "emd"])
+    assert {m.label for spec in alone.specs for m in spec.settings.models} == {"dsnn"}
 
 
 def test_the_count_has_replicate_0_and_the_rate_all_trials():
     cases, rows = made(3)
     one = next(row for row in rows if row["experiment"] == "general" and row["angle_deg"] == 0.0)
     one["spikes"] = 2  # in replicate 0
-    found = {claim.id: claim for claim in claims.verdicts(replicates.studied(cases, rows), [])}
-    c13, whole = found["C13"], claims.pooled(replicates.studied(cases, rows))
+    found = {claim.id: claim for claim in claims.verdicts(every(cases, rows), [])}
+    c13, whole = found["C13"], claims.pooled(every(cases, rows))
     assert (c13.outcome.verdict, c13.count) == ("fails", Count(2, 1))
     low, high = proportion_interval(1, 30)
     share = replicates.rate("C13", whole["C13"])
@@ -148,7 +150,7 @@ def test_the_count_has_replicate_0_and_the_rate_all_trials():
 def test_a_silent_model_s_c13_is_judged_in_no_replicate():
     cases, rows = made(2)
     silent = [{**row, "spikes": 0} for row in rows]
-    found = {claim.id: claim for claim in claims.verdicts(replicates.studied(cases, silent), [])}
+    found = {claim.id: claim for claim in claims.verdicts(every(cases, silent), [])}
     assert found["C13"].count == Count(0, 0, {"silent model": 2})
 
 
@@ -157,7 +159,7 @@ def test_a_replicate_with_a_trial_missing_is_not_whole():
     cases, rows = made(2)
     lost = next(row for row in rows if row["experiment"] == "general" and row["motion"] == "translation")
     kept = [row for row in rows if row is not lost]
-    whole, part = ({c.id: c for c in claims.verdicts(replicates.studied(cases, r), [])} for r in (rows, kept))
+    whole, part = ({c.id: c for c in claims.verdicts(every(cases, r), [])} for r in (rows, kept))
     assert part["C13"].count.unjudged == {"not shown": 1}
     assert "1 trials of general failed" in part["C13"].outcome.measured
     assert part["C13"].count.holds == whole["C13"].count.holds - 1
@@ -168,7 +170,7 @@ def test_a_replicate_with_a_trial_missing_is_not_whole():
 def test_a_detector_that_fails_fails_the_claim_of_both_whatever_became_of_the_other(failing, lost):
     cases, rows = made(1)
     flat = [{**row, "spikes": 1} if row["model"] == failing else row for row in rows if row["model"] != lost]
-    (c21,) = [claim for claim in claims.verdicts(replicates.studied(cases, flat), []) if claim.id == "C21"]
+    (c21,) = [claim for claim in claims.verdicts(every(cases, flat), []) if claim.id == "C21"]
     assert c21.outcome.verdict == "fails" and f"{lost} not shown" in c21.outcome.measured
 
 

@@ -20,10 +20,9 @@ from experiments.bench.judging.count import MEANINGS, SIGNS, Count
 from experiments.bench.judging.paper import cited, numbers
 from experiments.bench.judging.scores import Standing
 from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.reproduction import report, robustness
-from experiments.bench.reproduction.chapters import TITLES
+from experiments.bench.reproduction import report
 from experiments.bench.reproduction.page.overview import NO_CAUSE, SILENT
-from experiments.bench.reproduction.page.stored import read, stored
+from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.plan import FULL
 from experiments.bench.reproduction.readings import Evidence, chapters
 from experiments.bench.reproduction.replicates import Replicate
@@ -32,6 +31,12 @@ from experiments.bench.reproduction.table import show_claims
 from experiments.bench.robot.plan import plan
 from experiments.bench.robot.summary import Report
 from experiments.bench.store.description import to_json
+from experiments.bench.store.files import Files
+from experiments.bench.studies import run as study_run
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.registry import names as study_names
+from experiments.bench.studies.stored import read
+from experiments.studies.sensitivity import STUDY as SENSITIVITY
 from tests.bench.judging.test_replicates import rows_of
 from tools.numbers import blocks, kept
 
@@ -55,11 +60,12 @@ def result(tmp_path_factory):
     """A reproduction as `reproduce` returns it, without runs, with claims of every count in turn."""
     told = {claim: verdict(claim, COUNTS[place % len(COUNTS)]) for place, claim in enumerate(claim_ids(PAPER))}
     made = chapters(Evidence(told, (Replicate((), {}, {}),), (), {}))
-    moved = {name: {claim: Outcome(word, "m") for claim in robustness.ROBOT_CLAIMS}
-             for name, word in ((robustness.MODEL, "holds"), ("no FDSR", "silent model"))}  # fmt: skip
+    plan = study_run.planned(dataclasses.replace(SENSITIVITY, repeats=5))
+    moved, folder = Counts(plan, rows_of(plan.specs)), tmp_path_factory.mktemp("report")
+    Files(folder).write_json("sensitivity.json", moved.described())
     own = [verdict("B1", Count(0, 1))]
     return Reproduction(
-        tmp_path_factory.mktemp("report"), FULL, 0, list(told.values()), {}, [], [], moved, [], own,
+        folder, FULL, 0, list(told.values()), {}, [], [], moved, [], own,
         {}, {"versions": {"colias-sim": "0"}}, made,
     )  # fmt: skip
 
@@ -175,7 +181,8 @@ def own_experiment(folder, name):
 def test_an_own_experiment_may_be_called_like_anything_on_the_page(result, page, tmp_path):
     """As every id that the page has without it, as a chapter of another study, and as a map or a behaviour's figure."""
     taken = {attrs["id"] for _, attrs, _ in page.elements if "id" in attrs}
-    names = sorted(name for name in taken | {*TITLES, "map-a", "behave-a"} if re.fullmatch(r"[A-Za-z0-9][\w-]*", name))
+    taken |= {*study_names(), "map-a", "behave-a"}
+    names = sorted(name for name in taken if re.fullmatch(r"[A-Za-z0-9][\w-]*", name))
     assert {"claims", "top", "onboard", "C1"} <= set(names)
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "map.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
@@ -272,8 +279,8 @@ def test_rules_use_named_colours_alone():
 # What other commands left in the folder.
 
 
-def test_maps_eyes_and_models_claims_in_the_folder_are_shown(result, tmp_path):
-    for name in ("a-map", "eyes", "models"):
+def test_maps_studies_and_models_claims_in_the_folder_are_shown(result, tmp_path):
+    for name in ("a-map", "eyes", "models", "broken"):
         (tmp_path / name).mkdir()
     (tmp_path / "a-map" / "map.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
     eyes = [{"eye": "default", "drive": drive, "claim": claim, "held": held, "vacuous": 0, "replicates": 20}
@@ -282,14 +289,14 @@ def test_maps_eyes_and_models_claims_in_the_folder_are_shown(result, tmp_path):
     models = [dataclasses.replace(verdict("B1", Count(0, 1, random=False)), id="LPLC2-1", model="lplc2")]
     content = stored_verdicts.document(models)
     (tmp_path / "models" / "model_claims.json").write_text(to_json(content))
-    (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / "fidelity.json").write_text("{")
     text = report.page(dataclasses.replace(result, folder=tmp_path))
     assert 'id="figure-map-a-map"' in text and 'href="#maps"' in text
-    assert re.search(r"default eye, open loop</td><td[^>]*>3 of 20<", text)
+    assert re.search(r'<th class="whole">ov7670, open loop</th><td class="cell holds[^"]*">2 of 2<br>', text)
+    assert "How the stimulus moved" in text and 'href="#fidelity"' in text
     assert re.search(r"lplc2</td><td[^>]*>LPLC2-1</td><td[^>]*><span class=\"chip fails\">", text)
     found = stored(tmp_path)
-    assert (len(found.maps), len(found.models)) == (1, 1) and found.eyes is not None
+    assert (len(found.maps), len(found.models)) == (1, 1)
     assert read(tmp_path / "models", "model_claims")["claims"] and read(tmp_path, "nothing") is None
 
 

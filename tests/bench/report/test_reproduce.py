@@ -4,31 +4,24 @@ import json
 import re
 import shutil
 import subprocess
-import types
-from dataclasses import fields
 
 import pyarrow.parquet as pq
 import pytest
 
 from experiments import NAMES
 from experiments.bench import registry
-from experiments.bench.cli import main
-from experiments.bench.engine.models import choose
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.count import Count
 from experiments.bench.judging.stored import verdicts
 from experiments.bench.reproduction import claims as paper_claims
 from experiments.bench.reproduction import replicates, robustness
-from experiments.bench.reproduction.detectors import study as detectors_study
-from experiments.bench.reproduction.detectors import table as detectors_table
-from experiments.bench.reproduction.onboard import study as onboard_study
-from experiments.bench.reproduction.onboard import table as onboard_table
-from experiments.bench.reproduction.onboard.formats import BEST
-from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, WHOLE, planned
-from experiments.bench.reproduction.report import sensitivity_figure
+from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
+from experiments.bench.studies.study import WHOLE
+from experiments.studies.sensitivity import STUDY as SENSITIVITY
 from tests.bench.judging.test_replicates import rows_of
 from tests.conftest import Colias
 from tests.helpers.chapters import titled
+from tests.helpers.paper import design, every
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
@@ -123,7 +116,7 @@ def test_again_in_the_same_folder_runs_nothing(reproduced):
     own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
     done = colias("reproduce", "--quick", "--out", "out", *own)
     assert done.returncode == 0
-    assert "other replicates: 155 trials, on 1 worker; 155 of them done already" in done.stderr
+    assert "other replicates: 1 points, 155 trials" in done.stderr
     assert (colias.folder / "out" / "replicates" / "trials.parquet").read_bytes() == before
     other = colias("reproduce", "--quick", "--out", "out", *own, "--seed", "3")
     assert (other.returncode, other.stderr.splitlines()[-1].count("seed is 0 there and 3 now")) == (2, 1)
@@ -187,47 +180,21 @@ def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
     assert not (colias.folder / "out").exists()
 
 
-def test_moves_change_what_they_name_and_nothing_else():
-    """Each case of the sensitivity study differs from the defaults in its own parameter, and in no seed."""
-    network, *apparatus = robustness.sensitivity_cases(1, 0)
-    onboard = [BEST.label, *(f"{BEST.label}, {name}" for name in robustness.NETWORK_MOVES)]
-    assert network.moved == (*robustness.NETWORK_MOVES, *onboard)
-    (first,) = robustness.replicate_cases([0], 1)
-    defaults = first.specs[0].settings
-    assert [s.seed for s in first.specs if s.experiment in robustness.moved()] == [s.seed for s in network.specs]
-    for case, (name, changes) in zip(apparatus, robustness.APPARATUS_MOVES.items(), strict=True):
-        assert case.name == name
-        assert [s.seed for s in case.specs] == [s.seed for s in network.specs]
-        assert len(case.specs[0].settings.models) == 1
-        if not changes[0].startswith("experiment."):
-            assert (case.specs[0].settings.camera, case.specs[0].settings.scene) != (defaults.camera, defaults.scene)
-    (base,) = defaults.models
-    float_, *moved = network.specs[0].settings.models
-    assert float_ == base and all(model.network != base.network for model in moved)
-    plain = choose(BEST.label).network
-    pairs = zip(moved[: len(onboard) - 1], moved[len(onboard) :], strict=True)
-    for own, ours in pairs:
-        changed = {
-            f.name for f in fields(base.network) if getattr(own.network, f.name) != getattr(base.network, f.name)
-        }
-        assert changed == {f.name for f in fields(plain) if getattr(ours.network, f.name) != getattr(plain, f.name)}
-
-
 def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
     """Replicate 0, other replicates and moves: the experiment that declares it, and no other one's trials."""
     where = robustness.judged_in()
     assert where["C13"] == where["C14"] == "general"
     for claim, name in where.items():
         assert claim in registry.load(name).claims
-    assert set(robustness.ROBOT_CLAIMS) <= set(where)
-    cases = robustness.replicate_cases([0], 5)
-    assert {spec.experiment for spec in cases[0].specs} == set(robustness.paper())
+    assert set(SENSITIVITY.claims) <= set(where) and SENSITIVITY.experiments == robustness.moved()
+    plan = design()
+    assert {spec.experiment for spec in plan.specs} == set(robustness.paper())
 
     def found(rows):
-        (own,) = replicates.studied(cases, rows)
+        (own,) = every(plan, rows)
         return replicates.judged("C13", own).verdict, replicates.pooled("C13", [own, own]).verdict
 
-    silent = rows_of(robustness.numbered(cases))
+    silent = rows_of(plan.specs)
     assert found(silent) == ("holds", "holds")
     for place, verdict in (("angular-recession", "holds"), ("general", "fails")):
         spiking = [row | ({"spikes": 3} if row["experiment"] == place else {}) for row in silent]
@@ -247,25 +214,13 @@ def test_each_scale_is_of_whole_replicates_but_the_quick_one():
     assert all(scale.whole and scale.repeats == WHOLE and scale.moves for scale in (USUAL, FULL))
     assert not QUICK.whole and QUICK.name == "short replicate"
     made = planned(USUAL, 7)
-    assert [case.name for case in made.others] == ["8", "9", "10", "11"], "replicate 0 is not run twice"
+    assert (made.others.seed, made.others.replicates) == (8, 4), "replicate 0 is not run twice"
     whole = sum(len(plan.specs()) for plan in made.paper())
-    moved = sum(len(plan.specs()) for plan in made.paper() if plan.experiment.name in robustness.moved())
-    assert {len(case.specs) for case in made.others} == {whole}
-    assert {len(case.specs) for case in made.moves} == {moved}
+    assert len(made.others.specs) == 4 * whole
     shown = sum(len(plan.specs()) for plan in made.plans) - whole
-    every = whole * 5 + moved * len(made.moves) + shown
-    assert made.amount().startswith(f"{every} trials with the robot ({whole} in replicate 0, ")
+    every_trial = whole * 5 + len(made.moves.specs) + shown
+    assert made.amount().startswith(f"{every_trial} trials with the robot ({whole} in replicate 0, ")
     assert {plan.repeats for plan in made.offline} == {1, 5}
-
-
-def test_the_page_of_sensitivity_has_replicate_0_in_its_first_row():
-    cases = robustness.replicate_cases([0], 1)
-    (first,) = replicates.studied(cases, rows_of(robustness.numbered(cases)))
-    moves = robustness.sensitivity_cases(1, 0)
-    found = replicates.survival(moves, rows_of(robustness.numbered(moves)), first)
-    assert list(found) == ["dsnn", *moves[0].moved, *robustness.APPARATUS_MOVES]
-    assert found["dsnn"] == {claim: replicates.judged(claim, first) for claim in robustness.ROBOT_CLAIMS}
-    assert "<svg" in sensitivity_figure(found)
 
 
 def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
@@ -276,35 +231,6 @@ def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
     assert said["C15"] == "none of the experiments here declares this claim"
 
 
-def test_a_case_with_no_trial_is_not_judged():
-    cases = robustness.replicate_cases([0], 1)
-    (own,) = replicates.studied(cases, [])
+def test_a_replicate_with_no_trial_is_untested():
+    (own,) = every(design(1, 1), [])
     assert {replicates.judged(claim, own).verdict for claim in robustness.judged_in()} == {"not shown"}
-
-
-@pytest.mark.parametrize(
-    ("name", "study", "table"),
-    [("onboard", onboard_study, onboard_table), ("detectors", detectors_study, detectors_table)],
-    ids=["onboard", "detectors"],
-)
-@pytest.mark.parametrize(("quick", "failures"), [(True, ()), (False, ("a failure",))])
-def test_each_study_has_its_own_table(name, study, table, quick, failures, tmp_path, monkeypatch, capsys):
-    """It runs into a folder of its own, as large as was asked for, is shown, and its failures are the exit status."""
-    asked, shown = [], []
-
-    def run(folder, replicates, repeats, seed, resources, show):
-        asked.append((folder, replicates, repeats, seed))
-        show("the table")
-        return types.SimpleNamespace(failures=failures)
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(study, "run", run)
-    monkeypatch.setattr(table, "show", shown.append)
-    monkeypatch.setattr(detectors_table, "show_causes", lambda result: print("the causes"))
-    options = ["--quick"] if quick else []
-    assert main.command(["reproduce", f"--{name}", "--seed", "7", "--workers", "0", *options]) == bool(failures)
-    ((folder, *size),) = asked
-    assert folder.name.startswith(f"{name}-") and shown == ["the table"]
-    assert size == ([QUICK.replicates, QUICK.repeats, 7] if quick else [study.REPLICATES, WHOLE, 7])
-    said = " ".join(capsys.readouterr().out.split())
-    assert str(folder / study.FILE) in said and ("the causes" in said) == (name == "detectors")

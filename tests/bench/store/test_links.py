@@ -92,12 +92,12 @@ def test_a_link_in_the_place_of_what_is_kept_is_refused(whole, handed, name, beg
 
 
 def test_a_part_of_a_larger_run_is_no_link(whole, tmp_path):
-    """A sweep's part, and all folders that commands make inside of theirs."""
+    """A part of the models' claims, and all folders that commands make inside of theirs."""
     (tmp_path / "outside").mkdir()
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "points").symlink_to(tmp_path / "outside")
-    words = ["sweep", "speed", "--set", "experiment.speeds_cm_s=30", "--over", "dsnn.n_con=4", "--repeats", "1"]
-    with pytest.raises(UsageError, match=r"points: is a link"):
+    (tmp_path / "out" / "even").symlink_to(tmp_path / "outside")
+    words = ["study", "model-claims", "--model", "lplc2"]
+    with pytest.raises(UsageError, match=r"even: is a link"):
         main.command([*words, "--workers", "0", "-q", "--out", str(tmp_path / "out")])
     assert not list((tmp_path / "outside").iterdir())
 

@@ -1,8 +1,6 @@
 """C21 of every looming detector: what is counted, what the row of a detector says, and the presets."""
 
-import json
-import subprocess
-import sys
+import dataclasses
 
 import numpy as np
 import pytest
@@ -11,16 +9,24 @@ from dsnn import MODELS
 from experiments.bench import registry
 from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.judging.verdict import Verdict
-from experiments.bench.reproduction import chapters, robustness
-from experiments.bench.reproduction.detectors import panel, study
-from experiments.bench.reproduction.detectors.causes import explained
-from experiments.bench.reproduction.detectors.measure import EDGE, EDGE_LEVELS, THRESHOLDS, collisions, moving_edge
-from experiments.bench.reproduction.detectors.panel import PANEL, Detector, spikes_in_a_row
-from experiments.bench.reproduction.detectors.rows import detector_row, edge_row, shown_in
-from experiments.bench.reproduction.detectors.summary import with_detectors
+from experiments.bench.reproduction.detectors import summary
+from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.robot.plan import plan
+from experiments.bench.studies import run
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.stored import studies
+from experiments.studies.detectors import (
+    EDGE,
+    EDGE_LEVELS,
+    PANEL,
+    STUDY,
+    THRESHOLDS,
+    collisions,
+    moving_edge,
+    spikes_in_a_row,
+)
 from tests.bench.judging.test_replicates import rows_of
+from tests.helpers.paper import design
 
 
 @pytest.mark.parametrize(
@@ -53,7 +59,7 @@ def test_moving_edge_is_what_changes_by_more_than_noise_does():
 
 def test_every_entry_of_the_panel_is_a_looming_detector_under_its_own_constants():
     labels = [detector.label for detector in PANEL]
-    models = plan(registry.load(panel.EXPERIMENT), labels, (), 1, 0).settings.models
+    models = plan(registry.load("angular-approach"), labels, (), 1, 0).settings.models
     assert [model.label for model in models] == labels
     assert {label.partition(":")[0] for label in labels} == {
         name for name, entry in MODELS.items() if "looming" in entry.channels
@@ -76,37 +82,42 @@ def test_the_default_is_one_of_the_presets(name):
 
 
 def test_a_preset_that_there_is_not_is_refused_with_those_there_are():
-    experiment = registry.load(panel.EXPERIMENT)
+    experiment = registry.load("angular-approach")
     with pytest.raises(UsageError, match="--model lgmd1:preset=robot: preset=robot: legal is paper, firmware, arena"):
         plan(experiment, ["lgmd1:preset=robot"], (), 1, 0)
     with pytest.raises(UsageError, match="lplc2 has no parameter 'preset'"):
         plan(experiment, ["lplc2:preset=paper"], (), 1, 0)
 
 
+def plan_of(repeats=4, seed=0, replicates=1):
+    return run.planned(dataclasses.replace(STUDY, repeats=repeats, replicates=replicates), seed)
+
+
 def test_the_study_has_the_trials_of_the_reproduction():
-    bright, dim = study.cases(10, 3)
-    (own,) = robustness.replicate_cases([3], 10)
-    ours = [spec for spec in own.specs if spec.experiment == panel.EXPERIMENT]
-    for case, arena in ((bright, "bright"), (dim, "dim")):
-        assert [spec.seed for spec in case.specs] == [spec.seed for spec in ours]
-        assert {spec.settings.scene.arena for spec in case.specs} == {arena}
-    assert bright.specs[0].settings.scene == ours[0].settings.scene
-    lgmd1 = [model for model in bright.specs[0].settings.models if model.label == "lgmd1"]
-    assert lgmd1 == [model for model in ours[0].settings.models if model.label == "lgmd1"]
+    plan = plan_of(10, 3)
+    ours = {spec.seed: spec for spec in design(1, 10, 3).specs if spec.experiment == "angular-approach"}
+    for arena in ("bright", "dim"):
+        own = [spec for spec in plan.specs if spec.settings.scene.arena == arena]
+        assert [spec.seed for spec in own] == list(ours)
+    bright = plan.specs[0]
+    assert bright.settings.scene == ours[bright.seed].settings.scene
+    watcher = plan.shares[plan.points[0], "lgmd1", "angular-approach", 0].watchers[0]
+    (network,) = [model.network for model in bright.settings.models if model.label == watcher.label]
+    (plain,) = [model.network for model in ours[bright.seed].settings.models if model.label == "lgmd1"]
+    assert network == plain
 
 
 COUNTS = {0.0: 9, 15.0: 6, 30.0: 3}
 """Spikes by angle of a detector that keeps C21."""
 
 
-def shown(counts, edge=(100, 100, 120), seed=0):
-    """A replicate in which every detector spikes as ``counts`` say, and never reaches a potential of 0.7."""
-    specs = study.cases(4, seed)[0].specs
-    cells = dict(zip(COUNTS, edge, strict=True))
+def rows_in(plan, *counts, edge=(100, 100, 120)):
+    """The rows of replicates in which every detector spikes as ``counts`` say, and never reaches a potential of 0.7."""
+    cells, size = dict(zip(COUNTS, edge, strict=True)), len(plan.specs) // plan.replicates
     rows = []
-    for row in rows_of(specs):
+    for row in rows_of(plan.specs):
         away = abs(row["angle_deg"])
-        spikes = counts[away]
+        spikes = counts[row["trial"] // size][away]
         rows.append(
             row | {
                 "spikes": 99, "looming_spikes": spikes, "peak_looming": 0.69, "frames": 100, "drive": "feedback",
@@ -115,32 +126,36 @@ def shown(counts, edge=(100, 100, 120), seed=0):
                 "frames_above": [spikes * (threshold < 0.7) for threshold in THRESHOLDS],
             }
         )  # fmt: skip
-    return shown_in(rows, len(specs), specs[0].settings.models)
+    return rows
 
 
-def row_of(label, replicates):
-    detector = next(detector for detector in PANEL if detector.label == label)
-    edge = edge_row("bright", label, replicates)
-    return explained(detector_row("bright", detector, replicates), edge), edge
+def table_of(counts, label):
+    """The row of a detector in the bright arena, and that of the edge there."""
+    tables = counts.tables
+    row = next(row for row in tables["Detectors"] if (row["arena"], row["detector"]) == ("bright", label))
+    return row, tables["Moving edge, counted as if it were a detector"][0]
 
 
 def test_a_row_counts_the_replicates_in_which_the_detector_spikes_most_ahead():
-    kept, broken = shown(COUNTS), shown({angle: 10 - count for angle, count in COUNTS.items()}, seed=1)
+    broken = {angle: 10 - count for angle, count in COUNTS.items()}
+    plan = plan_of(replicates=3)
+    counts = Counts(plan, rows_in(plan, COUNTS, broken, COUNTS))
     for label in ("lgmd1", "hybrid"):  # of the hybrid looming is counted, and not what HS does
-        row, _ = row_of(label, [kept, broken, kept])
-        assert (row.held, row.replicates, row.untested) == (2, 3, 0)
-        assert row.low < 2 / 3 < row.high and row.cause
-    row, edge = row_of("lgmd1", [kept, kept])
-    assert (row.held, row.held_by_collision, row.held_by_peak, row.held_at_best) == (2, 2, 0, 2)
-    assert row.cause == "" and row.spikes == (9.0, 6.0, 3.0) and row.best_threshold < 0.7
-    assert row.collision_frames == (5.0, 2.0, 0.0) and row.announced == (1.0, 1.0, 0.0)
-    assert (edge.cells, edge.held) == ((100.0, 100.0, 120.0), 0)
+        count = counts.cell("C21", label, arena="bright").count
+        assert (count.holds, count.fails, count.replicates) == (2, 1, 3)
+        assert count.interval[0] < 2 / 3 < count.interval[1] and table_of(counts, label)[0]["why it fails"]
+    plan = plan_of(replicates=2)
+    row, edge = table_of(Counts(plan, rows_in(plan, COUNTS, COUNTS)), "lgmd1")
+    assert [row[name] for name in ("held", "held by the rule", "held by the peak", "held there")] == [2, 2, 0, 2]
+    assert row["why it fails"] == "" and row["spikes at 0, 15, 30"] == (9.0, 6.0, 3.0) and row["best threshold"] < 0.7
+    assert row["frames announced"] == (5.0, 2.0, 0.0) and row["share announced"] == (1.0, 1.0, 0.0)
+    assert (edge["cells at 0, 15, 30"], edge["held"]) == ((100.0, 100.0, 120.0), 0)
 
 
-def test_a_trial_that_failed_leaves_the_replicate_untested():
-    whole = shown(COUNTS)
-    row, _ = row_of("lgmd2", [shown_in(whole.rows[len(PANEL) :], len(whole.rows) // len(PANEL), whole.models)])
-    assert (row.held, row.untested) == (0, 1)
+def test_a_trial_that_failed_leaves_the_replicate_unjudged():
+    plan = plan_of()
+    rows = [row for row in rows_in(plan, COUNTS) if row["trial"] > 0]
+    assert Counts(plan, rows).cell("C21", "lgmd2", arena="bright").count.unjudged == {"not shown": 1}
 
 
 @pytest.mark.parametrize(
@@ -155,42 +170,25 @@ def test_a_trial_that_failed_leaves_the_replicate_untested():
     ],
 )
 def test_a_cause_is_told_in_numbers(counts, said):
-    row, _ = row_of("lgmd1", [shown(counts)])
-    assert row.held == 0 and row.cause.startswith(said)
+    plan = plan_of()
+    row, _ = table_of(Counts(plan, rows_in(plan, counts)), "lgmd1")
+    assert row["held"] == 0 and row["why it fails"].startswith(said)
 
 
-def test_it_goes_on_where_it_was_and_the_report_shows_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(study, "PANEL", (Detector("lgmd1", "paper", "x"), Detector("hybrid", "robot", "x")))
-    resources = Resources(workers=0, quiet=True)
-    seen = []
-    study.run(tmp_path, 1, 1, 0, resources, seen.append)
-    first = (tmp_path / study.FILE).read_bytes()
-    trials = tmp_path / study.STUDY / "replicate-0" / "trials.parquet"
-    before = trials.read_bytes()
-    study.run(tmp_path, 1, 1, 0, resources, seen.append)
-    assert (tmp_path / study.FILE).read_bytes() == first and trials.read_bytes() == before
-    lgmd1, hybrid = (seen[0].rows[index] for index in (0, 1))
-    assert lgmd1.spikes == hybrid.spikes and lgmd1.peak == hybrid.peak, "the hybrid's looming is the LGMD1's"
-    assert [(row["arena"], row["label"]) for row in json.loads(first)["rows"]] == [
-        (arena, label) for arena in ("bright", "dim") for label in ("lgmd1", "hybrid")
+def test_it_goes_on_where_it_was_and_the_report_shows_it(tmp_path):
+    study = dataclasses.replace(STUDY, models=("lgmd1", "hybrid"), replicates=1, repeats=1)
+    resources, folder = Resources(workers=0, quiet=True), tmp_path / "detectors"
+    first = run.run(run.planned(study), folder, resources)
+    before = (folder / "detectors.json").read_bytes()
+    run.run(run.planned(study), folder, resources)
+    assert (folder / "detectors.json").read_bytes() == before
+    lgmd1, hybrid = first.tables["Detectors"][:2]
+    assert lgmd1["spikes at 0, 15, 30"] == hybrid["spikes at 0, 15, 30"], "the hybrid's looming is the LGMD1's"
+    assert lgmd1["peak potential"] == hybrid["peak potential"]
+    section = study_section(studies(tmp_path)["detectors"])
+    assert [name for name, _ in section.rows] == [
+        f"{arena}, {label}" for arena in ("bright", "dim") for label in ("lgmd1", "hybrid")
     ]
-    (chapter,) = chapters.rendered(tmp_path)
-    assert f'id="{chapter.name}"' in chapter.html and chapter.html.count(">hybrid</td>") == 2
-    claims = [Verdict(name, "", "", "fails", "", tried="before.") for name in ("C20", "C21")]
-    c20, c21 = with_detectors(claims, tmp_path)
-    assert c20 == claims[0] and c21.tried.startswith("before. Held, by detector and preset, in the bright arena, of 1")
-    assert with_detectors(claims, tmp_path / "none") == claims and chapters.rendered(tmp_path / "none") == []
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (["--detectors", "--full"], "--detectors: goes with"),
-        (["--detectors", "--onboard"], "--detectors and --onboard: give one of them"),
-        (["--onboard", "--model", "emd"], "--onboard: goes with"),
-    ],
-)
-def test_options_that_do_not_go_together_are_refused_in_a_line(tmp_path, options, said):
-    command = [sys.executable, "-m", "experiments.bench.cli", "reproduce", *options, "--out", str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
+    assert [table.title for table in section.tables] == list(first.tables)
+    assert summary(tmp_path).startswith("Held, by detector and preset, in the bright arena, of 1 replicates: lgmd1 ")
+    assert summary(tmp_path / "none") == "" and studies(tmp_path / "none") == {}

@@ -15,21 +15,26 @@ import typer
 from experiments.bench import registry
 from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.maps import figure, plan, planning
-from experiments.bench.maps.axes import Axis
-from experiments.bench.maps.judging import TOGETHER, cells, regions
+from experiments.bench.studies import figure, run
+from experiments.bench.studies.counts import TOGETHER, Counts, regions
+from experiments.bench.studies.study import Axis, Level, Study
 from tests.helpers.chapters import CHAPTERS, blocks
 
 BOTH = ("general", "angular-recession")
 FEW = ("--repeats", "5", "--workers", "0", "-q")
 
 
-def planned(names, *over, **more):
-    return planning.planned([registry.find(name) for name in names], plan.Asked(over, **more))
+def planned(names, *over, seed=0, **more):
+    study = {"repeats": None, "replicates": 1, "every_trial": False, **more}
+    return run.planned(Study("map", "a map", experiments=tuple(names), over=over, **study), seed)
+
+
+def cells(made, rows):
+    return Counts(made, rows).cells
 
 
 def table(folder):
-    with (folder / "map.csv").open() as file:
+    with (folder / "counts.csv").open() as file:
         return list(csv.DictReader(file))
 
 
@@ -59,7 +64,7 @@ def test_counts_are_those_of_judging_by_hand(whole):
         product(["0.01", "0.2"], ["C13", "C19", TOGETHER])
     )
     for level in (0.2, 0.01):
-        held = {row["claim"]: row["held"] for row in found if float(row["dsnn.t_sp"]) == level}
+        held = {row["claim"]: row["holds"] for row in found if float(row["dsnn.t_sp"]) == level}
         own = [row for row in rows if row["dsnn.t_sp"] == level]
         straight = [row["spikes"] for row in own if row["experiment"] == "general" and row["angle_deg"] == 0.0]
         assert len(straight) == 10
@@ -74,15 +79,15 @@ def test_counts_are_those_of_judging_by_hand(whole):
         wider = mean[-30.0] > mean[-15.0] and mean[30.0] > mean[15.0]
         by_hand = {"C13": silent, "C19": fewest and wider, TOGETHER: silent and fewest and wider}
         assert held == {claim: str(int(holds)) for claim, holds in by_hand.items()}
-    assert {row["held"] for row in found} == {"0", "1"}  # the thresholds tell the points apart
+    assert {row["holds"] for row in found} == {"0", "1"}  # the thresholds tell the points apart
 
 
 def test_the_terminal_says_how_large_the_region_is(whole):
     folder, printed = whole
     for claim in ("C13", "C19"):
-        held = sum(row["held"] == "1" for row in table(folder) if row["claim"] == claim)
+        held = sum(row["holds"] == "1" for row in table(folder) if row["claim"] == claim)
         assert f"{claim} holds in the one replicate at {held} of 2 points ({held / 2:.0%})" in printed
-    held = sum(row["held"] == "1" for row in table(folder) if row["claim"] == TOGETHER)
+    held = sum(row["holds"] == "1" for row in table(folder) if row["claim"] == TOGETHER)
     assert f"all claims together hold in the one replicate at {held} of 2 points" in printed
     assert (folder / "map.png").read_bytes()[:4] == b"\x89PNG" and (folder / "map.svg").exists()
 
@@ -109,7 +114,7 @@ def test_a_map_goes_on_where_it_was_cut_short(whole, tmp_path, monkeypatch):
     with pytest.raises(UsageError, match=r"--over dsnn\.t_sp is 0\.01, 0\.2 there and 0\.02, 0\.2 now"):
         main.command([*arguments[:3], "dsnn.t_sp=0.2,0.02", *arguments[4:], "--out", "cut"])
     assert main.command([*arguments, "--out", "cut"]) == 0
-    assert (cut / "map.csv").read_bytes() == (folder / "map.csv").read_bytes()
+    assert (cut / "counts.csv").read_bytes() == (folder / "counts.csv").read_bytes()
     aside = ["wall_s"]
     assert pq.read_table(cut / "trials.parquet").drop(aside).equals(rows.drop(aside))
 
@@ -166,7 +171,7 @@ def test_all_together_is_counted_by_replicate():
         return 1 if replicate == 0 else int(spec.condition.direction == "rightward")  # in depth too; then none leftward
 
     found = cells(made, rows_of(made, spikes))
-    counts = {(cell.point.values[0][1], cell.claim): cell.held for cell in found}
+    counts = {(cell.point.values[0][1], cell.claim): cell.count.holds for cell in found}
     assert counts[("0.2", "C13")] == 1
     assert counts[("0.2", "C14")] == 1
     assert counts[("0.2", TOGETHER)] == 0
@@ -180,20 +185,20 @@ def test_silence_everywhere_does_not_count_as_holding():
     made = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), repeats=5)
     found = {(cell.point.values[0][1], cell.claim): cell for cell in cells(made, rows_of(made, lambda *_: 0))}
     c13 = found["0.2", "C13"]
-    assert (c13.held, c13.vacuous, c13.untested, c13.of) == (0, 1, 0, 1)
-    assert found["0.2", TOGETHER].vacuous == 0, "C14 fails"
-    assert any(line.startswith("C13 holds") and line.endswith("; vacuous in a replicate at 2") for line in
-               regions(list(found.values())))  # fmt: skip
+    assert (c13.count.holds, dict(c13.count.unjudged)) == (0, {"silent model": 1})
+    assert found["0.2", TOGETHER].count.fails == 1, "C14 fails"
+    lines = [line for line in regions(list(found.values())) if line.startswith("C13 holds")]
+    assert lines[0].endswith("; kept by a silent model in a replicate at 2")
 
 
 def test_lost_trials_leave_a_claim_untested():
     made = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13",), replicates=2)
     rows = [row for row in rows_of(made, lambda *_: 0) if (row["trial"], row["model"]) != (3, "dsnn.t_sp=0.3")]
     found = {cell.point.values[0][1]: cell for cell in cells(made, rows)}
-    assert (found["0.2"].held, found["0.2"].untested) == (2, 0)
-    assert (found["0.3"].held, found["0.3"].untested) == (1, 1)
-    assert not found["0.3"].holds and "1 of 20 trials" in found["0.3"].measured
-    figure.draw(made, list(found.values()))
+    assert (found["0.2"].count.holds, found["0.2"].unjudged) == (2, 0)
+    assert (found["0.3"].count.holds, found["0.3"].unjudged) == (1, 1)
+    assert not found["0.3"].holds and "1 trials of general failed" in found["0.3"].outcomes[0].measured
+    figure.draw(Counts(made, rows))
 
 
 # --- the plan ---------------------------------------------------------------------------------------------------------
@@ -213,13 +218,13 @@ def test_an_experiment_that_an_axis_cannot_move_is_run_once():
     made = planned(["general", "distance"], "experiment.acceleration_cm_s2=10,17,50", claims=("C13", "C16"), repeats=5)
     counts = {name: sum(spec.experiment == name for spec in made.specs) for name in ("general", "distance")}
     assert counts == {"general": 3 * 2 * 5, "distance": len(registry.load("distance").conditions()) * 5}
-    assert len({made.share(point, "distance", 0) for point in made.points}) == 1
-    assert len({made.share(point, "general", 0) for point in made.points}) == 3
+    assert len({made.shares[point, "dsnn", "distance", 0] for point in made.points}) == 1
+    assert len({made.shares[point, "dsnn", "general", 0] for point in made.points}) == 3
 
 
 def test_the_order_of_values_changes_nothing():
     one, other = (planned(["general"], f"camera.read_noise={values}", "dsnn.d=2,1") for values in ("0.64,0", "0,0.64"))
-    assert one == other
+    assert dataclasses.replace(one, study=other.study) == other
 
 
 def test_keys_that_move_together_and_ends_of_pairs():
@@ -288,7 +293,7 @@ def test_the_page_s_counts_at_the_default_are_those_that_were_measured():
     ],
 )
 def test_the_place_of_the_default_is_between_its_neighbours(default, levels, where):
-    found = figure.place(Axis("x", tuple(levels.split(",")), default))
+    found = figure.place(Axis("x", tuple(map(Level, levels.split(","))), default))
     assert found == (where if where is None else pytest.approx(where))
 
 
@@ -315,7 +320,7 @@ def test_experiments_and_claims_of_a_users_own(tmp_path):
     assert [(claim.id, name) for claim, name in made.claims] == [("fires-alpha", "alpha"), ("fires-beta", "beta")]
     assert {str(file) for file in files} <= made.description["files"].keys()  # going on notices a change of either
     found = cells(made, rows_of(made, lambda spec, label: int(spec.experiment == "alpha" or label.endswith("0.1"))))
-    held = {(cell.point.values[0][1], cell.claim): cell.held for cell in found}
+    held = {(cell.point.values[0][1], cell.claim): cell.count.holds for cell in found}
     assert held["0.1", "fires-beta"] == held["0.2", "fires-alpha"] == held["0.1", TOGETHER] == 1
     assert held["0.2", "fires-beta"] == held["0.2", TOGETHER] == 0
 
@@ -355,8 +360,6 @@ OVER = ("--over", "dsnn.n_con=4,8")
         (("general", *OVER, "--set", "experiment.nothing=1"), "no parameter 'experiment.nothing'"),
         (("general,general", *OVER), "experiment general: it is there twice"),
         ((",", *OVER), "EXPERIMENT"),
-        (("general", *OVER, "--out", "nowhere"), "nowhere"),
-        (("general", *OVER, "--out", "a", "--out", "b"), "one of them"),
         (("general", "--over", "experiment.acceleration_cm_s2=5,17", "--set", "experiment.speed_cm_s=15"), "cm/s"),
     ],
 )
@@ -371,7 +374,7 @@ def test_wrong_uses_end_in_one_line(arguments, says, tmp_path, monkeypatch):
 
 def test_a_folder_that_holds_a_map_is_not_written_over(whole, colias):
     folder, _ = whole
-    before = (folder / "map.csv").read_bytes()
+    before = (folder / "counts.csv").read_bytes()
     done = colias("map", "general", *OVER, "--claims", "C14", "--out", str(folder))
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert (folder / "map.csv").read_bytes() == before
+    assert (folder / "counts.csv").read_bytes() == before

@@ -11,25 +11,20 @@ import pytest
 
 from dsnn import DSNN
 from dsnn.stimuli import stimulus
-from experiments.bench import registry
 from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import choose
-from experiments.bench.maps import figure, planning
-from experiments.bench.maps.judging import cells, numbers, reaches
-from experiments.bench.maps.measures import MEASURES
-from experiments.bench.maps.plan import Asked
+from experiments.bench.studies import figure
+from experiments.bench.studies.counts import Counts, reaches
+from experiments.bench.studies.measures import MEASURES
+from tests.bench.studies.test_map import planned
 
 POTENTIAL, COUNT, PEAK = (MEASURES[name] for name in ("peak-speed-potential", "peak-speed-count", "peak-hs"))
 
 
 def table(folder):
-    with (folder / "map.csv").open() as file:
+    with (folder / "counts.csv").open() as file:
         return list(csv.DictReader(file))
-
-
-def planned(names, *over, **more):
-    return planning.planned([registry.find(name) for name in names], Asked(over, **more))
 
 
 # --- a measure against tables made by hand ----------------------------------------------------------------------------
@@ -128,20 +123,21 @@ def test_numbers_are_of_all_replicates_with_the_spread_of_each():
     rows = [
         {
             **dataclasses.asdict(spec.condition), **flat, "achieved_speed_cm_s": spec.condition.speed_cm_s,
-            "trial": spec.index, "model": model.label, "mean_hs_near_axis": potential(spec, model.label),
+            "trial": spec.index, "experiment": spec.experiment, "model": model.label,
+            "mean_hs_near_axis": potential(spec, model.label),
         }
         for spec in made.specs
         for model in spec.settings.models
     ]  # fmt: skip
-    one, two = numbers(made, rows)
+    one, two = Counts(made, rows).numbers
     assert (one.value, one.lowest, one.highest, one.mark) == (6.0, 6.0, 10.0, "")  # the first replicate's is steeper
     assert (two.value, two.lowest, two.highest, two.mark) == (30.0, 30.0, 30.0, "at the end of the range")
     assert reaches([one, two]) == ["peak-speed-potential is 6 to 30 cm/s; at the end of the range at 1 of 2 points"]
     lost = [row for row in rows if (row["trial"], row["model"]) != (made.specs[-1].index, "dsnn.d=1")]
-    one, two = numbers(made, lost)
+    one, two = Counts(made, lost).numbers
     assert (one.unmeasured, one.lowest, one.highest) == (1, 6.0, 6.0) and "1 of 50 trials have no rows" in one.said
     assert two.unmeasured == 0
-    figure.draw(made, cells(made, lost), [one, two])
+    figure.draw(Counts(made, lost))
 
 
 # --- maps of clips ----------------------------------------------------------------------------------------------------
@@ -194,7 +190,7 @@ def test_a_map_of_clips_has_the_network_s_own_answers(whole):
         assert float(row["value"]) == pytest.approx(peak, abs=1e-6)
         assert (row["mark"] == "below T") == (peak <= network.t_sp)
         claim = by_point["claim"][grey, start]
-        assert claim["held"] == str(int(peak > network.t_sp)), (
+        assert claim["holds"] == str(int(peak > network.t_sp)), (
             "the claim's rows are both models', under their own names"
         )
     assert len({row["value"] for row in found.values()}) == 4
@@ -206,14 +202,14 @@ def test_a_map_of_clips_has_the_network_s_own_answers(whole):
 def test_a_map_of_clips_is_the_same_without_workers_and_goes_on(whole, tmp_path):
     folder, arguments = whole
     assert main.command([*arguments, "--workers", "0", "--out", str(tmp_path / "again")]) == 0
-    assert (tmp_path / "again" / "map.csv").read_bytes() == (folder / "map.csv").read_bytes()
+    assert (tmp_path / "again" / "counts.csv").read_bytes() == (folder / "counts.csv").read_bytes()
     rows, cut = pq.read_table(folder / "trials.parquet"), tmp_path / "cut"
     cut.mkdir()
     (cut / "experiment.json").write_bytes((folder / "experiment.json").read_bytes())
     pq.write_table(rows.slice(0, 3), cut / "trials.parquet")  # a clip of two models, and half a clip
     pq.write_table(pq.read_table(folder / "frames.parquet"), cut / "frames.parquet")
     assert main.command([*arguments, "--workers", "0", "--out", str(cut)]) == 0
-    assert (cut / "map.csv").read_bytes() == (folder / "map.csv").read_bytes()
+    assert (cut / "counts.csv").read_bytes() == (folder / "counts.csv").read_bytes()
     assert pq.read_table(cut / "trials.parquet").drop(["wall_s"]).equals(rows.drop(["wall_s"]))
 
 
@@ -225,7 +221,7 @@ def test_points_of_the_network_share_their_clips(whole):
     for spec in made.specs:
         assert len(spec.models) == 4  # two networks, and the 2017 model beside each
         assert sorted(model.network.n_con for model in spec.models if model.source == "dsnn") == [4, 8]
-    share = made.share(made.points[0], "crossing", 0)
+    share = made.shares[made.points[0], "dsnn", "crossing", 0]
     assert [watcher.name for watcher in share.watchers] == ["dsnn", "dsn2017"]
 
 

@@ -1,138 +1,101 @@
 """Claims over formats of numbers: the same trials, exact counts, and errors against the float network."""
 
 import dataclasses
-import json
-import math
 
 import pytest
 
-from experiments.bench.engine.batch import Resources
-from experiments.bench.engine.models import choose
-from experiments.bench.reproduction import chapters, reproduce, robustness
-from experiments.bench.reproduction.onboard import series, study
-from experiments.bench.reproduction.onboard.formats import BEST, CLAIMS, FLOAT, FORMATS, Format
-from experiments.bench.reproduction.onboard.rows import FILE, error_row, tabled
-from experiments.bench.reproduction.onboard.table import survival
+from experiments.bench.reproduction import reproduce, robustness
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
-from experiments.bench.reproduction.replicates import of_model, replicate
 from experiments.bench.robot.trial import run_trial
+from experiments.bench.studies import run
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.grid import Point
+from experiments.bench.studies.plan import EVERY_MODEL
+from experiments.bench.studies.replicates import MODEL, Replicate
+from experiments.studies.onboard import BEST, FORMATS, HS, SPIKES, STUDY, error_row, lost_and_gained, series
 from tests.bench.judging.test_replicates import rows_of
+from tests.helpers.paper import design
+
+LABELS = [each.label for each in FORMATS]
 
 
-def answered(specs, spikes):
-    """A replicate of planned trials in which each format spikes in every crossing as ``spikes`` says, by label."""
-    rows = [row | {"seed": row["trial"]} for row in rows_of(specs)]
+def plan_of(replicates=1, repeats=5, seed=0):
+    return run.planned(dataclasses.replace(STUDY, replicates=replicates, repeats=repeats), seed)
+
+
+def answered(plan, spikes):
+    """Counts of planned trials in which each format spikes in every crossing as ``spikes`` says, by replicate."""
+    rows = [row | {"seed": row["trial"]} for row in rows_of(plan.specs)]
+    size = len(plan.specs) // plan.replicates
     for row in rows:
-        row["spikes"] = spikes[row["model"]] * (row["motion"] == "translation")
-    return replicate(specs, rows)
+        row["spikes"] = spikes[row["trial"] // size][row["model"]] * (row["motion"] == "translation")
+    return Counts(plan, rows)
 
 
 def test_the_float_column_is_that_of_the_reproduction():
-    """The same trials, the same network, the same judge."""
-    own = study.case(10, 4)
-    (ours,) = robustness.replicate_cases([4], 10, (FLOAT,))
-    names = {robustness.judged_in()[claim] for claim in CLAIMS}
-    wanted = [spec for spec in ours.specs if spec.experiment in names]
-
-    def bare(specs):
-        found = {}
-        for spec in specs:
-            models = tuple(model for model in spec.settings.models if model.label == FLOAT)
-            settings = dataclasses.replace(spec.settings, models=models)
-            found[spec.experiment, spec.index] = dataclasses.replace(spec, settings=settings)
-        return found
-
-    assert bare(own.specs) == bare(wanted)
-    specs = robustness.numbered([own])
-    table = tabled([answered(specs, {each.label: 5 for each in FORMATS})], 10, 4)
-    alone = answered(specs, {each.label: 5 for each in FORMATS})
-    for claim in CLAIMS:
-        row, found = table.row(claim, FLOAT), of_model(claim, alone, FLOAT)
-        assert (row.held, row.untested, row.decided) == (found.verdict == "holds", 0, found.decided)
+    """The same trials, and the same network."""
+    ours = {(spec.experiment, spec.seed): spec for spec in design(1, 10, 4).specs}
+    for spec in plan_of(1, 10, 4).specs:
+        own = ours[spec.experiment, spec.seed]
+        assert own.condition == spec.condition and own.settings.models[0] == spec.settings.models[0]
+        assert dataclasses.replace(own.settings, models=()) == dataclasses.replace(spec.settings, models=())
 
 
 def test_what_is_lost_and_gained_is_counted_by_replicate():
-    specs = [robustness.numbered([study.case(5, seed)]) for seed in range(3)]
-    labels = [each.label for each in FORMATS]
-    silent = dict.fromkeys(labels, 5) | {BEST.label: 0}
-    firing = dict.fromkeys(labels, 5)
-    every = [answered(own, spikes) for own, spikes in zip(specs, (firing, silent, silent), strict=True)]
-    table = tabled(every, 5, 0)
-    c13, best = table.row("C13", FLOAT), table.row("C13", BEST.label)
-    assert (c13.held, c13.lost, c13.gained) == (3, 0, 0)
-    assert (best.held, best.vacuous, best.lost, best.gained) == (1, 2, 2, 0), "silent: vacuous, which is not held"
-    assert best.standing == "so far" and table.broken() == [], "three replicates say neither robust nor fragile"
-    with_plan = [*every, *(every[1],) * 17]
-    assert survival(table) == "which claims survive takes 20 replicates"
-    whole = tabled(with_plan, 5, 0)
-    assert whole.broken() == ["C13"] and survival(whole) == f"do not survive in {BEST.label}: C13"
-    never = tabled([every[1]] * 20, 5, 0)
-    assert never.row("C13", BEST.label).standing == "never held" and never.broken() == ["C13"]
+    firing = dict.fromkeys(LABELS, 5)
+    counts = answered(plan_of(3), (firing, firing | {BEST.label: 0}, firing | {BEST.label: 0}))
+    float_, best = counts.cell("C13", MODEL).count, counts.cell("C13", BEST.label).count
+    assert (float_.holds, best.holds, best.unjudged) == (3, 1, {"silent model": 2}), "silent: kept, which is not held"
+    row = lost_and_gained(counts, "C13", BEST.label, MODEL)
+    assert (row["lost"], row["gained"], row["survives"]) == (2, 0, "-"), "three replicates have no word"
+
+
+def replicate_of(label, hs, spikes):
+    rows = () if hs is None else ({"model": label, "experiment": "speed", "seed": 7, HS: hs, SPIKES: spikes},)
+    return [Replicate(rows, {}, {label: 0.2})]
 
 
 def test_a_spike_of_the_other_sign_is_one_lost_and_one_gained():
-    spec = study.case(1, 0, FORMATS[:2]).specs[:1]
-    rows = rows_of(spec)
-    floats, ours = ([0.5, -0.5, 0.1, 0.0], [1, -2, 0, 1]), ([0.5, 0.5, 0.2, -0.4], [1, 1, 1, 0])
-    for row, (hs, spikes) in zip(rows, (floats, ours), strict=True):
-        row |= {"seed": 7, series.HS: hs, series.SPIKES: spikes}
-    row = error_row(BEST.label, [replicate(spec, rows)])
-    assert (row.frames, row.trials, row.spikes, row.lost, row.gained) == (4, 1, 4, 3, 2)
-    assert row.worst == pytest.approx(1.0) and row.median == pytest.approx(0.25)
-    same = error_row(FLOAT, [replicate(spec, rows)])
-    assert (same.worst, same.lost, same.gained) == (0.0, 0, 0)
-    rows[1][series.HS] = None
-    assert math.isnan(error_row(BEST.label, [replicate(spec, rows)]).worst)
+    floats = replicate_of(MODEL, [0.5, -0.5, 0.1, 0.0], [1, -2, 0, 1])
+    ours = replicate_of(BEST.label, [0.5, 0.5, 0.2, -0.4], [1, 1, 1, 0])
+    row = error_row(BEST.label, ours, floats)
+    assert [row[name] for name in ("frames", "trials", "spikes in float", "lost", "gained")] == [4, 1, 4, 3, 2]
+    assert row["worst"] == pytest.approx(1.0) and row["median of |HS error|"] == pytest.approx(0.25)
+    same = error_row(MODEL, floats, floats)
+    assert (same["worst"], same["lost"], same["gained"]) == (0.0, 0, 0)
+    assert error_row(BEST.label, replicate_of(BEST.label, None, None), floats)["worst"] is None
 
 
 def test_series_are_those_of_the_trial():
-    (spec,) = study.case(1, 0, FORMATS[:2]).specs[-1:]
-    record = series.work(spec, labels=(BEST.label,))
+    spec = plan_of(1, 1).specs[-1]
+    spec = dataclasses.replace(spec, settings=dataclasses.replace(spec.settings, models=spec.settings.models[:2]))
+    record = series(spec, labels=(BEST.label,))
     assert record.renderer and len(record.pixels) == 12, "what drew is noted, as of every trial"
     plain, best = record.rows
-    assert plain[series.HS] is None and plain[series.SPIKES] is None
+    assert plain[HS] is None and plain[SPIKES] is None
     answer = run_trial(spec).answers[1]
-    assert best[series.HS] == answer.series.hs.tolist() and max(best[series.HS]) == best["peak_hs"]
-    assert sum(map(abs, best[series.SPIKES])) == best["spikes"] == answer.spikes
+    assert best[HS] == answer.series.hs.tolist() and max(best[HS]) == best["peak_hs"]
+    assert sum(map(abs, best[SPIKES])) == best["spikes"] == answer.spikes
 
 
 def test_the_full_scale_shows_it_beside_the_float_network_and_changes_no_other_trial():
     made = planned(FULL, 0)
-    for case in made.others:
-        for spec in case.specs:
-            labels = [model.label for model in spec.settings.models]
-            assert (BEST.label in labels) == (spec.experiment in robustness.moved())
-    shown = {model.label for each in planned(FULL, 0).plans for model in each.settings.models}
+    for spec in made.others.specs:
+        labels = [model.label for model in spec.settings.models]
+        assert (BEST.label in labels) == (spec.experiment in robustness.moved())
+    shown = {model.label for each in made.plans for model in each.settings.models}
     assert BEST.label not in shown, "comparisons of replicate 0 are of as many models as before"
     for scale in (QUICK, USUAL):
-        labels = {model.label for case in planned(scale, 0).others for s in case.specs for model in s.settings.models}
+        labels = {model.label for s in planned(scale, 0).others.specs for model in s.settings.models}
         assert BEST.label not in labels
 
 
-def test_a_reproduction_s_table_takes_replicate_0_from_the_moves(monkeypatch):
-    scale = dataclasses.replace(FULL, replicates=2, repeats=5)
-    made = planned(scale, 0, robot_only=True)
-    specs = robustness.numbered(made.moves)
-    every = [answered(robustness.numbered([case]), {m.label: 5 for s in case.specs for m in s.settings.models})
-             for case in made.others]  # fmt: skip
-    first = answered(made.moves[0].specs, {m.label: 5 for m in made.moves[0].specs[0].settings.models})
-    table = reproduce._onboard(made, [first, *every], rows_of(specs))
-    assert [each.label for each in table.formats] == [FLOAT, BEST.label]
-    assert table.replicates == 2 and table.row("C13", BEST.label).held == 2
-
-
-def test_it_goes_on_where_it_was_and_the_report_shows_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(study, "CLAIMS", ("C16",))
-    formats = (FORMATS[0], BEST, Format(f"{BEST.label}:preset=bits16", "16 bits", False))
-    seen = []
-    resources = Resources(workers=0, quiet=True)
-    for _ in range(2):
-        study.run(tmp_path, 1, 1, 0, resources, seen.append, formats)
-    assert seen[0] == seen[1]
-    fine, finer = seen[0].errors
-    assert 0.0 < finer.median < fine.median and finer.worst < fine.worst, "more bits, smaller errors"
-    assert fine.worst < 0.05 and fine.frames == finer.frames > 100
-    assert json.loads((tmp_path / FILE).read_text())["replicates"] == 1
-    (chapter,) = chapters.rendered(tmp_path)
-    assert chapter.name == "onboard" and chapter.html.count("does not fit") == 1
-    assert choose(BEST.label).network.state_bits == 8
+def test_a_reproduction_s_table_takes_replicate_0_from_the_moves():
+    made = planned(dataclasses.replace(FULL, replicates=2, repeats=5), 0, robot_only=True)
+    rows = [{**row, HS: None, SPIKES: None} for row in rows_of(made.others.specs)]
+    (second,) = Counts(made.others, rows).replicates(Point(), EVERY_MODEL)
+    moved = Counts(made.moves, [{**row, HS: None, SPIKES: None} for row in rows_of(made.moves.specs)])
+    counts = reproduce._onboard(made, [second, second], moved)
+    assert [model for _, model in counts.plan.judged] == [MODEL, BEST.label]
+    best = counts.cell("C13", BEST.label).count
+    assert (best.holds, best.replicates) == (2, 2)

@@ -63,7 +63,7 @@ def asked(models: Sequence[str]) -> list[Asked]:
         if base not in model_claims():
             known = ", ".join(model_claims())
             raise UsageError(
-                f"--models {name}: no claims of its own paper are written down; they are of {known}, {EVERY}"
+                f"--model {name}: no claims of its own paper are written down; they are of {known}, {EVERY}"
             )
         found += [
             Asked(each, name, _with(each.model, settings), _with(each.than, settings)) for each in model_claims()[base]

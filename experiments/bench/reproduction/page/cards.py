@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.bench.clips.constants import comparing
 from experiments.bench.clips.judging import deciding
 from experiments.bench.judging.claim import Reading
 from experiments.bench.judging.claims import used_to_choose, words
@@ -13,12 +12,12 @@ from experiments.bench.judging.count import Count
 from experiments.bench.judging.paper import cited
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import mechanisms
-from experiments.bench.reproduction.detectors.panel import CLAIM
-from experiments.bench.reproduction.detectors.summary import summary
+from experiments.bench.reproduction.detectors import CLAIM, summary
 from experiments.bench.reproduction.page.overview import Tile, cause_of, tile
 from experiments.bench.reproduction.readings import Row
 from experiments.bench.reproduction.replicates import rate
 from experiments.bench.reproduction.reproduce import Reproduction
+from experiments.bench.studies.constants import comparing
 
 NOTHING_TRIED = "nothing yet: it held when the defaults were chosen"
 EVER_MORE = (

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from colias_sim.gl import is_software
 from colias_sim.reference import KNOWN
-from experiments.bench.reproduction.page.stored import read
 from experiments.bench.store.description import NAME, PIXELS, RENDERERS, noted
+from experiments.bench.studies.stored import read
 
 SHOWN_DIGITS = 12
 """Of a reference frame's hash."""

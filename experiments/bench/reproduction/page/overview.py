@@ -168,7 +168,7 @@ def _amount(result: Reproduction) -> Amount:
         last=result.seed + many - 1,
         each=each,
         trials=each * many,
-        moves=max(len(result.sensitivity) - 1, 0),
+        moves=len(result.sensitivity.plan.judged) - 1 if result.sensitivity else 0,
         clips=sum(len(report.plan.showings) for report in result.offline),
         episodes=sum(len(standing.rows) for played in result.behaviours for standing in played.standings),
     )

@@ -1,1 +1,0 @@
-"""What the robot's true eye and wheels do to the claims."""

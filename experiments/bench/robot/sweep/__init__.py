@@ -1,1 +1,0 @@
-"""Grids of parameters, run on the same stimuli."""

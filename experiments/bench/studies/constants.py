@@ -1,0 +1,100 @@
+"""Studies of claims that compare the DSNN with another model, along that model's constants.
+
+The constants of the other models are not known: see `experiments.bench.clips.judging.ASSUMED`. A claim is judged by its
+own judge once for each variant of the other model, all on the same clips.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+
+from experiments.bench.clips.claims import ClipClaim, find, paper_claims
+from experiments.bench.clips.judging import ASSUMED
+from experiments.bench.judging.verdict import Outcome
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.study import Axis, Level, Study, Tables
+
+LISTED = 8
+"""Choices of constants up to which they are told one by one."""
+SPEED: Mapping[str, float] = {"C6": 120.0}
+"""The object's speed in a claim's own clips, px/s, where its words name none."""
+STUDIES = ("constants-2017", "constants-emd")
+
+
+def compares_with(claim: str) -> str:
+    """Return the label of the model of unknown constants that a claim compares the DSNN with; empty if none."""
+    paper = paper_claims().get(claim)
+    return next((model for model in ASSUMED if paper and model in paper.models), "")
+
+
+@cache
+def comparing() -> tuple[str, ...]:
+    """Return the claims that say something of a model whose constants are not known."""
+    return tuple(claim for claim in paper_claims() if compares_with(claim))
+
+
+def along(name: str, summary: str, claims: Sequence[str], other: str, variants: Sequence[str]) -> Study:
+    """Return the study of claims along the constants of another model.
+
+    Parameters
+    ----------
+    name
+        The study, and the experiment that shows the variants.
+    summary
+        A line for ``colias list``.
+    claims
+        Ids of claims that compare the DSNN with the other model.
+    other
+        The other model's label.
+    variants
+        Its labels with other constants: ``dsn2017:k_sig=10``.
+    """
+    levels = tuple(Level(_constants(label), plays={other: label}) for label in variants)
+    return Study(
+        name, summary, claims=tuple(_on_one_speed(find(claim)) for claim in claims), experiments=(name,),
+        axes=(Axis(f"constants of {other}", levels),), repeats=None, replicates=1, as_run=True, tables=_told,
+    )  # fmt: skip
+
+
+def _on_one_speed(claim: ClipClaim) -> ClipClaim:
+    """A claim on the clips that its words mean: the experiments show the object at other speeds too."""
+    if claim.id not in SPEED:
+        return claim
+    return replace(claim, conditions={**claim.conditions, "speed": (SPEED[claim.id],)})
+
+
+def outcomes(counts: Counts, claim: str) -> dict[str, Outcome]:
+    """Return each choice of the other model's constants -> what a claim comes to with it in replicate 0."""
+    return {cell.point.values[0][1]: cell.outcomes[0] for cell in counts.cells if cell.claim == claim}
+
+
+def _told(counts: Counts) -> Tables:
+    claims = [claim.id for claim, _ in counts.plan.claims]
+    rows = [{"claim": claim, "over all choices": said(outcomes(counts, claim))} for claim in claims]
+    return {"With which constants each claim holds": rows}
+
+
+def said(found: Mapping[str, Outcome]) -> str:
+    """Return with which constants a claim holds and with which it does not, in words: a long list is only counted."""
+    holding = [constants for constants, outcome in found.items() if outcome.verdict == "holds"]
+    others = [constants for constants in found if constants not in holding]
+    parts = [f"{len(holding)} of {len(found)} choices of the constants tried let it hold"]
+    for what, choices in (("it holds with", holding), ("it does not with", others)):
+        if 0 < len(choices) <= LISTED:
+            parts.append(f"{what} {_listed(choices)}")
+    return "; ".join(parts)
+
+
+def _listed(choices: Sequence[str]) -> str:
+    """Several choices; a name that all have in common is told once."""
+    names = {text.partition("=")[0] for text in choices}
+    if len(names) == 1 and all(text.count("=") == 1 for text in choices):
+        return f"{names.pop()} = {', '.join(text.partition('=')[2] for text in choices)}"
+    return "; ".join(choices)
+
+
+def _constants(label: str) -> str:
+    """The constants in a label: ``spacing=4, tau_lp=50``."""
+    return label.partition(":")[2].replace(",", ", ") or "as assumed"

@@ -1,0 +1,383 @@
+"""From a study's trials to its counts: in how many replicates each claim holds at each point, and the measures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+from experiments.bench.clips.claims import ClipClaim
+from experiments.bench.judging.claim import Claim
+from experiments.bench.judging.count import REASONS, Count, count
+from experiments.bench.judging.verdict import Outcome, together
+from experiments.bench.robot.claims import RobotClaim
+from experiments.bench.store.rows import Failure, group
+from experiments.bench.studies.grid import Point
+from experiments.bench.studies.measures import Measure
+from experiments.bench.studies.plan import EVERY_MODEL, Share, StudyPlan
+from experiments.bench.studies.replicates import Replicate, judged, of_clips, of_model
+from experiments.bench.studies.study import Tables
+
+Rows = Sequence[Mapping[str, Any]]
+FORM = 1
+"""Version of the form of ``NAME.json``."""
+
+TOGETHER = "all"
+"""What stands for all claims of a map together, where there are several."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One claim of one model at one point, or all claims together there.
+
+    Parameters
+    ----------
+    point, model
+        The point and the model judged; `EVERY_MODEL` where the claim names its models.
+    claim
+        Id of the claim, or `TOGETHER`.
+    experiment
+        The experiment whose trials answer for it; empty of all claims together.
+    outcomes
+        What the claim comes to in each replicate. All claims together hold in a replicate if each of them does.
+    """
+
+    point: Point
+    model: str
+    claim: str
+    experiment: str
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def count(self) -> Count:
+        """In how many replicates it holds, fails, or could not be judged."""
+        return count(outcome.verdict for outcome in self.outcomes)
+
+    @property
+    def holds(self) -> bool:
+        """Whether it holds in every replicate."""
+        return self.count.holds == len(self.outcomes)
+
+    @property
+    def trouble(self) -> str:
+        """What went wrong in a user's own judge, in any replicate; empty if nothing did."""
+        return next((outcome.trouble for outcome in self.outcomes if outcome.trouble), "")
+
+    def text(self) -> str:
+        """Return the count as figure and table show it; ``v`` marks a model that is silent in a replicate."""
+        silent = "v" if self.count.unjudged.get("silent model") else ""
+        return f"{self.count.holds}/{len(self.outcomes)}{silent}"
+
+    @property
+    def unjudged(self) -> int:
+        """The number of replicates that could not be judged as trials, clips or constants are missing."""
+        return sum(number for reason, number in self.count.unjudged.items() if reason != "silent model")
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """One measure of one model at one point.
+
+    Parameters
+    ----------
+    point, model
+        The point and the model.
+    measure
+        The measure.
+    experiment
+        The experiment whose trials it is measured on.
+    value
+        Of the trials of all replicates together; ``None`` where there is none.
+    lowest, highest
+        Of the replicates' own values; ``None`` where there are none.
+    mark
+        What is to be known of the value, in a few words; empty if nothing is.
+    unmeasured, replicates
+        Replicates without a value, and all of them.
+    said
+        What the value was found from, or why there is none.
+    n, low, high
+        Of a mean: the number of trials, and its 95 % interval.
+    """
+
+    point: Point
+    model: str
+    measure: Measure
+    experiment: str
+    value: float | None
+    lowest: float | None
+    highest: float | None
+    mark: str
+    unmeasured: int
+    replicates: int
+    said: str
+    n: int | None = None
+    low: float | None = None
+    high: float | None = None
+
+    def text(self) -> str:
+        """Return the value as figure and table show it."""
+        return "-" if self.value is None else f"{self.value:.3f}" if abs(self.value) < 1.0 else f"{self.value:.3g}"
+
+
+@dataclass(frozen=True)
+class Counts:
+    """What a study comes to.
+
+    Parameters
+    ----------
+    plan
+        What was planned.
+    rows
+        The rows of its ``trials.parquet``.
+    failures
+        Trials that failed, and models that failed in a trial.
+    given
+        Replicates that were run for something else too, in place of the rows: (point, model) -> each of them.
+    """
+
+    plan: StudyPlan
+    rows: Rows = ()
+    failures: Sequence[Failure] = ()
+    given: Mapping[tuple[Point, str], Sequence[Replicate]] = field(default_factory=dict)
+
+    @cached_property
+    def _by_trial(self) -> Mapping[tuple[Any, ...], Rows]:
+        return group(self.rows, "trial", "model")
+
+    @cached_property
+    def _replicates(self) -> dict[tuple[Share, ...], Replicate]:
+        return {}
+
+    def replicate(self, point: Point, model: str, number: int) -> Replicate:
+        """Return the trials of a point and a model in one replicate; the models go by their names without the grid."""
+        shares = tuple(
+            self.plan.shares[point, model, experiment, number]
+            for experiment in self.plan.experiments
+            if (point, model, experiment, number) in self.plan.shares
+        )
+        if shares not in self._replicates:  # points may have their trials in common
+            self._replicates[shares] = self._of(shares)
+        return self._replicates[shares]
+
+    def replicates(self, point: Point, model: str) -> list[Replicate]:
+        """Return all replicates of a point and a model."""
+        if self.given:
+            return list(self.given[point, model])
+        return [self.replicate(point, model, number) for number in range(self.plan.replicates)]
+
+    def _of(self, shares: Sequence[Share]) -> Replicate:
+        rows: list[Mapping[str, Any]] = []
+        lost: Counter[tuple[str, str]] = Counter()
+        for share in shares:
+            for trial in share.trials:
+                for each in share.watchers:
+                    own = self._by_trial.get((trial, each.label), ())
+                    lost[share.experiment, each.name] += not own
+                    rows += ({**row, "model": each.name} for row in own)
+        watchers = [each for share in shares for each in share.watchers]
+        return Replicate(
+            tuple(rows), {key: number for key, number in lost.items() if number},
+            {each.name: each.threshold for each in watchers}, {each.name: each.looming for each in watchers},
+        )  # fmt: skip
+
+    @cached_property
+    def cells(self) -> list[Cell]:
+        """The counts of every claim, at every point and of every model; of a map then of all claims together."""
+        plan, cells = self.plan, []
+        seen: dict[tuple[int, str, str], Outcome] = {}
+        for point, model in plan.judged:
+            own: list[Cell] = []
+            for claim, experiment in plan.claims:
+                asked = plan.study.claim_at(claim, dict(point.values)) if plan.study.claim_at else claim
+                outcomes = []
+                for each in self.replicates(point, model):
+                    key = (id(each), claim.id, model)
+                    if key not in seen or plan.study.claim_at:
+                        seen[key] = _outcome(asked, each, model, experiment)
+                    outcomes.append(seen[key])
+                own.append(Cell(point, model, claim.id, experiment, tuple(outcomes)))
+            cells += own
+            if len(own) > 1 and plan.study.over:
+                whole = tuple(
+                    Outcome(together([outcome.verdict for outcome in column]), "")
+                    for column in zip(*(cell.outcomes for cell in own), strict=True)
+                )
+                cells.append(Cell(point, model, TOGETHER, "", whole))
+        return cells
+
+    @cached_property
+    def numbers(self) -> list[Number]:
+        """The measures at every point, of every model."""
+        return [
+            self._number(measure, experiment, point, model)
+            for point, model in self.plan.judged
+            for measure, experiment in self.plan.measures
+        ]
+
+    def _number(self, measure: Measure, experiment: str, point: Point, model: str) -> Number:
+        """One measure at one point, on the replicates of which no trial is lost."""
+        every = self.replicates(point, model)
+        threshold = every[0].thresholds[model]
+        whole: list[Mapping[str, Any]] = []
+        values, why = [], ""
+        for number, each in enumerate(every):
+            lost = each.lost.get((experiment, model), 0)
+            if lost:
+                of = len(self.plan.shares[point, model, experiment, number].trials)
+                why = f"{lost} of {of} {self.plan.things} have no rows"
+                if not measure.conditions:
+                    continue
+            own = [row for row in each.of(model) if row["experiment"] == experiment]
+            value = measure.of(own, threshold).value
+            whole += own
+            if value is not None:
+                values.append(value)
+        found = measure.of(whole, threshold) if whole else None
+        said = "; ".join(filter(None, (why, found.said if found else "")))
+        lowest, highest = (min(values), max(values)) if values else (None, None)
+        number_of = Number(
+            point, model, measure, experiment, found.value if found else None, lowest, highest,
+            found.mark if found else "", len(every) - len(values), len(every), said,
+        )  # fmt: skip
+        return replace(number_of, n=found.n, low=found.low, high=found.high) if found else number_of
+
+    def cell(self, claim: str, model: str = "", **levels: str) -> Cell:
+        """Return the cell of a claim; ``model`` and ``levels`` where there are several of these."""
+        return next(
+            cell
+            for cell in self.cells
+            if cell.claim == claim
+            and (not model or cell.model == model)
+            and all(dict(cell.point.values)[axis] == label for axis, label in levels.items())
+        )
+
+    @cached_property
+    def tables(self) -> Tables:
+        """The study's further tables."""
+        return self.plan.study.tables(self) if self.plan.study.tables else {}
+
+    def table(self) -> list[dict[str, Any]]:
+        """Return the rows of ``counts.csv``: the values of the axes, and a claim's counts or a measure's number."""
+        several = {"model": True} if len({model for _, model in self.plan.judged}) > 1 else {}
+        of_claims = [
+            {
+                **self._values(cell.point), **({"model": cell.model} if several else {}), "claim": cell.claim,
+                "experiment": cell.experiment, **count_columns(cell.count), "decided": cell.outcomes[0].decided,
+                "measured": cell.outcomes[0].measured,
+            }
+            for cell in self.cells
+        ]  # fmt: skip
+        of_measures = [
+            {
+                **self._values(each.point), **({"model": each.model} if several else {}),
+                "measure": each.measure.name, "experiment": each.experiment, "value": each.value,
+                "unit": each.measure.unit, "lowest": each.lowest, "highest": each.highest,
+                **({} if each.n is None else {"n": each.n, "ci_low": each.low, "ci_high": each.high}),
+                "mark": each.mark, "replicates": each.replicates, "not shown": each.unmeasured, "measured": each.said,
+                **dict(each.measure.conditions),
+            }
+            for each in self.numbers
+        ]  # fmt: skip
+        rows: list[dict[str, Any]] = [*of_claims, *of_measures]
+        names = list(dict.fromkeys(name for row in rows for name in row))
+        return [{name: row.get(name) for name in names} for row in rows]
+
+    def described(self) -> dict[str, Any]:
+        """Return what ``NAME.json`` holds, which the report shows: the counts, and further tables."""
+        study = self.plan.study
+        return {
+            "form": FORM,
+            "study": study.name,
+            "summary": study.summary,
+            "axes": [axis.name for axis in self.plan.axes],
+            "models": [model.label for model in self.plan.models],
+            "claims": [claim.id for claim, _ in self.plan.claims],
+            "replicates": self.plan.replicates,
+            "repeats": list(self.plan.repeats),
+            "seed": self.plan.seed,
+            "counts": [
+                {
+                    "point": dict(cell.point.values), "model": cell.model, "claim": cell.claim,
+                    "experiment": cell.experiment, **count_columns(cell.count), "decided": cell.outcomes[0].decided,
+                    "measured": cell.outcomes[0].measured,
+                }
+                for cell in self.cells
+            ],
+            "tables": self.tables,
+            "failures": self.failures,
+        }  # fmt: skip
+
+    def _values(self, point: Point) -> dict[str, float | str]:
+        """The values of the axes at a point."""
+        return {axis.name: axis.value(label) for axis, (_, label) in zip(self.plan.axes, point.values, strict=True)}
+
+
+def count_columns(own: Count) -> dict[str, Any]:
+    """Return a count as columns: ``holds``, ``fails``, each reason, all replicates, the interval and the word."""
+    low, high = own.interval or (None, None)
+    reasons = {str(reason): own.unjudged.get(reason, 0) for reason in REASONS}
+    return {"holds": own.holds, "fails": own.fails, **reasons, "replicates": own.replicates, "low": low, "high": high,
+            "word": own.word}  # fmt: skip
+
+
+def _outcome(claim: Claim, own: Replicate, model: str, experiment: str) -> Outcome:
+    """One claim for one model in one replicate."""
+    if model == EVERY_MODEL:
+        return judged(claim, own, experiment)
+    if isinstance(claim, ClipClaim):
+        return of_clips(claim, own, experiment)
+    assert isinstance(claim, RobotClaim)
+    return of_model(claim, own, model, experiment)
+
+
+def regions(cells: Sequence[Cell]) -> list[str]:
+    """Return how much of the grid each claim holds on, and all together, a line each."""
+    lines = []
+    for title, chosen in by_claim(cells).items():
+        whole = sum(cell.holds for cell in chosen)
+        share = f"at {whole} of {len(chosen)} points ({whole / len(chosen):.0%})"
+        unjudged = sum(cell.unjudged > 0 for cell in chosen)
+        silent = sum("silent model" in cell.count.unjudged for cell in chosen)
+        also = f"; not judged in every replicate at {unjudged}" if unjudged else ""
+        also += f"; kept by a silent model in a replicate at {silent}" if silent else ""
+        of = len(chosen[0].outcomes)
+        every = f"in {of} of {of} replicates" if of > 1 else "in the one replicate"
+        who = "all claims together hold" if chosen[0].claim == TOGETHER else f"{title} holds"
+        lines.append(f"{who} {every} {share}{also}")
+    return lines
+
+
+def by_claim(cells: Sequence[Cell]) -> dict[str, list[Cell]]:
+    """Return the cells of each claim, in order; of several models those of each under a title that names it."""
+    several = len({cell.model for cell in cells}) > 1
+    groups: dict[str, list[Cell]] = {}
+    for cell in cells:
+        groups.setdefault(f"{cell.claim}, {cell.model}" if several else cell.claim, []).append(cell)
+    return groups
+
+
+def reaches(numbers: Sequence[Number]) -> list[str]:
+    """Return from where to where each measure goes over the grid, and at how many points what is to be known."""
+    lines = []
+    for name, chosen in by_measure(numbers).items():
+        values = [each.value for each in chosen if each.value is not None]
+        unit = f" {chosen[0].measure.unit}" if chosen[0].measure.unit else ""
+        parts = [f"{name} is {min(values):.3g} to {max(values):.3g}{unit}" if values else f"{name} has no value"]
+        marks = [each.mark for each in chosen if each.mark]
+        parts += [f"{mark} at {marks.count(mark)} of {len(chosen)} points" for mark in dict.fromkeys(marks)]
+        without = sum(each.value is None for each in chosen)
+        parts += [f"no value at {without} of {len(chosen)}"] if without and values else []
+        lines.append("; ".join(parts))
+    return lines
+
+
+def by_measure(numbers: Sequence[Number]) -> dict[str, list[Number]]:
+    """Return the numbers of each measure, in order; of several models those of each under a title that names it."""
+    several = len({each.model for each in numbers}) > 1
+    groups: dict[str, list[Number]] = {}
+    for each in numbers:
+        groups.setdefault(f"{each.measure.name}, {each.model}" if several else each.measure.name, []).append(each)
+    return groups

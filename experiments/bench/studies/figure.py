@@ -1,0 +1,242 @@
+"""A study as a figure: heat maps of counts and numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from experiments.bench.engine.settings import PRESET
+from experiments.bench.figures.plotting import STYLE, headline, plain
+from experiments.bench.store.parameters import in_title
+from experiments.bench.studies.counts import TOGETHER, Cell, Counts, Number, by_claim, by_measure
+from experiments.bench.studies.grid import Point
+from experiments.bench.studies.plan import StudyPlan
+from experiments.bench.studies.study import Axis, value_text
+
+SHADES, SCALE = "Blues", "YlGnBu"
+"""Of counts, and of numbers."""
+UNTESTED = "#e3dccb"
+DEFAULT = "#c0392b"
+"""Of what marks the default's place."""
+SHORT = {"at the end of the range": "at end"}
+"""Marks that are too long for a cell."""
+MOST_COLUMNS = 3
+WIDTH, HEIGHT = 0.55, 0.42
+"""Of a cell, inches."""
+LETTER_INCHES = 0.075
+"""Width of a letter of a row's label."""
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """A heat map: cells by row and column.
+
+    Parameters
+    ----------
+    title
+        What its cells are about.
+    columns, rows
+        Labels, in the order in which they are drawn; rows from below.
+    cells
+        (Row, column) -> its cell, by their places.
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[str, ...]
+    cells: Mapping[tuple[int, int], Cell | Number]
+
+
+def draw(counts: Counts) -> Figure:
+    """Draw counts and numbers.
+
+    Parameters
+    ----------
+    counts
+        What a study comes to.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A grid of parameters has a panel for each claim and measure. Cells of a claim say "held/all replicates", and
+        are hatched where a replicate could not be judged. Cells of a measure have its value, its lowest and highest in
+        a replicate where they differ, and what is to be known of it; they are hatched where there is no value. The
+        scale of each measure goes from its lowest to its highest value. Triangles at the axes mark the defaults; a
+        frame marks the cell where both are. Of points with names, one panel has them down and the claims across.
+    """
+    plan = counts.plan
+    across, up = (*plan.axes, None, None)[:2]
+    gridded = bool(plan.axes) and all(axis.of_keys for axis in plan.axes)
+    panels = _grids(counts) if gridded and across else [_matrix(counts)]
+    wide = max(len(panel.columns) for panel in panels)
+    high = max(len(panel.rows) for panel in panels)
+    number = len(panels)
+    columns = min(number, MOST_COLUMNS)
+    lines = math.ceil(number / columns)
+    left = 0.0 if gridded else LETTER_INCHES * max(len(row) for row in panels[0].rows)
+    size = (columns * (max(wide * WIDTH, 2.2) + 0.5) + 1.2 + left, lines * (max(high * HEIGHT, 0.5) + 0.7) + 1.0)
+    with mpl.rc_context(STYLE):
+        drawn = Figure(figsize=size, layout="constrained")
+        places = drawn.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
+        for axes, panel in zip(places.flat, panels, strict=False):
+            draw_panel = _numbers if isinstance(next(iter(panel.cells.values())), Number) else _claims
+            draw_panel(axes, panel)
+            axes.set_title(plain(panel.title), fontsize=9, loc="left")
+            if gridded and across:
+                _mark_default(axes, across, up)
+        for axes in places.flat[number:]:
+            axes.set_axis_off()
+        if gridded and across:
+            drawn.supxlabel(plain(" ".join(across.words())), fontsize=8)
+            if up:
+                drawn.supylabel(plain("\n".join(up.words())), fontsize=8)
+        title = f"{plan.models[0].label if len(plan.models) == 1 else plan.study.name}: {_counted(counts)}"
+        headline(drawn, f"{title}, from seed {plan.seed}{in_title(_set(plan))}", 9)
+    return drawn
+
+
+def _grids(counts: Counts) -> list[Panel]:
+    """A panel for each claim and measure over the axes, the first across and the second up."""
+    across, up = (*counts.plan.axes, None)[:2]
+    assert across is not None
+    columns = tuple(value_text(value) for value in across.values())
+    rows = tuple(value_text(value) for value in up.values()) if up else ("",)
+
+    def place(cell: Cell | Number) -> tuple[int, int]:
+        labels = dict(cell.point.values)
+        return up.labels.index(labels[up.name]) if up else 0, across.labels.index(labels[across.name])
+
+    panels = []
+    for title, cells in by_claim(counts.cells).items():
+        about = "all together" if cells[0].claim == TOGETHER else f"{title}  ({cells[0].experiment})"
+        panels.append(Panel(about, columns, rows, {place(cell): cell for cell in cells}))
+    for title, numbers in by_measure(counts.numbers).items():
+        unit = f", {numbers[0].measure.unit}" if numbers[0].measure.unit else ""
+        about = f"{title}{unit}  ({numbers[0].experiment})"
+        panels.append(Panel(about, columns, rows, {place(each): each for each in numbers}))
+    return panels
+
+
+def _matrix(counts: Counts) -> Panel:
+    """One panel of points with names: points and models down from the first, claims across."""
+    plan = counts.plan
+    claims = tuple(dict.fromkeys(cell.claim for cell in counts.cells))
+    several = len({model for _, model in plan.judged}) > 1
+    rows = tuple(reversed(plan.judged))
+    labels = tuple(row_label(point, model if several else "") or plan.study.name for point, model in rows)
+    cells = {(rows.index((cell.point, cell.model)), claims.index(cell.claim)): cell for cell in counts.cells}
+    return Panel(plan.study.name, claims, labels, cells)
+
+
+def row_label(point: Point, model: str = "") -> str:
+    """Return what a row of the matrix is called: the point's levels, then the model where there are several."""
+    return ", ".join(filter(None, (*(label for _, label in point.values), model)))
+
+
+def _set(plan: StudyPlan) -> dict[str, Any]:
+    """Return the parameters that are not at their defaults at any point, without those that the axes move."""
+    moved = [key for axis in plan.axes for key in axis.keys] + [key for point in plan.points for key, _ in point.values]
+    ends = tuple(key.removesuffix(PRESET) for key in moved if key.endswith(f".{PRESET}"))
+    return {
+        key: values
+        for key, values in plan.description.get("changed", {}).items()
+        if not key.startswith(ends) and not any(each == key or each.startswith(f"{key}.") for each in moved)
+    }
+
+
+def _counted(counts: Counts) -> str:
+    """What the cells have, and what a replicate has."""
+    plan = counts.plan
+    number = f"{plan.replicates} replicate{'s' if plan.replicates > 1 else ''}"
+    counted = f"held in n/{plan.replicates} replicates" if counts.cells else number
+    repeats = "/".join(str(each) for each in dict.fromkeys(plan.repeats))
+    return f"{counted}\n{'each clip once' if plan.things == 'clips' else f'{repeats} repeats each'}"
+
+
+def _claims(axes: Axes, panel: Panel) -> None:
+    held = np.zeros((len(panel.rows), len(panel.columns)))
+    for (row, column), cell in panel.cells.items():
+        assert isinstance(cell, Cell)
+        held[row, column] = cell.count.holds / len(cell.outcomes)
+        if cell.unjudged:
+            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNTESTED, ec="#9a9078", hatch="///", lw=0))
+        dark = held[row, column] > 0.6 and not cell.unjudged
+        axes.text(column, row, cell.text(), ha="center", va="center", fontsize=8,
+                  color="white" if dark else "black", zorder=3)  # fmt: skip
+    axes.imshow(held, cmap=SHADES, vmin=0.0, vmax=1.15, origin="lower", aspect="auto", zorder=0)
+    _frame(axes, panel)
+
+
+def _numbers(axes: Axes, panel: Panel) -> None:
+    """The cells of one measure; a second line has its spread over replicates, or its mark."""
+    values = np.full((len(panel.rows), len(panel.columns)), np.nan)
+    for (row, column), each in panel.cells.items():
+        assert isinstance(each, Number)
+        if each.value is None:
+            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNTESTED, ec="#9a9078", hatch="///", lw=0))
+        else:
+            values[row, column] = each.value
+    known = values[np.isfinite(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    for (row, column), each in panel.cells.items():
+        assert isinstance(each, Number)
+        dark = each.value is not None and high > low and (each.value - low) / (high - low) > 0.6
+        style: dict[str, Any] = {"ha": "center", "va": "center", "color": "white" if dark else "black", "zorder": 3}
+        notes = _notes(each)
+        axes.text(column, row + (0.16 if notes else 0.0), each.text(), fontsize=8, **style)
+        axes.text(column, row - 0.22, notes, fontsize=5.5, **style)
+    axes.imshow(values, cmap=SCALE, vmin=low, vmax=high + 0.15 * (high - low), origin="lower", aspect="auto", zorder=0)
+    _frame(axes, panel)
+
+
+def _notes(each: Number) -> str:
+    """The second line of a cell: the replicates' lowest and highest value where they differ, and the mark's words."""
+    spread = ""
+    if each.lowest is not None and each.highest is not None and each.lowest != each.highest:
+        spread = f"{each.lowest:.3g}-{each.highest:.3g}"
+    return ", ".join(filter(None, (spread, SHORT.get(each.mark, each.mark))))
+
+
+def _frame(axes: Axes, panel: Panel) -> None:
+    """Ticks, and lines between the cells."""
+    axes.set_xticks(range(len(panel.columns)), [plain(label) for label in panel.columns])
+    rows = [plain(label) for label in panel.rows] if any(panel.rows) else []
+    axes.set_yticks(range(len(rows)), rows)
+    axes.tick_params(length=0, labelbottom=True)
+    axes.set_xticks(np.arange(len(panel.columns) - 1) + 0.5, minor=True)
+    axes.set_yticks(np.arange(len(panel.rows) - 1) + 0.5, minor=True)
+    axes.grid(which="minor", color="white", lw=1.2)
+    axes.tick_params(which="minor", length=0)
+
+
+def _mark_default(axes: Axes, across: Axis, up: Axis | None) -> None:
+    """Triangles where the defaults lie along the axes, and a frame around a cell that is the default in all."""
+    x, y = place(across), place(up) if up else 0.0
+    style: dict[str, Any] = {"color": DEFAULT, "ms": 5, "clip_on": False, "zorder": 4, "ls": ""}
+    if x is not None:
+        axes.plot(x, 1.0, marker="v", transform=axes.get_xaxis_transform(), **style)
+    if y is not None and up:
+        axes.plot(1.0, y, marker="<", transform=axes.get_yaxis_transform(), **style)
+    if x is not None and y is not None and x == round(x) and y == round(y):
+        axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, ec=DEFAULT, lw=1.6, zorder=4, clip_on=False))
+
+
+def place(axis: Axis) -> float | None:
+    """Where the default lies among an axis's levels: 0 at the first, between two levels a fraction.
+
+    ``None`` where there is no default, or it is outside of the levels, or they are texts and it is none of them.
+    """
+    if axis.default in axis.values():
+        return float(axis.values().index(axis.default))
+    numbers = [value for value in (axis.default, *axis.values()) if isinstance(value, float)]
+    if len(numbers) <= len(axis.labels) or not numbers[1] <= numbers[0] <= numbers[-1]:
+        return None
+    return float(np.interp(numbers[0], numbers[1:], range(len(axis.labels))))

@@ -1,0 +1,46 @@
+"""Find studies: those that ship, by name, and a user's own file."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+from pathlib import Path
+
+from dsnn.hints import nearest
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import beside
+from experiments.bench.engine.user_code import declared, is_file
+from experiments.bench.studies.study import Study
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of the studies that ship."""
+    return tuple(importlib.import_module("experiments.studies").NAMES)
+
+
+def find(name: str) -> Study:
+    """Return the study called ``name``, or the one that the file ``name`` declares as ``STUDY``.
+
+    Raises
+    ------
+    UsageError
+        The name is not known, or the file cannot be read, has an error, or declares no study.
+    """
+    if name in names():
+        module = importlib.import_module(f"experiments.studies.{name.replace('-', '_')}")
+        study: Study = module.STUDY
+        return study
+    if is_file(name):
+        return _of_file(Path(name))
+    near = nearest(name, names(), " (", ")")
+    raise UsageError(f"unknown study '{name}': known are {', '.join(names())}{near}, or a .py file")
+
+
+def _of_file(path: Path) -> Study:
+    study = declared(path, "STUDY")
+    if not isinstance(study, Study):
+        raise UsageError(f"{path}: STUDY is a {type(study).__name__}, expected an experiments.Study")
+    models = tuple(beside(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
+    folder = path.resolve().parent
+    experiments = tuple(str(folder / each) if is_file(each) else each for each in study.experiments)
+    return dataclasses.replace(study, models=models, experiments=experiments, file=str(path.resolve()))

@@ -1,0 +1,109 @@
+"""One replicate of a study at one point, and what each claim comes to in it.
+
+A claim is judged on the trials of one experiment in every replicate.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from experiments.bench.clips import claims as clips_claims
+from experiments.bench.clips.claims import ClipClaim
+from experiments.bench.judging.claim import Claim
+from experiments.bench.judging.verdict import Outcome
+from experiments.bench.robot.claims import RobotClaim, outcome
+from experiments.bench.robot.experiment import TrialSpec
+
+Row = Mapping[str, Any]
+
+MODEL = "dsnn"
+"""The model that the paper's claims are about, where they name no other."""
+LOOMING_DETECTORS = ("lgmd1", "lgmd2")
+"""The models that its claim about looming is about."""
+
+
+@dataclass(frozen=True, slots=True)
+class Replicate:
+    """A design, run once at one seed, before several models.
+
+    Parameters
+    ----------
+    rows
+        The rows of ``trials.parquet`` of all its experiments and models.
+    lost
+        (experiment, model) -> how many of its trials have no row, as they failed; 0 of none.
+    thresholds
+        Each model's spiking threshold.
+    looming
+        The threshold of each model's looming detector, of those that have one.
+    """
+
+    rows: tuple[Row, ...]
+    lost: Mapping[tuple[str, str], int]
+    thresholds: Mapping[str, float | None]
+    looming: Mapping[str, float | None] = field(default_factory=dict)
+
+    def of(self, model: str) -> list[Row]:
+        """Return the rows of one model."""
+        return [row for row in self.rows if row["model"] == model]
+
+
+def replicate(specs: Sequence[TrialSpec], rows: Sequence[Row]) -> Replicate:
+    """Return the replicate that ``specs`` planned, from the ``rows`` that there are; those of other trials are left."""
+    planned = {(spec.experiment, spec.index, model.label): model for spec in specs for model in spec.settings.models}
+    own = {(row["experiment"], row["trial"], row["model"]): row for row in rows}
+    lost = Counter((experiment, model) for experiment, index, model in planned.keys() - own.keys())
+    thresholds = {model.label: model.threshold for model in planned.values()}
+    looming = {model.label: model.thresholds["looming"] for model in planned.values() if "looming" in model.thresholds}
+    return Replicate(tuple(own[key] for key in planned if key in own), lost, thresholds, looming)
+
+
+def judged(claim: Claim, own: Replicate, place: str) -> Outcome:
+    """Judge a claim in one replicate: for the DSNN, for the models it compares, or for each looming detector."""
+    if isinstance(claim, ClipClaim):
+        return of_clips(claim, own, place)
+    assert isinstance(claim, RobotClaim)
+    if claim.models:
+        return of_several(claim, own, place)
+    if claim.about == "looming":
+        return Outcome.together({name: of_model(claim, own, name, place) for name in LOOMING_DETECTORS})
+    return of_model(claim, own, MODEL, place)
+
+
+def of_clips(claim: ClipClaim, own: Replicate, place: str) -> Outcome:
+    """Judge a claim about clips in one replicate. It is not judged where any of the clips it needs is lost."""
+    rows = [row for row in own.rows if row["experiment"] == place]
+    lost = sum(own.lost.get((place, model), 0) for model in claim.models)
+    if lost:
+        return Outcome.unjudged(f"{lost} clips of {place} have no rows", n=len(rows))
+    return clips_claims.judge(claim, rows, own.thresholds)
+
+
+def of_several(claim: RobotClaim, own: Replicate, place: str) -> Outcome:
+    """Judge a claim that compares models in one replicate. It is not judged where any of the trials it needs failed."""
+    rows = [row for row in own.rows if row["experiment"] == place]
+    found = outcome(claim, rows, own.thresholds.get(claim.spiking))
+    return _unless_lost(found, sum(own.lost.get((place, model), 0) for model in claim.models), place)
+
+
+def of_model(claim: RobotClaim, own: Replicate, model: str, place: str) -> Outcome:
+    """Judge a claim for one model in one replicate. It is not judged where any of the trials it needs failed.
+
+    A claim about looming is judged on the spikes of the looming detector, of a model that tells direction too.
+    """
+    if model not in own.thresholds:
+        return Outcome.unjudged(f"{model} was not shown")
+    shown, threshold = own.of(model), own.thresholds[model]
+    if claim.about == "looming" and own.looming.get(model) is not None:
+        shown = [{**row, "spikes": row.get("looming_spikes", row["spikes"])} for row in shown]
+        threshold = own.looming[model]
+    rows = [row for row in shown if row["experiment"] == place]
+    return _unless_lost(outcome(claim, rows, threshold, shown), own.lost.get((place, model), 0), place)
+
+
+def _unless_lost(found: Outcome, lost: int, place: str) -> Outcome:
+    """The outcome, or not judged where trials are lost: the others are not the design."""
+    return found.withheld(f"{lost} trials of {place} failed") if lost and found.verdict != "not shown" else found

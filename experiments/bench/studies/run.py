@@ -1,0 +1,147 @@
+"""Run a study: do the trials, or show the clips, that its folder lacks, count, tabulate and draw."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from experiments import NAMES
+from experiments.bench import registry
+from experiments.bench.clips import plan as clips_plan
+from experiments.bench.clips import run as clips_run
+from experiments.bench.clips.experiment import OfflineExperiment
+from experiments.bench.clips.plan import pixels
+from experiments.bench.clips.rows import clip_contents
+from experiments.bench.clips.show import show_without_frames
+from experiments.bench.engine.batch import Batch, Resources
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.judging.claim import Claim
+from experiments.bench.robot import run as robot_run
+from experiments.bench.robot.experiment import Experiment
+from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
+from experiments.bench.store.files import Files
+from experiments.bench.store.run_folder import RunFolder
+from experiments.bench.studies import clips, robot
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.plan import StudyPlan
+from experiments.bench.studies.study import Study
+
+TABLE = "counts.csv"
+
+
+def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None) -> StudyPlan:
+    """Check and list all that a study runs.
+
+    Parameters
+    ----------
+    study
+        The study.
+    seed
+        Of replicate 0; replicate k has ``seed`` + k.
+    models_in
+        Experiment -> the models shown there, all judged together, in place of the study's.
+
+    Raises
+    ------
+    UsageError
+        The experiments are of both kinds, or something that the study asks for is not legal.
+    """
+    experiments = [registry.find(name) for name in study.experiments or answering(study.claims)]
+    with_robot = [each for each in experiments if isinstance(each, Experiment)]
+    offline = [each for each in experiments if isinstance(each, OfflineExperiment)]
+    if with_robot and offline:
+        both = f"{with_robot[0].name} has a robot and {offline[0].name} is off-line"
+        raise UsageError(f"EXPERIMENT: {both}; a study has experiments of one kind")
+    if study.as_run:
+        return clips.points_of_run(study, clips_plan.plan(offline[0], (), (), study.replicates, seed))
+    return clips.planned(study, offline, seed) if offline else robot.planned(study, with_robot, seed, models_in or {})
+
+
+def answering(claims: Sequence[str | Claim]) -> list[str]:
+    """Return the paper's experiments with the robot that answer for claims: of each claim the first that declares it.
+
+    Raises `UsageError` for a claim that none of them declares.
+    """
+    names = []
+    for claim in claims:
+        name = claim.id if isinstance(claim, Claim) else claim
+        there = [each for each in NAMES if name in registry.load(each).claims]
+        if not there:
+            raise UsageError(f"claim {name}: no experiment with the robot declares it; the study has to name one")
+        names.append(there[0])
+    return [name for name in NAMES if name in names]
+
+
+def batch(plan: StudyPlan, name: str = "") -> Batch[Any]:
+    """Return all trials, or clips, of a study as a batch. They leave neither recordings nor frames."""
+    several = f", {plan.replicates} replicates" if plan.replicates > 1 else ""
+    of_clips, probe = plan.things == "clips", plan.study.probe
+    name = name or plan.study.name
+    if of_clips:
+        contents = replace(clip_contents(plan.specs, frames=False), parameters=plan.parameters)  # type: ignore[arg-type]
+    else:
+        contents = robot_contents(plan.specs, recordings=False, frames=False, parameters=plan.parameters)
+    if probe:
+        contents = replace(contents, may_be_null=contents.may_be_null | set(probe.may_be_null))
+    return Batch(
+        name=name,
+        specs=plan.specs,
+        work=show_without_frames if of_clips
+        else probe.work if probe
+        else partial(robot_run.work, keep=robot_run.ROWS_ONLY),
+        description={**plan.description, "experiment": name},
+        contents=contents,
+        schemas=clips_run.SCHEMAS if of_clips else (probe.schema if probe else TRIAL_SCHEMA, FRAME_SCHEMA),
+        things=plan.things,
+        amount=lambda: f"{len(plan.points)} points{several}, {len(plan.specs)} {plan.things}",
+        size=pixels if of_clips else robot_run.seconds,
+    )  # fmt: skip
+
+
+def run(plan: StudyPlan, out: Path, resources: Resources, *, name: str = "") -> Counts:
+    """Run what a study's folder lacks, and write its table and figure.
+
+    Parameters
+    ----------
+    plan
+        From `planned`.
+    out
+        The study's folder: a new one, or one that holds a part of this study.
+    resources
+        Workers, or a cluster.
+    name
+        What the run and its files are called, otherwise by the study's name.
+
+    Returns
+    -------
+    Counts
+        ``counts.csv``, ``NAME.json`` and ``NAME.svg`` in the folder have them.
+
+    Raises
+    ------
+    FileExistsError
+        There are tables, and nothing that tells of which run.
+    UsageError
+        There is another run.
+    """
+    whole = batch(plan, name)
+    with resources.pool() as pool, closing(whole.open(out, resources)) as folder:
+        failures = whole.fill(folder, pool, resources)
+        counts = Counts(plan, folder.rows(), failures)
+        write(counts, folder, name or plan.study.name)
+        return counts
+
+
+def write(counts: Counts, folder: RunFolder | Files, name: str) -> None:
+    """Write a study's table, its ``NAME.json`` and its figure into a folder."""
+    from experiments.bench.figures import plotting  # not before: workers do without matplotlib
+    from experiments.bench.studies import figure
+
+    folder.write_rows(TABLE, counts.table())
+    folder.write_json(f"{name}.json", counts.described())
+    if counts.cells or counts.numbers:
+        plotting.save(figure.draw(counts), folder.folder, name)

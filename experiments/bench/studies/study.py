@@ -1,0 +1,221 @@
+"""What a study is: the axes of a grid, models, claims and measures, and how many replicates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from experiments.bench.engine.errors import UsageError, check_name
+from experiments.bench.judging.claim import Claim
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from experiments.bench.robot.experiment import TrialSpec
+    from experiments.bench.store.rows import TrialRecord
+
+WHOLE = 10
+"""Trials of each condition in a whole replicate, as in the paper."""
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """One value of an axis.
+
+    Parameters
+    ----------
+    label
+        What tables and figure call it.
+    settings
+        The ``KEY=VALUE`` texts that make it. Those whose key an experiment or a model lacks are left out there.
+    models
+        The study's models that are shown there; empty: all of them.
+    plays
+        Name of a model that claims know -> the label, in the trials, of the model that stands for it there.
+    """
+
+    label: str
+    settings: tuple[str, ...] = ()
+    models: tuple[str, ...] = ()
+    plays: Mapping[str, str] = field(default_factory=dict, hash=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One axis of a study.
+
+    Parameters
+    ----------
+    name
+        What it is called. Of an axis of parameters: one key, or several joined by ``+``, which move together.
+    levels
+        Its values; those of parameters ascend if all are numbers.
+    default
+        The value that holds without it; ``None`` where there is no single one.
+    unit
+        Unit of the values; empty where none is known.
+    of_keys
+        Whether its levels are values of the parameters that its name names.
+    """
+
+    name: str
+    levels: tuple[Level, ...]
+    default: float | str | None = None
+    unit: str = ""
+    of_keys: bool = False
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The labels of its levels."""
+        return tuple(level.label for level in self.levels)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The parameters that it moves, with their ends: ``dsnn.tau_s.first``; none where its levels are named."""
+        return tuple(self.name.split("+")) if self.of_keys else ()
+
+    def level(self, label: str) -> Level:
+        """Return the level of that label."""
+        return next(level for level in self.levels if level.label == label)
+
+    def values(self) -> tuple[float | str, ...]:
+        """Return the labels as numbers if all of them are finite ones, otherwise as they are."""
+        try:
+            numbers = tuple(float(label) for label in self.labels)
+        except ValueError:
+            return self.labels
+        return numbers if all(map(math.isfinite, numbers)) else self.labels
+
+    def value(self, label: str) -> float | str:
+        """Return the value of one level."""
+        return self.values()[self.labels.index(label)]
+
+    def words(self) -> list[str]:
+        """Return the axis in words: its keys or its name, then its unit and the default, if there are any."""
+        keys = self.keys or (self.name,)
+        default = "" if self.default is None else f"default {value_text(self.default)}"
+        more = ", ".join(filter(None, (self.unit, default)))
+        return [*(f"{key} +" for key in keys[:-1]), keys[-1], *([f"({more})"] if more else [])]
+
+
+def value_text(value: float | str) -> str:
+    """Return a value of an axis in words."""
+    return f"{value:g}" if isinstance(value, float) else value
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """What a study keeps of a trial with the robot beside its row.
+
+    Parameters
+    ----------
+    work
+        A job's pure function, in place of `experiments.bench.robot.run.work`.
+    schema
+        The columns of its rows.
+    may_be_null
+        Those of its own columns that may be null.
+    """
+
+    work: Callable[[TrialSpec], TrialRecord]
+    schema: pa.Schema
+    may_be_null: tuple[str, ...] = ()
+
+
+Tables = Mapping[str, list[dict[str, Any]]]
+"""Title of a table -> its rows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """Claims and measures, counted at every point of a grid, for every model, in whole replicates.
+
+    A study that ships is a file of `experiments.studies` that defines ``STUDY``; a user's own file does the same.
+
+    Parameters
+    ----------
+    name
+        Letters, digits, ``-`` and ``_``: its files are called so.
+    summary
+        A line for ``colias list`` and the report.
+    claims
+        Ids of claims, or claims. Without claims and measures: all that the experiments declare about a model of
+        ``models``, and without those the mean number of spikes in each condition.
+    measures
+        Names of `experiments.bench.studies.measures.MEASURES`.
+    experiments
+        Names or files, of one kind; the claims are judged on the first that declares them. Without: for each claim the
+        paper's experiment that answers for it.
+    axes
+        Axes with levels of their own.
+    over
+        Further axes, as ``KEY=V1,V2`` texts.
+    models
+        The models judged, one by one, at every point; as ``--model`` takes them.
+    assignments
+        ``KEY=VALUE`` texts that hold at every point.
+    repeats
+        Trials of each condition in a replicate; ``None``: the experiment's own number. Clips have none.
+    replicates
+        Number of replicates, each with a seed of its own.
+    every_trial
+        Whether whole experiments are run, or just the motions that claims and measures read.
+    as_run
+        Whether the points are read off the trials of an experiment as it stands, its models and clips with it. Their
+        levels then choose among these by ``plays`` and by ``claim_at``.
+    claim_at
+        Makes the claim that is asked at a point, from the claim and the point's labels by axis.
+    probe
+        What is kept of a trial beside its row.
+    tables
+        Makes further tables from what the study comes to: `experiments.bench.studies.counts.Counts`.
+    file
+        The .py file that declares it, which ``colias study`` fills in.
+
+    Raises
+    ------
+    UsageError
+        The name is not legal, there are no replicates, or something is there twice.
+
+    Examples
+    --------
+    >>> from experiments import Axis, Level, Study
+    >>> light = Axis("light", (Level("as it is"), Level("dim", ("scene.light=0.7",))))
+    >>> Study("dim", "C13 and C14 in less light", claims=("C13", "C14"), axes=(light,), replicates=5).models
+    ('dsnn',)
+    """
+
+    name: str
+    summary: str
+    claims: tuple[str | Claim, ...] = ()
+    measures: tuple[str, ...] = ()
+    experiments: tuple[str, ...] = ()
+    axes: tuple[Axis, ...] = ()
+    over: tuple[str, ...] = ()
+    models: tuple[str, ...] = ("dsnn",)
+    assignments: tuple[str, ...] = ()
+    repeats: int | None = WHOLE
+    replicates: int = 20
+    every_trial: bool = True
+    as_run: bool = False
+    claim_at: Callable[[Claim, Mapping[str, str]], Claim] | None = None
+    probe: Probe | None = None
+    tables: Callable[[Any], Tables] | None = None
+    file: str = field(default="", compare=False, repr=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        check_name("study", self.name)
+        for what in ("claims", "measures", "experiments", "axes", "over", "models", "assignments"):
+            values = getattr(self, what)
+            if isinstance(values, str):
+                raise UsageError(f"study {self.name}: {what}={values!r}: legal is a tuple")
+            object.__setattr__(self, what, tuple(values))
+        if not self.models:
+            raise UsageError(f"study {self.name}: models=(): legal is one name or more")
+        for axis in self.axes:
+            if not isinstance(axis, Axis) or not axis.levels:
+                raise UsageError(f"study {self.name}: axes: {axis!r}: legal is an experiments.Axis with levels")
+            if len(set(axis.labels)) < len(axis.labels):
+                raise UsageError(f"study {self.name}: axis {axis.name}: a level is there twice")

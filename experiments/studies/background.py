@@ -1,0 +1,93 @@
+"""C5 to C11 along the speed of the background: up to which speed each holds, and what breaks it.
+
+The paper's -8 px/s is 0.27 px a frame at 30 frames per second: a background that hardly moves. Each claim is judged
+here by its own judge at every speed, one at a time, in the direction that its words name.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from experiments import Axis, Level, Outcome, Study
+from experiments.background import SPEEDS
+from experiments.bench.clips.claims import ClipClaim, find
+from experiments.bench.clips.judging import Rows, levels, rises, rows_of
+from experiments.bench.studies.study import Tables
+
+if TYPE_CHECKING:
+    from experiments.bench.judging.claim import Claim
+    from experiments.bench.studies.counts import Counts
+
+NAME = "background (px/s)"
+BACKGROUND = Axis(NAME, tuple(Level(f"{speed:g}") for speed in SPEEDS), unit="px/s")
+GREYS = (0.0, 255.0)
+"""Of the objects of C6 and C7: a dark and a light one."""
+RIGHTWARD = ("C5",)
+"""The claims before a background that shifts rightward; in the words of the others it shifts leftward."""
+OBJECT_SPEED = {"C6": 120.0}
+FPS = 30.0
+
+
+def c7_rises(rows: Rows, threshold: float) -> Outcome:
+    """Judge the half of C7 that one speed of the background can answer: peak HS rises with the object's speed."""
+    own = rows_of(rows)
+    checks = [
+        check for grey in levels(own, "grey") for check in rises(rows_of(own, grey=grey), threshold, f"grey {grey:g}")
+    ]
+    return Outcome.of(checks, n=len(own))
+
+
+def at_speed(claim: "Claim", point: Mapping[str, str]) -> ClipClaim:
+    """Return one of the paper's claims asked at one speed of the background."""
+    assert isinstance(claim, ClipClaim)
+    speed = float(point[NAME])
+    shift = speed if claim.id in RIGHTWARD else -speed
+    conditions: dict[str, tuple[Any, ...]] = {**claim.conditions, "background_speed": (shift,)}
+    if claim.id in OBJECT_SPEED:
+        conditions["speed"] = (OBJECT_SPEED[claim.id],)
+    if claim.id in ("C6", "C7"):
+        conditions["grey"] = GREYS
+    if claim.id == "C7":  # one speed of the background answers a half of it, which is a claim of its own
+        half, says = "C7-rises", "peak HS rises with the object's speed"
+        conditions["object"] = ("present",)
+        return replace(claim, id=half, says=says, conditions=conditions, judge=c7_rises)
+    return replace(claim, conditions=conditions)
+
+
+def breaks(counts: "Counts") -> Tables:
+    """Say for each claim at which speeds it holds, in px a frame, and what decided at the lowest at which it fails."""
+    rows = []
+    for claim in counts.plan.study.claims:
+        name = getattr(claim, "id", claim)
+        cells = {float(dict(cell.point.values)[NAME]) / FPS: cell for cell in counts.cells if cell.claim == name}
+        failing = {speed: cell for speed, cell in cells.items() if cell.count.fails}
+        first = min(failing, default=0.0)
+        decided = f"{first:.2g} px a frame: {failing[first].outcomes[0].decided}" if failing else ""
+        rows.append(
+            {
+                "claim": name,
+                "holds at (px a frame)": _listed(speed for speed, cell in cells.items() if cell.holds),
+                "fails at": _listed(failing),
+                "not judged at": _listed(speed for speed, cell in cells.items() if not cell.count.judged),
+                "breaks first": decided,
+            }
+        )
+    return {"Where each claim breaks": rows}
+
+
+def _listed(speeds: Iterable[float]) -> str:
+    return ", ".join(f"{speed:.2g}" for speed in sorted(speeds)) or "-"
+
+
+STUDY = Study(
+    name="background",
+    summary="C5 to C11 before a background that shifts at 0.07 to 10 px a frame; of C7 without the 2017 model",
+    claims=tuple(find(f"C{number}") for number in range(5, 12)),
+    experiments=("background",),
+    axes=(BACKGROUND,),
+    repeats=None,
+    replicates=1,
+    as_run=True,
+    claim_at=at_speed,
+    tables=breaks,
+)

@@ -1,0 +1,171 @@
+"""C13 to C20 in the arithmetic of the robot's own processor, in several formats of numbers."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from experiments import Study
+from experiments.bench.robot.rows import TRIAL_SCHEMA
+from experiments.bench.studies.replicates import MODEL, Replicate
+from experiments.bench.studies.study import Probe, Tables
+
+if TYPE_CHECKING:
+    from experiments.bench.robot.experiment import TrialSpec
+    from experiments.bench.store.rows import TrialRecord
+    from experiments.bench.studies.counts import Counts
+
+CLAIMS = ("C13", "C14", "C15", "C16", "C17", "C18", "C19", "C20")
+"""The claims about counts of spikes on the robot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A form of the network.
+
+    Parameters
+    ----------
+    label
+        What ``--model`` takes, and tables show.
+    says
+        What it computes with.
+    fits
+        Whether it fits into the robot's memory at 99x72 beside three frames of its camera and 16 kB of other use, as
+        ``colias firmware budget`` measures it.
+    """
+
+    label: str
+    says: str
+    fits: bool
+
+
+BEST = Format("dsnn-onboard", "8-bit delay states, companded, and 8-bit LA, rounded to nearest", True)
+"""The best format that fits, of which alone a claim is said not to survive."""
+FORMATS = (
+    Format(MODEL, "float32", False),
+    BEST,
+    Format("dsnn-onboard:preset=lamina16", "16-bit LA, which fits beside two camera frames", False),
+    Format("dsnn-onboard:preset=bits16", "16-bit delay states and LA", False),
+    Format("dsnn-onboard:preset=truncated", "the best one, truncated at every step", True),
+)
+"""The float network, then the best format. All watch the same trials."""
+
+HS, SPIKES = "hs_series", "hs_spikes_series"
+"""Columns of a trial's row: HS, in float32, and its spikes in every frame; null of a model whose are not kept."""
+
+
+def series(spec: "TrialSpec", *, labels: Sequence[str]) -> "TrialRecord":
+    """Run one trial in a worker; of the models called ``labels`` the rows have HS and its spikes in every frame."""
+    import numpy as np
+
+    from experiments.bench.robot.rows import finished
+    from experiments.bench.robot.run import simulated
+    from experiments.bench.store.drawing import drawn_here
+
+    result = simulated(spec, keep_media=False)
+    record = finished(result, None, frames=False)
+    rows = tuple(
+        {
+            **row,
+            HS: answer.series.hs.astype(np.float32).tolist() if answer.model in labels else None,
+            SPIKES: answer.series.hs_spikes.tolist() if answer.model in labels else None,
+        }
+        for row, answer in zip(record.rows, result.answers, strict=True)
+    )
+    return drawn_here(replace(record, rows=rows))
+
+
+def series_of(labels: Sequence[str]) -> Probe:
+    """Return what keeps HS and its spikes in every frame of the models called ``labels`` in the trials."""
+    import pyarrow as pa
+
+    schema = TRIAL_SCHEMA.append(pa.field(HS, pa.list_(pa.float32()))).append(pa.field(SPIKES, pa.list_(pa.int32())))
+    return Probe(partial(series, labels=tuple(labels)), schema, (HS, SPIKES))
+
+
+def errors(counts: "Counts") -> Tables:
+    """Say what each format does to the claims, and how far it is from the float network."""
+    (point, plain), *others = counts.plan.judged
+    return {
+        "Formats": [{"format": each.label, "computes with": each.says, "fits": "yes" if each.fits else "no"}
+                    for each in FORMATS if each.label in [model for _, model in counts.plan.judged]],
+        "Claims lost and gained against the float network": [
+            lost_and_gained(counts, claim, model, plain) for claim in counts_of(counts) for _, model in others
+        ],
+        "Distance from the float network, frame by frame": [
+            error_row(model, counts.replicates(point, model), counts.replicates(point, plain), plain)
+            for _, model in others
+        ],
+    }  # fmt: skip
+
+
+def counts_of(counts: "Counts") -> list[str]:
+    """Return the claims that were counted."""
+    return list(dict.fromkeys(cell.claim for cell in counts.cells))
+
+
+def lost_and_gained(counts: "Counts", claim: str, model: str, plain: str) -> dict[str, Any]:
+    """Return in how many replicates a claim holds of the float network alone, and of a format alone.
+
+    It does not survive where it holds of the float network, over all replicates, and does not of the format.
+    """
+    own, float_ = counts.cell(claim, model), counts.cell(claim, plain)
+    pairs = [(a.verdict == "holds", b.verdict == "holds")
+             for a, b in zip(own.outcomes, float_.outcomes, strict=True)]  # fmt: skip
+    words = float_.count.word, own.count.word
+    survives = "-" if "" in words or words[0] != "holds" else "yes" if words[1] == "holds" else "no"
+    return {
+        "claim": claim, "format": model, "lost": sum(b and not a for a, b in pairs),
+        "gained": sum(a and not b for a, b in pairs), "survives": survives,
+    }  # fmt: skip
+
+
+def error_row(
+    label: str, every: Sequence[Replicate], floats: Sequence[Replicate], plain: str = MODEL
+) -> dict[str, Any]:
+    """Measure a format against the float network, frame by frame, on all trials that both answered.
+
+    ``lost`` and ``gained`` are spikes that the float network or the format alone has, over all frames, as
+    `dsnn.onboard.error.differences` counts them.
+    """
+    import numpy as np
+
+    own, float_ = _series(every, label), _series(floats, plain)
+    both = [key for key in float_ if key in own]
+    row = {"format": label, "frames": 0, "trials": len(both), "median of |HS error|": None, "99 %": None,
+           "worst": None, "spikes in float": 0, "lost": 0, "gained": 0}  # fmt: skip
+    if not both:
+        return row
+    hs, spikes = (np.concatenate([own[key][part] for key in both]) for part in (0, 1))
+    wanted, expected = (np.concatenate([float_[key][part] for key in both]) for part in (0, 1))
+    error = np.abs(hs - wanted)
+    # A spike of the other sign is one lost and one gained.
+    same = np.where(spikes * expected > 0, np.minimum(np.abs(spikes), np.abs(expected)), 0)
+    return {
+        **row, "frames": error.size, "median of |HS error|": float(np.median(error)),
+        "99 %": float(np.quantile(error, 0.99)), "worst": float(error.max()),
+        "spikes in float": int(np.abs(expected).sum()), "lost": int((np.abs(expected) - same).sum()),
+        "gained": int((np.abs(spikes) - same).sum()),
+    }  # fmt: skip
+
+
+def _series(every: Sequence[Replicate], label: str) -> Mapping[tuple[int, Any, Any], tuple[Any, Any]]:
+    """Replicate, experiment and seed of a trial -> HS and spikes in its frames; without those that were not kept."""
+    import numpy as np
+
+    return {
+        (number, row["experiment"], row["seed"]): (np.asarray(row[HS], np.float64), np.asarray(row[SPIKES], np.int64))
+        for number, each in enumerate(every)
+        for row in each.of(label)
+        if row.get(HS) is not None
+    }
+
+
+STUDY = Study(
+    name="onboard",
+    summary="C13 to C20 in the robot's own arithmetic, in several formats, beside the float network on the same trials",
+    claims=CLAIMS,
+    models=tuple(each.label for each in FORMATS),
+    probe=series_of([each.label for each in FORMATS]),
+    tables=errors,
+)

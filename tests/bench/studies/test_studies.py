@@ -1,0 +1,193 @@
+"""The studies that ship: what is varied and nothing else, the reproduction's own seeds, and how they are run."""
+
+import csv
+import dataclasses
+import json
+
+import pytest
+
+from colias_sim.config import CameraConfig, RobotConfig
+from experiments import Axis, Level, Study
+from experiments.bench.cli import main
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.reproduction.page.studies import study_section
+from experiments.bench.studies import figure, registry, run
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.stored import studies
+from experiments.studies.sensitivity import APPARATUS, DEFAULTS, NETWORK
+from tests.bench.judging.test_replicates import rows_of
+from tests.helpers.paper import design
+
+APPARATUS_OF = {"camera": CameraConfig(), "robot": RobotConfig()}
+
+
+def planned(name, seed=0, **changes):
+    return run.planned(dataclasses.replace(registry.find(name), **changes), seed)
+
+
+def trials(plan, point, model="dsnn"):
+    """The trials of a point before one model, each before that model's network alone."""
+    specs = {spec.index: spec for spec in plan.specs}
+    found = []
+    for name in plan.experiments:
+        share = plan.shares[point, model, name, 0]
+        (watcher,) = share.watchers
+        for number in share.trials:
+            (network,) = (each.network for each in specs[number].settings.models if each.label == watcher.label)
+            settings = dataclasses.replace(specs[number].settings, models=())
+            found.append((dataclasses.replace(specs[number], index=0, settings=settings), network))
+    return found
+
+
+def bare(own):
+    """A trial without what fidelity may change."""
+    return [(dataclasses.replace(spec, settings=dataclasses.replace(spec.settings, **APPARATUS_OF)), network)
+            for spec, network in own]  # fmt: skip
+
+
+def test_fidelity_changes_eye_and_wheels_alone():
+    plan = planned("fidelity", 3, replicates=1, repeats=2)
+    first, *others = plan.points
+    for point in others:
+        assert bare(trials(plan, point)) == trials(plan, first)
+    assert {(spec.settings.camera, spec.settings.robot) for spec in plan.specs} == {
+        (camera, robot)
+        for camera in (CameraConfig(), CameraConfig.preset("ov7670"))
+        for robot in (RobotConfig(), RobotConfig.preset("colias4"))
+    }
+
+
+def test_the_first_point_is_the_reproduction_s_own_replicate():
+    plan = planned("fidelity", 3, replicates=1, repeats=2)
+    own = {(s.experiment, s.seed): s for s in design(1, 2, 3).specs}
+    for spec, network in trials(plan, plan.points[0]):
+        ours = own[spec.experiment, spec.seed]
+        assert spec.condition == ours.condition and network == ours.settings.models[0].network
+        assert dataclasses.replace(ours.settings, models=()) == spec.settings
+
+
+def test_moves_change_what_they_name_and_nothing_else():
+    """Each point of the study of sensitivity differs from the defaults in its own parameter, and in no seed."""
+    plan = planned("sensitivity", repeats=1)
+    by_label = {point.values[0][1]: point for point in plan.points}
+    assert list(by_label) == [DEFAULTS, *NETWORK, *APPARATUS]
+    for model in ("dsnn", "dsnn-onboard"):
+        defaults = trials(plan, by_label[DEFAULTS], model)
+        for label, text in NETWORK.items():
+            for (spec, network), (plain, base) in zip(trials(plan, by_label[label], model), defaults, strict=True):
+                changed = {
+                    f.name for f in dataclasses.fields(base) if getattr(network, f.name) != getattr(base, f.name)
+                }
+                assert spec == plain and changed == {text.partition("=")[0]}
+    defaults = trials(plan, by_label[DEFAULTS])
+    for name, settings in APPARATUS.items():
+        moved = trials(plan, by_label[name])
+        assert [(s.experiment, s.seed, n) for s, n in moved] == [(s.experiment, s.seed, n) for s, n in defaults]
+        if not settings[0].startswith("experiment."):
+            assert all(s.settings != plain.settings for (s, _), (plain, _) in zip(moved, defaults, strict=True))
+        assert (by_label[name], "dsnn-onboard") not in plan.judged
+
+
+def test_what_is_not_moved_somewhere_is_run_once():
+    plan = planned("sensitivity", repeats=1)
+    sudden = next(point for point in plan.points if point.values[0][1].startswith("sudden"))
+    both = (sudden, plan.points[0])
+    shared = [plan.shares[point, "dsnn", name, 0].trials for point in both for name in ("speed", "distance")]
+    assert shared[:2] == shared[2:], "their designs have no start acceleration"
+
+
+def test_a_study_without_its_trials_is_judged_nowhere():
+    counts = Counts(planned("fidelity", replicates=1, repeats=1))
+    assert {cell.outcomes[0].verdict for cell in counts.cells} == {"not shown"}
+
+
+def test_points_and_claims_are_a_matrix_on_the_page_and_in_the_figure():
+    plan = planned("sensitivity", repeats=5)
+    rows = [{**row, "model": row["model"]} for row in rows_of(plan.specs)]
+    counts = Counts(plan, rows)
+    section = study_section(json.loads(json.dumps(counts.described(), default=str)))
+    assert len(section.rows) == len(plan.judged) == 30 and section.claims[0] == "C13"
+    assert section.rows[0][0] == f"{DEFAULTS}, dsnn" and all(cell.same for cell in section.rows[0][1])
+    assert {cell.text for _, cells in section.rows for cell in cells} <= {"holds", "fails", "not shown"}
+    drawn = figure.draw(counts)
+    assert len(drawn.axes[0].texts) == 30 * len(section.claims)
+
+
+OWN = """
+from experiments import Axis, Level, Study
+
+LIGHT = Axis("light", (Level("as it is"), Level("dim", ("scene.light=0.7",))))
+STUDY = Study("light", "C16 in less light", claims=("C16",), axes=(LIGHT,), repeats=5, replicates=2)
+"""
+
+
+def test_a_user_s_own_study_is_run_counted_and_gone_on_with(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "light.py").write_text(OWN)
+    arguments = ["study", "light.py", "--replicates", "1", "--workers", "0", "-q", "--out", "out"]
+    assert main.command(arguments) == 0
+    with (tmp_path / "out" / "counts.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["light"], row["claim"], row["experiment"]) for row in rows] == [
+        ("as it is", "C16", "distance"), ("dim", "C16", "distance"),
+    ]  # fmt: skip
+    assert all(int(row["holds"]) + int(row["fails"]) == 1 == int(row["replicates"]) for row in rows)
+    before = (tmp_path / "out" / "counts.csv").read_bytes()
+    assert main.command(arguments) == 0
+    assert (tmp_path / "out" / "counts.csv").read_bytes() == before
+    assert list(studies(tmp_path)) == ["light"], "the report of a reproduction there shows it"
+
+
+def test_spikes_over_a_grid_are_those_of_runs_alone(tmp_path, monkeypatch):
+    import pyarrow.parquet as pq
+
+    monkeypatch.chdir(tmp_path)
+    quick = ["--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "-q", "--workers", "0"]
+    over = ["--over", "dsnn.n_con=4,8", "--over", "camera.read_noise=0,0.64"]
+    assert main.command(["map", "speed", *quick, *over, "--measure", "spikes", "--out", "out"]) == 0
+    with (tmp_path / "out" / "counts.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len({(r["dsnn.n_con"], r["camera.read_noise"], r["speed_cm_s"]) for r in rows}) == 8
+    alone = ["run", "speed", *quick, "--set", "dsnn.n_con=4", "--no-recordings", "--out", "alone"]
+    assert main.command(alone) == 0
+    spikes = [row["spikes"] for row in pq.read_table(tmp_path / "alone" / "trials.parquet").to_pylist()
+              if row["speed_cm_s"] == 20.0]  # fmt: skip
+    (point,) = [r for r in rows if (r["dsnn.n_con"], r["camera.read_noise"], r["speed_cm_s"]) == ("4", "0.64", "20")]
+    assert (float(point["value"]), int(point["n"])) == (sum(spikes) / 2, 2)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("study", "fidelitty"), "unknown study 'fidelitty'"),
+        (("study", "fidelity", "--model", "emd"), "--model: goes with model-claims"),
+        (("study", "background", "--repeats", "3"), "a replicate has each clip once"),
+        (("study", "model-claims", "--quick"), "model-claims and --quick"),
+        (("study", "model-claims", "--model", "dsnn"), "--model dsnn: no claims of its own paper"),
+        (("study", "fidelity", "--replicates", "0"), "--replicates 0"),
+        (("sweep", "speed", "--over", "dsnn.d=1,2"), "colias map EXPERIMENT --over KEY=V1,V2 --measure spikes"),
+        (("reproduce", "--fidelity"), "it is colias study fidelity now"),
+        (("reproduce", "--detectors", "--quick"), "it is colias study detectors now"),
+        (("reproduce", "--onboard"), "it is colias study onboard now"),
+        (("reproduce", "--models", "lplc2"), "it is colias study model-claims --model lplc2 now"),
+    ],
+)
+def test_a_wrong_use_and_an_old_spelling_end_in_one_line(arguments, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError) as caught:
+        main.command([*arguments])
+    assert says in str(caught.value) and "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("study", "says"),
+    [
+        (Study("s", "s", claims=("C16",), axes=(Axis("drive", (Level("a"),)),)), "the table of trials has that column"),
+        (Study("s", "s", claims=("C16",), axes=(Axis("x", (Level("a", ("scene.lihgt=1",)),)),)), "scene.lihgt"),
+        (Study("s", "s", claims=("C1",)), "no experiment with the robot declares it"),
+    ],
+)
+def test_a_study_that_cannot_be_planned_says_why(study, says):
+    with pytest.raises(UsageError, match=says):
+        run.planned(study)

@@ -1,0 +1,23 @@
+"""Replicates of the paper's experiments with the robot, and what stands for their rows."""
+
+from __future__ import annotations
+
+from experiments.bench.reproduction.plan import replicates_plan
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.grid import Point
+from experiments.bench.studies.plan import EVERY_MODEL
+
+
+def design(count=1, repeats=5, seed=0, among=None):
+    """The plan of some replicates."""
+    return replicates_plan(count, repeats, seed, among)
+
+
+def first(plan):
+    """The trials of replicate 0."""
+    return plan.specs[: len(plan.specs) // plan.replicates]
+
+
+def every(plan, rows):
+    """The replicates of a plan, from the rows that there are."""
+    return Counts(plan, rows).replicates(Point(), EVERY_MODEL)
