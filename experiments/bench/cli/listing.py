@@ -20,7 +20,7 @@ def register(app: typer.Typer) -> None:
 
 
 def list_all() -> None:
-    """Name what there is to run: experiments, vision models, arenas, stimuli, envs, behaviours."""
+    """Name what there is to run: experiments, studies, vision models, arenas, stimuli, envs, behaviours."""
     from colias_sim.envs import ENVS
     from dsnn import MODELS
     from dsnn.stimuli import STIMULI
@@ -40,8 +40,8 @@ def list_all() -> None:
     groups = {name: f"a group: {', '.join(members)}" for name, members in GROUPS.items()}
     behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()} | groups
     kinds = {
-        "experiments": experiments, "studies": named, "models": models, "scenes": ARENAS, "stimuli": stimuli, "envs": envs,
-        "behaviours": behaviours,
+        "experiments": experiments, "studies": named, "models": models, "scenes": ARENAS, "stimuli": stimuli,
+        "envs": envs, "behaviours": behaviours,
     }  # fmt: skip
     for title, items in kinds.items():
         out_console.print(title, style="b")

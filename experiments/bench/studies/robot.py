@@ -270,7 +270,8 @@ def _description(
 ) -> dict[str, Any]:
     """What ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
     first = plans[0]
-    sources = [model.source for each in renderings for model in each.plan.settings.models]
+    models = {model.label: model for each in renderings for model in each.plan.settings.models}
+    sources = [model.source for model in models.values()]
     files = [path for each in plans for path in provenance.of((), each.experiment)["files"]]
     changed = {key: values for each in plans for key, values in each.changed().items()}
     return {
@@ -279,6 +280,7 @@ def _description(
         "experiments": [each.experiment for each in plans],
         "repeats": [each.repeats for each in plans],
         "trials": trials,
+        "models": tuple(models.values()),
         "changed": {**changed, **parameters},
         **provenance.of((*dict.fromkeys(sources), *files, *filter(None, (study.file,))), first.experiment),
     }
