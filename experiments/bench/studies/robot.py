@@ -161,10 +161,12 @@ def _base(experiment: Experiment, model: str, values: dict[str, Any]) -> Base:
 def _of_plan(own: Plan, model: str) -> Base:
     """An experiment before one model as its plan has it: with the values of ``--set``."""
     settings = own.settings
-    section = look_up([model])[0].section
+    (shown,) = look_up([model])
+    section = shown.section
     values = {section: settings.models[0].network, "robot": settings.robot, "camera": settings.camera,
               "scene": settings.scene, "experiment": own.experiment.design}  # fmt: skip
-    return _base(own.experiment, settings.models[0].label, values)
+    settled = frozenset(f"{section}.{name}" for name in shown.asked.own)
+    return dataclasses.replace(_base(own.experiment, settings.models[0].label, values), settled=settled)
 
 
 def _renderings(
