@@ -138,6 +138,23 @@ def colias(tmp_path: Path, request: pytest.FixtureRequest) -> Colias:
     return Colias(tmp_path, warm=not getattr(request.module, "COLD", False))
 
 
+class ColiasHere:
+    """The command line in this process, in an empty folder: for refusals, which are about words and files."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def __call__(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+        from tests.helpers.inside import inside
+
+        return inside(self.folder, arguments)
+
+
+@pytest.fixture
+def colias_here(tmp_path: Path) -> ColiasHere:
+    return ColiasHere(tmp_path)
+
+
 @pytest.fixture
 def contexts(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[weakref.ref[Any]]]:
     """Every OpenGL context that is made; all are gone in the end."""

@@ -28,11 +28,24 @@ from experiments.bench.reproduction.replicates import rate
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"
 PAGES: Mapping[str, tuple[str, ...]] = {
-    "README.md": ("verdicts",),
-    "docs/what-the-numbers-mean.md": ("claims",),
+    "README.md": ("groups",),
+    "docs/what-the-numbers-mean.md": ("verdicts", "claims"),
     "docs/behaviours-and-training.md": ("behaviours",),
 }
 """Page -> its measured parts, by the names in their markers."""
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    "Plain clips: direction, depth, the two pathways": ("C1", "C2", "C3", "C4"),
+    "Clips over a moving background": ("C5", "C6", "C7", "C8"),
+    "Clips of five greys: speed, contrast, slow objects": ("C9", "C10", "C11"),
+    "Streets, filmed and rendered": ("C12", "C28"),
+    "Robot: crossings tell the direction, straight motion in depth is silent": ("C13", "C14"),
+    "Robot: speed and distance of crossings": ("C15", "C16", "C29", "C30"),
+    "Robot: angular approach and recession": ("C17", "C18", "C19", "C20"),
+    "Robot: looming detectors on the same approaches": ("C21",),
+    "What the mechanisms do": ("C22", "C23", "C24", "C25", "C26", "C27"),
+    "Closed loop, claims of our own": ("B1", "B2", "B3", "B4"),
+}
+"""What claims are about -> their ids: the rows of the README's table."""
 OUTCOME_FIELDS = ("verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
 BEGIN, END = "<!-- measured: {} -->\n", "<!-- end of measured -->"
@@ -45,7 +58,7 @@ class NotFinished(Exception):
 def taken(run: Path) -> dict[str, Any]:
     """What ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
     design, pooled = (_json(run / f"{name}.json") for name in ("design", "pooled"))
-    claims, own = (_verdicts(run / f"{name}.json") for name in ("claims", "behaviours"))
+    claims, own = (_read(run / f"{name}.json") for name in ("claims", "behaviours"))
     tables = sorted(run.glob("behave-*/scores.csv"))
     if not tables:
         raise NotFinished(f"{run}: no behave-*/scores.csv; run colias reproduce without --robot-only")
@@ -73,7 +86,8 @@ def _rate(claim: str, pooled: Mapping[str, Any] | None) -> str:
     return rate(claim, Outcome(pooled["verdict"], pooled["measured"], n=pooled["n"], broken=pooled["broken"]))
 
 
-def _verdicts(path: Path) -> list[Verdict]:
+def _read(path: Path) -> list[Verdict]:
+    """The verdicts in a file."""
     try:
         return stored.verdicts(_json(path))
     except ValueError as error:
@@ -113,7 +127,12 @@ def _commit() -> str:
 
 def blocks(results: Mapping[str, Any]) -> dict[str, str]:
     """The measured parts of the pages by name, as Markdown."""
-    return {"verdicts": _verdicts(results), "claims": _claims(results), "behaviours": _behaviours(results)}
+    return {
+        "groups": _groups(results),
+        "verdicts": _verdicts(results),
+        "claims": _claims(results),
+        "behaviours": _behaviours(results),
+    }
 
 
 def _verdicts(results: Mapping[str, Any]) -> str:
@@ -123,6 +142,19 @@ def _verdicts(results: Mapping[str, Any]) -> str:
     for claim in results["claims"]:
         says, count = words(claim["id"]).says, Count(**claim["count"])
         lines.append(f"| {claim['id']} | {_cell(says)} | {count.word or '-'} | {_cell(count.sentence())} |")
+    return "\n".join(lines) + "\n"
+
+
+def _groups(results: Mapping[str, Any]) -> str:
+    """What claims came to by `GROUPS`: which hold, hold sometimes, fail, and which have no word."""
+    counts = {claim["id"]: Count(**claim["count"]) for claim in (*results["claims"], *results["behaviours"])}
+    lines = [_totals(results), "", "| about | holds | sometimes | fails | no word |", "|---|---|---|---|---|"]
+    for about, claims in GROUPS.items():
+        ids = [claim for claim in claims if claim in counts]
+        cells = {word: ", ".join(claim for claim in ids if counts[claim].word == word)
+                 for word in ("holds", "sometimes", "fails")}  # fmt: skip
+        without = ", ".join(f"{claim}: {counts[claim]}" for claim in ids if not counts[claim].word)
+        lines.append(f"| {' | '.join(_cell(cell) for cell in (about, *cells.values(), without))} |")
     return "\n".join(lines) + "\n"
 
 

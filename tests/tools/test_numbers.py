@@ -13,15 +13,16 @@ from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging import statistics
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.claims import words
+from experiments.bench.judging.count import LEAST_JUDGED
 from experiments.bench.judging.stored import document, outcome_entry
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.leaderboard import stimuli
-from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned
+from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, Scale, design, planned
 from experiments.bench.robot.claims import paper_claims
 from experiments.bench.store.description import to_json
 from experiments.bench.tuning.probes import families
 from tests.helpers.chapters import PAGES as EVERY_PAGE
-from tools.numbers import PAGES, RESULTS, ROOT, blocks, renewed
+from tools.numbers import GROUPS, PAGES, RESULTS, ROOT, blocks, renewed
 
 CLAIMS = paper_claims()
 
@@ -52,8 +53,16 @@ def test_every_measured_part_has_a_page():
 
 def test_what_was_measured_is_of_the_design_that_the_code_has():
     """Other replicates, repeats or frames, another parameter or bound: the figures are of something else."""
-    now = described(FULL)
-    assert results()["design"] == {name: now[name] for name in ("seed", "scale", "digest")}, "run 'make numbers'"
+    design = results()["design"]
+    scale = Scale(**{**design["scale"], "offline": tuple(design["scale"]["offline"])})
+    now = described(scale)
+    assert design == {name: now[name] for name in ("seed", "scale", "digest")}, "run 'make numbers'"
+    assert scale.whole and scale.replicates >= LEAST_JUDGED, "whole replicates, and enough of them for a word"
+
+
+def test_every_claim_is_in_one_group_of_the_readme():
+    assert sorted(claim for ids in GROUPS.values() for claim in ids) == sorted(claim_ids())
+    assert len(GROUPS) <= 10
 
 
 def test_every_claim_has_a_figure_and_every_scale_a_design():

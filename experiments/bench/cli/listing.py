@@ -15,12 +15,14 @@ if TYPE_CHECKING:
 
 def register(app: typer.Typer) -> None:
     """Put the command into ``app``."""
-    app.command("list", short_help="Name the experiments, models, scenes, stimuli, envs, behaviours.")(list_all)
+    app.command("list", short_help="Name the experiments, studies, models, scenes, stimuli, envs, behaviours, claims.")(
+        list_all
+    )
     app.command(short_help="List every parameter that --set reaches.")(parameters)
 
 
 def list_all() -> None:
-    """Name what there is to run: experiments, studies, vision models, arenas, stimuli, envs, behaviours."""
+    """Name what there is to run: experiments, studies, vision models, arenas, stimuli, envs, behaviours, claims."""
     from colias_sim.envs import ENVS
     from dsnn import MODELS
     from dsnn.stimuli import STIMULI
@@ -28,6 +30,7 @@ def list_all() -> None:
     from experiments.behaviours import BEHAVIOURS, GROUPS
     from experiments.bench import registry
     from experiments.bench.engine.terminal import out_console, show_line
+    from experiments.bench.judging.claims import paper_claims
     from experiments.bench.studies import registry as studies
     from scenes import ARENAS
 
@@ -42,6 +45,7 @@ def list_all() -> None:
     kinds = {
         "experiments": experiments, "studies": named, "models": models, "scenes": ARENAS, "stimuli": stimuli,
         "envs": envs, "behaviours": behaviours,
+        "claims of the paper": {name: claim.title for name, claim in paper_claims().items()},
     }  # fmt: skip
     for title, items in kinds.items():
         out_console.print(title, style="b")

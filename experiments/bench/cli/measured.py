@@ -43,12 +43,12 @@ def import_log(
     Claims are judged by the same judges and bounds, where the log has the conditions that they need.
     """
     from experiments.bench import registry
-    from experiments.bench.measured.run import Asked, perform, prepare
+    from experiments.bench.measured.run import ImportRequest, perform, prepare
     from experiments.bench.robot import table
 
     declared = registry.load(experiment)
     folder = new_folder(out, f"{declared.name}-measured")
-    made = prepare(declared, Asked(log, frames, ran or (), model or (), assignments or ()))
+    made = prepare(declared, ImportRequest(log, frames, ran or (), model or (), assignments or ()))
     report = perform(made, folder, recordings=recordings, quiet=quiet)
     if not quiet:
         table.show(report, recordings)

@@ -188,7 +188,7 @@ _PARAM = r"[A-Za-z_]\w*="
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class ModelRequest:
     """A model as it was typed: ``source``, a name or a path, and the text after the colon, empty without one."""
 
     text: str
@@ -204,7 +204,7 @@ class Shown:
 
     chosen: ConfiguredModel
     section: str
-    asked: Asked
+    asked: ModelRequest
 
 
 def shown_models(declared: Sequence[str], given: Sequence[str] | None, only: bool) -> list[str]:
@@ -214,7 +214,7 @@ def shown_models(declared: Sequence[str], given: Sequence[str] | None, only: boo
     return list(dict.fromkeys([*(() if only else declared), *(given or ())]))
 
 
-def ask(text: str) -> Asked:
+def ask(text: str) -> ModelRequest:
     """Take a text of ``--model`` apart; `UsageError` for settings that are not of the form.
 
     A path ends at its ``.py``, so that it may have colons; a comma begins another setting only before ``NAME=``, so
@@ -222,7 +222,7 @@ def ask(text: str) -> Asked:
     """
     source, colon, settings = _split(text)
     if not colon:
-        return Asked(text, text, "", MappingProxyType({}))
+        return ModelRequest(text, text, "", MappingProxyType({}))
     assignments: dict[str, str] = {}
     for part in re.split(rf",(?={_PARAM})", settings):
         name, _, value = part.partition("=")
@@ -231,7 +231,7 @@ def ask(text: str) -> Asked:
         if name in assignments:
             raise UsageError(f"--model {text}: {name} is there twice")
         assignments[name] = value
-    return Asked(text, source, settings, MappingProxyType(assignments))
+    return ModelRequest(text, source, settings, MappingProxyType(assignments))
 
 
 def beside(declaring: Path, text: str, where: str) -> str:
@@ -279,7 +279,7 @@ def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") 
     The same model under the same settings is taken once. Raises `UsageError` for one that there is not, a parameter
     that it does not have, two models of one name, and a name that is a section of ``--set``.
     """
-    by_label: dict[str, tuple[ConfiguredModel, Asked]] = {}
+    by_label: dict[str, tuple[ConfiguredModel, ModelRequest]] = {}
     for text in texts:
         asked = ask(text)
         chosen = choose(asked.source, tests)
@@ -293,7 +293,7 @@ def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") 
     return [Shown(chosen, section, asked) for (chosen, asked), section in zip(by_label.values(), named, strict=True)]
 
 
-def _check_names(asked: Asked, chosen: ConfiguredModel) -> None:
+def _check_names(asked: ModelRequest, chosen: ConfiguredModel) -> None:
     known = [field.name for field in dataclasses.fields(chosen.network)]
     if hasattr(type(chosen.network), "presets"):
         known.append(PRESET)

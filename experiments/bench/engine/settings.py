@@ -13,7 +13,7 @@ from dsnn import MODELS
 from dsnn.hints import closest
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import PRESET as PRESET
-from experiments.bench.engine.models import Asked, ConfiguredModel, Shown, family, look_up
+from experiments.bench.engine.models import ConfiguredModel, ModelRequest, Shown, family, look_up
 
 LISTED_BY = "colias parameters"
 SECTIONS = frozenset(map(family, MODELS))
@@ -30,7 +30,7 @@ def applied(models: Sequence[Shown], collected: Mapping[str, Mapping[str, str]])
     return tuple(configured)
 
 
-def _after_colon(asked: Asked) -> Callable[[str, str], str]:
+def _after_colon(asked: ModelRequest) -> Callable[[str, str], str]:
     return lambda name, text: f"--model {asked.text}: {name}={text}"
 
 

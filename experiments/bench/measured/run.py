@@ -42,7 +42,7 @@ SHOWN_FRAMES = "@frames"
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class ImportRequest:
     """Way to take a log.
 
     Parameters
@@ -92,7 +92,7 @@ class Import:
     shown: tuple[ConfiguredModel, ...]
 
 
-def prepare(experiment: Experiment, asked: Asked) -> Import:
+def prepare(experiment: Experiment, asked: ImportRequest) -> Import:
     """Read and check all that is to be imported; `UsageError` in one line for what cannot be."""
     # What the log's models are is not known yet, so their parameters wait.
     of_design = [text for text in asked.assignments if text.startswith("experiment.")]

@@ -18,9 +18,9 @@ BROKEN_MODELS = {
 
 
 @pytest.mark.parametrize("text", BROKEN_MODELS)
-def test_a_broken_model_file_is_one_line(colias, text):
-    (colias.folder / "mine.py").write_text(text)
-    done = colias("run", "speed", "--model", "mine.py")
+def test_a_broken_model_file_is_one_line(colias_here, text):
+    (colias_here.folder / "mine.py").write_text(text)
+    done = colias_here("run", "speed", "--model", "mine.py")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert BROKEN_MODELS[text] in done.stderr
 

@@ -272,10 +272,10 @@ def test_the_number_of_workers_changes_nothing_but_the_times(tmp_path, monkeypat
         assert written(tmp_path / "1", name) == written(tmp_path / "2", name)
 
 
-def test_a_wrong_use_is_told_in_one_line(colias):
-    done = colias("leaderboard", "--only", "--model", "dsn")
+def test_a_wrong_use_is_told_in_one_line(colias_here):
+    done = colias_here("leaderboard", "--only", "--model", "dsn")
     assert done.returncode == 2 and "nearest: dsnn" in done.stderr and done.stderr.count("\n") == 1
-    assert not list(colias.folder.iterdir()), "nothing is made"
+    assert not list(colias_here.folder.iterdir()), "nothing is made"
 
 
 @pytest.mark.parametrize(

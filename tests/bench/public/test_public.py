@@ -124,7 +124,7 @@ def test_from_anywhere_the_same_rows(way, tmp_path, by_command):
         timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert done.stdout == "out: mine, seed 3; dsnn.n_con=6; not judged: C15, C29; 2 of 2 trials\n"
+    assert done.stdout == "out: mine, seed 3; dsnn.n_con=6; not judged: C14 (dsnn), C14 (emd); 2 of 2 trials\n"
     assert done.stderr.startswith("mine: 2 trials, about ") and "on 2 workers, into out" in done.stderr
     assert (tmp_path / "began.txt").read_text() == "once\n"
     assert [{k: v for k, v in row.items() if k != "code"} for row in rows_of(tmp_path / "out")] == by_command

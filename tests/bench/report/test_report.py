@@ -36,6 +36,7 @@ from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.registry import names as study_names
 from experiments.bench.studies.stored import read
+from experiments.studies.fidelity import STUDY as FIDELITY
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
 from tests.bench.judging.test_replicates import rows_of
 from tools.numbers import blocks, kept

@@ -217,15 +217,15 @@ def test_the_claims_say_the_mechanism(run):
     found = courses(run.trials.to_pylist(), run.frames, W_I)
     verdicts = [words(claim).verdict(Outcome("holds", "")) for claim in ("C13", "C17", "C19")]
     there, name = ["recession-mechanism"], "recession-mechanism"
-    said = [verdict.mechanism for verdict in mechanisms.explained(verdicts, there, [], {name: found})]
-    assert said[1] == "none: not judged", "C17 is about approach, which was not shown"
-    assert said[0].startswith(f"{name}: ") and said[2].startswith(f"{name}: ")
+    c13, c17, c19 = (mechanisms.mechanism(verdict, there, {name: found}) for verdict in verdicts)
+    assert c17 == "none: not judged", "C17 is about approach, which was not shown"
+    assert c13.startswith(f"{name}: ") and c19.startswith(f"{name}: ")
     for course in found:
-        assert f"{course.firing()} of 2 trials fire, with w_i = 1 {course.firing(balanced=True)}" in said[2]
+        assert f"{course.firing()} of 2 trials fire, with w_i = 1 {course.firing(balanced=True)}" in c19
         excitation, inhibition = (np.mean([getattr(trial, name) for trial in course.trials], axis=0)
                                   for name in ("excitation", "inhibition"))  # fmt: skip
         strongest = int(np.argmax(excitation + inhibition))
-        assert f"E {excitation[strongest]:.2f}, 0.9 I {0.9 * inhibition[strongest]:.2f};" in said[2]
+        assert f"E {excitation[strongest]:.2f}, 0.9 I {0.9 * inhibition[strongest]:.2f};" in c19
 
 
 def test_without_the_pathways_there_are_spikes_to_draw(tmp_path):

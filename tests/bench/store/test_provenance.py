@@ -76,9 +76,9 @@ def test_a_resume_where_pixels_differ_says_so(colias, out):
 
 
 @pytest.mark.parametrize("wrong", [3, [3], "llvmpipe"])
-def test_a_damaged_note_is_refused_in_a_line(colias, out, wrong):
+def test_a_damaged_note_is_refused_in_a_line(colias_here, out, wrong):
     (out / "experiment.json").write_text(json.dumps(described(out) | {"renderers": wrong}))
-    done = colias(*RUN, "--out", "out")
+    done = colias_here(*RUN, "--out", "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert "experiment.json cannot be read (renderers should be a list of texts)" in done.stderr
 

@@ -119,21 +119,21 @@ def test_a_killed_worker_costs_nothing(tmp_path, whole):
     assert not (tmp_path / "out" / "failures.json").exists()
 
 
-def test_resume_refuses_other_parameters_and_names_them(colias, small):
-    shutil.copytree(small, colias.folder / "out")
+def test_resume_refuses_other_parameters_and_names_them(colias_here, small):
+    shutil.copytree(small, colias_here.folder / "out")
     for change, says in {
         ("--seed", "7"): "out: --seed is 0 there and 7 now",
         ("--repeats", "2"): "out: --repeats is 1 there and 2 now",
         ("--set", "camera.read_noise=0"): "--set camera.read_noise is 0.64 there and 0 now",
         ("--set", "dsnn.n_con=6"): "--set dsnn.n_con is 8 there and 6 now",
     }.items():
-        done = colias("run", "speed", *QUICK, "--repeats", "1", *change, "--out", "out")
+        done = colias_here("run", "speed", *QUICK, "--repeats", "1", *change, "--out", "out")
         assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
         assert says in done.stderr and done.stderr.endswith(
             ": repeat the first command's options, or choose another --out\n"
         )
     for command in (("run", "distance"), ("tune",), ("behave", "still")):
-        done = colias(*command, "--out", "out", "--workers", "0")
+        done = colias_here(*command, "--out", "out", "--workers", "0")
         assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
         assert done.stderr.startswith('colias: out: the experiment is "speed" there and '), done.stderr
 
@@ -237,10 +237,10 @@ def test_two_runs_into_one_folder_are_refused(colias, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["trials.parquet", "frames.parquet", "failures.json"])
-def test_damaged_tables_are_one_line(colias, small, name):
-    shutil.copytree(small, colias.folder / "out")
-    whole = (colias.folder / "out" / "trials.parquet").read_bytes()
-    (colias.folder / "out" / name).write_bytes(whole[: len(whole) // 2])
-    done = colias("run", "speed", *QUICK, "--repeats", "1", "--out", "out")
+def test_damaged_tables_are_one_line(colias_here, small, name):
+    shutil.copytree(small, colias_here.folder / "out")
+    whole = (colias_here.folder / "out" / "trials.parquet").read_bytes()
+    (colias_here.folder / "out" / name).write_bytes(whole[: len(whole) // 2])
+    done = colias_here("run", "speed", *QUICK, "--repeats", "1", "--out", "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
     assert f"out: {name} cannot be read" in done.stderr

@@ -278,10 +278,10 @@ def test_each_episode_begins_with_the_wheels_at_rest(saved):
         (("--replay", "policy.npz", "--steps", "5"), "colias: --steps 5: the policy's file says that"),
     ],
 )
-def test_wrong_uses_end_in_a_line(colias, arguments, said):
-    done = colias("train", *arguments)
+def test_wrong_uses_end_in_a_line(colias_here, arguments, said):
+    done = colias_here("train", *arguments)
     assert done.returncode == 2 and done.stderr.startswith(said) and done.stderr.count("\n") == 1
-    assert not list(colias.folder.iterdir())
+    assert not list(colias_here.folder.iterdir())
 
 
 def test_without_the_extra_a_line_says_what_to_install(colias, tmp_path):
@@ -293,8 +293,8 @@ def test_without_the_extra_a_line_says_what_to_install(colias, tmp_path):
     assert "needs torch, which is not installed: run 'make train'" in done.stderr
 
 
-def test_nothing_is_overwritten(colias, saved):
-    done = colias("train", "--replay", str(saved), "--out", str(saved.parent))
+def test_nothing_is_overwritten(colias_here, saved):
+    done = colias_here("train", "--replay", str(saved), "--out", str(saved.parent))
     assert done.returncode == 2 and "holds something already" in done.stderr
 
 
