@@ -15,12 +15,14 @@ if TYPE_CHECKING:
 
 def register(app: typer.Typer) -> None:
     """Put the command into ``app``."""
-    app.command("list", short_help="Name the experiments, models, scenes, stimuli, envs, behaviours, claims.")(list_all)
+    app.command("list", short_help="Name the experiments, studies, models, scenes, stimuli, envs, behaviours, claims.")(
+        list_all
+    )
     app.command(short_help="List every parameter that --set reaches.")(parameters)
 
 
 def list_all() -> None:
-    """Name what there is to run: experiments, vision models, arenas, stimuli, envs, behaviours, claims."""
+    """Name what there is to run: experiments, studies, vision models, arenas, stimuli, envs, behaviours, claims."""
     from colias_sim.envs import ENVS
     from dsnn import MODELS
     from dsnn.stimuli import STIMULI

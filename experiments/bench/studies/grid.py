@@ -44,11 +44,14 @@ class Base:
         Label of the model.
     values
         Section of ``--set`` -> its dataclasses. There is one, but of a stimulus one for each clip that shows it.
+    settled
+        Keys that the model has settled itself, as ``dsnn:n_con=4`` does: no point moves them.
     """
 
     name: str
     model: str
     values: Mapping[str, tuple[Any, ...]]
+    settled: frozenset[str] = frozenset()
 
     @property
     def sections(self) -> dict[str, Any]:
@@ -59,6 +62,10 @@ class Base:
         """Tell whether a key is one of this experiment's."""
         section, _, name = key.partition(".")
         return section in self.values and name in names(self.values[section][0])
+
+    def takes(self, key: str) -> bool:
+        """Tell whether a point's value for a key counts here."""
+        return self.knows(key) and key not in self.settled
 
     def present(self, key: str) -> Any:
         """Return the value of a parameter; ``None`` where clips have several."""
@@ -197,7 +204,7 @@ def expanded(point: Point, axes: Sequence[Axis], base: Base) -> Values:
         for text in axis.level(label).settings:
             key, _, value = text.partition("=")
             parameter, end = apart(key)
-            if not base.knows(parameter):
+            if not base.takes(parameter):
                 continue
             if end:
                 parts = values.setdefault(parameter, [str(part) for part in base.present(parameter)])
@@ -209,7 +216,7 @@ def expanded(point: Point, axes: Sequence[Axis], base: Base) -> Values:
 
 def moves(axis: Axis, base: Base) -> bool:
     """Tell whether an axis moves anything in one experiment before one model."""
-    return any(base.knows(apart(text.partition("=")[0])[0]) for level in axis.levels for text in level.settings)
+    return any(base.takes(apart(text.partition("=")[0])[0]) for level in axis.levels for text in level.settings)
 
 
 def label(point: Point, axes: Sequence[Axis], base: Base, model: str = "") -> str:

@@ -161,10 +161,12 @@ def _base(experiment: Experiment, model: str, values: dict[str, Any]) -> Base:
 def _of_plan(own: Plan, model: str) -> Base:
     """An experiment before one model as its plan has it: with the values of ``--set``."""
     settings = own.settings
-    section = look_up([model])[0].section
+    (shown,) = look_up([model])
+    section = shown.section
     values = {section: settings.models[0].network, "robot": settings.robot, "camera": settings.camera,
               "scene": settings.scene, "experiment": own.experiment.design}  # fmt: skip
-    return _base(own.experiment, settings.models[0].label, values)
+    settled = frozenset(f"{section}.{name}" for name in shown.asked.own)
+    return dataclasses.replace(_base(own.experiment, settings.models[0].label, values), settled=settled)
 
 
 def _renderings(
@@ -270,7 +272,8 @@ def _description(
 ) -> dict[str, Any]:
     """What ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
     first = plans[0]
-    sources = [model.source for each in renderings for model in each.plan.settings.models]
+    models = {model.label: model for each in renderings for model in each.plan.settings.models}
+    sources = [model.source for model in models.values()]
     files = [path for each in plans for path in provenance.of((), each.experiment)["files"]]
     changed = {key: values for each in plans for key, values in each.changed().items()}
     return {
@@ -279,6 +282,7 @@ def _description(
         "experiments": [each.experiment for each in plans],
         "repeats": [each.repeats for each in plans],
         "trials": trials,
+        "models": tuple(models.values()),
         "changed": {**changed, **parameters},
         **provenance.of((*dict.fromkeys(sources), *files, *filter(None, (study.file,))), first.experiment),
     }

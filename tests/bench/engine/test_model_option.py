@@ -142,7 +142,7 @@ def test_parameters(colias):
 
 
 COMMANDS = {
-    "run": ("run", "speed"), "off-line": ("run", "clean"), "map": ("map", "speed", "--over", "dsnn.n_con=4"),
+    "run": ("run", "speed"), "off-line": ("run", "clean"),
     "tune": ("tune",), "leaderboard": ("leaderboard",), "play": ("play", "plain", "--no-view", "--record", "a.rrd"),
     "reproduce": ("reproduce", "--quick"), "parameters": ("parameters",),
 }  # fmt: skip
@@ -154,7 +154,7 @@ def test_only_without_a_model_is_refused_in_one_line(refused, command):
     assert said == "colias: --only: shows just the models of --model; name them by --model\n"
 
 
-@pytest.mark.parametrize("command", ["run", "map", "tune", "leaderboard", "watch", "play", "reproduce", "parameters"])
+@pytest.mark.parametrize("command", ["run", "tune", "leaderboard", "watch", "play", "reproduce", "parameters"])
 def test_every_help_has_the_same_words(told, command):
     status, printed, _ = told(command, "--help")
     words = " ".join(re.sub(r"[^\w\s.,:;='-]", " ", printed).split())

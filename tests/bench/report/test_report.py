@@ -36,6 +36,7 @@ from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.registry import names as study_names
 from experiments.bench.studies.stored import read
+from experiments.studies.fidelity import STUDY as FIDELITY
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
 from tests.bench.judging.test_replicates import rows_of
 from tools.numbers import blocks, kept
@@ -283,9 +284,8 @@ def test_maps_studies_and_models_claims_in_the_folder_are_shown(result, tmp_path
     for name in ("a-map", "eyes", "models", "broken"):
         (tmp_path / name).mkdir()
     (tmp_path / "a-map" / "map.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
-    eyes = [{"eye": "default", "drive": drive, "claim": claim, "held": held, "vacuous": 0, "replicates": 20}
-            for drive, held in (("pose feedback", 20), ("open loop", 3)) for claim in ("C13", "C14")]  # fmt: skip
-    (tmp_path / "eyes" / "fidelity.json").write_text(json.dumps(eyes))
+    plan = study_run.planned(dataclasses.replace(FIDELITY, repeats=5, replicates=2))
+    Files(tmp_path / "eyes").write_json("fidelity.json", Counts(plan, rows_of(plan.specs)).described())
     models = [dataclasses.replace(verdict("B1", Count(0, 1, random=False)), id="LPLC2-1", model="lplc2")]
     content = stored_verdicts.document(models)
     (tmp_path / "models" / "model_claims.json").write_text(to_json(content))
