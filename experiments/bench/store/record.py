@@ -97,7 +97,7 @@ class Record:
         """The paths of its Rerun recordings, in order of trial: ``colias view PATH`` shows one."""
         if self.folder.is_file():
             return [self.folder] if self.folder.suffix == ".rrd" else []
-        return sorted([*self.folder.glob("*.rrd"), *self.folder.glob("recordings/*.rrd")])
+        return recordings_in(self.folder)
 
     def all_recordings(self) -> list[Path]:
         """Return the paths of all its recordings.
@@ -232,6 +232,11 @@ def begin_whole(folder: Path, kind: Kind) -> None:
     if not begun(folder):
         with contextlib.suppress(FileExistsError):  # another process has just begun there: its parts are locked
             write_new(folder, {KIND: kind.name, "experiment": kind.name})
+
+
+def recordings_in(folder: Path) -> list[Path]:
+    """Return the paths of the recordings in a folder, which need not be a run's: each can be seen by itself."""
+    return sorted([*folder.glob("*.rrd"), *folder.glob("recordings/*.rrd")])
 
 
 def part_folders(folder: Path) -> Iterator[Path]:

@@ -148,13 +148,13 @@ class Probe:
     work
         A job's pure function, in place of `experiments.bench.robot.run.work`.
     schema
-        The columns of its rows.
+        Makes the schema of its rows. It is a function, as a declaration loads no tables.
     may_be_null
         Those of its own columns that may be null.
     """
 
     work: Callable[[TrialSpec], TrialRecord]
-    schema: pa.Schema
+    schema: Callable[[], pa.Schema]
     may_be_null: tuple[str, ...] = ()
 
 
