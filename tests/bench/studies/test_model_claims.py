@@ -89,7 +89,7 @@ def test_the_way_is_that_of_the_strongest_potential():
     assert judged(claim, [{**row, "trough_hs": -0.4}]).verdict == "fails"
 
 
-@pytest.mark.parametrize(("check", "lacks"), [("ratio", "against"), ("more", "than"), ("untested", "why")])
+@pytest.mark.parametrize(("check", "lacks"), [("ratio", "against"), ("more", "than"), ("unjudged", "why")])
 def test_a_claim_that_lacks_what_its_check_needs_is_refused(check, lacks):
     with pytest.raises(ValueError, match=f"X-1: {lacks} is missing"):
         made(check)
