@@ -80,7 +80,7 @@ def read_by_commands(folder: Path, kind: str) -> None:
     for to in ("log", "csv", "npz", "mat"):
         colias("export", folder, "--to", to, "--out", folder.parent / "exported", "--force", "-q")
     colias("export", folder, "--frames", folder.parent / "pictures", "--force", "-q")
-    colias(*KINDS[kind].words, KINDS[kind].again, folder)
+    colias(*KINDS[kind].words, "--out", folder)
     colias("run", experiment, "--dry-run", "--out", folder)
     colias("view", folder)
     with whatever():
