@@ -199,7 +199,7 @@ def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     if wrong:
         return found.withheld(wrong)
     refuted = found.verdict == "fails" and claim.of_every_trial
-    each = found.each or (_fewest(own, *(("model",) if claim.models else ())) if claim.own else 0)
+    each = found.each or _fewest(own, *(("model",) if claim.models else ()))
     if each < claim.least and not refuted:
         return found.withheld(f"needs at least {claim.least} trials of each condition (has {each})")
     return found

@@ -1,6 +1,7 @@
 """The command line through real processes, and what it leaves behind."""
 
 import csv
+import itertools
 import json
 import os
 import re
@@ -220,6 +221,7 @@ EXPERIMENT = Experiment(name="mine", summary="", varies="speed_cm_s", {more},
         ("EXPERIMENT = (\n", "mine.py, line 1"),
         ("import math\nmath.sqrt(-1)\n", "mine.py, line 2: ValueError"),
         ("x = 1\n", "declares no EXPERIMENT"),
+        ("STUDY = 1\n", "declares no EXPERIMENT, but STUDY, which is for colias study FILE"),
         ("EXPERIMENT = 3\n", "expected an Experiment"),
         ("import sys\nsys.exit('no')\n", "mine.py, line 2: SystemExit: no"),
         (OWN.format(more="repeats=0"), "mine.py, line 3: ValueError: experiment mine: repeats=0"),
@@ -419,6 +421,15 @@ def test_help_is_as_wide_as_the_terminal(colias, columns):
     assert headings == ["Options", *(heading.split()[0] for heading in cli_main.GROUPS)]
     assert max(map(len, text.splitlines())) <= columns
     assert all(word in " ".join(text.split()) for word in ("colias run speed", "reproduce", "doctor"))
+
+
+@pytest.mark.parametrize("command", ["map", "study", "run", "reproduce"])
+def test_the_paragraphs_of_help_fill_the_terminal(colias, command):
+    """A line ends where the next word would run over the edge, not where the source has a line end."""
+    text = colias(command, "--help", COLUMNS="100").stdout
+    about = [line.strip() for line in text[text.index("Usage:") : text.index("╭")].splitlines()]
+    for line, after in itertools.pairwise(about):
+        assert not line or not after or len(line) + 1 + len(after.split()[0]) > 98
 
 
 def test_lists(colias):
