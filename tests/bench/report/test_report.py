@@ -27,7 +27,6 @@ from experiments.bench.reproduction.page.overview import NO_CAUSE, SILENT
 from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.plan import FULL
 from experiments.bench.reproduction.readings import Evidence, chapters
-from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.reproduction.table import show_claims
 from experiments.bench.robot.claims import paper_claims as robot_claims
@@ -39,6 +38,7 @@ from experiments.bench.studies import registry as registry_of_studies
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.registry import names as study_names
+from experiments.bench.studies.replicates import Replicate
 from experiments.bench.studies.stored import read
 from experiments.studies.fidelity import STUDY as FIDELITY
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
