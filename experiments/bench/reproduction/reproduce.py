@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +73,8 @@ class Reproduction:
     """The readings of the paper that were taken, and what claims come to under the others."""
     onboard: Counts | None = None
     """The claims in the robot's own arithmetic, where it was shown."""
+    read_off: Mapping[str, Counts] = field(default_factory=dict)
+    """The studies whose points are clips of off-line experiments that were run."""
 
     @property
     def failed(self) -> bool:
@@ -142,8 +144,12 @@ def reproduce(
     )
     every = [first, *(again.replicates(Point(), EVERY_MODEL) if again else ())]
     own = closed_loop_claims.judge(closed_loop_claims.episodes(played)) if played else []
-    read_off = [Counts(points_of_run(study_registry.find(report.plan.experiment.name), report.plan), report.rows)
-                for report in shows if report.plan.experiment.name in READ_OFF]  # fmt: skip
+    read_off = {
+        name: Counts(points_of_run(study_registry.find(name), report.plan), report.rows)
+        for report in shows
+        for name in [report.plan.experiment.name]
+        if name in READ_OFF
+    }
     verdicts = claims.verdicts(every, shows)
     chapters = readings.chapters(
         readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, _moves(moved), scale.name)
@@ -151,14 +157,14 @@ def reproduce(
     onboard = _onboard(made, every, moved) if scale.onboard and moved else None
     result = Reproduction(
         folder, scale, seed, verdicts, claims.pooled(every), runs, shows, moved, played, own,
-        {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]), chapters, onboard,
+        {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]), chapters, onboard, read_off,
     )  # fmt: skip
     files = Files(folder)
     files.write_json("design.json", design(made))
     files.write_json("claims.json", stored.document(result.claims))
     files.write_json("pooled.json", {claim: stored.outcome_entry(outcome) for claim, outcome in result.pooled.items()})
     files.write_json("readings.json", result.readings)
-    for counts in (*read_off, *filter(None, (moved, onboard))):
+    for counts in (*read_off.values(), *filter(None, (moved, onboard))):
         files.write_json(f"{counts.plan.study.name}.json", counts.described())
     if own:
         files.write_json("behaviours.json", stored.document(own))

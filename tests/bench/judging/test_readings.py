@@ -139,18 +139,18 @@ def test_nothing_run_of_the_other_readings_is_said_so(evidence):
 
 def test_every_claim_has_a_mechanism_and_those_about_other_models_what_is_assumed(evidence):
     for claim in evidence[1]:
-        assert cards.mechanism_text(claim, ["ensembles"], {})
-        assert bool(cards.assumptions_text(claim.id, [])) == (claim.id in comparing())
+        assert all(cards.mechanism_of(claim, ["ensembles"], {}))
+        assert bool(cards.assumptions_text(claim.id, {})) == (claim.id in comparing())
         assert claim.outcome.n > 0 or claim.outcome.verdict == "not shown"
-    by_id = {claim.id: cards.mechanism_text(claim, ["ensembles"], {}) for claim in evidence[1]}
-    assert list(by_id) == list(claim_ids(PAPER)) and by_id["C15"].startswith("ensembles: ")
-    assert by_id["C17"].startswith("angular-approach: "), "approach-mechanism is not there"
+    by_id = {claim.id: cards.mechanism_of(claim, ["ensembles"], {}) for claim in evidence[1]}
+    assert list(by_id) == list(claim_ids(PAPER)) and by_id["C15"][0] == "ensembles"
+    assert by_id["C17"][0] == "angular-approach", "approach-mechanism is not there"
 
 
 def test_a_mechanism_is_named_where_its_experiment_was_run(evidence):
     c17 = next(claim for claim in evidence[1] if claim.id == "C17")
-    said = cards.mechanism_text(c17, ["approach-mechanism"], {})
-    assert said.startswith("approach-mechanism: excitation and inhibition")
+    name, what = cards.mechanism_of(c17, ["approach-mechanism"], {})
+    assert name == "approach-mechanism" and what.startswith("excitation and inhibition")
 
 
 # Constants of other models.

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from experiments.bench.clips.judging import ASSUMED, deciding
-from experiments.bench.clips.summary import OfflineReport
 from experiments.bench.judging.claim import Reading
 from experiments.bench.judging.claims import used_to_choose, words
 from experiments.bench.judging.count import Count
@@ -18,8 +17,6 @@ from experiments.bench.reproduction.readings import Row
 from experiments.bench.reproduction.replicates import rate
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.robot.mechanism.excitation import Course, described
-from experiments.bench.studies import registry
-from experiments.bench.studies.clips import points_of_run
 from experiments.bench.studies.constants import STUDIES, compares_with, comparing, outcomes, said
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.stored import studies
@@ -103,8 +100,7 @@ def _card(claim: Verdict, result: Reproduction) -> Card:
         report.plan.experiment.name for report in result.offline
     ]
     courses = {plan.experiment.name: report.courses for plan, report in result.runs}
-    place, _, drawn = mechanism_text(claim, there, courses).partition(": ")
-    choices = outcomes_by_constants(claim.id, result.offline) if claim.id in comparing() else {}
+    choices = outcomes_by_constants(claim.id, result.read_off)
     whole = result.pooled.get(claim.id)
     return Card(
         tile=glance,
@@ -113,12 +109,12 @@ def _card(claim: Verdict, result: Reproduction) -> Card:
         interval=_interval(count),
         source=cited(claim.source),
         experiments=tuple(name for name in claim.experiment.split(", ") if name),
-        mechanism=(place, drawn),
+        mechanism=mechanism_of(claim, there, courses),
         used=tuple(reading.name for reading in used_to_choose(claim.id) if not reading.of_all),
         readings=tuple(
             (chapter.reading, row) for chapter in result.readings for row in chapter.rows if row.claim == claim.id
         ),
-        assumed=assumptions_text(claim.id, result.offline),
+        assumed=assumptions_text(claim.id, choices),
         choices=tuple(
             Choice(name, "holds" if outcome.verdict == "holds" else "does not hold", deciding(outcome))
             for name, outcome in choices.items()
@@ -152,13 +148,15 @@ def detectors_text(folder: Path) -> str:
     return f"Held, by detector and preset, {'; '.join(parts)} (the chapter on detectors says why)."
 
 
-def mechanism_text(claim: Verdict, there: Collection[str], courses: Mapping[str, Sequence[Course]]) -> str:
-    """Return where the claim's mechanism is drawn, as ``EXPERIMENT: what``; else that its own figure is all there is.
+def mechanism_of(
+    claim: Verdict, there: Collection[str], courses: Mapping[str, Sequence[Course]]
+) -> tuple[str, str]:  # fmt: skip
+    """Return the experiment whose figure draws the claim's mechanism, and what it draws.
 
     Parameters
     ----------
     claim
-        The claim's verdict.
+        The claim's verdict. Without its mechanism's experiment its own figure is all there is.
     there
         The names of the experiments that were run.
     courses
@@ -168,26 +166,24 @@ def mechanism_text(claim: Verdict, there: Collection[str], courses: Mapping[str,
     if name in there:
         drawn = courses.get(name, ())
         numbers = f"; means in units of HS where E + I is largest: {described(drawn)}" if drawn else ""
-        return f"{name}: {what}{numbers}"
+        return name, f"{what}{numbers}"
     if not claim.experiment:
-        return "none: not judged"
-    return f"{claim.experiment}: the figure of what it was judged on; no figure of the mechanism in this run"
+        return "none", "not judged"
+    return claim.experiment, "the figure of what it was judged on; no figure of the mechanism in this run"
 
 
-def outcomes_by_constants(claim: str, shows: Sequence[OfflineReport]) -> dict[str, Outcome]:
+def outcomes_by_constants(claim: str, read_off: Mapping[str, Counts]) -> dict[str, Outcome]:
     """Return the constants of the other model -> what the claim comes to with them; empty where they were not run."""
-    for report in shows:
-        name = report.plan.experiment.name
-        if name in STUDIES and any(getattr(each, "id", each) == claim for each in registry.find(name).claims):
-            return outcomes(Counts(points_of_run(registry.find(name), report.plan), report.rows), claim)
+    for name in STUDIES:
+        if name in read_off and any(asked.id == claim for asked, _ in read_off[name].plan.claims):
+            return outcomes(read_off[name], claim)
     return {}
 
 
-def assumptions_text(claim: str, shows: Sequence[OfflineReport]) -> str:
+def assumptions_text(claim: str, by_constants: Mapping[str, Outcome]) -> str:
     """Return what is assumed of the model that a claim compares the DSNN with, and with which constants it holds."""
     if claim not in comparing():
         return ""
-    by_constants = outcomes_by_constants(claim, shows)
     others = f"in replicate 0: {said(by_constants)}" if by_constants else "other constants were not run here"
     return f"{ASSUMED[compares_with(claim)]}; {others}"
 
