@@ -1,8 +1,10 @@
 """The command line through real processes, and what it leaves behind."""
 
 import csv
+import itertools
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -219,6 +221,7 @@ EXPERIMENT = Experiment(name="mine", summary="", varies="speed_cm_s", {more},
         ("EXPERIMENT = (\n", "mine.py, line 1"),
         ("import math\nmath.sqrt(-1)\n", "mine.py, line 2: ValueError"),
         ("x = 1\n", "declares no EXPERIMENT"),
+        ("STUDY = 1\n", "declares no EXPERIMENT, but STUDY, which is for colias study FILE"),
         ("EXPERIMENT = 3\n", "expected an Experiment"),
         ("import sys\nsys.exit('no')\n", "mine.py, line 2: SystemExit: no"),
         (OWN.format(more="repeats=0"), "mine.py, line 3: ValueError: experiment mine: repeats=0"),
@@ -290,7 +293,8 @@ def test_the_readme_s_python_example_runs(tmp_path):
     command = [sys.executable, "-W", "error", "example.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    assert "emd 6.0 " in done.stdout and "C15 dsnn not judged" in done.stdout
+    assert all(re.search(rf"^C15 {model} (holds|fails) ", done.stdout, re.M) for model in ("dsnn", "dsn2017"))
+    assert "dsnn 6.0 cm/s: " in done.stdout
     assert (tmp_path / "speed.png").exists()
 
 
@@ -416,6 +420,15 @@ def test_help_is_as_wide_as_the_terminal(colias, columns):
     assert headings == ["Options", *(heading.split()[0] for heading in cli_main.GROUPS)]
     assert max(map(len, text.splitlines())) <= columns
     assert all(word in " ".join(text.split()) for word in ("colias run speed", "reproduce", "doctor"))
+
+
+@pytest.mark.parametrize("command", ["map", "study", "run", "reproduce"])
+def test_the_paragraphs_of_help_fill_the_terminal(colias, command):
+    """A line ends where the next word would run over the edge, not where the source has a line end."""
+    text = colias(command, "--help", COLUMNS="100").stdout
+    about = [line.strip() for line in text[text.index("Usage:") : text.index("╭")].splitlines()]
+    for line, after in itertools.pairwise(about):
+        assert not line or not after or len(line) + 1 + len(after.split()[0]) > 98
 
 
 def test_lists(colias):
