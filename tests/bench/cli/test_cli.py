@@ -1,6 +1,7 @@
 """The command line through real processes, and what it leaves behind."""
 
 import csv
+import itertools
 import json
 import os
 import shutil
@@ -413,7 +414,7 @@ def test_the_paragraphs_of_help_fill_the_terminal(colias, command):
     """A line ends where the next word would run over the edge, not where the source has a line end."""
     text = colias(command, "--help", COLUMNS="100").stdout
     about = [line.strip() for line in text[text.index("Usage:") : text.index("╭")].splitlines()]
-    for line, after in zip(about, about[1:], strict=False):
+    for line, after in itertools.pairwise(about):
         assert not line or not after or len(line) + 1 + len(after.split()[0]) > 98
 
 
