@@ -52,7 +52,7 @@ def test_every_command_is_shown():
     shown = {words[1] for page in PAGES for block in blocks(page) if block.language == "sh"
              for words in block.commands() if words[0] == "colias"}  # fmt: skip
     commands = typer.main.get_command(main.app).commands
-    assert shown >= {name for name, each in commands.items() if not each.hidden}, "what is hidden only tells its heir"
+    assert shown >= {name for name, command in commands.items() if not command.hidden}
 
 
 def test_the_readme_is_short():

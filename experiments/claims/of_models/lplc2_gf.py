@@ -48,7 +48,7 @@ CLAIMS = (
         says="a virtual robot steered by it avoids collisions",
         source=SOURCE,
         model="lplc2-gf",
-        check="untested",
+        check="not shown",
         why="the paper's virtual robot and its corridor are not built here",
     ),
 )

@@ -53,7 +53,7 @@ CLAIMS = (
         says="on the robot it escapes in 93.7 % of encounters, the fly's LPLC2 in 96.1 %",
         source=SOURCE,
         model="si-lgmd1",
-        check="untested",
+        check="not shown",
         why="needs over a thousand encounters a model to tell 96.1 from 93.7 %",
     ),
 )

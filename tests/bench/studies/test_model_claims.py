@@ -89,7 +89,7 @@ def test_the_way_is_that_of_the_strongest_potential():
     assert judged(claim, [{**row, "trough_hs": -0.4}]).verdict == "fails"
 
 
-@pytest.mark.parametrize(("check", "lacks"), [("ratio", "against"), ("more", "than"), ("untested", "why")])
+@pytest.mark.parametrize(("check", "lacks"), [("ratio", "against"), ("more", "than"), ("not shown", "why")])
 def test_a_claim_that_lacks_what_its_check_needs_is_refused(check, lacks):
     with pytest.raises(ValueError, match=f"X-1: {lacks} is missing"):
         made(check)
@@ -100,7 +100,7 @@ def test_settings_go_to_every_variant_of_a_model():
     assert {each.than for each in found} == {"", "si-lgmd1:beta_3=0,integer=false"}
     assert {each.label for each in found} == {"si-lgmd1:integer=false", "lplc2-gf", "lplc2-gf:fps=100"}
     assert {each.asked for each in running.asked(["all"])} == set(model_claims())
-    with pytest.raises(UsageError, match="--models emd: no claims"):
+    with pytest.raises(UsageError, match="--model emd: no claims"):
         running.asked(["emd"])
 
 
@@ -110,12 +110,12 @@ def test_the_command_judges_a_model_s_own_claims(tmp_path, colias):
     assert not failures and [each.id for each in verdicts] == [claim.id for claim in model_claims()["si-lgmd1"]]
     assert {each.outcome.verdict for each in verdicts if each.outcome.n} <= {"holds", "fails", "silent model"}
     assert [each.outcome.verdict for each in verdicts if not each.outcome.n] == ["not shown"]
-    done = colias("reproduce", "--models", "si-lgmd1", "--out", "out", "--workers", "0")
+    done = colias("study", "model-claims", "--model", "si-lgmd1", "--out", "out", "--workers", "0")
     assert done.returncode == 0 and "SI1-3" in done.stdout
     told = json.loads((tmp_path / "out" / "model_claims.json").read_text())
     assert [each["outcome"]["verdict"] for each in told["claims"]] == [each.outcome.verdict for each in verdicts]
 
 
-def test_options_of_the_reproduction_do_not_go_with_it(colias):
-    done = colias("reproduce", "--models", "lplc2", "--quick")
-    assert done.returncode == 2 and "--models and --quick" in done.stderr
+def test_its_clips_are_shown_at_the_seeds_that_they_need(colias):
+    done = colias("study", "model-claims", "--model", "lplc2", "--quick")
+    assert done.returncode == 2 and "model-claims and --quick" in done.stderr

@@ -22,7 +22,7 @@ from experiments.bench.leaderboard.scores import answer
 from experiments.bench.reproduction.models.clips import names
 
 PACKAGE = "experiments.claims.of_models"
-Test = Literal["each", "none", "ratio", "share", "more", "way", "untested"]
+Test = Literal["each", "none", "ratio", "share", "more", "way", "not shown"]
 """What is asked of the model's answers to the clips.
 
 - ``each``: the measure is at least the bound in every clip.
@@ -31,7 +31,7 @@ Test = Literal["each", "none", "ratio", "share", "more", "way", "untested"]
 - ``share``: the greatest is at most the bound times the least in ``against``.
 - ``more``: summed over the clips, the measure of the model ``than`` is at least the bound times that of this model.
 - ``way``: the strongest potential has the system and the sign of the motion, in at least that share of the clips.
-- ``untested``: it is not judged; ``why`` says why.
+- ``not shown``: it is not judged; ``why`` says why.
 """
 Measure = Literal["spikes", "peak", "way"]
 """A clip's number of spikes; how far the looming potential rises above rest; the largest |HS| or |VS|."""
@@ -58,7 +58,7 @@ class ModelClaim:
     than
         Of the check ``more``: the model that it is compared with.
     why
-        Of the check ``untested``: why.
+        Of the check ``not shown``: why.
 
     Raises
     ------
@@ -83,7 +83,7 @@ class ModelClaim:
         for name, legal in (("check", get_args(Test)), ("measure", get_args(Measure))):
             if getattr(self, name) not in legal:
                 raise ValueError(f"claim {self.id}: {name}={getattr(self, name)!r}: legal is {', '.join(legal)}")
-        needed = {"ratio": "against", "share": "against", "more": "than", "untested": "why", "none": "beside"}
+        needed = {"ratio": "against", "share": "against", "more": "than", "not shown": "why", "none": "beside"}
         missing = needed.get(self.check, "clips")
         if not getattr(self, missing):
             raise ValueError(f"claim {self.id}: {missing} is missing: the check '{self.check}' needs it")
@@ -170,12 +170,12 @@ def _way(claim: ModelClaim, label: str, than: str, rows: Rows, threshold: float)
     return _outcome(claim, clips, [Check(text, right / len(clips), claim.bound, "at least", asks=f"{claim.bound:.0%}")])
 
 
-def _untested(claim: ModelClaim, label: str, than: str, rows: Rows, threshold: float) -> Outcome:
+def _not_shown(claim: ModelClaim, label: str, than: str, rows: Rows, threshold: float) -> Outcome:
     return Outcome.unjudged(claim.why)
 
 
 _JUDGES: Mapping[str, Callable[[ModelClaim, str, str, Rows, float], Outcome]] = {
-    "each": _each, "none": _none, "ratio": _ratio, "share": _share, "more": _more, "way": _way, "untested": _untested,
+    "each": _each, "none": _none, "ratio": _ratio, "share": _share, "more": _more, "way": _way, "not shown": _not_shown,
 }  # fmt: skip
 
 

@@ -146,7 +146,7 @@ def _verdict(
     outcomes = []
     for repeat in range(REPLICATES if each.random else 1):
         rows = [*even, *(row for row in gratings if row["repeat"] == repeat)]
-        if each.claim.check == "untested":
+        if each.claim.check == "not shown":
             outcomes.append(claim.judge([], 0.0))
         else:
             outcomes.append(clips_claims.judge(claim, rows, thresholds))
