@@ -57,7 +57,8 @@ AREAS: Mapping[str, Area] = {
     "envs": Area(("colias_sim/envs/*.py",), ("tests/colias_sim/envs",)),
     "judges": Area(
         (
-            "experiments/claims/c*.py", "experiments/bench/robot/judging.py", "experiments/bench/robot/mechanism/[!f]*s.py",
+            "experiments/claims/c*.py", "experiments/bench/robot/judging.py",
+            "experiments/bench/robot/mechanism/[!f]*s.py",
             "experiments/bench/clips/judging.py", "experiments/bench/footage/claims.py",
             "experiments/bench/closed_loop/survival.py",
         ),

@@ -21,7 +21,7 @@ from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.judging import stored
 from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.reproduction import claims, readings, replicates
+from experiments.bench.reproduction import claims, readings
 from experiments.bench.reproduction.plan import BESIDE, REPLICATES, SENSITIVITY, Planned, Scale, design, planned
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
@@ -38,7 +38,7 @@ from experiments.bench.studies.clips import points_of_run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.grid import Point
 from experiments.bench.studies.plan import EVERY_MODEL, StudyPlan
-from experiments.bench.studies.replicates import MODEL
+from experiments.bench.studies.replicates import MODEL, Replicate, replicate
 from experiments.studies.onboard import BEST, FORMATS
 from experiments.studies.onboard import STUDY as ONBOARD
 from experiments.studies.sensitivity import DEFAULTS
@@ -137,7 +137,7 @@ def reproduce(
             again, lost = _study(made.others, REPLICATES, "other replicates", folder, pool, resources)
             moved, move_failures = _study(made.moves, SENSITIVITY, SENSITIVITY, folder, pool, resources)
         runs = [(each, conclude(each, run, run.failures())) for each, run in zip(made.plans, done, strict=True)]
-    first = replicates.replicate(
+    first = replicate(
         [spec for each in made.paper() for spec in each.specs()], [row for _, report in runs for row in report.rows]
     )
     every = [first, *(again.replicates(Point(), EVERY_MODEL) if again else ())]
@@ -200,7 +200,7 @@ def _moves(counts: Counts | None) -> dict[str, dict[str, Outcome]]:
     return moved
 
 
-def _onboard(made: Planned, every: Sequence[replicates.Replicate], moved: Counts) -> Counts:
+def _onboard(made: Planned, every: Sequence[Replicate], moved: Counts) -> Counts:
     """The claims in the robot's own arithmetic, on the reproduction's own replicates.
 
     It watched replicate 0 beside the moves of the network, whose seed is the same.
