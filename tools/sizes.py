@@ -68,8 +68,10 @@ def sources(revision: str = "") -> Iterator[tuple[PurePosixPath, str]]:
 
 
 def room(path: PurePosixPath) -> str:
-    """Return the folder that a file is counted under: a package, or a wing of the bench."""
-    return "/".join(path.parts[:3]) if path.parts[:2] == ("experiments", "bench") else path.parts[0]
+    """Return the folder that a file is counted under: a package, a folder of ``experiments``, a wing of the bench."""
+    if path.parts[0] != "experiments" or len(path.parts) == 2:
+        return path.parts[0]
+    return "/".join(path.parts[: 3 if path.parts[1] == "bench" and len(path.parts) > 3 else 2])
 
 
 def sizes(revision: str = "") -> tuple[Mapping[str, int], Mapping[str, int]]:

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import pyarrow as pa
 
 from dsnn import LGMD1Params
 from experiments import Axis, Level, Study
-from experiments.bench.robot.rows import TRIAL_SCHEMA
 from experiments.bench.studies.replicates import Replicate
 from experiments.bench.studies.study import Probe, Tables
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from experiments.bench.robot.experiment import TrialSpec
     from experiments.bench.store.rows import TrialRecord
     from experiments.bench.studies.counts import Counts
@@ -75,15 +75,22 @@ EDGE_LEVELS = (10, 20, 40, 80, 160, 320)
 """Cells of moving edge in a frame."""
 THRESHOLDS = tuple(round(0.52 + 0.02 * step, 2) for step in range(24))
 """Thresholds on the potential, 0.52 to 0.98, at which frames are counted."""
-SCHEMA = (
-    TRIAL_SCHEMA.append(pa.field("collision_frames", pa.int64()))
-    .append(pa.field("edge_cells", pa.int64()))
-    .append(pa.field("edge_frames", pa.list_(pa.int64())))
-    .append(pa.field("frames_above", pa.list_(pa.int64())))
-)
-"""A row of ``trials.parquet``, and beside it: the frames in which the detector announces a collision; the cells that
-changed by more than `EDGE`, over the trial; the frames with at least each of `EDGE_LEVELS` such cells; the frames whose
-potential reaches each of `THRESHOLDS`. Cells are the same for every detector."""
+
+
+def schema() -> "pa.Schema":
+    """Return the columns of a row of ``trials.parquet``, and those that `work` keeps beside them.
+
+    These are the frames in which the detector announces a collision; the cells that changed by more than `EDGE`, over
+    the trial; the frames with at least each of `EDGE_LEVELS` such cells; the frames whose potential reaches each of
+    `THRESHOLDS`. Cells are the same for every detector.
+    """
+    import pyarrow as pa
+
+    from experiments.bench.robot.rows import TRIAL_SCHEMA
+
+    counts, lists = pa.int64(), pa.list_(pa.int64())
+    own = {"collision_frames": counts, "edge_cells": counts, "edge_frames": lists, "frames_above": lists}
+    return pa.schema([*TRIAL_SCHEMA, *(pa.field(name, kind) for name, kind in own.items())])
 
 
 def spikes_in_a_row(network: Any) -> int:
@@ -356,6 +363,6 @@ STUDY = Study(
     experiments=("angular-approach",),
     axes=(ARENA,),
     models=tuple(detector.label for detector in PANEL),
-    probe=Probe(work, SCHEMA),
+    probe=Probe(work, schema),
     tables=tabled,
 )

@@ -6,11 +6,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from experiments import Study
-from experiments.bench.robot.rows import TRIAL_SCHEMA
 from experiments.bench.studies.replicates import MODEL, Replicate
 from experiments.bench.studies.study import Probe, Tables
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from experiments.bench.robot.experiment import TrialSpec
     from experiments.bench.store.rows import TrialRecord
     from experiments.bench.studies.counts import Counts
@@ -75,12 +76,19 @@ def series(spec: "TrialSpec", *, labels: Sequence[str]) -> "TrialRecord":
     return drawn_here(replace(record, rows=rows))
 
 
-def series_of(labels: Sequence[str]) -> Probe:
-    """Return what keeps HS and its spikes in every frame of the models called ``labels`` in the trials."""
+def series_schema() -> "pa.Schema":
+    """Return the columns of a row of ``trials.parquet``, and those of `series` beside them."""
     import pyarrow as pa
 
-    schema = TRIAL_SCHEMA.append(pa.field(HS, pa.list_(pa.float32()))).append(pa.field(SPIKES, pa.list_(pa.int32())))
-    return Probe(partial(series, labels=tuple(labels)), schema, (HS, SPIKES))
+    from experiments.bench.robot.rows import TRIAL_SCHEMA
+
+    own = [pa.field(HS, pa.list_(pa.float32())), pa.field(SPIKES, pa.list_(pa.int32()))]
+    return pa.schema([*TRIAL_SCHEMA, *own])
+
+
+def series_of(labels: Sequence[str]) -> Probe:
+    """Return what keeps HS and its spikes in every frame of the models called ``labels`` in the trials."""
+    return Probe(partial(series, labels=tuple(labels)), series_schema, (HS, SPIKES))
 
 
 def errors(counts: "Counts") -> Tables:

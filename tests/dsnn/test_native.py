@@ -262,7 +262,9 @@ def test_a_run_notes_its_form_and_is_not_gone_on_with_by_another(colias, monkeyp
     monkeypatch.setenv(forms.VARIABLE, "native")
     for more in ((), ("--other-code",)):
         done = colias(*arguments, "--out", "out", *more)
-        assert (done.returncode, done.stderr) == (2, 'colias: out: form is "numpy" there and "native" now\n')
+        assert (done.returncode, done.stderr) == (
+            2, 'colias: out: form is "numpy" there and "native" now: choose another --out\n'
+        )  # fmt: skip
     monkeypatch.setenv(forms.VARIABLE, "fast")
     done = colias(*arguments, "--out", "other")
     assert (done.returncode, done.stderr) == (2, "colias: DSNN_FORM='fast': legal are native and numpy\n")

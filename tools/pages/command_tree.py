@@ -76,7 +76,7 @@ class Command:
 
 
 def tree() -> Command:
-    """The whole command line."""
+    """The whole command line, as help lists it: without what is hidden."""
     return _command(typer.main.get_command(main.app), ())
 
 
@@ -90,7 +90,7 @@ def _command(found: Any, words: tuple[str, ...]) -> Command:
     return Command(
         words, found.short_help or "", found.help or "", " ".join(found.collect_usage_pieces(context)),
         tuple(kinds["argument"]), tuple(kinds["option"]),
-        tuple(_command(command, (*words, name)) for name, command in below.items()),
+        tuple(_command(command, (*words, name)) for name, command in below.items() if not command.hidden),
     )  # fmt: skip
 
 

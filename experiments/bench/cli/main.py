@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import logging
 from typing import Annotated, Any
 
@@ -72,7 +73,8 @@ frame, the black [b]stimulus[/b] drives past it. Every trial is recorded for Rer
 what the paper (Fu, Bellotto and Yue 2018) reports.
 
 [b]To begin with:[/b] colias list; colias run speed; colias view runs/speed-...; colias reproduce --quick. \
-[b]Of your own:[/b] colias check my_model.py; colias run speed --model my_model.py; colias run my_experiment.py.
+[b]Of your own:[/b] colias check my_model.py; colias run speed --model my_model.py; colias run my_experiment.py; \
+colias study my_study.py --quick.
 
 Equal seeds and parameters give equal numbers, on any number of workers. Exit status: 0 done, 1 trials failed, 2 a \
 wrong use or a missing library, 130 interrupted. [b]colias COMMAND --help[/b] says what a command does.""",
@@ -87,8 +89,18 @@ def _register() -> None:
             module.register(app)
             for entry in app.registered_commands[commands:]:
                 entry.rich_help_panel = heading
+            _unwrap(app, commands)
             for group in app.registered_groups[groups:]:
                 group.rich_help_panel = heading
+                if group.typer_instance:
+                    _unwrap(group.typer_instance)
+
+
+def _unwrap(commands: typer.Typer, start: int = 0) -> None:
+    """Join the lines of each paragraph of help: the parser keeps line ends, and terminals differ in width."""
+    for entry in commands.registered_commands[start:]:
+        paragraphs = inspect.cleandoc(entry.help or getattr(entry.callback, "__doc__", None) or "").split("\n\n")
+        entry.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
 
 
 _register()

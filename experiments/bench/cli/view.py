@@ -25,13 +25,13 @@ def view(
     """
     from experiments.bench.cli import viewer
     from experiments.bench.engine.errors import UsageError
-    from experiments.bench.store.record import Record
+    from experiments.bench.store.record import recordings_in
     from scenes import ARENAS
 
     if str(path) in ARENAS and not path.exists():
         _view_scene(str(path))
         return 0
-    files = [path] if path.is_file() else Record.read(path).recordings if path.is_dir() else []
+    files = [path] if path.is_file() else recordings_in(path)
     if not files:
         raise UsageError(f"{path}: no such file, or no .rrd recordings in it")
     if not web:

@@ -23,6 +23,15 @@ from experiments.bench.engine.user_modules import is_users
 
 Result = TypeVar("Result")
 
+_COMMANDS: Mapping[str, str] = MappingProxyType(
+    {
+        "EXPERIMENT": "colias run FILE",
+        "STUDY": "colias study FILE",
+        "MODEL": "--model FILE",
+        "BEHAVIOUR": "colias behave FILE",
+    }
+)
+"""What a file can declare -> where it is given."""
 _loaded: dict[str, Mapping[str, str]] = {}
 
 
@@ -54,7 +63,10 @@ def declared(path: Path, name: str) -> object:
         raise UsageError(f"{path}: the file's name should end in .py")
     module = _module(path.resolve(), path)
     if not hasattr(module, name):
-        raise UsageError(f"{path}: declares no {name}")
+        there = next((other for other in _COMMANDS if hasattr(module, other)), None)
+        raise UsageError(
+            f"{path}: declares no {name}{f', but {there}, which is for {_COMMANDS[there]}' if there else ''}"
+        )
     return getattr(module, name)
 
 

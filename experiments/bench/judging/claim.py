@@ -161,6 +161,11 @@ class Claim:
             Whether anything differs between replicates.
         model, experiment
             As of a `Verdict`.
+
+        Returns
+        -------
+        Verdict
+            The first outcome, and the count of all.
         """
         words = (self.id, self.says, self.source)
         return Verdict.of(words, outcomes, random=random, model=model, experiment=experiment)

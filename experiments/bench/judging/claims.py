@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TypeVar
 
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.claim import Claim, Reading
 from experiments.bench.judging.claim_files import PAPER, claim_ids, claim_module
 from experiments.claims.readings import READINGS
@@ -25,8 +26,14 @@ def declared(claim: str) -> tuple[Claim, ...]:
 
 
 def words(claim: str) -> Claim:
-    """Return the first that a claim's file declares: its words are those of all of them."""
-    return declared(claim)[0]
+    """Return the first that a claim's file declares: its words are those of all of them.
+
+    Raises `UsageError` if the file, which is found by its name, declares no claim of that id.
+    """
+    found = declared(claim)
+    if not found:
+        raise UsageError(f"{claim_module(claim).__file__}: declares no claim with the id {claim}, as its name says")
+    return found[0]
 
 
 def paper_claims() -> Mapping[str, Claim]:

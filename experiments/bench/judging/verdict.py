@@ -90,6 +90,11 @@ class Outcome:
         measured, effect, n, each
             As of an `Outcome`; ``measured`` is what the checks say if it is left out.
 
+        Returns
+        -------
+        Outcome
+            ``holds`` or ``fails``, with the weakest check in ``decided``.
+
         Raises
         ------
         UsageError
@@ -115,6 +120,11 @@ class Outcome:
             The same in one of the words of `experiments.bench.judging.count.REASONS`.
         effect, n, each, checks
             As of an `Outcome`.
+
+        Returns
+        -------
+        Outcome
+            The reason, with ``why`` in ``measured``.
         """
         return cls(reason, why, effect, n, each=each, checks=tuple(checks))
 
@@ -126,6 +136,11 @@ class Outcome:
         ----------
         parts
             What each part is called -> its outcome; one or more.
+
+        Returns
+        -------
+        Outcome
+            Their verdict together. Its texts name each part; ``decided`` is of the parts that decided.
         """
         verdict = together([part.verdict for part in parts.values()])
         return cls(
@@ -166,11 +181,22 @@ class Outcome:
         return replace(self, verdict="not shown", measured=f"{why}; measured: {self.measured}", decided="")
 
     def noting(self, notes: Iterable[str]) -> Outcome:
-        """Return the outcome with ``notes`` after what was measured; empty ones are left out."""
+        """Add notes to what was measured.
+
+        Parameters
+        ----------
+        notes
+            Texts; empty ones are left out.
+
+        Returns
+        -------
+        Outcome
+            The same, with the notes after the measured numbers.
+        """
         return replace(self, measured="; ".join([self.measured, *filter(None, notes)]))
 
     def against_silence(self, answering: int, of: int, what: str) -> Outcome:
-        """The outcome of a claim that a silent network would keep, held against the model's answers to translation.
+        """Return the outcome of a claim that a silent network would keep, held against the answers to translation.
 
         Parameters
         ----------
@@ -192,7 +218,18 @@ class Outcome:
         return self.silent(f"silent in all {of} {what}s of translation too")
 
     def silent(self, why: str) -> Outcome:
-        """Return the same of a model that keeps the claim by never answering; ``why`` says what it does not answer."""
+        """Return the outcome of a model that keeps the claim by never answering.
+
+        Parameters
+        ----------
+        why
+            What the model does not answer, in words.
+
+        Returns
+        -------
+        Outcome
+            The same, ``silent model``; ``measured`` begins with ``why``.
+        """
         return replace(self, verdict="silent model", measured=f"{why}; measured: {self.measured}", decided=why)
 
 
@@ -253,6 +290,11 @@ class Verdict:
             Whether anything differs between replicates.
         model, experiment
             As of a `Verdict`.
+
+        Returns
+        -------
+        Verdict
+            The first outcome, and the count of all.
         """
         trouble = next((outcome.trouble for outcome in outcomes if outcome.trouble), "")
         counted = count([outcome.verdict for outcome in outcomes], random=random)

@@ -92,6 +92,11 @@ class Run(Record):
         """A row per trial that failed: trial, model, condition, seed, reason.
 
         Where a model failed in a trial, or its recording could not be written, ``model`` says so.
+
+        Raises
+        ------
+        UsageError
+            ``failures.json`` cannot be read.
         """
         try:
             return pa.Table.from_pylist(self._json("failures.json") or [], FAILURE_SCHEMA)

@@ -71,6 +71,8 @@ class RobotClaim(Claim):
         The claim in a few words; in one line why it fails; what was tried to make it hold, or what limits it.
     mechanism
         The experiment whose figure shows why it comes out as it does, and what that figure draws.
+    readings
+        The readings of the paper that a claim of the paper was used to choose, or that it tells apart.
 
     Raises
     ------
@@ -197,7 +199,7 @@ def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     if wrong:
         return found.withheld(wrong)
     refuted = found.verdict == "fails" and claim.of_every_trial
-    each = found.each or (_fewest(own, *(("model",) if claim.models else ())) if claim.own else 0)
+    each = found.each or _fewest(own, *(("model",) if claim.models else ()))
     if each < claim.least and not refuted:
         return found.withheld(f"needs at least {claim.least} trials of each condition (has {each})")
     return found

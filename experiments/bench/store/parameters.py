@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
-
-import pyarrow as pa
+from typing import TYPE_CHECKING, Any
 
 from experiments.bench.engine.models import ConfiguredModel, sections
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 Parameters = Mapping[str, Mapping[str, Any]]
 """Key, as ``--set`` has it -> label of a model -> its value; ``None`` of a model that has no such parameter."""
@@ -78,14 +79,14 @@ def _number(value: Any) -> str:
     return short if not isinstance(value, float) or float(short) == value else str(value)
 
 
-_TYPES = {bool: pa.bool_(), int: pa.int64(), float: pa.float64()}
-
-
 def with_columns(schema: pa.Schema, parameters: Parameters) -> pa.Schema:
     """Return the schema of a table with a column more for each parameter."""
+    import pyarrow as pa  # not before: what only lists studies loads no tables
+
+    types = {bool: pa.bool_(), int: pa.int64(), float: pa.float64()}
     for key, values in parameters.items():
         kind = next((type(value) for value in values.values() if value is not None), str)
-        schema = schema.append(pa.field(key, _TYPES.get(kind, pa.string())))
+        schema = schema.append(pa.field(key, types.get(kind, pa.string())))
     return schema
 
 

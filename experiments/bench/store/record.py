@@ -43,7 +43,23 @@ class Record:
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Read what a folder holds, or a file of footage; `UsageError` in one line where that is no run."""
+        """Read what a folder holds, or a file of footage.
+
+        Parameters
+        ----------
+        path
+            The folder or the file.
+
+        Returns
+        -------
+        Self
+            The run. Its tables are read when they are asked for.
+
+        Raises
+        ------
+        UsageError
+            There is no run.
+        """
         if path.is_file():
             return cls(path, {}, FOOTAGE)
         if not begun(path) and any(path.glob("*.rrd")):
@@ -81,10 +97,16 @@ class Record:
         """The paths of its Rerun recordings, in order of trial: ``colias view PATH`` shows one."""
         if self.folder.is_file():
             return [self.folder] if self.folder.suffix == ".rrd" else []
-        return sorted([*self.folder.glob("*.rrd"), *self.folder.glob("recordings/*.rrd")])
+        return recordings_in(self.folder)
 
     def all_recordings(self) -> list[Path]:
-        """Return the paths of its recordings, then of those of its parts."""
+        """Return the paths of all its recordings.
+
+        Returns
+        -------
+        list of pathlib.Path
+            Its own in order of trial, then those of its parts.
+        """
         return [*self.recordings, *(path for part in self.parts for path in part.recordings)]
 
     @cached_property
@@ -93,7 +115,12 @@ class Record:
         return [self.read(folder) for folder in part_folders(self.folder)] if self.kind.parts else []
 
     def tables(self) -> dict[str, pa.Table]:
-        """Return the tables of trials and frames, by name; of the parts of a whole with their folder before it.
+        """Return the tables of trials and frames.
+
+        Returns
+        -------
+        dict of str to pyarrow.Table
+            Name -> table; of a whole those of its parts, with the part's folder before the name.
 
         Raises
         ------
@@ -205,6 +232,11 @@ def begin_whole(folder: Path, kind: Kind) -> None:
     if not begun(folder):
         with contextlib.suppress(FileExistsError):  # another process has just begun there: its parts are locked
             write_new(folder, {KIND: kind.name, "experiment": kind.name})
+
+
+def recordings_in(folder: Path) -> list[Path]:
+    """Return the paths of the recordings in a folder, which need not be a run's: each can be seen by itself."""
+    return sorted([*folder.glob("*.rrd"), *folder.glob("recordings/*.rrd")])
 
 
 def part_folders(folder: Path) -> Iterator[Path]:

@@ -32,8 +32,10 @@ def find(name: str) -> Study:
         return study
     if is_file(name):
         return _of_file(Path(name))
-    near = nearest(name, names(), " (", ")")
-    raise UsageError(f"unknown study '{name}': known are {', '.join(names())}{near}, or a .py file")
+    known = (*names(), "model-claims")
+    raise UsageError(
+        f"unknown study '{name}': known are {', '.join(known)}{nearest(name, known, ' (', ')')}, or a .py file"
+    )
 
 
 def _of_file(path: Path) -> Study:

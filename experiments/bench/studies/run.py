@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from dsnn.hints import nearest
 from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.clips import plan as clips_plan
@@ -20,6 +21,7 @@ from experiments.bench.clips.show import show_without_frames
 from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.claim import Claim
+from experiments.bench.judging.claim_files import claim_ids
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, robot_contents
@@ -69,6 +71,9 @@ def answering(claims: Sequence[str | Claim]) -> list[str]:
     names = []
     for claim in claims:
         name = claim.id if isinstance(claim, Claim) else claim
+        if isinstance(claim, str) and name not in claim_ids():
+            near = nearest(name, claim_ids(), " (", ")")
+            raise UsageError(f"unknown claim {name!r}{near}; colias list shows the paper's")
         there = [each for each in NAMES if name in registry.load(each).claims]
         if not there:
             raise UsageError(f"claim {name}: no experiment with the robot declares it; the study has to name one")
@@ -95,7 +100,7 @@ def batch(plan: StudyPlan, name: str = "") -> Batch[Any]:
         else partial(robot_run.work, keep=robot_run.ROWS_ONLY),
         description={**plan.description, "experiment": name},
         contents=contents,
-        schemas=clips_run.SCHEMAS if of_clips else (probe.schema if probe else TRIAL_SCHEMA, FRAME_SCHEMA),
+        schemas=clips_run.SCHEMAS if of_clips else (probe.schema() if probe else TRIAL_SCHEMA, FRAME_SCHEMA),
         things=plan.things,
         amount=lambda: f"{len(plan.points)} points{several}, {len(plan.specs)} {plan.things}",
         size=pixels if of_clips else robot_run.seconds,

@@ -77,11 +77,28 @@ class Axis:
         return tuple(self.name.split("+")) if self.of_keys else ()
 
     def level(self, label: str) -> Level:
-        """Return the level of that label."""
+        """Return the level of a label.
+
+        Parameters
+        ----------
+        label
+            One of `labels`.
+
+        Returns
+        -------
+        Level
+            The level that tables and figure call so.
+        """
         return next(level for level in self.levels if level.label == label)
 
     def values(self) -> tuple[float | str, ...]:
-        """Return the labels as numbers if all of them are finite ones, otherwise as they are."""
+        """Return the values of all levels, in their order.
+
+        Returns
+        -------
+        tuple of float or str
+            The labels as numbers if all of them are finite ones, otherwise the labels.
+        """
         try:
             numbers = tuple(float(label) for label in self.labels)
         except ValueError:
@@ -89,11 +106,28 @@ class Axis:
         return numbers if all(map(math.isfinite, numbers)) else self.labels
 
     def value(self, label: str) -> float | str:
-        """Return the value of one level."""
+        """Return the value of one level.
+
+        Parameters
+        ----------
+        label
+            One of `labels`.
+
+        Returns
+        -------
+        float or str
+            The label as a number if the labels of all levels are finite ones, otherwise the label.
+        """
         return self.values()[self.labels.index(label)]
 
     def words(self) -> list[str]:
-        """Return the axis in words: its keys or its name, then its unit and the default, if there are any."""
+        """Return the axis in words, in parts between which a line of a figure may break.
+
+        Returns
+        -------
+        list of str
+            Its keys or its name, then its unit and the default if there are any.
+        """
         keys = self.keys or (self.name,)
         default = "" if self.default is None else f"default {value_text(self.default)}"
         more = ", ".join(filter(None, (self.unit, default)))
@@ -114,13 +148,13 @@ class Probe:
     work
         A job's pure function, in place of `experiments.bench.robot.run.work`.
     schema
-        The columns of its rows.
+        Makes the schema of its rows. It is a function, as a declaration loads no tables.
     may_be_null
         Those of its own columns that may be null.
     """
 
     work: Callable[[TrialSpec], TrialRecord]
-    schema: pa.Schema
+    schema: Callable[[], pa.Schema]
     may_be_null: tuple[str, ...] = ()
 
 

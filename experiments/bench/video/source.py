@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.store.record import Record
+from experiments.bench.store.record import part_folders, recordings_in
 
 
 def recording(source: Path, trial: int | None) -> Path:
@@ -35,10 +35,10 @@ def recording(source: Path, trial: int | None) -> Path:
         return source
     if not source.is_dir():
         raise UsageError(f"{source}: no such file or folder")
-    run = Record.read(source)
-    found = {_number(path): path for path in run.recordings}
+    found = {_number(path): path for path in recordings_in(source)}
     if not found:
-        parts = f"; its parts are: {', '.join(part.folder.name for part in run.parts)}" if run.parts else ""
+        names = ", ".join(part.name for part in part_folders(source))
+        parts = f"; its parts are: {names}" if names else ""
         raise UsageError(f"{source}: no .rrd recordings in it; runs make them unless told --no-recordings{parts}")
     if trial is None:
         return next(iter(found.values()))

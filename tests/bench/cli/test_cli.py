@@ -1,8 +1,10 @@
 """The command line through real processes, and what it leaves behind."""
 
 import csv
+import itertools
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -20,6 +22,7 @@ from matplotlib.image import imread
 
 from experiments.bench.cli import main as cli_main
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.bench.store import tables
 from tests.conftest import Colias
 from tests.helpers.chapters import README, blocks, titled
 from tests.helpers.inside import inside
@@ -218,6 +221,7 @@ EXPERIMENT = Experiment(name="mine", summary="", varies="speed_cm_s", {more},
         ("EXPERIMENT = (\n", "mine.py, line 1"),
         ("import math\nmath.sqrt(-1)\n", "mine.py, line 2: ValueError"),
         ("x = 1\n", "declares no EXPERIMENT"),
+        ("STUDY = 1\n", "declares no EXPERIMENT, but STUDY, which is for colias study FILE"),
         ("EXPERIMENT = 3\n", "expected an Experiment"),
         ("import sys\nsys.exit('no')\n", "mine.py, line 2: SystemExit: no"),
         (OWN.format(more="repeats=0"), "mine.py, line 3: ValueError: experiment mine: repeats=0"),
@@ -289,17 +293,30 @@ def test_the_readme_s_python_example_runs(tmp_path):
     command = [sys.executable, "-W", "error", "example.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    assert "emd 6.0 " in done.stdout and "C15 dsnn not judged" in done.stdout
+    assert all(re.search(rf"^C15 {model} (holds|fails) ", done.stdout, re.M) for model in ("dsnn", "dsn2017"))
+    assert "dsnn 6.0 cm/s: " in done.stdout
     assert (tmp_path / "speed.png").exists()
 
 
 def test_a_run_is_never_overwritten(finished, colias):
+    """Not by other options, and not where nothing tells any more which run it was."""
     copy = colias.folder / "copy"
     shutil.copytree(finished[0], copy)
-    done = colias("run", "speed", *QUICK, "--out", "copy")
-    assert done.returncode == 2
-    assert "already holds a run" in done.stderr
-    assert (copy / "trials.parquet").read_bytes() == (finished[0] / "trials.parquet").read_bytes()
+
+    def files() -> dict[Path, bytes]:
+        return {path: path.read_bytes() for path in copy.rglob("*") if path.is_file() and path.name != ".lock"}
+
+    before = files()
+    other = colias("run", "speed", *QUICK, "--out", "copy")
+    assert (other.returncode, other.stderr.count("\n")) == (2, 1)
+    assert "--seed is 3 there and 0 now" in other.stderr and "choose another --out" in other.stderr
+    assert files() == before
+    del before[copy / "experiment.json"]
+    (copy / "experiment.json").unlink()
+    nameless = colias("run", "speed", *QUICK, "--out", "copy")
+    assert (nameless.returncode, nameless.stderr.count("\n")) == (2, 1)
+    assert "already holds a run" in nameless.stderr
+    assert files() == before
 
 
 @pytest.mark.parametrize("blow", [signal.SIGINT, signal.SIGKILL])
@@ -308,24 +325,23 @@ def test_an_interrupted_run_leaves_its_finished_trials(tmp_path, blow):
     command += ["--set", "experiment.speeds_cm_s=20,30", "--repeats", "200"]
     # A shell that starts tests in the background has interrupts ignored, and its children inherit that.
     heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-    trials, deadline = tmp_path / "out" / "trials.parquet", time.monotonic() + 60
+    out, deadline = tmp_path / "out", time.monotonic() + 60
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=heed) as process:
         try:
-            while not (trials.exists() and pq.read_table(trials).num_rows >= 3):
+            while not (tables.present(out) and tables.read(out, "trials", ["trial"]).num_rows >= 3):
                 assert process.poll() is None and time.monotonic() < deadline
                 time.sleep(0.05)
             process.send_signal(blow)
             _, said = process.communicate(timeout=20)
         finally:
             process.kill()
-    table, frames = pq.read_table(trials), pq.read_table(tmp_path / "out" / "frames.parquet")
+    table, frames = tables.read(out, "trials"), tables.read(out, "frames")
     count, there = table.num_rows, table["trial"].to_pylist()
     assert 3 <= count < 400
     assert there == sorted(set(there)), "each once; two workers need not finish in order"
     assert set(there) <= set(frames["trial"].to_pylist())
-    recordings = [tmp_path / "out" / "recordings" / f"trial-{i:04d}.rrd" for i in there]
-    verify(*recordings)
-    json.loads((tmp_path / "out" / "experiment.json").read_text())
+    verify(*(out / "recordings" / f"trial-{i:04d}.rrd" for i in there))
+    json.loads((out / "experiment.json").read_text())
     if blow == signal.SIGINT:
         assert process.returncode == 130
         assert f"stopped after {count} of 400 trials" in said
@@ -376,9 +392,8 @@ def test_a_dry_run_checks_and_writes_nothing(warm):
     other = warm(*plan[:-1], "2", "--out", "out", "--dry-run")
     assert (other.returncode, other.stderr) == (
         2,
-        "colias: out: --repeats is 1 there and 2 now: repeat the first command's options\n",
+        "colias: out: --repeats is 1 there and 2 now: repeat the first command's options, or choose another --out\n",
     )
-    assert warm(*plan, "--out", "out", "--dry-run").returncode == 2
     assert sorted(path.name for path in (warm.folder / "out").rglob("*")) == before
 
 
@@ -405,6 +420,15 @@ def test_help_is_as_wide_as_the_terminal(colias, columns):
     assert headings == ["Options", *(heading.split()[0] for heading in cli_main.GROUPS)]
     assert max(map(len, text.splitlines())) <= columns
     assert all(word in " ".join(text.split()) for word in ("colias run speed", "reproduce", "doctor"))
+
+
+@pytest.mark.parametrize("command", ["map", "study", "run", "reproduce"])
+def test_the_paragraphs_of_help_fill_the_terminal(colias, command):
+    """A line ends where the next word would run over the edge, not where the source has a line end."""
+    text = colias(command, "--help", COLUMNS="100").stdout
+    about = [line.strip() for line in text[text.index("Usage:") : text.index("╭")].splitlines()]
+    for line, after in itertools.pairwise(about):
+        assert not line or not after or len(line) + 1 + len(after.split()[0]) > 98
 
 
 def test_lists(colias):

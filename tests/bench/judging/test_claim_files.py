@@ -15,7 +15,8 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.judging.claim_files import BEHAVIOURS, PAPER, claim_ids, claim_module
 from experiments.bench.judging.claims import declared, find, of_kind, words
 from experiments.bench.judging.paper import cited
-from experiments.bench.robot.claims import RobotClaim
+from experiments.bench.robot.claims import RobotClaim, outcome
+from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.claims.readings import READINGS
 
 FOLDER = Path(experiments.claims.__file__).parent
@@ -32,6 +33,19 @@ def judge(rows, threshold):
 
 
 CLAIM = ClipClaim(id="C99", title="A new one", says="it is new", source="simu-clean", judge=judge)
+"""
+
+
+ON_ROBOT = """
+from experiments import Check, Claim, Outcome
+
+
+def judge(rows, threshold):
+    fewest = min(row["spikes"] for row in rows)
+    return Outcome.of([Check(f"{fewest} spikes", fewest, 0)])
+
+
+CLAIM = Claim(id="C99", title="A new one", says="it spikes", judge=judge)
 """
 
 
@@ -81,6 +95,22 @@ def test_a_new_file_is_found_and_nothing_else_is_edited(new_file):
     assert "C99" not in of_kind(RobotClaim)
     with pytest.raises(ValueError, match="one of the paper's claims has that id"):
         experiments.Claim(id="C99", says="mine", judge=lambda rows, threshold: None)
+
+
+def test_a_file_without_the_claim_of_its_name_is_told_in_a_line(new_file, tmp_path):
+    (tmp_path / "c99_new.py").write_text(NEW.replace('"C99"', '"C98"'))
+    with pytest.raises(UsageError, match=r"c99_new\.py: declares no claim with the id C99"):
+        words("C99")
+
+
+def test_a_new_claim_on_the_robot_counts_its_trials_as_a_claim_of_one_s_own_does(new_file, tmp_path):
+    """Its judge may be as plain as the documentation's: it need not say how many trials it read."""
+    (tmp_path / "c99_new.py").write_text(ON_ROBOT)
+    trial = {"motion": "translation", "direction": "rightward", "speed_cm_s": 8.0, "distance_cm": 6.0, "angle_deg": 0.0}
+    trial |= {"spikes": 3, "achieved_speed_cm_s": 8.0, "path_error_mm": 0.0}
+    rows = [trial | {name: None for name in CONDITION_COLUMNS if name not in trial} for _ in range(4)]
+    assert outcome("C99", rows, 0.2).verdict == "holds"
+    assert "needs at least 4 trials" in outcome("C99", rows[:3], 0.2).measured
 
 
 def test_the_bench_names_no_claim_s_file():

@@ -110,7 +110,7 @@ def test_a_simulated_run_comes_back_equal(simulated, tmp_path, capsys, tracked):
     assert {row["provenance"] for row in verdicts[1]} == {"log of a simulated run"}
     for before, after in zip(*verdicts, strict=True):
         assert {**after, "provenance": before["provenance"]} == before
-    assert {row["verdict"] for row in verdicts[0]} <= {"holds", "fails"} and verdicts[0]
+    assert {row["outcome"] for row in verdicts[0]} <= {"holds", "fails"} and verdicts[0]
 
 
 def test_frames_of_a_camera_alone_are_shown_to_a_model(pictured, tmp_path):

@@ -245,6 +245,6 @@ def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
     assert said["C15"] == "none of the experiments here declares this claim"
 
 
-def test_a_replicate_with_no_trial_is_not_shown():
+def test_a_replicate_with_no_trial_is_not_judged():
     (own,) = every(design(1, 1), [])
     assert {replicates.judged(claim, own).verdict for claim in replicates.judged_in()} == {"not shown"}

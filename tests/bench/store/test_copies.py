@@ -20,6 +20,7 @@ import experiments
 from colias_sim import CameraConfig, Pose, Simulation
 from dsnn import MODELS
 from dsnn.stimuli import stimulus
+from experiments.bench.store.kinds import TRIALS
 from tests.helpers.envs import fingerprint
 
 FIXATION = "colias_sim/Fixation-v0"
@@ -151,7 +152,7 @@ class Reading:
 def test_what_is_read_for_the_first_time_meanwhile_does_not_disturb_a_copy(way: Any, tmp_path: Path) -> None:
     """A run's tables and a clip's background are made when they are first asked for."""
     described: dict[str, Any] = {"experiment": "x", "seed": 0}
-    run = experiments.Run(tmp_path, described)
+    run = experiments.Run(tmp_path, described, TRIALS)
     described["meanwhile"] = Reading(lambda: (run.claims, run.failures))
     assert way(run).folder == tmp_path
     clip = stimulus("cluttered", rows=20, columns=30)

@@ -18,7 +18,7 @@ from experiments.bench.store.places import check_file, check_folder
 
 COMMANDS = {
     "run": ["speed"],
-    "sweep": ["speed", "--over", "dsnn.n_con=4,6"],
+    "study": ["fidelity"],
     "map": ["general", "--over", "experiment.acceleration_cm_s2=10,17"],
     "reproduce": ["--quick"],
     "leaderboard": [],

@@ -18,7 +18,7 @@ COMPUTE_NOTHING = {
     "matplotlib": "figures", "typer": "the command line", "rich": "the terminal", "jinja2": "the report's page",
     "cloudpickle": "carries functions to processes", "filelock": "keeps two runs apart",
     "packaging": "compares versions for colias doctor", "pyopengl": "asks OpenGL for its name",
-    "cffi": "hands arrays to the network in C",
+    "cffi": "hands arrays to the network in C", "lazy-loader": "imports public names when they are asked for",
 }  # fmt: skip
 RUN = ("run", "speed", "--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--no-recordings", "--workers", "1")
 

@@ -176,13 +176,12 @@ from gains import GAIN
 BEHAVIOUR = Behaviour.oracle("slow", "crawls", "colias_sim/Optomotor-v0", lambda state: (GAIN, GAIN))
 """
 KINDS = {
-    "clips": (("run", "mine.py", "--no-recordings", "--workers", "0"), ""),
-    "robot": ((*ROBOT, "--model", "tiny.py", "--no-recordings"), ""),
-    "tune": (("tune", "--only", "--model", "tiny.py", "--model", "emd", "--curve", "contrast", "--workers", "0"),
-             ""),
-    "behave": (("behave", "slow.py", "--episodes", "2", "--no-baselines", "--no-recordings", "--workers", "0",
-                "--set", "robots=1"), ""),
-    "sweep": (("sweep", *ROBOT[1:], "--model", "tiny.py", "--over", "tiny.t_sp=0.1,0.3"), "points"),
+    "clips": ("run", "mine.py", "--no-recordings", "--workers", "0"),
+    "robot": (*ROBOT, "--model", "tiny.py", "--no-recordings"),
+    "tune": ("tune", "--only", "--model", "tiny.py", "--model", "emd", "--curve", "contrast", "--workers", "0"),
+    "behave": ("behave", "slow.py", "--episodes", "2", "--no-baselines", "--no-recordings", "--workers", "0",
+               "--set", "robots=1"),
+    "map": ("map", *ROBOT[1:], "--model", "tiny.py", "--measure", "spikes", "--over", "tiny.t_sp=0.1,0.3"),
 }  # fmt: skip
 
 
@@ -194,15 +193,14 @@ def drop_first_trial(folder: Path) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_edited_file_of_one_s_own_is_refused_or_marked(colias, kind):
     """The edited file is a module that the named one imports; its size and, to the second, its time stay."""
-    arguments, part = KINDS[kind]
+    arguments = KINDS[kind]
     write_files(colias.folder)
     (colias.folder / "slow.py").write_text(BEHAVIOUR)
     done = colias(*arguments, "--out", "out", "-q")
     assert done.returncode == 0, done.stderr
-    folder = colias.folder / "out" / part
+    folder = colias.folder / "out"
     (first,) = {row["code"] for row in pq.read_table(folder / TRIALS).to_pylist()}
     assert str(colias.folder / "gains.py") in json.loads((folder / "experiment.json").read_text())["files"]
-    (colias.folder / "out" / "sweep.csv").unlink(missing_ok=True)
     drop_first_trial(folder)
     before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
@@ -345,14 +343,13 @@ def test_what_a_run_left_without_its_description_is_not_taken_for_nothing(base, 
 
 @pytest.mark.parametrize("text", [100_000 * "[", "[]", "null", '"x"', '{"experiment": "tuning", "seed": 0', ""])
 def test_every_command_reads_a_description_alike(base, text, monkeypatch, capsys, tmp_path):
-    (tmp_path / "points").mkdir()
-    for folder in (tmp_path, tmp_path / "points"):
-        (folder / "experiment.json").write_text(text)
+    (tmp_path / "experiment.json").write_text(text)
     out = str(tmp_path)
     for command in (
         ("tune", "--model", "emd", "--curve", "contrast", "--out", out),
         ("behave", "still", "--episodes", "1", "--no-baselines", "--out", out),
-        ("sweep", *ROBOT[1:], "--over", "dsnn.n_con=4,6", "--out", out),
+        ("map", *ROBOT[1:], "--measure", "spikes", "--over", "dsnn.n_con=4,6", "--out", out),
+        ("study", "fidelity", "--out", out),
         (*ARGUMENTS, "--out", out),
     ):
         code, said = goes_on(monkeypatch, capsys, base, *command)

@@ -251,6 +251,7 @@ def test_a_wrong_use_and_an_old_spelling_end_in_one_line(arguments, says, tmp_pa
         (Study("s", "s", claims=("C16",), axes=(Axis("drive", (Level("a"),)),)), "the table of trials has that column"),
         (Study("s", "s", claims=("C16",), axes=(Axis("x", (Level("a", ("scene.lihgt=1",)),)),)), "scene.lihgt"),
         (Study("s", "s", claims=("C1",)), "no experiment with the robot declares it"),
+        (Study("s", "s", claims=("C99",)), "unknown claim 'C99'"),
     ],
 )
 def test_a_study_that_cannot_be_planned_says_why(study, says):
