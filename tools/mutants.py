@@ -58,8 +58,8 @@ AREAS: Mapping[str, Area] = {
     "judges": Area(
         (
             "experiments/claims/c*.py", "experiments/bench/robot/judging.py",
-            "experiments/bench/robot/mechanism/[!f]*s.py", "experiments/bench/clips/judging.py",
-            "experiments/bench/footage/claims.py",
+            "experiments/bench/robot/mechanism/[!f]*s.py",
+            "experiments/bench/clips/judging.py", "experiments/bench/footage/claims.py",
             "experiments/bench/closed_loop/survival.py",
         ),
         ("tests/bench/robot", "tests/bench/clips", "tests/bench/closed_loop", "tests/bench/footage",

@@ -11,6 +11,8 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
+from experiments.bench.store.kinds import LEADERBOARD, REPRODUCTION, WHOLE
+from experiments.bench.store.record import begin_whole
 from tests.attack.commands import CLIPS, EXPERIMENT, film
 from tests.attack.folders import KINDS, copied, go_on, state
 from tests.attack.judging import expect_none, refusal
@@ -102,25 +104,30 @@ def _anew(folder: Path, kind: str) -> Ended:
 
 
 INNER = {
-    "leaderboard": (("leaderboard", "--only", "--model", "emd", "--repeats", "1"), "robot"),
-    "atlas": (("leaderboard", "--atlas", "--only", "--model", "emd"), "atlas"),
-    "reproduce": (("reproduce", "--quick", "--robot-only"), "general"),
-    "models": (("study", "model-claims", "--model", "lplc2"), "even"),
+    "leaderboard": (("leaderboard", "--only", "--model", "emd", "--repeats", "1"), "robot", LEADERBOARD),
+    "atlas": (("leaderboard", "--atlas", "--only", "--model", "emd"), "atlas", LEADERBOARD),
+    "reproduce": (("reproduce", "--quick", "--robot-only"), "general", REPRODUCTION),
+    "models": (("study", "model-claims", "--model", "lplc2"), "even", WHOLE),
 }  # fmt: skip
+"""Words, its first part, and what a folder says that it was begun in."""
+REFUSED_FOR_ITS_FILES = ("leaderboard", "atlas")
+"""Those that a folder in which nothing was begun is refused for what it holds, link or not."""
 
 
+@pytest.mark.parametrize("begun", [True, False], ids=["begun", "empty"])
 @pytest.mark.parametrize("name", INNER)
-def test_a_folder_inside_of_a_larger_one_is_no_link(name: str, folder: Path, outside: Path):
+def test_a_folder_inside_of_a_larger_one_is_no_link(name: str, begun: bool, folder: Path, outside: Path):
     """Its first part is refused before anything is computed."""
-    words, inner = INNER[name]
-    (folder / "tiny.py").write_text(EXPERIMENT.format(repeats=1, speeds="(25,)"))
+    words, inner, kind = INNER[name]
     (folder / "out").mkdir()
+    if begun:
+        begin_whole(folder / "out", kind)
     (outside / "empty").mkdir()
     (folder / "out" / inner).symlink_to(outside / "empty")
     ended = colias(folder, [*words, "--workers", "0", "-q", "--out", "out"])
     found = refusal(ended) + untouched(outside)
-    # A folder in which none of its own is begun is refused for what it holds, link or not.
-    if f"out/{inner}: is a link" not in ended.err and "--out out: holds other files" not in ended.err:
+    for_files = not begun and name in REFUSED_FOR_ITS_FILES
+    if ("--out out: holds other files" if for_files else f"out/{inner}: is a link") not in ended.err:
         found.append(f"does not say why: {ended.err}")
     expect_none([*found, *(f"wrote {path}" for path in (outside / "empty").iterdir())])
 

@@ -348,7 +348,7 @@ def test_every_command_reads_a_description_alike(base, text, monkeypatch, capsys
     for command in (
         ("tune", "--model", "emd", "--curve", "contrast", "--out", out),
         ("behave", "still", "--episodes", "1", "--no-baselines", "--out", out),
-        ("map", *ROBOT[1:], "--over", "dsnn.n_con=4,6", "--out", out),
+        ("map", *ROBOT[1:], "--measure", "spikes", "--over", "dsnn.n_con=4,6", "--out", out),
         ("study", "fidelity", "--out", out),
         (*ARGUMENTS, "--out", out),
     ):
