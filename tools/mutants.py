@@ -57,17 +57,18 @@ AREAS: Mapping[str, Area] = {
     "envs": Area(("colias_sim/envs/*.py",), ("tests/colias_sim/envs",)),
     "judges": Area(
         (
-            "experiments/bench/robot/judges.py", "experiments/bench/robot/mechanism/[!f]*s.py",
-            "experiments/bench/clips/judging/*.py", "experiments/bench/footage/claims.py",
+            "experiments/claims/c*.py", "experiments/bench/robot/judging.py",
+            "experiments/bench/robot/mechanism/[!f]*s.py",
+            "experiments/bench/clips/judging.py", "experiments/bench/footage/claims.py",
             "experiments/bench/closed_loop/survival.py",
         ),
-        ("tests/claims", "tests/bench/robot", "tests/bench/clips", "tests/bench/closed_loop", "tests/bench/footage",
+        ("tests/bench/robot", "tests/bench/clips", "tests/bench/closed_loop", "tests/bench/footage",
          "tests/bench/judging", "tests/bench/studies"),
     ),
     "statistics": Area(
         tuple(
             f"experiments/bench/judging/{name}.py"
-            for name in ("statistics", "count", "scores", "replicates", "overall", "verdict", "numbers")
+            for name in ("statistics", "count", "scores", "checks", "verdict", "numbers")
         ),
         ("tests/bench/judging", "tests/bench/robot", "tests/bench/report/test_report.py"),
     ),

@@ -196,7 +196,7 @@ class Outcome:
         return replace(self, measured="; ".join([self.measured, *filter(None, notes)]))
 
     def against_silence(self, answering: int, of: int, what: str) -> Outcome:
-        """Return the outcome of a claim that silence would keep, held against the model's answers to translation.
+        """Return the outcome of a claim that a silent network would keep, held against the answers to translation.
 
         Parameters
         ----------

@@ -11,10 +11,10 @@ from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.claims import words
 from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.reproduction import replicates, robustness
-from experiments.bench.reproduction.replicates import Replicate
+from experiments.bench.reproduction import replicates
 from experiments.bench.robot.claims import find
 from experiments.bench.store.rows import mixture
+from experiments.bench.studies.replicates import Replicate
 
 
 def verdicts(every: Sequence[Replicate], shows: Sequence[OfflineReport]) -> list[Verdict]:
@@ -48,12 +48,12 @@ def _by_clips(shows: Sequence[OfflineReport]) -> Mapping[str, Verdict]:
 def _about_the_robot(claim: str) -> bool:
     """Whether trials with the robot alone answer for a claim."""
     return (
-        claim in robustness.judged_in() and claim not in clips_claims.paper_claims() and claim != footage_claims.CLAIM
+        claim in replicates.judged_in() and claim not in clips_claims.paper_claims() and claim != footage_claims.CLAIM
     )
 
 
 def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> Verdict:
-    place = robustness.judged_in().get(claim, "")
+    place = replicates.judged_in().get(claim, "")
     if clips is not None and place:
         return _of_both(clips, place, every)
     if clips is not None:

@@ -20,7 +20,7 @@ from experiments.bench.closed_loop.run import BehaviourPlan
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging.claims import paper_claims
-from experiments.bench.reproduction import robustness
+from experiments.bench.reproduction.replicates import SHOWN, asked_models, judged_in, models_in, paper_experiments
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
@@ -111,7 +111,7 @@ class Planned:
 
     def paper(self) -> list[Plan]:
         """Return the plans of the paper's experiments: replicate 0."""
-        return self.plans[: len(robustness.paper())]
+        return self.plans[: len(paper_experiments())]
 
     def amount(self) -> str:
         """Say how many trials with the robot there are, by what they are for."""
@@ -131,7 +131,7 @@ def planned(
     shown = [MODEL, *(name for name in models if name != MODEL)]
     plans = [
         plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed)
-        for name in (*robustness.paper(), *robustness.SHOWN, *extra)
+        for name in (*paper_experiments(), *SHOWN, *extra)
     ]
     _check_names(plans)
     return Planned(
@@ -162,14 +162,14 @@ def replicates_plan(
     study = Study(
         REPLICATES,
         "the paper's experiments at several seeds",
-        claims=tuple(robustness.judged_in()),
-        experiments=robustness.paper(),
+        claims=tuple(judged_in()),
+        experiments=paper_experiments(),
         models=(MODEL,),
         repeats=repeats,
         replicates=replicates,
         probe=series_of((MODEL, BEST.label)) if onboard else None,
     )
-    return study_run.planned(study, seed, robustness.models_in(among, (BEST.label,) if onboard else ()))
+    return study_run.planned(study, seed, models_in(among, (BEST.label,) if onboard else ()))
 
 
 def design(made: Planned) -> dict[str, Any]:
@@ -206,9 +206,9 @@ def _models(experiment: str, shown: Sequence[str]) -> list[str]:
     An experiment that shows variants of the DSNN, or that is shown for its mechanism, shows its own alone.
     """
     own = registry.load(experiment).models
-    if len(own) > 1 or experiment in robustness.SHOWN:
+    if len(own) > 1 or experiment in SHOWN:
         return list(own)
-    return list(dict.fromkeys([*own, *shown, *robustness.asked_models(experiment)]))
+    return list(dict.fromkeys([*own, *shown, *asked_models(experiment)]))
 
 
 def _offline_plan(name: str, scale: Scale, seed: int) -> OfflinePlan:

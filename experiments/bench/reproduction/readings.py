@@ -11,10 +11,10 @@ from experiments.bench.judging.claim import Reading
 from experiments.bench.judging.claims import bears_on
 from experiments.bench.judging.count import count
 from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.mechanism.variants import FALLING, ROBOT_SPEEDS
 from experiments.bench.studies.constants import SPEED
+from experiments.bench.studies.replicates import Replicate
 from experiments.claims.readings import READINGS
 
 NOT_RUN = "not run"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.judging import stored
 from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.reproduction import claims, readings, replicates
+from experiments.bench.reproduction import claims, readings
 from experiments.bench.reproduction.plan import BESIDE, REPLICATES, SENSITIVITY, Planned, Scale, design, planned
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
@@ -38,7 +38,7 @@ from experiments.bench.studies.clips import points_of_run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.grid import Point
 from experiments.bench.studies.plan import EVERY_MODEL, StudyPlan
-from experiments.bench.studies.replicates import MODEL
+from experiments.bench.studies.replicates import MODEL, Replicate, replicate
 from experiments.studies.onboard import BEST, FORMATS
 from experiments.studies.onboard import STUDY as ONBOARD
 from experiments.studies.sensitivity import DEFAULTS
@@ -73,6 +73,8 @@ class Reproduction:
     """The readings of the paper that were taken, and what claims come to under the others."""
     onboard: Counts | None = None
     """The claims in the robot's own arithmetic, where it was shown."""
+    read_off: Mapping[str, Counts] = field(default_factory=dict)
+    """The studies whose points are clips of off-line experiments that were run."""
 
     @property
     def failed(self) -> bool:
@@ -137,13 +139,17 @@ def reproduce(
             again, lost = _study(made.others, REPLICATES, "other replicates", folder, pool, resources)
             moved, move_failures = _study(made.moves, SENSITIVITY, SENSITIVITY, folder, pool, resources)
         runs = [(each, conclude(each, run, run.failures())) for each, run in zip(made.plans, done, strict=True)]
-    first = replicates.replicate(
+    first = replicate(
         [spec for each in made.paper() for spec in each.specs()], [row for _, report in runs for row in report.rows]
     )
     every = [first, *(again.replicates(Point(), EVERY_MODEL) if again else ())]
     own = closed_loop_claims.judge(closed_loop_claims.episodes(played)) if played else []
-    read_off = [Counts(points_of_run(study_registry.find(report.plan.experiment.name), report.plan), report.rows)
-                for report in shows if report.plan.experiment.name in READ_OFF]  # fmt: skip
+    read_off = {
+        name: Counts(points_of_run(study_registry.find(name), report.plan), report.rows)
+        for report in shows
+        for name in [report.plan.experiment.name]
+        if name in READ_OFF
+    }
     verdicts = claims.verdicts(every, shows)
     chapters = readings.chapters(
         readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, _moves(moved), scale.name)
@@ -151,14 +157,14 @@ def reproduce(
     onboard = _onboard(made, every, moved) if scale.onboard and moved else None
     result = Reproduction(
         folder, scale, seed, verdicts, claims.pooled(every), runs, shows, moved, played, own,
-        {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]), chapters, onboard,
+        {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]), chapters, onboard, read_off,
     )  # fmt: skip
     files = Files(folder)
     files.write_json("design.json", design(made))
     files.write_json("claims.json", stored.document(result.claims))
     files.write_json("pooled.json", {claim: stored.outcome_entry(outcome) for claim, outcome in result.pooled.items()})
     files.write_json("readings.json", result.readings)
-    for counts in (*read_off, *filter(None, (moved, onboard))):
+    for counts in (*read_off.values(), *filter(None, (moved, onboard))):
         files.write_json(f"{counts.plan.study.name}.json", counts.described())
     if own:
         files.write_json("behaviours.json", stored.document(own))
@@ -200,7 +206,7 @@ def _moves(counts: Counts | None) -> dict[str, dict[str, Outcome]]:
     return moved
 
 
-def _onboard(made: Planned, every: Sequence[replicates.Replicate], moved: Counts) -> Counts:
+def _onboard(made: Planned, every: Sequence[Replicate], moved: Counts) -> Counts:
     """The claims in the robot's own arithmetic, on the reproduction's own replicates.
 
     It watched replicate 0 beside the moves of the network, whose seed is the same.

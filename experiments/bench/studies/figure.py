@@ -23,7 +23,7 @@ from experiments.bench.studies.study import Axis, value_text
 
 SHADES, SCALE = "Blues", "YlGnBu"
 """Of counts, and of numbers."""
-UNTESTED = "#e3dccb"
+UNJUDGED = "#e3dccb"
 DEFAULT = "#c0392b"
 """Of what marks the default's place."""
 SHORT = {"at the end of the range": "at end"}
@@ -167,7 +167,7 @@ def _claims(axes: Axes, panel: Panel) -> None:
         assert isinstance(cell, Cell)
         held[row, column] = cell.count.holds / len(cell.outcomes)
         if cell.unjudged:
-            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNTESTED, ec="#9a9078", hatch="///", lw=0))
+            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNJUDGED, ec="#9a9078", hatch="///", lw=0))
         dark = held[row, column] > 0.6 and not cell.unjudged
         axes.text(column, row, cell.text(), ha="center", va="center", fontsize=8,
                   color="white" if dark else "black", zorder=3)  # fmt: skip
@@ -181,7 +181,7 @@ def _numbers(axes: Axes, panel: Panel) -> None:
     for (row, column), each in panel.cells.items():
         assert isinstance(each, Number)
         if each.value is None:
-            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNTESTED, ec="#9a9078", hatch="///", lw=0))
+            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNJUDGED, ec="#9a9078", hatch="///", lw=0))
         else:
             values[row, column] = each.value
     known = values[np.isfinite(values)]

@@ -17,7 +17,8 @@ from experiments.bench.judging.checks import Check
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.claims import bears_on, used_to_choose
 from experiments.bench.judging.verdict import Outcome
-from experiments.bench.reproduction import claims, mechanisms
+from experiments.bench.reproduction import claims
+from experiments.bench.reproduction.page import cards
 from experiments.bench.reproduction.readings import NOT_RUN, Evidence, chapters
 from experiments.bench.robot.mechanism.variants import FALLING
 from experiments.bench.studies.clips import points_of_run
@@ -138,18 +139,18 @@ def test_nothing_run_of_the_other_readings_is_said_so(evidence):
 
 def test_every_claim_has_a_mechanism_and_those_about_other_models_what_is_assumed(evidence):
     for claim in evidence[1]:
-        assert mechanisms.mechanism(claim, ["ensembles"], {})
-        assert bool(mechanisms.assumed(claim.id, [])) == (claim.id in comparing())
+        assert all(cards.mechanism_of(claim, ["ensembles"], {}))
+        assert bool(cards.assumptions_text(claim.id, {})) == (claim.id in comparing())
         assert claim.outcome.n > 0 or claim.outcome.verdict == "not shown"
-    by_id = {claim.id: mechanisms.mechanism(claim, ["ensembles"], {}) for claim in evidence[1]}
-    assert list(by_id) == list(claim_ids(PAPER)) and by_id["C15"].startswith("ensembles: ")
-    assert by_id["C17"].startswith("angular-approach: "), "approach-mechanism is not there"
+    by_id = {claim.id: cards.mechanism_of(claim, ["ensembles"], {}) for claim in evidence[1]}
+    assert list(by_id) == list(claim_ids(PAPER)) and by_id["C15"][0] == "ensembles"
+    assert by_id["C17"][0] == "angular-approach", "approach-mechanism is not there"
 
 
 def test_a_mechanism_is_named_where_its_experiment_was_run(evidence):
     c17 = next(claim for claim in evidence[1] if claim.id == "C17")
-    said = mechanisms.mechanism(c17, ["approach-mechanism"], {})
-    assert said.startswith("approach-mechanism: excitation and inhibition")
+    name, what = cards.mechanism_of(c17, ["approach-mechanism"], {})
+    assert name == "approach-mechanism" and what.startswith("excitation and inhibition")
 
 
 # Constants of other models.

@@ -11,7 +11,7 @@ from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.claims import used_to_choose
 from experiments.bench.judging.count import Count
 from experiments.bench.judging.statistics import proportion_interval
-from experiments.bench.reproduction import claims, replicates, robustness
+from experiments.bench.reproduction import claims, replicates
 from experiments.bench.robot.claims import outcome, paper_claims
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from tests.bench.clips.test_clip_judges import enough
@@ -120,11 +120,11 @@ def test_replicate_r_is_the_whole_design_at_seed_plus_r():
     cases = [plan.specs[size * number : size * (number + 1)] for number in range(3)]
     for seed, case in enumerate(cases):
         assert [spec.seed for spec in case] == [spec.seed for spec in design(1, 5, seed).specs]
-        assert {spec.experiment for spec in case} == set(robustness.paper())
+        assert {spec.experiment for spec in case} == set(replicates.paper_experiments())
     first, second, third = ({spec.seed for spec in case} for case in cases)
     assert not first & second and not second & third
     shown = {spec.experiment: [m.label for m in spec.settings.models] for spec in cases[0]}
-    assert shown[robustness.judged_in()["C21"]] == ["dsnn", "lgmd1", "lgmd2"]
+    assert shown[replicates.judged_in()["C21"]] == ["dsnn", "lgmd1", "lgmd2"]
     alone = design(1, 1, among=["dsnn", "emd"])
     assert {m.label for spec in alone.specs for m in spec.settings.models} == {"dsnn"}
 

@@ -10,6 +10,7 @@ import pyarrow as pa
 import pytest
 
 from colias_sim.reference import KNOWN
+from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.clips import figure as clips_figure
 from experiments.bench.closed_loop.run import Played
@@ -21,20 +22,23 @@ from experiments.bench.judging.paper import cited, numbers
 from experiments.bench.judging.scores import Standing
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import report
+from experiments.bench.reproduction.page.cards import NOTHING_TRIED, cards
 from experiments.bench.reproduction.page.overview import NO_CAUSE, SILENT
 from experiments.bench.reproduction.page.stored import stored
 from experiments.bench.reproduction.plan import FULL
 from experiments.bench.reproduction.readings import Evidence, chapters
-from experiments.bench.reproduction.replicates import Replicate
 from experiments.bench.reproduction.reproduce import Reproduction
 from experiments.bench.reproduction.table import show_claims
+from experiments.bench.robot.claims import paper_claims as robot_claims
 from experiments.bench.robot.plan import plan
 from experiments.bench.robot.summary import Report
 from experiments.bench.store.description import to_json
 from experiments.bench.store.files import Files
+from experiments.bench.studies import registry as registry_of_studies
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.registry import names as study_names
+from experiments.bench.studies.replicates import Replicate
 from experiments.bench.studies.stored import read
 from experiments.studies.fidelity import STUDY as FIDELITY
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
@@ -275,6 +279,80 @@ def test_rules_use_named_colours_alone():
     edges = re.findall(r"^\.(\w+) \{ --ink: .* --edge: (\w+); \}$", STYLE, re.MULTILINE)
     assert [word for word, _ in edges] == list(MEANINGS)
     assert dict(edges)["holds"] not in {edge for word, edge in edges if word != "holds"}, "not by colour alone"
+
+
+# Cards.
+
+
+SOMETIMES = Count(3, 2)
+
+
+def dressed(result, claim, folder, count=SOMETIMES, experiment="speed", **more):
+    """The card of one claim that came to a count."""
+    own = dataclasses.replace(verdict(claim, count), experiment=experiment)
+    (card,) = cards(dataclasses.replace(result, claims=[own], folder=folder, **more))
+    return card
+
+
+@pytest.mark.parametrize("claim", claim_ids(PAPER))
+@pytest.mark.parametrize("count", COUNTS, ids=str)
+def test_what_was_tried_stands_where_a_claim_does_not_hold(result, claim, count, tmp_path):
+    """Not where its word is that it holds, nor where it held in every replicate, nor where nothing judged it."""
+    holds = count.word == "holds" or count.holds == count.replicates
+    card = dressed(result, claim, tmp_path, count)
+    assert card.tried == ("" if holds else words(claim).tried or NOTHING_TRIED)
+    assert dressed(result, claim, tmp_path, count, experiment="").tried == ""
+
+
+def test_other_detectors_stand_in_the_card_of_c21_alone(result, tmp_path):
+    plan = study_run.planned(
+        dataclasses.replace(registry_of_studies.find("detectors"), replicates=1, repeats=5, tables=None)
+    )
+    counts = Counts(plan, rows_of(plan.specs))
+    Files(tmp_path).write_json("detectors.json", counts.described())
+    models = {model.label for model in plan.models}
+    assert all(name in dressed(result, "C21", tmp_path).tried for name in models)
+    assert "Held, by detector" not in dressed(result, "C20", tmp_path).tried
+    assert not dressed(result, "C21", tmp_path, Count(5)).tried
+
+
+def test_the_rate_of_trials_is_told_of_claims_about_every_single_one(result, tmp_path):
+    about_trials = {claim for claim, own in robot_claims().items() if own.of_every_trial}
+    assert {"C13", "C14"} <= about_trials < set(robot_claims())
+    for claim in robot_claims():
+        whole = Outcome("fails", "0.3", n=50, broken=4)
+        card = dressed(result, claim, tmp_path, pooled={claim: whole})
+        assert card.rate.startswith("4 of 50 trials break it, 8.0%") == (claim in about_trials), claim
+        assert bool(card.rate) == (claim in about_trials)
+        assert not dressed(result, claim, tmp_path).rate, "nothing was put together"
+    uncounted = dressed(result, "C13", tmp_path, pooled={"C13": Outcome("holds", "0.3", n=50)})
+    assert not uncounted.rate
+
+
+def test_all_trials_together_are_told_of_several_replicates(result, tmp_path):
+    pooled = {"C15": Outcome("fails", "0.3 of all")}
+    assert dressed(result, "C15", tmp_path, pooled=pooled).pooled == "fails: 0.3 of all"
+    assert dressed(result, "C15", tmp_path, Count(0, 1), pooled=pooled).pooled == ""
+    assert dressed(result, "C16", tmp_path, pooled=pooled).pooled == ""
+
+
+def test_a_mechanism_is_led_to_where_its_experiment_was_run(result, tmp_path):
+    for claim in claim_ids(PAPER):
+        place, what = words(claim).mechanism
+        elsewhere = dressed(result, claim, tmp_path, runs=[], experiment="speed").mechanism
+        assert elsewhere[0] == "speed" and "no figure of the mechanism" in elsewhere[1]
+        assert dressed(result, claim, tmp_path, runs=[], experiment="").mechanism == ("none", "not judged")
+        if place in NAMES:
+            run = own_experiment(tmp_path / claim, place)
+            assert dressed(result, claim, tmp_path, runs=[run]).mechanism == (place, what)
+
+
+@pytest.mark.parametrize("claim", claim_ids(PAPER))
+def test_other_readings_stand_in_the_cards_of_the_claims_that_name_them(result, claim, tmp_path):
+    card = dressed(result, claim, tmp_path)
+    assert {reading for reading, _ in card.readings} == set(words(claim).readings)
+    assert all(row.claim == claim and len(row.others) == len(reading.others) for reading, row in card.readings)
+    assert set(card.used) == {reading.name for reading in words(claim).readings if reading.used}
 
 
 # What other commands left in the folder.

@@ -14,7 +14,7 @@ from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.count import Count
 from experiments.bench.judging.stored import verdicts
 from experiments.bench.reproduction import claims as paper_claims
-from experiments.bench.reproduction import replicates, robustness
+from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
 from experiments.bench.studies.study import WHOLE
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
@@ -62,7 +62,7 @@ def test_every_claim_is_answered(reproduced):
     assert all(claim.count == Count(0, 0, {"not shown": 1}) for claim in claims if claim.id in left_out)
     assert "--quick" in claims[6].outcome.measured
     assert all(claim.outcome.judged and claim.outcome.n > 0 for claim in judged)
-    robot = [claim for claim in judged if claim.id in robustness.judged_in()]
+    robot = [claim for claim in judged if claim.id in replicates.judged_in()]
     assert all(claim.count.judged == 2 and claim.count.random for claim in robot)
     assert all(claim.count.replicates == 1 for claim in judged if claim not in robot)
     assert not any(claim.count.random for claim in claims[:4]), "nothing in their clips is random"
@@ -194,13 +194,13 @@ def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
 
 def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
     """Replicate 0, other replicates and moves: the experiment that declares it, and no other one's trials."""
-    where = robustness.judged_in()
+    where = replicates.judged_in()
     assert where["C13"] == where["C14"] == "general"
     for claim, name in where.items():
         assert claim in registry.load(name).claims
-    assert set(SENSITIVITY.claims) <= set(where) and SENSITIVITY.experiments == robustness.moved()
+    assert set(SENSITIVITY.claims) <= set(where) and SENSITIVITY.experiments == replicates.single_model_experiments()
     plan = design()
-    assert {spec.experiment for spec in plan.specs} == set(robustness.paper())
+    assert {spec.experiment for spec in plan.specs} == set(replicates.paper_experiments())
 
     def found(rows):
         (own,) = every(plan, rows)
@@ -215,10 +215,12 @@ def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
 
 def test_every_experiment_that_declares_a_claim_of_the_paper_is_run():
     declared = {name: registry.load(name).claims for name in NAMES}
-    assert robustness.paper() == tuple(name for name in NAMES if declared[name])
+    assert replicates.paper_experiments() == tuple(name for name in NAMES if declared[name])
     first = planned(QUICK, 0).plans
-    assert [plan.experiment.name for plan in first] == [*robustness.paper(), *robustness.SHOWN]
-    assert set(robustness.paper()) - set(robustness.moved()) == {"ensembles"}, "it compares moves of the network"
+    assert [plan.experiment.name for plan in first] == [*replicates.paper_experiments(), *replicates.SHOWN]
+    assert set(replicates.paper_experiments()) - set(replicates.single_model_experiments()) == {"ensembles"}, (
+        "it compares moves of the network"
+    )
 
 
 def test_each_scale_is_of_whole_replicates_but_the_quick_one():
@@ -237,12 +239,12 @@ def test_each_scale_is_of_whole_replicates_but_the_quick_one():
 
 def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
     """And not that it needs footage."""
-    monkeypatch.setattr(robustness, "judged_in", dict)
+    monkeypatch.setattr(replicates, "judged_in", dict)
     said = {claim.id: claim.outcome.measured for claim in paper_claims.verdicts([], [])}
     assert "footage" in said["C12"] and "footage" not in said["C15"]
     assert said["C15"] == "none of the experiments here declares this claim"
 
 
-def test_a_replicate_with_no_trial_is_untested():
+def test_a_replicate_with_no_trial_is_not_judged():
     (own,) = every(design(1, 1), [])
-    assert {replicates.judged(claim, own).verdict for claim in robustness.judged_in()} == {"not shown"}
+    assert {replicates.judged(claim, own).verdict for claim in replicates.judged_in()} == {"not shown"}

@@ -15,7 +15,7 @@ from experiments import Angular, Experiment
 from experiments.bench import registry
 from experiments.bench.judging.claims import words
 from experiments.bench.judging.verdict import Outcome
-from experiments.bench.reproduction import mechanisms
+from experiments.bench.reproduction.page import cards
 from experiments.bench.reproduction.plan import QUICK, planned
 from experiments.bench.robot.mechanism.excitation import before_sigmoid, courses, directional, residue
 from experiments.bench.robot.mechanism.parts import BALANCED, EXCITED, NEEDED, OPPOSED, WHOLE
@@ -217,9 +217,9 @@ def test_the_claims_say_the_mechanism(run):
     found = courses(run.trials.to_pylist(), run.frames, W_I)
     verdicts = [words(claim).verdict(Outcome("holds", "")) for claim in ("C13", "C17", "C19")]
     there, name = ["recession-mechanism"], "recession-mechanism"
-    c13, c17, c19 = (mechanisms.mechanism(verdict, there, {name: found}) for verdict in verdicts)
-    assert c17 == "none: not judged", "C17 is about approach, which was not shown"
-    assert c13.startswith(f"{name}: ") and c19.startswith(f"{name}: ")
+    c13, c17, (_, c19) = (cards.mechanism_of(verdict, there, {name: found}) for verdict in verdicts)
+    assert c17 == ("none", "not judged"), "C17 is about approach, which was not shown"
+    assert c13[0] == name
     for course in found:
         assert f"{course.firing()} of 2 trials fire, with w_i = 1 {course.firing(balanced=True)}" in c19
         excitation, inhibition = (np.mean([getattr(trial, name) for trial in course.trials], axis=0)

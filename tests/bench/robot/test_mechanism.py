@@ -14,7 +14,7 @@ from colias_sim.config import CameraConfig
 from dsnn import ResponseSeries
 from experiments import Experiment, General, Translation
 from experiments.bench import registry
-from experiments.bench.reproduction import robustness
+from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.plan import QUICK, planned
 from experiments.bench.robot.claims import paper_claims
 from experiments.bench.robot.experiment import Condition
@@ -111,11 +111,11 @@ def test_the_variants_differ_in_what_they_say_and_in_nothing_else():
 def test_every_claim_finds_its_models_speeds_and_experiment():
     speeds = {condition.speed_cm_s for condition in registry.load("ensembles").conditions()}
     assert {2, 4, 6, 8, 10} < speeds
-    for name in (*robustness.paper(), *robustness.SHOWN):
+    for name in (*replicates.paper_experiments(), *replicates.SHOWN):
         declared = registry.load(name)
         for claim in declared.claims:
             assert CLAIMS[claim].models <= set(declared.models)
-    assert {claim: robustness.judged_in()[claim] for claim in ("C24", "C25", "C29", "C30")} == {
+    assert {claim: replicates.judged_in()[claim] for claim in ("C24", "C25", "C29", "C30")} == {
         "C24": "ensembles", "C25": "ensembles", "C29": "speed", "C30": "ensembles",
     }  # fmt: skip
     (own,) = [each for each in planned(QUICK, 0).plans if each.experiment.name == "ensembles"]

@@ -9,7 +9,7 @@ from dsnn import MODELS
 from experiments.bench import registry
 from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.reproduction.detectors import summary
+from experiments.bench.reproduction.page.cards import detectors_text
 from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.robot.plan import plan
 from experiments.bench.studies import run
@@ -190,5 +190,7 @@ def test_it_goes_on_where_it_was_and_the_report_shows_it(tmp_path):
         f"{arena}, {label}" for arena in ("bright", "dim") for label in ("lgmd1", "hybrid")
     ]
     assert [table.title for table in section.tables] == list(first.tables)
-    assert summary(tmp_path).startswith("Held, by detector and preset, in the bright arena, of 1 replicates: lgmd1 ")
-    assert summary(tmp_path / "none") == "" and studies(tmp_path / "none") == {}
+    assert detectors_text(tmp_path).startswith(
+        "Held, by detector and preset, in the bright arena, of 1 replicates: lgmd1 "
+    )
+    assert detectors_text(tmp_path / "none") == "" and studies(tmp_path / "none") == {}

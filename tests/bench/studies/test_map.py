@@ -191,7 +191,7 @@ def test_silence_everywhere_does_not_count_as_holding():
     assert lines[0].endswith("; kept by a silent model in a replicate at 2")
 
 
-def test_lost_trials_leave_a_claim_untested():
+def test_lost_trials_leave_a_claim_unjudged():
     made = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13",), replicates=2)
     rows = [row for row in rows_of(made, lambda *_: 0) if (row["trial"], row["model"]) != (3, "dsnn.t_sp=0.3")]
     found = {cell.point.values[0][1]: cell for cell in cells(made, rows)}

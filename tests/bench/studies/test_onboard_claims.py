@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from experiments.bench.reproduction import reproduce, robustness
+from experiments.bench.reproduction import replicates, reproduce
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, planned
 from experiments.bench.robot.trial import run_trial
 from experiments.bench.studies import run
@@ -82,7 +82,7 @@ def test_the_full_scale_shows_it_beside_the_float_network_and_changes_no_other_t
     made = planned(FULL, 0)
     for spec in made.others.specs:
         labels = [model.label for model in spec.settings.models]
-        assert (BEST.label in labels) == (spec.experiment in robustness.moved())
+        assert (BEST.label in labels) == (spec.experiment in replicates.single_model_experiments())
     shown = {model.label for each in made.plans for model in each.settings.models}
     assert BEST.label not in shown, "comparisons of replicate 0 are of as many models as before"
     for scale in (QUICK, USUAL):

@@ -10,9 +10,13 @@ from colias_sim.config import CameraConfig, RobotConfig
 from experiments import Axis, Level, Study
 from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
+from experiments.bench.reproduction import plan as reproduction_plan
+from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.page.studies import study_section
+from experiments.bench.reproduction.plan import USUAL
 from experiments.bench.studies import figure, registry, run
 from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.replicates import replicate
 from experiments.bench.studies.stored import studies
 from experiments.studies.sensitivity import APPARATUS, DEFAULTS, NETWORK
 from tests.bench.judging.test_replicates import rows_of
@@ -88,6 +92,22 @@ def test_moves_change_what_they_name_and_nothing_else():
         assert (by_label[name], "dsnn-onboard") not in plan.judged
 
 
+def test_with_nothing_moved_each_claim_comes_to_what_it_does_in_replicate_0():
+    """The first row of the table of sensitivity, of trials whose answers differ with their seeds."""
+    made = reproduction_plan.planned(dataclasses.replace(USUAL, repeats=5), 3, robot_only=True)
+
+    def answered(specs):
+        rows = zip(rows_of(specs), (spec for spec in specs for _ in spec.settings.models), strict=True)
+        return [{**row, "spikes": row["spikes"] * (spec.seed % 7), "peak_hs": spec.seed % 5 / 20} for row, spec in rows]
+
+    specs = [spec for each in made.paper() for spec in each.specs()]
+    first = replicate(specs, [row for each in made.paper() for row in answered(each.specs())])
+    counts = Counts(made.moves, answered(made.moves.specs))
+    for cell in counts.cells[: len(made.moves.claims)]:
+        assert (dict(cell.point.values), cell.model) == ({"moved": DEFAULTS}, "dsnn")
+        assert cell.outcomes == (replicates.judged(cell.claim, first),)
+
+
 def test_what_is_not_moved_somewhere_is_run_once():
     plan = planned("sensitivity", repeats=1)
     sudden = next(point for point in plan.points if point.values[0][1].startswith("sudden"))
@@ -136,6 +156,51 @@ def test_a_user_s_own_study_is_run_counted_and_gone_on_with(tmp_path, monkeypatc
     assert main.command(arguments) == 0
     assert (tmp_path / "out" / "counts.csv").read_bytes() == before
     assert list(studies(tmp_path)) == ["light"], "the report of a reproduction there shows it"
+
+
+def breaks(spec, keep=None):
+    """In place of a trial."""
+    raise ValueError("odd")
+
+
+def test_a_study_whose_trials_failed_says_so_by_its_status(tmp_path, monkeypatch, capsys):
+    """Its counts are written all the same."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "light.py").write_text(OWN)
+    arguments = ["study", "light.py", "--replicates", "1", "--repeats", "1", "--workers", "0", "-q", "--out", "out"]
+
+    with monkeypatch.context() as patched:
+        patched.setattr(run.robot_run, "work", breaks)
+        assert main.command(arguments) == 1
+    assert "ValueError: odd" in capsys.readouterr().err
+    with (tmp_path / "out" / "counts.csv").open() as file:
+        assert [row["not shown"] for row in csv.DictReader(file)] == ["1", "1"]
+    assert json.loads((tmp_path / "out" / "light.json").read_text())["failures"]
+
+
+@pytest.mark.parametrize(
+    ("words", "replicates", "repeats"),
+    [
+        (["fidelity"], 20, 10),
+        (["fidelity", "--quick"], 2, 5),
+        (["sensitivity", "--quick"], 1, 5),
+        (["constants-emd", "--quick"], 1, None),
+        (["fidelity", "--quick", "--replicates", "3"], 3, 5),
+        (["fidelity", "--quick", "--repeats", "7"], 2, 7),
+    ],
+)
+def test_quick_is_two_short_replicates_at_most(words, replicates, repeats, tmp_path, monkeypatch):
+    """And a number that is given counts."""
+    asked = []
+
+    def counted(plan, folder, resources):
+        asked.append((plan.replicates, plan.study.repeats))
+        return Counts(plan)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(run, "run", counted)
+    assert main.command(["study", *words, "-q", "--workers", "0"]) == 0
+    assert asked == [(replicates, repeats)]
 
 
 def test_spikes_over_a_grid_are_those_of_runs_alone(tmp_path, monkeypatch):

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.bench.clips.judging import deciding
+from experiments.bench.clips.judging import ASSUMED, deciding
 from experiments.bench.judging.claim import Reading
 from experiments.bench.judging.claims import used_to_choose, words
 from experiments.bench.judging.count import Count
 from experiments.bench.judging.paper import cited
 from experiments.bench.judging.verdict import Outcome, Verdict
-from experiments.bench.reproduction import mechanisms
-from experiments.bench.reproduction.detectors import CLAIM, summary
 from experiments.bench.reproduction.page.overview import Tile, cause_of, tile
 from experiments.bench.reproduction.readings import Row
 from experiments.bench.reproduction.replicates import rate
 from experiments.bench.reproduction.reproduce import Reproduction
-from experiments.bench.studies.constants import comparing
+from experiments.bench.robot.mechanism.excitation import Course, described
+from experiments.bench.studies.constants import STUDIES, compares_with, comparing, outcomes, said
+from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.stored import studies
 
+OF_DETECTORS = "C21"
+"""The claim whose card has the other detectors, where the folder has their study."""
 NOTHING_TRIED = "nothing yet: it held when the defaults were chosen"
 EVER_MORE = (
     "a claim about every single trial fails ever more surely the more trials there are; the rate of trials does not"
@@ -96,8 +100,7 @@ def _card(claim: Verdict, result: Reproduction) -> Card:
         report.plan.experiment.name for report in result.offline
     ]
     courses = {plan.experiment.name: report.courses for plan, report in result.runs}
-    place, _, drawn = mechanisms.mechanism(claim, there, courses).partition(": ")
-    choices = mechanisms.constants(claim.id, result.offline) if claim.id in comparing() else {}
+    choices = outcomes_by_constants(claim.id, result.read_off)
     whole = result.pooled.get(claim.id)
     return Card(
         tile=glance,
@@ -106,12 +109,12 @@ def _card(claim: Verdict, result: Reproduction) -> Card:
         interval=_interval(count),
         source=cited(claim.source),
         experiments=tuple(name for name in claim.experiment.split(", ") if name),
-        mechanism=(place, drawn),
+        mechanism=mechanism_of(claim, there, courses),
         used=tuple(reading.name for reading in used_to_choose(claim.id) if not reading.of_all),
         readings=tuple(
             (chapter.reading, row) for chapter in result.readings for row in chapter.rows if row.claim == claim.id
         ),
-        assumed=mechanisms.assumed(claim.id, result.offline),
+        assumed=assumptions_text(claim.id, choices),
         choices=tuple(
             Choice(name, "holds" if outcome.verdict == "holds" else "does not hold", deciding(outcome))
             for name, outcome in choices.items()
@@ -128,8 +131,61 @@ def limits(claim: Verdict, folder: Path) -> str:
     count = claim.count
     if not claim.experiment or count.word == "holds" or count.holds == count.replicates:
         return ""
-    detectors = summary(folder) if claim.id == CLAIM else ""
+    detectors = detectors_text(folder) if claim.id == OF_DETECTORS else ""
     return " ".join(filter(None, (words(claim.id).tried or NOTHING_TRIED, detectors)))
+
+
+def detectors_text(folder: Path) -> str:
+    """Say in how many replicates C21 held, for every detector and preset; empty without their study."""
+    study = studies(folder).get("detectors")
+    if study is None:
+        return ""
+    rows = [row for row in study["counts"] if row["claim"] == OF_DETECTORS]
+    parts = []
+    for arena in dict.fromkeys(row["point"]["arena"] for row in rows):
+        counts = ", ".join(f"{row['model']} {row['holds']}" for row in rows if row["point"]["arena"] == arena)
+        parts.append(f"in the {arena} arena, of {study['replicates']} replicates: {counts}")
+    return f"Held, by detector and preset, {'; '.join(parts)} (the chapter on detectors says why)."
+
+
+def mechanism_of(
+    claim: Verdict, there: Collection[str], courses: Mapping[str, Sequence[Course]]
+) -> tuple[str, str]:  # fmt: skip
+    """Return the experiment whose figure draws the claim's mechanism, and what it draws.
+
+    Parameters
+    ----------
+    claim
+        The claim's verdict. Without its mechanism's experiment its own figure is all there is.
+    there
+        The names of the experiments that were run.
+    courses
+        Experiment -> the excitation and inhibition in its conditions, where it shows these; told in numbers.
+    """
+    name, what = words(claim.id).mechanism
+    if name in there:
+        drawn = courses.get(name, ())
+        numbers = f"; means in units of HS where E + I is largest: {described(drawn)}" if drawn else ""
+        return name, f"{what}{numbers}"
+    if not claim.experiment:
+        return "none", "not judged"
+    return claim.experiment, "the figure of what it was judged on; no figure of the mechanism in this run"
+
+
+def outcomes_by_constants(claim: str, read_off: Mapping[str, Counts]) -> dict[str, Outcome]:
+    """Return the constants of the other model -> what the claim comes to with them; empty where they were not run."""
+    for name in STUDIES:
+        if name in read_off and any(asked.id == claim for asked, _ in read_off[name].plan.claims):
+            return outcomes(read_off[name], claim)
+    return {}
+
+
+def assumptions_text(claim: str, by_constants: Mapping[str, Outcome]) -> str:
+    """Return what is assumed of the model that a claim compares the DSNN with, and with which constants it holds."""
+    if claim not in comparing():
+        return ""
+    others = f"in replicate 0: {said(by_constants)}" if by_constants else "other constants were not run here"
+    return f"{ASSUMED[compares_with(claim)]}; {others}"
 
 
 def _interval(count: Count) -> str:
