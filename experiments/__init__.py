@@ -12,8 +12,6 @@ Examples
 >>> run.claims.to_pylist()
 """
 
-import lazy_loader
-
 NAMES = (
     "general",
     "speed",
@@ -48,13 +46,23 @@ OFFLINE = (
 )
 """The experiments with clips of stimuli."""
 
-# The public names stand in __init__.pyi, which type checkers and editors read too, and are imported when they are first
-# asked for: importing this package loads no simulator, no plotting and no recorder. Modules of the bench import this
-# package for `NAMES`; an import back would be a circle (tests/package/test_imports.py reads imports alone).
-__getattr__, _, _LAZY = lazy_loader.attach_stub(__name__, __file__)
-__all__ = ["NAMES", "OFFLINE", *_LAZY]
+# The public names stand in __init__.pyi, which type checkers and editors read too. The file is read, and a name
+# imported, when one is first asked for. So importing this package loads no simulator, no plotting and no recorder, and
+# takes no time before `experiments.bench.cli.entry` sees to Ctrl-C. Modules of the bench import this package for
+# `NAMES`; an import back would be a circle (tests/package/test_imports.py reads imports alone).
+
+
+def __getattr__(name: str) -> object:
+    """Read the public names, put what finds them in this function's place, and import the one asked for."""
+    import lazy_loader
+
+    find, _, names = lazy_loader.attach_stub(__name__, __file__)
+    globals().update(__getattr__=find, __all__=["NAMES", "OFFLINE", *names])
+    return globals()[name] if name == "__all__" else find(name)
 
 
 def __dir__() -> list[str]:
     """List every public name, looked up already or not."""
-    return sorted({*globals(), *__all__})
+    import sys
+
+    return sorted({*globals(), *sys.modules[__name__].__all__})
