@@ -63,6 +63,8 @@ OPTIONS = {
 }  # fmt: skip
 """Entry of a description -> the option that sets it."""
 DERIVED = ("trials", "changed", "clips")
+OF_REPLICATES = ("replicates", "trials")
+"""Entries of a study that grow where it goes on to more replicates: its trials are in the order of these."""
 DERIVED_SETTINGS = (("settings", "pose_sd_mm"), ("settings", "heading_sd_deg"))
 """Entries that follow from others."""
 
@@ -164,10 +166,12 @@ def read_description(folder: Path) -> dict[str, Any]:
 def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -> dict[str, Any]:
     """The description in ``folder``, for a run that ``description`` tells of to go on with.
 
-    Where other code goes on, as ``other_code`` allows it to, it is among those listed. Raises `UsageError` that
-    names the first parameters that differ, or what computes otherwise.
+    Where other code goes on, as ``other_code`` allows it to, it is among those listed. A study may go on to more
+    replicates than it has. Raises `UsageError` that names the first parameters that differ, or what computes otherwise.
     """
     there, here = read_description(folder), json.loads(to_json(description))
+    if _has_more_replicates(here, there):
+        there |= {name: here[name] for name in OF_REPLICATES}
     try:
         differing = differences(_parameters(there), _parameters(here))
     except RecursionError:
@@ -195,6 +199,11 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
             raise UsageError(f"{folder}: {said[0]}; --other-code goes on all the same, and marks the rows")
         there[RESUMED] = [*others, {key: here[key] for key in provenance.KEYS}]
     return there
+
+
+def _has_more_replicates(here: Mapping[str, Any], there: Mapping[str, Any]) -> bool:
+    now, before = here.get("replicates"), there.get("replicates")
+    return isinstance(now, int) and isinstance(before, int) and now > before
 
 
 def _parameters(description: Mapping[str, Any]) -> dict[str, Any]:

@@ -158,6 +158,32 @@ def test_a_user_s_own_study_is_run_counted_and_gone_on_with(tmp_path, monkeypatc
     assert list(studies(tmp_path)) == ["light"], "the report of a reproduction there shows it"
 
 
+def stored(folder):
+    """What a study's folder says of its numbers, its table, its trials, and how long each of these took."""
+    import pyarrow.parquet as pq
+
+    note = json.loads((folder / "experiment.json").read_text())
+    trials = pq.read_table(folder / "trials.parquet").to_pylist()
+    took = [row.pop("wall_s") for row in trials]
+    return (note["replicates"], note["trials"], (folder / "counts.csv").read_bytes(), trials), took
+
+
+def test_a_study_goes_on_to_more_replicates_and_not_to_fewer(tmp_path, monkeypatch):
+    """It comes to what the larger number comes to at once, and its first replicates are not run again."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "light.py").write_text(OWN)
+    whole = ["study", "light.py", "--repeats", "1", "--workers", "0", "-q"]
+    assert main.command([*whole, "--replicates", "1", "--out", "out"]) == 0
+    (replicates, trials, *_), took = stored(tmp_path / "out")
+    assert main.command([*whole, "--replicates", "2", "--out", "out"]) == 0
+    assert main.command([*whole, "--replicates", "2", "--out", "at-once"]) == 0
+    longer, took_longer = stored(tmp_path / "out")
+    assert longer == stored(tmp_path / "at-once")[0] and longer[:2] == (2 * replicates, 2 * trials)
+    assert took_longer[:trials] == took, "as they were"
+    with pytest.raises(UsageError, match="--replicates is 2 there and 1 now"):
+        main.command([*whole, "--replicates", "1", "--out", "out"])
+
+
 def breaks(spec, keep=None):
     """In place of a trial."""
     raise ValueError("odd")
