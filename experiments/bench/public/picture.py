@@ -14,11 +14,10 @@ from experiments.bench.clips.experiment import Figure as Drawing
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.figures.plotting import drawing
-from experiments.bench.robot import figure as robot_figure
-from experiments.bench.robot.mechanism import excitation, excitation_figure
-from experiments.bench.robot.mechanism import figure as mechanism_figure
-from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
-from experiments.bench.robot.rows import caption, drawable
+from experiments.bench.robot.mechanism import excitation
+from experiments.bench.robot.mechanism.excitation import Course
+from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE
+from experiments.bench.robot.run_figure import RunFigure
 from experiments.bench.store.description import stored_thresholds
 from experiments.bench.store.kinds import CLIPS, MEASURED, TRIALS, Kind
 
@@ -57,21 +56,15 @@ def _of_robot(run: Record, rows: list[Any]) -> Figure:
     """The figure of trials with the robot."""
     declared, settings = run.description["experiment"], run.description["settings"]
     models = {model["label"]: model for model in settings["models"]}
-    labels = list(models)
-    name, arena, repeats = caption(declared["name"], settings["scene"]["arena"], run.description["repeats"], rows)
-    thresholds = _thresholds(run, settings["models"])
-    blind = settings["robot"].get("open_loop", False)  # a run of an older version has no such setting
-    changed = run.description.get("changed") or {}
+    courses: list[Course] = []
     if declared["figure"] == "excitation" and set(NEEDED) <= set(models):
         courses = excitation.courses(rows, run.frames, float(models[WHOLE]["network"]["w_i"]))
-        if courses:
-            title = robot_figure.title(name, [WHOLE], arena, repeats, changed, blind)
-            return excitation_figure.figure(courses, title, thresholds[WHOLE])
-    title = robot_figure.title(name, labels, arena, repeats, changed, blind)
-    if drawable(declared["figure"], rows) == "mechanism":
-        return mechanism_figure.figure(rows, declared["varies"], title, thresholds[labels[0]])
-    shown = without_parts(rows) if declared["figure"] == "excitation" else rows
-    return robot_figure.figure(shown, run.frames, declared["varies"], title, thresholds)
+    about = RunFigure(
+        declared["figure"], declared["name"], settings["scene"]["arena"], run.description["repeats"],
+        declared["varies"], _thresholds(run, settings["models"]), run.description.get("changed") or {},
+        settings["robot"].get("open_loop", False),  # a run of an older version has no such setting
+    )  # fmt: skip
+    return about.draw(rows, lambda: run.frames, courses)
 
 
 _DRAWERS: Mapping[Kind, Callable[[Record, list[Any]], Figure]] = {

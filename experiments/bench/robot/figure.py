@@ -17,8 +17,7 @@ from matplotlib.lines import Line2D
 from experiments.bench.figures.palette import LINES, MARKERS, Mark, level_colours, marks
 from experiments.bench.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
 from experiments.bench.judging.statistics import summarise
-from experiments.bench.robot.plan import Plan
-from experiments.bench.robot.rows import caption, is_tracked, varying
+from experiments.bench.robot.rows import is_tracked, varying
 from experiments.bench.store.parameters import in_title
 from experiments.bench.store.rows import group
 
@@ -77,16 +76,6 @@ class Series:
     label: str
     rows: Rows
     mark: Mark
-
-
-def draw(rows: Rows, frames: pa.Table, plan: Plan) -> Figure:
-    """`figure` of a run."""
-    settings, models = plan.settings, [model.label for model in plan.settings.models]
-    name, arena, repeats = caption(plan.experiment.name, settings.scene.arena, plan.repeats, rows)
-    heading = title(name, models, arena, repeats, plan.changed(), settings.robot.open_loop)
-    return figure(
-        rows, frames, plan.experiment.varies, heading, {model.label: model.threshold for model in settings.models}
-    )
 
 
 def title(

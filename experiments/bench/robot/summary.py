@@ -9,23 +9,20 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
 from experiments.bench.figures import plotting
 from experiments.bench.judging import stored
 from experiments.bench.judging.numbers import is_number
 from experiments.bench.judging.statistics import holm, paired, summarise
 from experiments.bench.judging.verdict import Verdict
-from experiments.bench.robot import figure as robot_figure
 from experiments.bench.robot.claims import find, flaws, judge
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
-from experiments.bench.robot.mechanism import excitation, excitation_figure
-from experiments.bench.robot.mechanism import figure as mechanism_figure
+from experiments.bench.robot.mechanism import excitation
 from experiments.bench.robot.mechanism.excitation import Course
 from experiments.bench.robot.mechanism.parts import NEEDED, WHOLE, without_parts
 from experiments.bench.robot.open_loop import in_short, why
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.rows import drawable
+from experiments.bench.robot.run_figure import RunFigure
 from experiments.bench.store.origin import origin
 from experiments.bench.store.rows import Failure, group, mixture
 from experiments.bench.store.run_folder import RunFolder
@@ -83,7 +80,12 @@ def conclude(plan: Plan, folder: RunFolder, failures: Sequence[Failure] = ()) ->
         folder.write_rows("excitation.csv", excitation.table(courses_found))
     if rows:
         folder.write_rows("summary.csv", summary)
-        plotting.save(_drawn(plan, figure_rows, folder, courses_found), folder.folder)
+        about = RunFigure(
+            plan.experiment.figure, plan.experiment.name, plan.settings.scene.arena, plan.repeats,
+            plan.experiment.varies, {model.label: model.threshold for model in plan.settings.models}, plan.changed(),
+            plan.settings.robot.open_loop,
+        )  # fmt: skip
+        plotting.save(about.draw(rows, folder.frames, courses_found), folder.folder)
     if compared:
         folder.write_rows("comparisons.csv", compared)
     folder.write_json("claims.json", stored.document(verdicts))
@@ -115,14 +117,6 @@ def courses_of(plan: Plan, rows: Sequence[Any], folder: RunFolder) -> list[Cours
     if plan.experiment.figure != "excitation" or not set(NEEDED) <= set(networks):
         return []
     return excitation.courses(rows, folder.frames(), networks[WHOLE].w_i)
-
-
-def _drawn(plan: Plan, rows: Sequence[Any], folder: RunFolder, courses: Sequence[Course]) -> Figure:
-    if courses:
-        return excitation_figure.draw(courses, plan)
-    if drawable(plan.experiment.figure, rows) == "mechanism":
-        return mechanism_figure.draw(rows, plan)
-    return robot_figure.draw(rows, folder.frames(), plan)
 
 
 def _noting(verdict: Verdict, experiment: str, lost: int, notes: Sequence[str]) -> Verdict:

@@ -15,6 +15,7 @@ import pytest
 
 from experiments.bench.engine.jobs import Jobs
 from experiments.bench.engine.pool import open_pool
+from experiments.bench.store.tables import parts_of
 from tests.helpers.chapters import titled
 from tests.helpers.processes import CLI, alive, members, start, wait_until
 
@@ -78,11 +79,12 @@ def test_what_a_model_starts_ends_with_a_killed_driver(tmp_path):
     process = start(tmp_path, *command, "--model", "my_model.py", "--out", "out", "--workers", "1",
                     PYTHONPATH=str(ROOT))  # fmt: skip
     try:
-        assert wait_until(lambda: (tmp_path / "out" / "trials.parquet").exists() or process.poll() is not None)
+        assert wait_until(lambda: parts_of(tmp_path / "out") or process.poll() is not None)
+        assert process.poll() is None
     finally:
         process.kill()
+        process.communicate(timeout=60)
     assert wait_until(lambda: not members(process.pid), 20)
-    process.communicate(timeout=60)
 
 
 def idle() -> None:

@@ -14,10 +14,7 @@ from matplotlib.patches import Patch
 
 from experiments.bench.figures.palette import HUES
 from experiments.bench.figures.plotting import STYLE, headline
-from experiments.bench.robot.figure import title
 from experiments.bench.robot.mechanism.excitation import Course, Floats
-from experiments.bench.robot.mechanism.parts import WHOLE
-from experiments.bench.robot.plan import Plan
 
 ACROSS = 5
 """Conditions side by side."""
@@ -31,16 +28,6 @@ QUIET = 0.01
 """Share of the largest E or I below which a frame is quiet: the time before the first other and after the last one, in
 any condition, is not shown."""
 MARGIN_S = 0.15
-
-
-def draw(courses_shown: Sequence[Course], plan: Plan) -> Figure:
-    """`figure` of a run."""
-    settings = plan.settings
-    (whole,) = (model for model in settings.models if model.label == WHOLE)
-    heading = title(
-        plan.experiment.name, [WHOLE], settings.scene.arena, plan.repeats, plan.changed(), settings.robot.open_loop
-    )
-    return figure(courses_shown, heading, whole.threshold)
 
 
 def figure(courses_shown: Sequence[Course], heading: str, threshold: float | None) -> Figure:

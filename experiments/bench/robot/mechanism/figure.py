@@ -12,10 +12,8 @@ from matplotlib.figure import Figure
 from experiments.bench.figures.palette import HUES, LINES, marks
 from experiments.bench.figures.plotting import STYLE, extra_widths, headline, plain
 from experiments.bench.judging.statistics import Summary, summarise
-from experiments.bench.robot.figure import AXIS_LABELS, title
+from experiments.bench.robot.figure import AXIS_LABELS
 from experiments.bench.robot.mechanism.windows import NEAR_AXIS_CM
-from experiments.bench.robot.plan import Plan
-from experiments.bench.robot.rows import caption
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -40,15 +38,6 @@ KEY_INCHES = 0.17
 """Height of a model's line in the key."""
 LOGARITHMIC_FROM = 5.0
 """Ratio of the largest to the smallest level from which the axis is logarithmic."""
-
-
-def draw(rows: Rows, plan: Plan) -> Figure:
-    """`figure` of a run."""
-    settings, labels = plan.settings, [model.label for model in plan.settings.models]
-    blind = settings.robot.open_loop
-    name, arena, repeats = caption(plan.experiment.name, settings.scene.arena, plan.repeats, rows)
-    heading = title(name, labels, arena, repeats, plan.changed(), blind)
-    return figure(rows, plan.experiment.varies, heading, settings.models[0].threshold)
 
 
 def figure(rows: Rows, varies: str, heading: str, threshold: float | None) -> Figure:
