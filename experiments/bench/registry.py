@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 from dsnn.hints import nearest
@@ -44,6 +46,18 @@ def find(name: str) -> Experiment | OfflineExperiment:
         raise UsageError(f"{name}: EXPERIMENT is a {type(experiment).__name__}, expected an Experiment")
     check_claims(experiment, name)
     return experiment
+
+
+@cache
+def answering() -> Mapping[str, str]:
+    """Claim of the paper -> the experiment with the robot that answers for it: the first that declares it."""
+    return {claim: name for name in reversed(NAMES) for claim in load(name).claims if isinstance(claim, str)}
+
+
+@cache
+def paper_experiments() -> tuple[str, ...]:
+    """Return the experiments with the robot that declare claims of the paper, in the registry's order."""
+    return tuple(name for name in NAMES if any(isinstance(claim, str) for claim in load(name).claims))
 
 
 def _of_file(path: Path) -> object:

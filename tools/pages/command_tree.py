@@ -48,12 +48,15 @@ class Command:
         The line of the list of commands, and the whole text, in Rich's markup.
     usage
         Its arguments, as help shows them.
+    heading
+        Below which ``colias --help`` lists it; empty of what is not listed there.
     """
 
     words: tuple[str, ...]
     summary: str
     help: str
     usage: str
+    heading: str
     arguments: tuple[Parameter, ...]
     options: tuple[Parameter, ...]
     commands: tuple[Command, ...] = ()
@@ -89,7 +92,7 @@ def _command(found: Any, words: tuple[str, ...]) -> Command:
     below = getattr(found, "commands", {})
     return Command(
         words, found.short_help or "", found.help or "", " ".join(found.collect_usage_pieces(context)),
-        tuple(kinds["argument"]), tuple(kinds["option"]),
+        getattr(found, "rich_help_panel", None) or "", tuple(kinds["argument"]), tuple(kinds["option"]),
         tuple(_command(command, (*words, name)) for name, command in below.items() if not command.hidden),
     )  # fmt: skip
 

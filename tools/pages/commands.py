@@ -11,16 +11,6 @@ from tools.pages.command_examples import Example, examples
 from tools.pages.command_tree import PROGRAM, Command, Parameter, tree
 from tools.pages.markdown import code, prose, table
 
-GROUPS: Mapping[str, tuple[str, ...]] = {
-    "Experiments": ("run", "map", "study", "reproduce"),
-    "Models": ("check", "leaderboard", "tune"),
-    "Clips and footage": ("stimulus", "play", "watch"),
-    "Closed loop": ("behave", "train"),
-    "Results": ("runs", "compare", "view", "video", "export"),
-    "A real robot": ("import", "camera", "firmware"),
-    "What there is": ("list", "parameters", "doctor"),
-}
-"""Title -> the commands below it."""
 _BOLD = re.compile(r"\[b\](.+?)\[/b\]")
 
 
@@ -48,7 +38,11 @@ def _write_page(folder: Path, command: Command, pages: Mapping[str, Command]) ->
 
 
 def _write_index(folder: Path, whole: Command, pages: Mapping[str, Command]) -> None:
-    groups = [f"## {title}\n\n{_list([pages[name] for name in names])}" for title, names in GROUPS.items()]
+    headings = dict.fromkeys(command.heading for command in whole.commands)
+    groups = [
+        f"## {heading}\n\n{_list([command for command in whole.commands if command.heading == heading])}"
+        for heading in headings
+    ]
     above = [command.page for command in whole.commands]
     markdown.write(
         folder / "index.md",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from experiments.bench import registry
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips import summary as clips_summary
 from experiments.bench.clips.summary import OfflineReport
@@ -47,13 +48,11 @@ def _by_clips(shows: Sequence[OfflineReport]) -> Mapping[str, Verdict]:
 
 def _about_the_robot(claim: str) -> bool:
     """Whether trials with the robot alone answer for a claim."""
-    return (
-        claim in replicates.judged_in() and claim not in clips_claims.paper_claims() and claim != footage_claims.CLAIM
-    )
+    return claim in registry.answering() and claim not in clips_claims.paper_claims() and claim != footage_claims.CLAIM
 
 
 def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> Verdict:
-    place = replicates.judged_in().get(claim, "")
+    place = registry.answering().get(claim, "")
     if clips is not None and place:
         return _of_both(clips, place, every)
     if clips is not None:

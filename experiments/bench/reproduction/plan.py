@@ -20,7 +20,7 @@ from experiments.bench.closed_loop.run import BehaviourPlan
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging.claims import paper_claims
-from experiments.bench.reproduction.replicates import SHOWN, asked_models, judged_in, models_in, paper_experiments
+from experiments.bench.reproduction.replicates import SHOWN, asked_models, models_in
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
@@ -111,7 +111,7 @@ class Planned:
 
     def paper(self) -> list[Plan]:
         """Return the plans of the paper's experiments: replicate 0."""
-        return self.plans[: len(paper_experiments())]
+        return self.plans[: len(registry.paper_experiments())]
 
     def amount(self) -> str:
         """Say how many trials with the robot there are, by what they are for."""
@@ -131,7 +131,7 @@ def planned(
     shown = [MODEL, *(name for name in models if name != MODEL)]
     plans = [
         plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed)
-        for name in (*paper_experiments(), *SHOWN, *extra)
+        for name in (*registry.paper_experiments(), *SHOWN, *extra)
     ]
     _check_names(plans)
     return Planned(
@@ -162,8 +162,8 @@ def replicates_plan(
     study = Study(
         REPLICATES,
         "the paper's experiments at several seeds",
-        claims=tuple(judged_in()),
-        experiments=paper_experiments(),
+        claims=tuple(registry.answering()),
+        experiments=registry.paper_experiments(),
         models=(MODEL,),
         repeats=repeats,
         replicates=replicates,

@@ -6,10 +6,8 @@ Which experiments there are and which models they show, the one that answers for
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
-from functools import cache
+from collections.abc import Collection, Sequence
 
-from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome
@@ -21,26 +19,9 @@ SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
 """Experiments without claims that the report shows, at the headline's seed alone."""
 
 
-@cache
-def paper_experiments() -> tuple[str, ...]:
-    """Return the experiments with the robot that declare claims of the paper, in the order of the registry."""
-    return tuple(name for name in NAMES if any(isinstance(claim, str) for claim in registry.load(name).claims))
-
-
 def single_model_experiments() -> tuple[str, ...]:
-    """Return those of `paper_experiments` that show one model: not those that compare moves of the network."""
-    return tuple(name for name in paper_experiments() if len(registry.load(name).models) == 1)
-
-
-@cache
-def judged_in() -> Mapping[str, str]:
-    """Claim -> the experiment whose trials answer for it: of `paper_experiments` the first that declares it."""
-    return {
-        claim: name
-        for name in reversed(paper_experiments())
-        for claim in registry.load(name).claims
-        if isinstance(claim, str)
-    }
+    """Return those of the paper's experiments that show one model: not those that compare moves of the network."""
+    return tuple(name for name in registry.paper_experiments() if len(registry.load(name).models) == 1)
 
 
 def asked_models(experiment: str) -> tuple[str, ...]:
@@ -51,7 +32,7 @@ def asked_models(experiment: str) -> tuple[str, ...]:
 
 
 def models_in(among: Collection[str] | None = None, beside: Sequence[str] = ()) -> dict[str, list[str]]:
-    """Return each of `paper_experiments` with the models shown there in every replicate.
+    """Return each of the paper's experiments with the models shown there in every replicate.
 
     Parameters
     ----------
@@ -65,13 +46,13 @@ def models_in(among: Collection[str] | None = None, beside: Sequence[str] = ()) 
             *(model for model in asked_models(name) if among is None or model in among),
             *(beside if name in single_model_experiments() else ()),
         ]
-        for name in paper_experiments()
+        for name in registry.paper_experiments()
     }
 
 
 def judged(claim: str, own: Replicate) -> Outcome:
     """Judge a claim in one replicate: for the DSNN, for the models it compares, or for each looming detector."""
-    return replicates.judged(find(claim), own, judged_in()[claim])
+    return replicates.judged(find(claim), own, registry.answering()[claim])
 
 
 def pooled(claim: str, every: Sequence[Replicate]) -> Outcome:

@@ -74,10 +74,9 @@ def answering(claims: Sequence[str | Claim]) -> list[str]:
         if isinstance(claim, str) and name not in claim_ids():
             near = nearest(name, claim_ids(), " (", ")")
             raise UsageError(f"unknown claim {name!r}{near}; colias list shows the paper's")
-        there = [each for each in NAMES if name in registry.load(each).claims]
-        if not there:
+        if name not in registry.answering():
             raise UsageError(f"claim {name}: no experiment with the robot declares it; the study has to name one")
-        names.append(there[0])
+        names.append(registry.answering()[name])
     return [name for name in NAMES if name in names]
 
 

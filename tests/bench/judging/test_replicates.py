@@ -5,6 +5,7 @@ import dataclasses
 import pytest
 
 from experiments import Claim, Outcome
+from experiments.bench import registry
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.judging import SIGNED
 from experiments.bench.judging.claim_files import PAPER, claim_ids
@@ -120,11 +121,11 @@ def test_replicate_r_is_the_whole_design_at_seed_plus_r():
     cases = [plan.specs[size * number : size * (number + 1)] for number in range(3)]
     for seed, case in enumerate(cases):
         assert [spec.seed for spec in case] == [spec.seed for spec in design(1, 5, seed).specs]
-        assert {spec.experiment for spec in case} == set(replicates.paper_experiments())
+        assert {spec.experiment for spec in case} == set(registry.paper_experiments())
     first, second, third = ({spec.seed for spec in case} for case in cases)
     assert not first & second and not second & third
     shown = {spec.experiment: [m.label for m in spec.settings.models] for spec in cases[0]}
-    assert shown[replicates.judged_in()["C21"]] == ["dsnn", "lgmd1", "lgmd2"]
+    assert shown[registry.answering()["C21"]] == ["dsnn", "lgmd1", "lgmd2"]
     alone = design(1, 1, among=["dsnn", "emd"])
     assert {m.label for spec in alone.specs for m in spec.settings.models} == {"dsnn"}
 

@@ -62,7 +62,7 @@ def test_every_claim_is_answered(reproduced):
     assert all(claim.count == Count(0, 0, {"not shown": 1}) for claim in claims if claim.id in left_out)
     assert "--quick" in claims[6].outcome.measured
     assert all(claim.outcome.judged and claim.outcome.n > 0 for claim in judged)
-    robot = [claim for claim in judged if claim.id in replicates.judged_in()]
+    robot = [claim for claim in judged if claim.id in registry.answering()]
     assert all(claim.count.judged == 2 and claim.count.random for claim in robot)
     assert all(claim.count.replicates == 1 for claim in judged if claim not in robot)
     assert not any(claim.count.random for claim in claims[:4]), "nothing in their clips is random"
@@ -194,13 +194,13 @@ def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
 
 def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
     """Replicate 0, other replicates and moves: the experiment that declares it, and no other one's trials."""
-    where = replicates.judged_in()
+    where = registry.answering()
     assert where["C13"] == where["C14"] == "general"
     for claim, name in where.items():
         assert claim in registry.load(name).claims
     assert set(SENSITIVITY.claims) <= set(where) and SENSITIVITY.experiments == replicates.single_model_experiments()
     plan = design()
-    assert {spec.experiment for spec in plan.specs} == set(replicates.paper_experiments())
+    assert {spec.experiment for spec in plan.specs} == set(registry.paper_experiments())
 
     def found(rows):
         (own,) = every(plan, rows)
@@ -215,10 +215,10 @@ def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
 
 def test_every_experiment_that_declares_a_claim_of_the_paper_is_run():
     declared = {name: registry.load(name).claims for name in NAMES}
-    assert replicates.paper_experiments() == tuple(name for name in NAMES if declared[name])
+    assert registry.paper_experiments() == tuple(name for name in NAMES if declared[name])
     first = planned(QUICK, 0).plans
-    assert [plan.experiment.name for plan in first] == [*replicates.paper_experiments(), *replicates.SHOWN]
-    assert set(replicates.paper_experiments()) - set(replicates.single_model_experiments()) == {"ensembles"}, (
+    assert [plan.experiment.name for plan in first] == [*registry.paper_experiments(), *replicates.SHOWN]
+    assert set(registry.paper_experiments()) - set(replicates.single_model_experiments()) == {"ensembles"}, (
         "it compares moves of the network"
     )
 
@@ -239,7 +239,7 @@ def test_each_scale_is_of_whole_replicates_but_the_quick_one():
 
 def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
     """And not that it needs footage."""
-    monkeypatch.setattr(replicates, "judged_in", dict)
+    monkeypatch.setattr(registry, "answering", dict)
     said = {claim.id: claim.outcome.measured for claim in paper_claims.verdicts([], [])}
     assert "footage" in said["C12"] and "footage" not in said["C15"]
     assert said["C15"] == "none of the experiments here declares this claim"
@@ -247,4 +247,4 @@ def test_a_claim_of_the_robot_that_no_experiment_declares_says_so(monkeypatch):
 
 def test_a_replicate_with_no_trial_is_not_judged():
     (own,) = every(design(1, 1), [])
-    assert {replicates.judged(claim, own).verdict for claim in replicates.judged_in()} == {"not shown"}
+    assert {replicates.judged(claim, own).verdict for claim in registry.answering()} == {"not shown"}

@@ -111,11 +111,11 @@ def test_the_variants_differ_in_what_they_say_and_in_nothing_else():
 def test_every_claim_finds_its_models_speeds_and_experiment():
     speeds = {condition.speed_cm_s for condition in registry.load("ensembles").conditions()}
     assert {2, 4, 6, 8, 10} < speeds
-    for name in (*replicates.paper_experiments(), *replicates.SHOWN):
+    for name in (*registry.paper_experiments(), *replicates.SHOWN):
         declared = registry.load(name)
         for claim in declared.claims:
             assert CLAIMS[claim].models <= set(declared.models)
-    assert {claim: replicates.judged_in()[claim] for claim in ("C24", "C25", "C29", "C30")} == {
+    assert {claim: registry.answering()[claim] for claim in ("C24", "C25", "C29", "C30")} == {
         "C24": "ensembles", "C25": "ensembles", "C29": "speed", "C30": "ensembles",
     }  # fmt: skip
     (own,) = [each for each in planned(QUICK, 0).plans if each.experiment.name == "ensembles"]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from experiments.bench import registry
 from experiments.bench.judging.claim_files import claim_ids
 from experiments.bench.judging.claims import words
 from experiments.bench.judging.count import MEANINGS, SIGNS, Count, Kind, totals
 from experiments.bench.judging.verdict import Verdict
-from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.reproduce import Reproduction
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
@@ -159,7 +159,7 @@ def _worst_first(tiles: Sequence[Tile]) -> list[Tile]:
 
 
 def _amount(result: Reproduction) -> Amount:
-    paper = replicates.paper_experiments()
+    paper = registry.paper_experiments()
     each = sum(len(plan.specs()) for plan, _ in result.runs if plan.experiment.name in paper)
     many = result.scale.replicates
     return Amount(
