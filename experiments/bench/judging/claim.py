@@ -172,4 +172,4 @@ class Claim:
 
 
 def _broken(trouble: str, rows: int) -> Outcome:
-    return replace(Outcome.unjudged(trouble, n=rows), trouble=trouble)
+    return replace(Outcome.unjudged(trouble, reason="judge failed", n=rows), trouble=trouble)

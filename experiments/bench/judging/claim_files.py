@@ -13,10 +13,14 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from types import ModuleType
 
+from experiments.bench.engine.errors import UsageError
+
 PACKAGE = "experiments.claims"
 PAPER, BEHAVIOURS = "C", "B"
 """The letters of the ids: claims of the paper, and of our own about behaviours."""
 _NAME = re.compile(r"([a-z])0*(\d+)_\w+")
+_BESIDE = ("readings", "of_models")
+"""What stands beside the claims: their readings of the paper, and the claims of other models' papers."""
 
 
 def claim_ids(letter: str = "") -> tuple[str, ...]:
@@ -51,3 +55,7 @@ def _parts(folders: tuple[str, ...]) -> Iterator[tuple[bool, int, str, str]]:
         if parts:
             letter = parts[1].upper()
             yield letter != PAPER, int(parts[2]), letter, module.name
+        elif module.name not in _BESIDE:
+            raise UsageError(
+                f"experiments/claims/{module.name}.py: its name begins with no claim's id, as c15_peak_speed.py does"
+            )

@@ -13,11 +13,12 @@ from typing import Literal, get_args
 
 from experiments.bench.judging.statistics import proportion_interval
 
-Reason = Literal["not shown", "silent model", "unknown constants"]
+Reason = Literal["judge failed", "not shown", "silent model", "unknown constants"]
 """Why a claim cannot be judged in a replicate.
 
-``not shown``: trials, clips, models or columns that it needs are missing, too few or flawed. ``silent model``: it is
-kept, but by a model that answers no translation either, so that a network that is always silent would keep it too.
+``judge failed``: a user's own judge raised an error, or returned no outcome. ``not shown``: trials, clips, models or
+columns that it needs are missing, too few or flawed. ``silent model``: it is kept, but by a model that answers no
+translation either, so that a network that is always silent would keep it too.
 ``unknown constants``: what it says of the DSNN holds; the rest hangs on constants of another model that are not known.
 """
 Word = Literal["holds", "fails", "sometimes", ""]
@@ -26,6 +27,7 @@ Kind = Literal["holds", "sometimes", "fails", "counted", "unjudged"]
 """A word; or ``counted``, where too few could be judged for one; or ``unjudged``, where none could."""
 
 REASONS: Mapping[Reason, str] = MappingProxyType({
+    "judge failed": "its judge went wrong",
     "not shown": "what it needs was not shown",
     "silent model": "the model keeps it, but answers no translation either",
     "unknown constants": "what it says of the DSNN holds, and another model's constants are not known",

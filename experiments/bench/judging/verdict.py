@@ -11,7 +11,7 @@ from experiments.bench.judging.checks import Check as Check
 from experiments.bench.judging.checks import decide as decide
 from experiments.bench.judging.count import REASONS, Count, Reason, count
 
-Judged = Literal["holds", "fails", "not shown", "silent model", "unknown constants"]
+Judged = Literal["holds", "fails", "judge failed", "not shown", "silent model", "unknown constants"]
 """What a claim comes to in one replicate: it holds, it fails, or the `Reason` why it cannot be judged."""
 
 

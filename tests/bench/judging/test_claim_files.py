@@ -103,6 +103,12 @@ def test_a_file_without_the_claim_of_its_name_is_told_in_a_line(new_file, tmp_pa
         words("C99")
 
 
+def test_a_file_whose_name_has_no_id_is_told_in_a_line(new_file, tmp_path):
+    (tmp_path / "c99_new.py").rename(tmp_path / "newest.py")
+    with pytest.raises(UsageError, match=r"claims/newest\.py: its name begins with no claim's id"):
+        claim_ids()
+
+
 def test_a_new_claim_on_the_robot_counts_its_trials_as_a_claim_of_one_s_own_does(new_file, tmp_path):
     """Its judge may be as plain as the documentation's: it need not say how many trials it read."""
     (tmp_path / "c99_new.py").write_text(ON_ROBOT)

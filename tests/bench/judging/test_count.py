@@ -47,7 +47,7 @@ def test_where_nothing_is_random_one_replicate_says_all():
 @pytest.mark.parametrize(
     ("made", "message"),
     [(lambda: Count(-1, 2), "holds=-1: legal is 0 or more"), (lambda: Count(0), "legal is one or more"),
-     (lambda: Count(1, unjudged={"untested": 1}), "legal reasons are not shown, silent model"),
+     (lambda: Count(1, unjudged={"untested": 1}), "legal reasons are judge failed, not shown, silent model"),
      (lambda: count([]), "legal is one or more"), (lambda: count(["holds", "vacuous"]), "legal reasons are")],
 )  # fmt: skip
 def test_counts_that_cannot_be(made, message):
@@ -59,7 +59,7 @@ def test_outcomes_are_counted_each_once():
     texts = ["holds", "fails", *REASONS, "holds", "silent model"]
     own = count(texts)
     assert (own.holds, own.fails, own.replicates) == (2, 1, len(texts))
-    assert own.unjudged == {"not shown": 1, "silent model": 2, "unknown constants": 1}
+    assert own.unjudged == {"judge failed": 1, "not shown": 1, "silent model": 2, "unknown constants": 1}
 
 
 def test_every_kind_has_a_sign_and_a_meaning():

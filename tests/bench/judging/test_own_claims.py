@@ -52,7 +52,7 @@ WRONG = {
     "the paper's object": (lambda: clips(clips_claims.find("C1")), "claim C1 is the paper's: declare it by its id"),
     "no verdict": (
         lambda: Outcome("yes", ""),
-        "verdict='yes': legal is holds, fails, not shown, silent model, unknown",
+        "verdict='yes': legal is holds, fails, judge failed, not shown, silent model, unknown",
     ),
 }
 
@@ -117,7 +117,7 @@ def test_a_judge_that_breaks_leaves_its_claim_unjudged(what):
     own, said = ANSWERS[what]
     trials = rows({6: [9] * 5}, "speed_cm_s")
     found = judge(claim(judge=own), trials, 0.2)
-    assert found.outcome.verdict == "not shown" and re.match(said, found.outcome.measured)
+    assert found.outcome.verdict == "judge failed" and re.match(said, found.outcome.measured)
     shown = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
               **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)}]  # fmt: skip
     assert re.match(said, clips_claims.judge(clip_claim(judge=own), shown, {"dsnn": 0.1}).measured)
