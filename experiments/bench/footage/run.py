@@ -230,7 +230,7 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
 
 
 def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[FootageOutcomes]) -> None:
-    """Show C12 for each model, and in the paper's stronger words. Nothing in a film is random."""
+    """Show C12 for each model, in the paper's stronger words too, and the grades. Nothing in a film is random."""
     for watcher, found in zip(watchers, outcomes, strict=True):
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
         for name, says, outcome in (
@@ -240,6 +240,8 @@ def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[FootageOutcomes]
             word = coloured(count([outcome.verdict], random=False))
             out_console.print(Text.assemble(name, word, f": {says}"))
             show_outcome(outcome)
+        for line in found.grades.lines() if found.grades else ():
+            show_line(f"  {line}", 4)
 
 
 def _intervals(watchers: Sequence[Watcher]) -> Table:
