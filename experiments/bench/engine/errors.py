@@ -40,7 +40,7 @@ def explain(error: ValidationError) -> str:
 
     A name that there is not comes first: the one it was meant for is then missing too.
     """
-    problem = min(error.errors(), key=lambda each: each["type"] != "unexpected_keyword_argument")
+    problem = min(error.errors(), key=lambda entry: entry["type"] != "unexpected_keyword_argument")
     where = ".".join([error.title, *(str(part) for part in problem["loc"])])
     if problem["type"] == "missing" or problem["type"] == "missing_argument":
         return f"{where}: it has to be given"
@@ -53,12 +53,12 @@ LONGEST_TROUBLE = 500
 """Characters of what is told of one failure."""
 
 
-def explained(error: BaseException, said: str | None = None) -> str:
-    """Return what an exception says, or ``said`` instead, in one line that begins with the exception's kind.
+def explained(error: BaseException, instead: str | None = None) -> str:
+    """Return what an exception says, or the text ``instead``, in one line that begins with the exception's kind.
 
     The line has at most `LONGEST_TROUBLE` characters, and none that would steer a terminal.
     """
-    kind, text = type(error).__name__, message(error) if said is None else said
+    kind, text = type(error).__name__, message(error) if instead is None else instead
     return printable(f"{kind}: {text}" if text else kind)
 
 

@@ -194,12 +194,12 @@ class ModelRequest:
     text: str
     source: str
     settings: str
-    own: Mapping[str, str]
+    values: Mapping[str, str]
     """The settings, name -> text."""
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class SelectedModel:
     """A model to show: with its default parameters, its section of ``--set``, and what was asked of it."""
 
     chosen: ConfiguredModel
@@ -273,7 +273,7 @@ def _split(text: str) -> tuple[str, str, str]:
     return text[: end + 3], ":", text[end + 4 :]
 
 
-def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") -> list[Shown]:
+def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") -> list[SelectedModel]:
     """The models called ``texts``, with their default parameters for these tests.
 
     The same model under the same settings is taken once. Raises `UsageError` for one that there is not, a parameter
@@ -290,14 +290,16 @@ def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") 
         if (before.source, before.network) != (chosen.source, chosen.network):
             raise UsageError(f"--model {text}: another model shown is called {chosen.label} too; rename one of them")
     named = sections([chosen for chosen, _ in by_label.values()])
-    return [Shown(chosen, section, asked) for (chosen, asked), section in zip(by_label.values(), named, strict=True)]
+    return [
+        SelectedModel(chosen, section, asked) for (chosen, asked), section in zip(by_label.values(), named, strict=True)
+    ]
 
 
 def _check_names(asked: ModelRequest, chosen: ConfiguredModel) -> None:
     known = [field.name for field in dataclasses.fields(chosen.network)]
     if hasattr(type(chosen.network), "presets"):
         known.append(PRESET)
-    for name in asked.own:
+    for name in asked.values:
         if name not in known:
             listed = f"{nearest(name, known, after='; ')}all: colias parameters --only --model {asked.source}"
             raise UsageError(f"--model {asked.text}: {chosen.label} has no parameter '{name}' ({listed})")

@@ -13,19 +13,19 @@ from dsnn import MODELS
 from dsnn.hints import closest
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import PRESET as PRESET
-from experiments.bench.engine.models import ConfiguredModel, ModelRequest, Shown, family, look_up
+from experiments.bench.engine.models import ConfiguredModel, ModelRequest, SelectedModel, family, look_up
 
 LISTED_BY = "colias parameters"
 SECTIONS = frozenset(map(family, MODELS))
 """Sections of the registered models."""
 
 
-def applied(models: Sequence[Shown], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
+def applied(models: Sequence[SelectedModel], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
     """The models with what ``--set`` says of their families, then with what was asked of each of them."""
     configured = []
     for model in models:
         common = changed(model.section, model.chosen.network, collected.get(model.section, {}))
-        network = changed(model.section, common, model.asked.own, _after_colon(model.asked))
+        network = changed(model.section, common, model.asked.values, _after_colon(model.asked))
         configured.append(dataclasses.replace(model.chosen, network=network))
     return tuple(configured)
 

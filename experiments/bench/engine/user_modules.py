@@ -70,20 +70,20 @@ class _Named:
     unit: Unit
     names: Mapping[Path, str]
     """Path of a unit that this one may import -> its module's full name."""
-    found: dict[str, str] = field(default_factory=dict)
+    resolved: dict[str, str] = field(default_factory=dict)
     """Name of an import -> the module's full name; empty where it is none of those beside the file."""
 
     def full_name(self, name: str) -> str:
         """Find the full name of the module that ``import name`` means; empty where Python's own import finds it."""
-        if name not in self.found:
+        if name not in self.resolved:
             known = {other.partition(".")[0] for other in self.unit.elsewhere}
             # A file that has come beside this one since it was read is not on the record.
             path = None if name in known else beside(self.unit.path.parent, name)
             if path is not None and path not in self.names:  # an import that no statement tells of
-                self.found[name] = named(units(path))[path]
+                self.resolved[name] = named(units(path))[path]
             else:
-                self.found[name] = self.names[path] if path is not None else ""
-        return self.found[name]
+                self.resolved[name] = self.names[path] if path is not None else ""
+        return self.resolved[name]
 
 
 _known: dict[str, _Named] = {}

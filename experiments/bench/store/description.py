@@ -193,10 +193,10 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
     others = there.setdefault(RESUMED, []) if RESUMED in there else []
     if not isinstance(others, list) or not all(isinstance(other, dict) for other in others):
         raise UsageError(f"{folder}: {NAME} cannot be read ({RESUMED} should be a list of objects)")
-    said = [provenance.difference(known, here) for known in (there, *others)]
-    if all(said):
+    code_differences = [provenance.difference(known, here) for known in (there, *others)]
+    if all(code_differences):
         if not other_code:
-            raise UsageError(f"{folder}: {said[0]}; --other-code goes on all the same, and marks the rows")
+            raise UsageError(f"{folder}: {code_differences[0]}; --other-code goes on all the same, and marks the rows")
         there[RESUMED] = [*others, {key: here[key] for key in provenance.KEYS}]
     return there
 
@@ -227,11 +227,11 @@ def stored_thresholds(description: Mapping[str, Any], model: Mapping[str, Any]) 
         model is no registered one.
     """
     stored = description.get(THRESHOLDS)
-    own = stored.get(model["label"]) if isinstance(stored, Mapping) else None
-    if isinstance(own, Mapping):
+    model_thresholds = stored.get(model["label"]) if isinstance(stored, Mapping) else None
+    if isinstance(model_thresholds, Mapping):
         return {
-            channel: float(own[channel]) if isinstance(own[channel], int | float) else None
-            for channel in CHANNELS if channel in own
+            channel: float(model_thresholds[channel]) if isinstance(model_thresholds[channel], int | float) else None
+            for channel in CHANNELS if channel in model_thresholds
         }  # fmt: skip
     source = model["source"]
     if not isinstance(source, str) or is_file(source):
@@ -245,7 +245,7 @@ def stored_thresholds(description: Mapping[str, Any], model: Mapping[str, Any]) 
 def noted(description: Mapping[str, Any], entry: str) -> list[str]:
     """Return what an entry of `NOTED` lists so far. Raises ``ValueError`` where it is no list of texts."""
     listed = description.get(entry, [])
-    if not isinstance(listed, list) or not all(isinstance(each, str) for each in listed):
+    if not isinstance(listed, list) or not all(isinstance(item, str) for item in listed):
         raise ValueError(f"{entry} should be a list of texts")
     return listed
 
@@ -253,7 +253,7 @@ def noted(description: Mapping[str, Any], entry: str) -> list[str]:
 def codes(description: Mapping[str, Any]) -> frozenset[str]:
     """The marks that rows of a run may have: of the code it was begun with, and of others that went on with it."""
     return frozenset(
-        code for each in (description, *description.get(RESUMED, ())) if isinstance(code := each.get("code", ""), str)
+        code for entry in (description, *description.get(RESUMED, ())) if isinstance(code := entry.get("code", ""), str)
     )
 
 
@@ -277,13 +277,13 @@ def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
 def _by_label(value: Any) -> Any:
     """Lists of models as tables, so that the models of two runs are compared by their labels."""
     if isinstance(value, dict):
-        return {key: _by_label(each) for key, each in value.items()}
+        return {key: _by_label(item) for key, item in value.items()}
     labels = (
-        [each.get("label") if isinstance(each, dict) else None for each in value] if isinstance(value, list) else []
+        [item.get("label") if isinstance(item, dict) else None for item in value] if isinstance(value, list) else []
     )
     if not labels or not all(isinstance(label, str) for label in labels) or len(set(labels)) < len(labels):
         return value
-    return {LABELS: labels, **{label: _by_label(each) for label, each in zip(labels, value, strict=True)}}
+    return {LABELS: labels, **{label: _by_label(item) for label, item in zip(labels, value, strict=True)}}
 
 
 def _differing(there: Any, here: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any, Any]]:
@@ -301,7 +301,7 @@ def _differing(there: Any, here: Any, path: tuple[str, ...]) -> Iterator[tuple[t
 
 
 def _nested(values: Sequence[Any]) -> bool:
-    return any(isinstance(each, dict | list) for each in values)
+    return any(isinstance(item, dict | list) for item in values)
 
 
 def _option(path: tuple[str, ...], here: Mapping[str, Any]) -> str:
@@ -334,8 +334,8 @@ def _option(path: tuple[str, ...], here: Mapping[str, Any]) -> str:
 def _words(value: Any) -> str:
     """A value in a few words: of a list its items, of objects their names."""
     if isinstance(value, list):
-        names = [next((each[key] for key in NAMES if key in each), each) if isinstance(each, dict) else each
-                 for each in value]  # fmt: skip
+        names = [next((item[key] for key in NAMES if key in item), item) if isinstance(item, dict) else item
+                 for item in value]  # fmt: skip
         text = ", ".join(name if isinstance(name, str) else _item(name) for name in names) or "none"
     elif isinstance(value, dict) and isinstance(value.get("name"), str):
         text = _item(value["name"])

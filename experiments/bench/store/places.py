@@ -190,7 +190,7 @@ def _room(error: OSError, folder: Path) -> str:
 
 def _try(folder: Path, name: str, asked: str) -> None:
     # The folders that lack are tried under another name: another thread or process may be about to use these.
-    there = next((each for each in (folder, *folder.parents) if os.path.lexists(each)), Path())
+    there = next((parent for parent in (folder, *folder.parents) if os.path.lexists(parent)), Path())
     lacking = folder.relative_to(there).parts
     trial = there / f".colias-{uuid.uuid4().hex}.part"
     try:

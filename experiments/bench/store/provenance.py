@@ -66,8 +66,8 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
     for path in (*filter(is_own, sources), *_declaring(experiment)):
         if not any(Path(path).resolve().is_relative_to(folder) for folder in package_folders().values()):
             files |= _hashes(path)  # a file of the project's, asked for by its path, is part of its source
-    made: dict[str, Any] = {"files": files, "versions": versions(), "source": source(), "form": form()}
-    return {**made, "code": _code(made)}
+    record: dict[str, Any] = {"files": files, "versions": versions(), "source": source(), "form": form()}
+    return {**record, "code": _code(record)}
 
 
 def _hashes(path: str) -> Mapping[str, str]:
@@ -91,11 +91,11 @@ def _declaring(experiment: object) -> Iterator[str]:
             yield str(Path(file).resolve())
 
 
-def _code(made: Mapping[str, Any]) -> str:
+def _code(record: Mapping[str, Any]) -> str:
     """The mark of the rows."""
-    files = sorted((Path(path).name, digest) for path, digest in made["files"].items())
-    libraries = {name: version for name, version in made["versions"].items() if name != "python"}
-    text = json.dumps([made["source"]["digest"], made["form"], files, libraries], sort_keys=True)
+    files = sorted((Path(path).name, digest) for path, digest in record["files"].items())
+    libraries = {name: version for name, version in record["versions"].items() if name != "python"}
+    text = json.dumps([record["source"]["digest"], record["form"], files, libraries], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
@@ -171,13 +171,13 @@ def _git(root: Path, *arguments: str) -> str | None:
 
 def difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     """What computes now otherwise than ``there``, in words; empty if nothing that numbers depend on does."""
-    files, own = _table(there, "files"), here["files"]
-    for path in sorted({*files, *own}):
+    files, files_here = _table(there, "files"), here["files"]
+    for path in sorted({*files, *files_here}):
         if path not in files:
             return f"{path} is new among its files"
-        if path not in own:
+        if path not in files_here:
             return f"{path} is no longer among its files"
-        if files[path] != own[path]:
+        if files[path] != files_here[path]:
             return f"{path} has changed"
     return _of_source(_table(there, "source"), here["source"]) or _of_versions(_table(there, "versions"), here)
 
@@ -213,20 +213,20 @@ def _table(there: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def check(made: Mapping[str, Any]) -> None:
-    """In a worker: raise `OtherCode` where this process computes with other code than ``made`` tells of.
+def check(record: Mapping[str, Any]) -> None:
+    """In a worker: raise `OtherCode` where this process computes with other code than ``record`` tells of.
 
     Of the user's files those count that this process has loaded, as they were then, and policies, which are read
     again for every episode.
     """
-    if made["source"]["digest"] != digest():
+    if record["source"]["digest"] != digest():
         raise OtherCode("colias-sim's own source here is not that which the run was begun with")
-    if made["form"] != form():
-        raise OtherCode(f"the network's form is {form()} here, and {made['form']} where the run was begun")
-    for path in {path for loaded in map(as_loaded, made["files"]) for path in loaded} - made["files"].keys():
+    if record["form"] != form():
+        raise OtherCode(f"the network's form is {form()} here, and {record['form']} where the run was begun")
+    for path in {path for loaded in map(as_loaded, record["files"]) for path in loaded} - record["files"].keys():
         raise OtherCode(f"{path}: is loaded here, and was not where the run was begun")
-    for path, expected in made["files"].items():
-        if any(loaded.get(path, expected) != expected for loaded in map(as_loaded, made["files"])) or (
+    for path, expected in record["files"].items():
+        if any(loaded.get(path, expected) != expected for loaded in map(as_loaded, record["files"])) or (
             path.endswith(".npz") and sha256(Path(path)) != expected
         ):
             raise OtherCode(f"{path}: was edited after the run was begun, or a worker still has what it was before")

@@ -80,8 +80,8 @@ def schema_of(*rows: type) -> pa.Schema:
     columns: dict[str, pa.DataType] = {}
     for row in rows:
         for name, kind in get_type_hints(row).items():
-            own = [part for part in get_args(kind) or (kind,) if part is not type(None)]
-            columns[name] = getattr(pa, _ARROW[own[0]])()
+            kinds = [part for part in get_args(kind) or (kind,) if part is not type(None)]
+            columns[name] = getattr(pa, _ARROW[kinds[0]])()
     return pa.schema(columns)
 
 
@@ -162,7 +162,8 @@ def mixture(rows: Iterable[Mapping[str, Any]]) -> str:
             trials.setdefault(row["code"], set()).add(row["trial"])
     if len(trials) < 2:
         return ""
-    return f"rows of {len(trials)} codes ({', '.join(f'{code}: {len(own)} trials' for code, own in trials.items())})"
+    counts = ", ".join(f"{code}: {len(indices)} trials" for code, indices in trials.items())
+    return f"rows of {len(trials)} codes ({counts})"
 
 
 def listed_trials(trials: Iterable[int]) -> str:
