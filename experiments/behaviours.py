@@ -232,7 +232,7 @@ _ENTRIES = (
 BEHAVIOURS = by_name(_ENTRIES)
 """The behaviours that ship: name -> `experiments.Behaviour`."""
 
-GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": tuple(each.name for each in ESCAPES)})
+GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": tuple(behaviour.name for behaviour in ESCAPES)})
 """Name -> the behaviours that ``colias behave NAME`` plays in the same worlds."""
 REFERENCE: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": ("hybrid", "straight")})
 """Group -> what it is held against: that which is to collide less often, and that which does not look."""

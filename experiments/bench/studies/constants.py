@@ -76,11 +76,11 @@ def _told(counts: Counts) -> Tables:
     return {"With which constants each claim holds": rows}
 
 
-def said(found: Mapping[str, Outcome]) -> str:
+def said(by_constants: Mapping[str, Outcome]) -> str:
     """Return with which constants a claim holds and with which it does not, in words: a long list is only counted."""
-    holding = [constants for constants, outcome in found.items() if outcome.verdict == "holds"]
-    others = [constants for constants in found if constants not in holding]
-    parts = [f"{len(holding)} of {len(found)} choices of the constants tried let it hold"]
+    holding = [constants for constants, outcome in by_constants.items() if outcome.verdict == "holds"]
+    others = [constants for constants in by_constants if constants not in holding]
+    parts = [f"{len(holding)} of {len(by_constants)} choices of the constants tried let it hold"]
     for what, choices in (("it holds with", holding), ("it does not with", others)):
         if 0 < len(choices) <= LISTED:
             parts.append(f"{what} {_listed(choices)}")
