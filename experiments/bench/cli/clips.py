@@ -106,10 +106,10 @@ def play(
         played = player.play(name, clip, models, advance)
     for answer in played.answers:
         ranges = {channel: getattr(answer.series, channel) for channel in answer.channels}
-        said = [f"{channel.upper()} {v.min():+z.2f} .. {v.max():+z.2f}" for channel, v in ranges.items()]
+        parts = [f"{channel.upper()} {v.min():+z.2f} .. {v.max():+z.2f}" for channel, v in ranges.items()]
         levels = dict.fromkeys(level for level in answer.thresholds.values() if level is not None)
-        said += [f"T {' and '.join(f'{level:g}' for level in levels)}"] if levels else []
-        out_console.print(f"{answer.model:<18}{'   '.join(said)}", soft_wrap=True, markup=False)
+        parts += [f"T {' and '.join(f'{level:g}' for level in levels)}"] if levels else []
+        out_console.print(f"{answer.model:<18}{'   '.join(parts)}", soft_wrap=True, markup=False)
     notes = [f"note: {note}" for note in rate_notes((model, clip.fps) for model in models)]
     for line in (*notes, *(f"{label} failed: {trouble}" for label, trouble in played.troubles.items())):
         error_console.print(line, soft_wrap=True, markup=False)

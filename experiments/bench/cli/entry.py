@@ -37,14 +37,14 @@ def main() -> NoReturn:
 
 def run() -> NoReturn:
     """Do what ``sys.argv`` asks for. A wrong use or a missing library ends in one line on stderr, and status 2."""
-    own = os.getpid()
+    pid = os.getpid()
     try:
-        status, said = _outcome()
+        status, message = _outcome()
     finally:
-        if os.getpid() != own:  # a copy of this process that somebody's model made by fork
+        if os.getpid() != pid:  # a copy of this process that somebody's model made by fork
             os._exit(0)
-    if said:
-        _tell(said)
+    if message:
+        _tell(message)
     sys.exit(status)
 
 
@@ -56,7 +56,7 @@ def run_file(path: str) -> NoReturn:
 
 def _outcome() -> tuple[int, str]:
     """Do what the command line asks for: the exit status, and a last line for stderr. A defect keeps its traceback."""
-    status, said = 0, ""
+    status, message = 0, ""
     limit = memory.limit_mb()
     if limit is not None and limit < memory.LEAST_MB:
         allowed = f"this process may have {limit:,.0f} MB of address space (ulimit -v)"
@@ -66,18 +66,18 @@ def _outcome() -> tuple[int, str]:
 
         status = cli_main.command(sys.argv[1:] or ["--help"])
     except KeyboardInterrupt:
-        status, said = interrupts.STATUS, interrupts.SAID
+        status, message = interrupts.STATUS, interrupts.SAID
     except BrokenPipeError:
         status = 1
     except Exception as error:
         if not _is_plain(error):
             raise
-        status, said = EXIT_USAGE, f"colias: {_words(error)}"
+        status, message = EXIT_USAGE, f"colias: {_words(error)}"
     trouble = _flush()
     if trouble is None:
-        return status, said
+        return status, message
     if isinstance(trouble, BrokenPipeError):  # nobody reads on
-        return status or 1, said
+        return status or 1, message
     return EXIT_USAGE, f"colias: standard output: {getattr(trouble, 'strerror', None) or trouble}"
 
 

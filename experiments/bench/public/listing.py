@@ -69,7 +69,7 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
     path = arguments.folder("folder", folder)
     if not path.is_dir():
         raise UsageError(f"{path}: no such folder")
-    rows = [_row(each) for each in _found(path)]
+    rows = [_row(place) for place in _found(path)]
     return pa.Table.from_pylist(sorted(rows, key=lambda row: (row["when"], row["run"])), SCHEMA)
 
 
