@@ -127,9 +127,9 @@ def play_entry(
         options.setdefault("model", entry.model)
     # The world's draws come from the seed alone, so that behaviours meet the same worlds; these are its own.
     policy = entry.make(stream("policy", seed))
-    with closing(_made(env, options, steps)) as made:
-        assert isinstance(made.unwrapped, ColiasEnv)
-        return _play(made, agent(policy, entry.senses, made.unwrapped.model), seed, entry.name, images)
+    with closing(_made(env, options, steps)) as wrapped:
+        assert isinstance(wrapped.unwrapped, ColiasEnv)
+        return _play(wrapped, agent(policy, entry.senses, wrapped.unwrapped.model), seed, entry.name, images)
 
 
 def start_places(env: str, options: Mapping[str, Any], seed: int) -> dict[str, tuple[float, float, float]]:
@@ -168,18 +168,18 @@ def _wheels(answer: Any) -> npt.NDArray[np.float32]:
     return np.asarray(answer, np.float32)
 
 
-def _play(made: gym.Env[Any, Any], agent: Agent, seed: int, name: str, images: bool) -> Episode:
-    env = made.unwrapped
+def _play(wrapped: gym.Env[Any, Any], agent: Agent, seed: int, name: str, images: bool) -> Episode:
+    env = wrapped.unwrapped
     assert isinstance(env, ColiasEnv)
-    observation, _ = made.reset(seed=seed)
+    observation, _ = wrapped.reset(seed=seed)
     keep = _Keeper(env, images)
     over = touched = False
     while not over:
-        observation, reward, touched, truncated, info = made.step(agent(observation))
+        observation, reward, touched, truncated, info = wrapped.step(agent(observation))
         keep.step(float(reward), info)
         over = touched or truncated
-    assert made.spec is not None
-    return keep.episode(name, made.spec.id, seed, touched)
+    assert wrapped.spec is not None
+    return keep.episode(name, wrapped.spec.id, seed, touched)
 
 
 class _Keeper:

@@ -53,8 +53,8 @@ def show_power(played: Played, other: str) -> None:
     names = [standing.name for standing in played.standings]
     rarer, often = (pilot(standing.rows) for standing in played.standings)
     check_pilot(other, often)
-    for name, each in zip(names, (rarer, often), strict=True):
-        line = f"{name}: {each.collisions} collisions in {each.metres:.1f} m, {each.episodes} episodes"
+    for name, pilot_run in zip(names, (rarer, often), strict=True):
+        line = f"{name}: {pilot_run.collisions} collisions in {pilot_run.metres:.1f} m, {pilot_run.episodes} episodes"
         out_console.print(line, markup=False)
     needed = episodes_needed(rarer, often, EQUAL)
     enough = f"{needed} episodes of each" if needed else f"more than {MOST_EPISODES} episodes of each"

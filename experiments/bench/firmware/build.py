@@ -147,7 +147,7 @@ def build(wanted: Firmware, compiler: Compiler, folder: Path, *, counting: bool 
         if linked is not None:
             return Built(linked, elf.sections(linked), placement, {})
         problems.append(Built(measured, sizes, placement, over))
-    return min(problems, key=lambda each: sum(each.over.values()))
+    return min(problems, key=lambda problem: sum(problem.over.values()))
 
 
 def computed(wanted: Firmware) -> tuple[Placement, Mapping[str, int]]:
@@ -176,7 +176,7 @@ def computed(wanted: Firmware) -> tuple[Placement, Mapping[str, int]]:
         if not over:
             return placement, over
         problems.append((placement, over))
-    return min(problems, key=lambda each: sum(each[1].values()))
+    return min(problems, key=lambda problem: sum(problem[1].values()))
 
 
 def computed_sizes(wanted: Firmware, split: bool) -> dict[str, int]:
@@ -201,9 +201,9 @@ def _best(
     sizes: Mapping[str, int], chip: ChipSettings, among: Sequence[Placement]
 ) -> tuple[Placement, Mapping[str, int]]:
     """The placement that lacks the fewest bytes, with the robot's own data divided, and what each region lacks."""
-    divided = [_with_robot(sizes, chip, each) for each in among]
-    overs = [(each, _over(sizes, chip, each)) for each in divided]
-    return min(overs, key=lambda each: sum(each[1].values()))
+    divided = [_with_robot(sizes, chip, placement) for placement in among]
+    overs = [(placement, _over(sizes, chip, placement)) for placement in divided]
+    return min(overs, key=lambda problem: sum(problem[1].values()))
 
 
 def _sources() -> list[Path]:

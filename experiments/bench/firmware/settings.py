@@ -196,13 +196,15 @@ def points(over: Sequence[str], assignments: Sequence[str]) -> list[tuple[Mappin
     if not over:
         return [({}, firmware(assignments))]
     base = firmware(assignments)
-    found: list[tuple[Mapping[str, str], Firmware]] = []
+    programs: list[tuple[Mapping[str, str], Firmware]] = []
     for point in product([plain_key(text) for text in over], [plain_key(text) for text in assignments]):
         texts = [f"{key}={value}" for key, value in point.values]
-        found.append((dict(point.values), firmware(texts, base, "--over")))
-    if len(found) > MOST_POINTS:
-        raise UsageError(f"--over: {len(found)} points; legal are up to {MOST_POINTS}, as each is built and emulated")
-    return found
+        programs.append((dict(point.values), firmware(texts, base, "--over")))
+    if len(programs) > MOST_POINTS:
+        raise UsageError(
+            f"--over: {len(programs)} points; legal are up to {MOST_POINTS}, as each is built and emulated"
+        )
+    return programs
 
 
 MOST_POINTS = 200

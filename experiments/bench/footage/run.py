@@ -231,11 +231,11 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
 
 def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[FootageOutcomes]) -> None:
     """Show C12 for each model, and in the paper's stronger words. Nothing in a film is random."""
-    for watcher, found in zip(watchers, outcomes, strict=True):
+    for watcher, footage_outcomes in zip(watchers, outcomes, strict=True):
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
         for name, says, outcome in (
-            (Text.assemble("\n", (CLAIM, "b"), f"{who} "), words(CLAIM).says, found.claim),
-            (Text("  in the paper's stronger words "), STRONGER, found.stronger),
+            (Text.assemble("\n", (CLAIM, "b"), f"{who} "), words(CLAIM).says, footage_outcomes.claim),
+            (Text("  in the paper's stronger words "), STRONGER, footage_outcomes.stronger),
         ):
             word = coloured(count([outcome.verdict], random=False))
             out_console.print(Text.assemble(name, word, f": {says}"))

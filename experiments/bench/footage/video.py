@@ -114,11 +114,11 @@ class Footage:
 
     def notes(self) -> list[str]:
         """Return what to know about the footage as far as it was read, a line each."""
-        found = [f"the frame size changes: {change}" for change in self._resized]
+        notes = [f"the frame size changes: {change}" for change in self._resized]
         if not self.live and self._clock.varies():
             low, high = self._clock.shortest_s * 1e3, self._clock.longest_s * 1e3
-            found.append(f"frame intervals vary from {low:.0f} to {high:.0f} ms; the network steps once a frame")
-        return found
+            notes.append(f"frame intervals vary from {low:.0f} to {high:.0f} ms; the network steps once a frame")
+        return notes
 
     def close(self) -> None:
         """Let go of the file or camera; a camera that hangs in another thread is left to the process's end."""

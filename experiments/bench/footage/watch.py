@@ -118,8 +118,8 @@ class Watcher:
 
     def motions(self) -> list[Motion]:
         """The intervals of motion in the order of their beginnings."""
-        found = [motion for tracker in self._trackers.values() for motion in tracker.motions()]
-        return sorted(found, key=lambda motion: motion.start_s)
+        motions = [motion for tracker in self._trackers.values() for motion in tracker.motions()]
+        return sorted(motions, key=lambda motion: motion.start_s)
 
 
 @dataclass(slots=True)

@@ -100,12 +100,16 @@ def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, res
     rankings = []
     if of_direction:
         clip_rows = [row for experiment in watched for row in experiment.rows]
-        own = of_direction[0].showings[0].models
-        rankings.append(_ranking(DIRECTION, [_standing(model, crossed.rows, clip_rows, times) for model in own]))
+        direction_models = of_direction[0].showings[0].models
+        rankings.append(
+            _ranking(DIRECTION, [_standing(model, crossed.rows, clip_rows, times) for model in direction_models])
+        )
     if of_looming:
         clips = [clip for plan, experiment in zip(of_looming, loomed, strict=True) for clip in _shown(plan, experiment)]
-        own = of_looming[0].showings[0].models
-        rankings.append(_ranking(LOOMING, [_looming_standing(model, crossed.rows, clips, times) for model in own]))
+        looming_models = of_looming[0].showings[0].models
+        rankings.append(
+            _ranking(LOOMING, [_looming_standing(model, crossed.rows, clips, times) for model in looming_models])
+        )
     for ranking in rankings:
         Files(folder).write_rows(ranking.kind.table, ranking.rows())
         plotting.save(leaderboard_figure.draw(ranking, robot.repeats), folder, ranking.kind.figure)

@@ -69,9 +69,9 @@ def exported(model: PPO, about: About) -> Policy:
     net = model.policy.mlp_extractor.policy_net
     linear = [*(part for part in net if isinstance(part, torch.nn.Linear)), model.policy.action_net]
     layers: list[Layer] = [(_array(part.weight), _array(part.bias)) for part in linear]
-    made = {name: importlib.metadata.version(name) for name in ("stable-baselines3", "torch")}
+    libraries = {name: importlib.metadata.version(name) for name in ("stable-baselines3", "torch")}
     values = {name: getattr(about, name) for name in ("env", "options", "model", "seed", "envs", "hidden", "steering")}
-    return Policy(About(**values, steps=model.num_timesteps, versions=versions() | made), layers)
+    return Policy(About(**values, steps=model.num_timesteps, versions=versions() | libraries), layers)
 
 
 def _array(tensor: torch.Tensor) -> np.ndarray[Any, np.dtype[np.float32]]:

@@ -64,8 +64,8 @@ def interquartile_mean(scores: npt.ArrayLike, seed: int) -> Score:
         raise ValueError(f"scores of shape {runs.shape}: legal are finite numbers of one run or more")
     tasks = runs.reshape(len(runs), -1).T
 
-    def aggregate(*each: npt.NDArray[np.float64], axis: int = -1) -> npt.NDArray[np.float64]:
-        return np.asarray(stats.trim_mean(np.concatenate(each, axis=axis), CUT, axis=axis))
+    def aggregate(*samples: npt.NDArray[np.float64], axis: int = -1) -> npt.NDArray[np.float64]:
+        return np.asarray(stats.trim_mean(np.concatenate(samples, axis=axis), CUT, axis=axis))
 
     value = float(aggregate(*tasks))
     if tasks.shape[1] < 2:

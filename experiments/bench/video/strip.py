@@ -71,9 +71,9 @@ def make_strip(
     picture = still.picture()
     drawer = Drawer(reel, Layout(width, height, (), None, {}, moves_on(reel), scale), picture)
     for eye, row in zip(reel.eyes, eyes, strict=True):
-        for panel, shown, time_s in zip(row, pictures_at(reel, eye, times.tolist()), times, strict=True):
-            if shown is not None:
-                drawer.picture(picture, panel, shown, float(time_s))
+        for panel, frame, time_s in zip(row, pictures_at(reel, eye, times.tolist()), times, strict=True):
+            if frame is not None:
+                drawer.picture(picture, panel, frame, float(time_s))
     for panel, time_s in zip(plans, times, strict=False):
         drawer.plan(picture, panel, float(time_s))
     for panel in traces.values():
