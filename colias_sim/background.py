@@ -115,8 +115,8 @@ class Background:
         if not ahead.any():
             return Box(range(0), range(0))
         if not ahead.all():
-            each = ahead.reshape(len(self._moving), -1)
-            if (each.any(1) & ~each.all(1)).any():
+            corners_ahead = ahead.reshape(len(self._moving), -1)
+            if (corners_ahead.any(1) & ~corners_ahead.all(1)).any():
                 return self._whole  # beside the lens
             right, up, back = right[ahead], up[ahead], back[ahead]
         scale = config.focal_px / -back

@@ -108,7 +108,7 @@ def plan_frame(config: CameraConfig, steps_per_frame: int, exposure_ms: float, e
         renders += [Render(step, parts, top, bottom) for step, parts in Counter(moments).items()]
     light = config.gain * (exposure_ms / config.ae_unit_ms if config.auto_exposure else 1.0)
     samples = exposure_samples(config, exposure_ms, steps_per_frame)
-    renders.sort(key=lambda each: (each.step, each.top))
+    renders.sort(key=lambda render: (render.step, render.top))
     return FramePlan(exposure_ms, light, samples, early_steps, tuple(renders))
 
 

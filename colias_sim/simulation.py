@@ -296,6 +296,6 @@ def _events(
         if render.step < 1
     ]
     due.sort(key=lambda render: render.step)
-    renders = {step: tuple(each) for step, each in groupby(due, key=lambda render: render.step)}
+    renders = {step: tuple(group) for step, group in groupby(due, key=lambda render: render.step)}
     marks = sorted({*commands, *renders, clock.steps})
     return tuple((end - start, start in commands, renders.get(end, ())) for start, end in pairwise(marks))

@@ -58,7 +58,7 @@ class NotFinished(Exception):
 def taken(run: Path) -> dict[str, Any]:
     """What ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
     design, pooled = (_json(run / f"{name}.json") for name in ("design", "pooled"))
-    claims, own = (_read(run / f"{name}.json") for name in ("claims", "behaviours"))
+    claims, behaviours = (_read(run / f"{name}.json") for name in ("claims", "behaviours"))
     tables = sorted(run.glob("behave-*/scores.csv"))
     if not tables:
         raise NotFinished(f"{run}: no behave-*/scores.csv; run colias reproduce without --robot-only")
@@ -67,7 +67,7 @@ def taken(run: Path) -> dict[str, Any]:
         "design": {name: design[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": _commit(), **design["versions"]},
         "claims": [kept(verdict) | {"rate": _rate(verdict.id, pooled.get(verdict.id))} for verdict in claims],
-        "behaviours": [kept(verdict) | {"says": verdict.says} for verdict in own],
+        "behaviours": [kept(verdict) | {"says": verdict.says} for verdict in behaviours],
         "scores": scores,
     }
 

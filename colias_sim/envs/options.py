@@ -200,7 +200,9 @@ def checked(kind: Callable[..., T], values: Mapping[str, Any]) -> T:
     try:
         validated = kind(**values)
     except ValidationError as error:
-        problems = [each for each in error.errors() if not flags or (each["loc"] and each["loc"][0] not in flags)]
+        problems = [
+            problem for problem in error.errors() if not flags or (problem["loc"] and problem["loc"][0] not in flags)
+        ]
         raise ValueError("; ".join([*flags.values(), *(_problem(kind, problem) for problem in problems)])) from None
     if flags:
         raise ValueError("; ".join(flags.values()))

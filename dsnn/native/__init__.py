@@ -115,7 +115,7 @@ def _network_config(shape: tuple[int, int], params: DSNNParams) -> tuple[Any, li
         *(gaussian_kernel(sigma)[4 * sigma :, 0] for sigma in (q.d, 2 * q.d)),
         [alpha(tau, q.dt) for tau in q.delays()],
     ]
-    tables = [ffi.new("float[]", [float(value) for value in each]) for each in values]
+    tables = [ffi.new("float[]", [float(value) for value in table]) for table in values]
     config = ffi.new(
         "dsnn_config *",
         dict(

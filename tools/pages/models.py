@@ -112,13 +112,13 @@ def _picture(folder: Path, model: Shown) -> str:
     file = f"{model.entry.name}-{model.kind}.png"
     model_pictures.draw(model, folder / file)
     rows, columns = model.frames[0].luma.shape
-    said = f"Frames of the clip, and below them the answers of {model.entry.name} against time"
+    alt = f"Frames of the clip, and below them the answers of {model.entry.name} against time"
     caption = (
         f"The clip *{model.clip.name}* of [`colias leaderboard --atlas`](../commands/leaderboard.md),"
         f" {columns}x{rows} px at {model.fps:g} frames/s, to the model with its parameters on the robot."
         " Grey lines: the frames above. Dashed: spiking thresholds T."
     )
-    return markdown.picture(file, said, caption)
+    return markdown.picture(file, alt, caption)
 
 
 def _notes(entry: ModelEntry) -> str:

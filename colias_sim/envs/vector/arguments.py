@@ -30,7 +30,7 @@ def autoreset(mode: AutoresetMode | str) -> AutoresetMode:
     try:
         return AutoresetMode(mode)
     except ValueError:
-        names = ", ".join(each.value for each in AutoresetMode)
+        names = ", ".join(member.value for member in AutoresetMode)
         raise ValueError(f"autoreset_mode={mode!r}: legal is {names}") from None
 
 
