@@ -135,7 +135,7 @@ def exposure_samples(config: CameraConfig, exposure_ms: float, steps_per_frame: 
 
 
 def _moments(config: CameraConfig, steps: int, exposure_ms: float, before: float, earliest: int) -> tuple[int, ...]:
-    """The middles of an exposure's parts, which ends ``before`` steps before the frame does."""
+    """Return the middles of an exposure's parts, which ends ``before`` steps before the frame does."""
     length = exposure_ms * config.fps / 1000.0
     length = (min(length, 1.0) if earliest == 1 else length) * steps
     samples = exposure_samples(config, exposure_ms, steps)

@@ -295,7 +295,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         return self.state.vector() if self.options.observation == "state" else self._vision.observation()
 
     def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
-        """The reward's terms as ``reward_...``, and the measures; their names end in their units."""
+        """Return the reward's terms as ``reward_...``, and the measures; their names end in their units."""
         rewards = {f"reward_{name}": value for name, value in terms.items()}
         return {**rewards, **self._motion(), **self._measures()}
 

@@ -227,13 +227,13 @@ def options_of(kind: Any) -> dict[str, FieldInfo]:
 
 
 def bounds(option: FieldInfo) -> str:
-    """The range of a number as ``least .. greatest``; empty for anything else."""
+    """Return the range of a number as ``least .. greatest``; empty for anything else."""
     low, high = ([getattr(m, sign) for m in option.metadata if hasattr(m, sign)] for sign in ("ge", "le"))
     return f"{low[0]:g} .. {high[0]:g}" if low and high else ""
 
 
 def _with_self(options: Callable[..., Any]) -> inspect.Signature:
-    """The signature of ``options``, with aliases of types resolved, as that of a method."""
+    """Return the signature of ``options``, with aliases of types resolved, as that of a method."""
     fields = options_of(options)
     given = inspect.signature(options).parameters
     parameters = [parameter.replace(annotation=fields[name].annotation) for name, parameter in given.items()]
@@ -252,7 +252,7 @@ def _flags(kind: Any, values: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _problem(kind: Any, problem: Mapping[str, Any]) -> str:
-    """One problem that pydantic found, in words."""
+    """Return one problem that pydantic found, in words."""
     text = str(problem["msg"]).removeprefix("Value error, ")
     if not problem["loc"]:  # a rule on several options together
         return text

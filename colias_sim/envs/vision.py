@@ -71,7 +71,7 @@ class Vision:
             self.answers.append(self.model.step(frame.luma))
 
     def observation(self) -> Any:
-        """The observation ``pixels``, ``neural`` or ``both`` of the frames since the last `forget`."""
+        """Return the observation ``pixels``, ``neural`` or ``both`` of the frames since the last `forget`."""
         if self._kind == "neural":
             return neural_observation(self.answers)
         pixels = self.luma[..., None].copy()  # a copy, which the agent may write to

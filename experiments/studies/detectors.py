@@ -254,7 +254,7 @@ def held_by(every: Sequence[Rows], count: Callable[[Mapping[str, Any]], float]) 
 
 
 def _mean(values: Sequence[float]) -> float:
-    """A mean; NaN of nothing, which is more than nothing."""
+    """Return a mean; NaN of nothing, which is more than nothing."""
     return sum(values) / len(values) if values else math.nan
 
 
@@ -297,7 +297,7 @@ def _parts(row: DetectorRow, edge: EdgeRow) -> list[str]:
 
 
 def _more(row: DetectorRow, edge: EdgeRow) -> str:
-    """Which angle it answers more than straight ahead, and how much more edge moves there."""
+    """Say which angle it answers more than straight ahead, and how much more edge moves there."""
     most = max(range(1, len(AWAY)), key=lambda index: row.spikes[index])
     cells = edge.cells[most] / edge.cells[0] - 1.0
     frames = edge.frames[PERIMETER][most] - edge.frames[PERIMETER][0]
@@ -312,7 +312,7 @@ def _ceiling(row: DetectorRow) -> list[str]:
 
 
 def _threshold(row: DetectorRow) -> list[str]:
-    """Whether a constant of another camera decides."""
+    """Return whether a constant of another camera decides."""
     at = f"{row.held_at_best} of {row.replicates} replicates at {row.best_threshold:g}"
     if row.held_at_best >= MOST * row.replicates:
         return [f"the threshold decides: counting frames, it would hold in {at}"]

@@ -79,7 +79,7 @@ class Command:
 
 
 def tree() -> Command:
-    """The whole command line, as help lists it: without what is hidden."""
+    """Return the whole command line, as help lists it: without what is hidden."""
     return _command(typer.main.get_command(main.app), ())
 
 

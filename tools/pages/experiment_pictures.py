@@ -75,7 +75,7 @@ def _observer(axes: Axes, camera: CameraConfig) -> None:
 
 
 def shown_clips(clips: Sequence[Clip]) -> list[Clip]:
-    """The clips that a picture has room for, taken evenly."""
+    """Return the clips that a picture has room for, taken evenly."""
     places = np.linspace(0, len(clips) - 1, min(MOST, len(clips)))
     return [clips[round(place)] for place in places.tolist()]
 

@@ -103,7 +103,7 @@ def _facts(entry: ModelEntry) -> str:
 
 
 def _class(named: type) -> str:
-    """A class by its public name, where it has one."""
+    """Return a class by its public name, where it has one."""
     public = getattr(dsnn, named.__name__, None) is named
     return code(f"dsnn.{named.__name__}" if public else f"{named.__module__}.{named.__name__}")
 
@@ -127,7 +127,7 @@ def _notes(entry: ModelEntry) -> str:
 
 
 def _presets(entry: ModelEntry, section: str) -> str:
-    """Every named set of its parameters, by what it sets otherwise than the class."""
+    """Return every named set of its parameters, by what it sets otherwise than the class."""
     base, offline = type(entry.robot)(), entry.preset("offline")
     if offline == entry.robot:
         rows = [("robot and off-line", "trials, envs, clips and footage", _changes(entry.robot, base))]

@@ -48,7 +48,7 @@ def say(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: bo
 
 
 def _done(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: bool) -> int:
-    """How many trials or clips the folder has already."""
+    """Count the trials or clips that the folder has already."""
     if isinstance(plan, OfflinePlan):
         description = {**plan.describe(), "recordings": recordings and plan.experiment.recorded}
     else:

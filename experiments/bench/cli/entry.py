@@ -49,7 +49,7 @@ def run() -> NoReturn:
 
 
 def run_file(path: str) -> NoReturn:
-    """What ``python experiments/NAME.py [OPTIONS]`` does: ``colias run`` on that file."""
+    """Do what ``python experiments/NAME.py [OPTIONS]`` asks for: ``colias run`` on that file."""
     sys.argv[1:1] = ["run", path]
     main()
 
@@ -82,7 +82,7 @@ def _outcome() -> tuple[int, str]:
 
 
 def _is_plain(error: Exception) -> bool:
-    """Whether the message alone tells a user what to do; anything else is a defect and keeps its traceback."""
+    """Return whether the message alone tells a user what to do; anything else is a defect and keeps its traceback."""
     if isinstance(error, OSError | ImportError | MemoryError):  # a missing OpenGL is the first
         return True
     if isinstance(error, RuntimeError) and "can't start new thread" in str(error):
@@ -97,7 +97,7 @@ def _is_plain(error: Exception) -> bool:
 
 
 def _words(error: Exception) -> str:
-    """An error in one line; of what limited memory may be the reason, the limit too."""
+    """Return an error in one line; of what limited memory may be the reason, the limit too."""
     text = " ".join(str(error).split())
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
@@ -114,7 +114,7 @@ def _words(error: Exception) -> str:
 
 
 def _in_printing(error: BaseException) -> bool:
-    """Whether it came of printing: such an error names no file."""
+    """Return whether it came of printing: such an error names no file."""
     step = error.__traceback__
     while step is not None:
         if step.tb_frame.f_globals.get("__name__") == "rich.console":

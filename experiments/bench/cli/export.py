@@ -164,7 +164,7 @@ def _pictures(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
 
 
 def _recordings(run: Path, trial: int | None, asked: str) -> dict[Path, Path]:
-    """Where what is made of a recording goes, inside the new folder -> the recording; of one trial, or of all."""
+    """Map the place of a recording's output, inside the new folder, to the recording; of one trial, or of all."""
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.store.record import Record
     from experiments.bench.video.source import recording

@@ -92,7 +92,7 @@ def train(
 
 
 def _about(env: str, steps: int, seed: int, envs: int, changes: Sequence[str]) -> About:
-    """What was asked for, checked."""
+    """Check what was asked for."""
     from experiments.bench.closed_loop.find import env_id
     from experiments.bench.closed_loop.policy import ROLLOUT, TRAINABLE, TRAINED_UNDER, About
     from experiments.bench.closed_loop.run import env_options
@@ -215,7 +215,7 @@ def _show(played: Played, means: Resources, *, recordings: bool) -> int:
 
 
 def _empty_folder(out: Path | None, name: str) -> Path:
-    """The folder for the results, made; ``FileExistsError`` if there is something in it."""
+    """Make the folder for the results, and return it; ``FileExistsError`` if there is something in it."""
     folder = results_folder(out, name)
     folder.mkdir(parents=True, exist_ok=True)
     if any(folder.iterdir()):

@@ -47,7 +47,7 @@ Episodes = Mapping[str, Sequence[Row]]
 
 
 def plans(episodes: int, seed: int, steps: int | None = None) -> list[BehaviourPlan]:
-    """What the claims need: every behaviour at the same seeds, for ``steps`` frames, or fewer if the env says so."""
+    """Plan what the claims need: every behaviour at the same seeds, for ``steps`` frames, or fewer in a shorter env."""
     behaviour_plans = []
     for env, names in PLAYED.items():
         whole = ENVS[env].max_episode_steps
@@ -67,7 +67,7 @@ def episodes(played: Sequence[Played]) -> dict[str, Episodes]:
 
 
 def _verdict(claim: BehaviourClaim, played: Episodes) -> Verdict:
-    """The verdict, saying too which code played if several did. All episodes together are one replicate."""
+    """Return the verdict, saying too which code played if several did. All episodes together are one replicate."""
     mixed = mixture([row for rows in played.values() for row in rows])
     return claim.verdict(claim.judge(played).noting([mixed]), experiment=claim.env)
 

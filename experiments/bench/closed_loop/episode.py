@@ -57,7 +57,7 @@ class EpisodeSpec:
     condition: Setting
 
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
-        """The vision model of its behaviour with the env's frame rate, 1/s; nothing where it senses the state."""
+        """Return its behaviour's vision model with the env's frame rate, 1/s; nothing where it senses the state."""
         behaviour = load_behaviour(self.condition.behaviour)
         return ((choose(behaviour.model), FPS),) if behaviour.senses == "neural" else ()
 
@@ -106,12 +106,12 @@ def play(env_id: str, options: Mapping[str, Any], agent: Agent, seed: int, *, na
 
 
 def _made(env_id: str, options: Mapping[str, Any], steps: int | None) -> gym.Env[Any, Any]:
-    """A new env, its episodes over after ``steps`` or its own number."""
+    """Return a new env, its episodes over after ``steps`` or its own number."""
     return gym.make(env_id, max_episode_steps=steps or ENVS[env_id].max_episode_steps, **options)
 
 
 def play_behaviour(spec: EpisodeSpec, *, images: bool) -> Episode:
-    """The episode of a spec."""
+    """Return the episode of a spec."""
     setting = spec.condition
     return play_entry(
         load_behaviour(setting.behaviour), setting.env, dict(setting.options), spec.seed, setting.steps, images
@@ -121,7 +121,7 @@ def play_behaviour(spec: EpisodeSpec, *, images: bool) -> Episode:
 def play_entry(
     entry: Behaviour, env: str, options: Mapping[str, Any], seed: int, steps: int | None = None, images: bool = False
 ) -> Episode:
-    """One episode of a behaviour in an env."""
+    """Return one episode of a behaviour in an env."""
     options = {**options, "observation": entry.senses}
     if entry.senses == "neural":
         options.setdefault("model", entry.model)
@@ -147,7 +147,7 @@ def start_places(env: str, options: Mapping[str, Any], seed: int) -> dict[str, t
 
 
 def agent(policy: Policy, senses: str, model: Any = None) -> Agent:
-    """A policy over a `Response`, by the env's vision ``model``, or a `State`: an agent over observations."""
+    """Return a policy over a `Response`, by the env's vision ``model``, or a `State`: an agent over observations."""
     channels, name = getattr(model, "channels", CHANNELS), getattr(model, "name", "the model")
 
     def act(observation: Any) -> npt.NDArray[np.float32]:

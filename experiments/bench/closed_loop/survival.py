@@ -45,7 +45,7 @@ class Survival:
     ratio: Score | None
 
     def row(self) -> dict[str, Any]:
-        """A row of ``survival.csv``."""
+        """Return a row of ``survival.csv``."""
         row: dict[str, Any] = {"behaviour": self.name, "episodes": self.survived.n}
         for name, score in (("survived", self.survived), ("collisions_m", self.per_metre), ("ratio", self.ratio)):
             ends = (math.nan,) * 3 if score is None else (score.value, score.low, score.high)
@@ -54,7 +54,7 @@ class Survival:
 
 
 def survival(standings: Sequence[Standing], reference: str) -> list[Survival]:
-    """Every behaviour's survival, the one that collides least a metre first; compared with ``reference``, if it played.
+    """Return every behaviour's survival, least collisions a metre first; compared with ``reference``, if it played.
 
     A behaviour that the rows of ``standings`` have no episode of is not in them.
     """

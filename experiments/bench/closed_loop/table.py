@@ -20,7 +20,7 @@ from experiments.bench.judging.verdict import Verdict
 
 
 def show(played: Played, recorded: bool) -> None:
-    """The table of scores, and where everything is."""
+    """Print the table of scores, and where everything is."""
     if played.standings:
         show_table(_table(played))
         out_console.print()
@@ -100,7 +100,7 @@ def show_claims(claims: Sequence[Verdict]) -> None:
 
 
 def _table(played: Played) -> Table:
-    """Two lines a behaviour: the values, and below them their intervals."""
+    """Return two lines a behaviour: the values, and below them their intervals."""
     standings, short = played.standings, played.env.partition("/")[2]
     title = f"{short}, {count(len(standings[0].rows), 'episode')} each, the same worlds"
     table = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)

@@ -36,7 +36,7 @@ def check_name(what: str, name: object) -> None:
 
 
 def explain(error: ValidationError) -> str:
-    """The first problem of a failed validation in one line: object, attribute, value, bound.
+    """Return the first problem of a failed validation in one line: object, attribute, value, bound.
 
     A name that there is not comes first: the one it was meant for is then missing too.
     """
@@ -63,7 +63,7 @@ def explained(error: BaseException, instead: str | None = None) -> str:
 
 
 def message(error: BaseException) -> str:
-    """The message of an exception; empty where it has none, or making it fails."""
+    """Return the message of an exception; empty where it has none, or making it fails."""
     try:
         return str(error)
     except Exception:
@@ -88,7 +88,7 @@ def check_declared(kind: str, name: Any, summary: Any, repeats: Any) -> None:
 
 
 def short(value: Any) -> str:
-    """A value in a line: a person has to find it again, not to read all of it."""
+    """Return a value in a line: a person has to find it again, not to read all of it."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else f"{text[:77]}..."
 

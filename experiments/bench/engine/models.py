@@ -74,7 +74,7 @@ class ConfiguredModel:
         return float(rate) if isinstance(rate, int | float) else None
 
     def build(self, shape: tuple[int, int]) -> VisionModel:
-        """The model itself, for frames of ``shape`` (R, C)."""
+        """Return the model itself, for frames of ``shape`` (R, C)."""
         return self.declared.build(shape, self.network)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -133,7 +133,7 @@ def rate_notes(models: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
 
 
 def load_model(source: str) -> ModelEntry:
-    """The registered model called ``source``, or the one that the file ``source`` declares as ``MODEL``.
+    """Return the registered model called ``source``, or the one that the file ``source`` declares as ``MODEL``.
 
     Raises `UsageError` on an unknown name, and on a file that declares no `dsnn.ModelEntry`.
     """
@@ -156,14 +156,14 @@ def load_model(source: str) -> ModelEntry:
 
 
 def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> ConfiguredModel:
-    """The model ``source`` with its parameters for the robot's tests, or for the off-line ones."""
+    """Return the model ``source`` with its parameters for the robot's tests, or for the off-line ones."""
     entry = load_model(source)
     absolute = str(Path(source).resolve()) if is_file(source) else source
     return ConfiguredModel(entry.name, absolute, entry.preset(tests), entry)
 
 
 def family(name: str) -> str:
-    """The section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``.
+    """Return the section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``.
 
     ``name`` may be a label with settings (``dsnn:w_i=1``). A registered model whose parameters are not those of the
     model that its name begins with is a family of its own: ``lplc2-gf`` is none of the ``lplc2``.
@@ -235,7 +235,7 @@ def ask(text: str) -> ModelRequest:
 
 
 def beside(declaring: Path, text: str, where: str) -> str:
-    """A text of a model in a user's file, with a relative path made absolute: it is looked for beside that file.
+    """Return a text of a model in a user's file, with a relative path made absolute: it is looked for beside that file.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def _split(text: str) -> tuple[str, str, str]:
 
 
 def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") -> list[SelectedModel]:
-    """The models called ``texts``, with their default parameters for these tests.
+    """Return the models called ``texts``, with their default parameters for these tests.
 
     The same model under the same settings is taken once. Raises `UsageError` for one that there is not, a parameter
     that it does not have, two models of one name, and a name that is a section of ``--set``.
@@ -306,7 +306,7 @@ def _check_names(asked: ModelRequest, chosen: ConfiguredModel) -> None:
 
 
 def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
-    """The section of each model: its family's name, or its own if another of the family has other parameters."""
+    """Return the section of each model: its family's name, or its own if another of the family has other parameters."""
     kinds: dict[str, type] = {}
     names = []
     for model in chosen:

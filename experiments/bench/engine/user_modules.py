@@ -241,7 +241,7 @@ def digests(read: Iterable[Unit]) -> dict[str, str]:
 
 
 def _stem(path: Path) -> str:
-    """The last part of a module's name: an extension's code asks for its own."""
+    """Return the last part of a module's name: an extension's code asks for its own."""
     return re.sub(r"\W", "_", path.name.partition(".")[0] if path.suffix != ".py" else path.stem)
 
 
@@ -263,7 +263,7 @@ class _Finder(MetaPathFinder):
 
 
 def _within(package: Path, name: str) -> Path | None:
-    """The module or package of a name inside a package's folder."""
+    """Return the module or package of a name inside a package's folder."""
     places = [package / name, *(package / f"{name}{ending}" for ending in (*EXTENSION_SUFFIXES, ".py"))]
     if (places[0] / "__init__.py").is_file():
         return places[0]
@@ -484,7 +484,7 @@ def _is_at(module: ModuleType | None, file: Path) -> bool:
 
 
 def _own(name: str) -> Path | None:
-    """The file of the module called ``name``, if it is the user's own; found without importing it."""
+    """Return the file of the module called ``name``, if it is the user's own; found without importing it."""
     top = name.partition(".")[0]
     if top in PACKAGES or top in sys.stdlib_module_names:
         return None

@@ -277,7 +277,7 @@ def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str) -> N
 
 
 def _dot(axes: Axes, score: Score, height: float, tint: str, *, filled: bool) -> None:
-    """A score with its interval; an infinite end is left out."""
+    """Draw a score with its interval; an infinite end is left out."""
     ends = [end if math.isfinite(end) else score.value for end in (score.low, score.high)]
     axes.plot(ends, [height, height], color=tint, lw=1.4, solid_capstyle="butt", zorder=2)
     face = tint if filled else "white"

@@ -143,7 +143,7 @@ class Tools:
 
 
 def stage_names() -> tuple[str, ...]:
-    """The network's stages in their order, as ``onboard.h`` names them."""
+    """Return the network's stages in their order, as ``onboard.h`` names them."""
     text = (NATIVE / "onboard.h").read_text(encoding="utf-8").replace("\\\n", " ")
     match = re.search(r"#define ONBOARD_STAGE_NAMES\b(.*)", text)
     if match is None:
@@ -211,7 +211,7 @@ def measure_all(
 
 
 def varied(budgets: Iterable[Budget]) -> list[str]:
-    """The keys of the grid."""
+    """Return the keys of the grid."""
     return list(dict.fromkeys(key for budget in budgets for key in budget.point))
 
 
@@ -225,7 +225,7 @@ def label(budget: Budget) -> str:
 
 
 def format_words(wanted: Firmware) -> str:
-    """The bits of a delay state and of LA."""
+    """Return the bits of a delay state and of LA."""
     return f"{wanted.network.state_bits}-bit delay states, {wanted.network.lamina_bits}-bit LA"
 
 

@@ -58,7 +58,7 @@ class Ranking:
     standings: list[Standing]
 
     def rows(self) -> list[dict[str, Any]]:
-        """The rows of its table: value, ``_low``, ``_high``, ``_n`` of each measure, null for a dash."""
+        """Return the rows of its table: value, ``_low``, ``_high``, ``_n`` of each measure, null for a dash."""
         rows = []
         for standing in self.standings:
             row: dict[str, Any] = {"model": standing.name}

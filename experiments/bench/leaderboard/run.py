@@ -157,7 +157,7 @@ def _times(
 
 
 def _shown(plan: OfflinePlan, done: _Done) -> list[ShownClip]:
-    """Every clip of a plan as each looming model answered it."""
+    """Return every clip of a plan as each looming model answered it."""
     showings = {showing.index: showing for showing in plan.showings}
     trial, name = done.frames["trial"].to_numpy(), np.asarray(done.frames["model"])
     spikes = done.frames["looming_spikes"].to_numpy()
@@ -169,7 +169,7 @@ def _shown(plan: OfflinePlan, done: _Done) -> list[ShownClip]:
 
 
 def _answered(showing: Showing, row: Row, spikes: Any) -> ShownClip:
-    """One clip and one model's spikes in it, (T,)."""
+    """Return one clip and one model's spikes in it, (T,)."""
     first, shade, ways = None, "", dict(showing.condition.changes)
     centred = row["stimulus"] == "looming" and not {"azimuth_deg", "background"} & ways.keys()
     if centred and row["motion"] == "looming":
@@ -190,7 +190,7 @@ def _spikes(model: ConfiguredModel, *channels: str) -> bool:
 
 
 def _own(model: ConfiguredModel, times: Times) -> dict[str, Sequence[float]]:
-    """The times of one model, by measure."""
+    """Return the times of one model, by measure."""
     return {measure: taken[model.label] for measure, taken in times.items() if model.label in taken}
 
 

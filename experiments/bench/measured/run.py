@@ -241,7 +241,7 @@ def _described(plan: Import) -> dict[str, Any]:
 
 @contextmanager
 def _whole(out: Path) -> Iterator[Path]:
-    """A folder beside ``out`` that becomes it when the block is done, and is removed when that fails."""
+    """Yield a folder beside ``out`` that becomes it when the block is done, and is removed when that fails."""
     if out.exists() and not (out.is_dir() and not any(out.iterdir())):
         raise FileExistsError(f"{out} is there already: choose another --out, or remove it")
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -259,7 +259,7 @@ def _whole(out: Path) -> Iterator[Path]:
 
 
 def _record(plan: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> TrialRecord:
-    """The rows of one trial."""
+    """Return the rows of one trial."""
     frames = None if plan.frames is None else plan.frames.read(trial.index)
     answers = [
         given(plan.ran[label], logged, len(trial.time_s), _provenance(trial, from_frames=False))
@@ -294,7 +294,7 @@ def _provenance(trial: LoggedTrial, *, from_frames: bool) -> str:
 
 
 def _shown(model: ConfiguredModel, frames: Images, provenance: str) -> Given | str:
-    """A model's answers to frames, or what went wrong in it."""
+    """Return a model's answers to frames, or what went wrong in it."""
     runner = ModelRunner(model, (frames.shape[1], frames.shape[2]))
     for frame in frames:
         runner.see(frame)
@@ -303,7 +303,7 @@ def _shown(model: ConfiguredModel, frames: Images, provenance: str) -> Given | s
 
 
 def _shown_rates(plan: Import) -> Iterator[tuple[ConfiguredModel, float]]:
-    """The models that are shown the frames of a log, each with the rates at which these come, 1/s."""
+    """Yield the models that are shown the frames of a log, each with the rates at which these come, 1/s."""
     for trial in plan.log.trials:
         rate = rate_hz(trial.time_s, plan.plan.settings.camera.fps)
         yield from ((model, rate) for model in plan.models)

@@ -68,7 +68,7 @@ def _is_number(text: str) -> bool:
 
 
 def _listed(values: Any) -> list[Any] | None:
-    """The items of an iterable; ``None`` of what is none, such as an array without dimensions."""
+    """Return the items of an iterable; ``None`` of what is none, such as an array without dimensions."""
     try:
         return list(values)
     except TypeError:

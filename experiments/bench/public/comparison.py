@@ -162,7 +162,7 @@ def _parameters(one: Run, other: Run) -> Iterator[tuple[str, Any, Any]]:
 
 
 def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a run but its models', named as ``--set`` names them."""
+    """Return the parameters of a run but its models', named as ``--set`` names them."""
     aside = (*provenance.KEYS, KIND, BEGUN, RESUMED, THRESHOLDS, "changed", "trials", "models")
     left = {key: value for key, value in description.items() if key not in aside}
     if "measured" in left:
@@ -211,7 +211,7 @@ def _pairs(one: Run, other: Run) -> list[tuple[str, str]]:
 
 
 def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[str, Any]], str]:
-    """A row per model and condition, and why there are none."""
+    """Return a row per model and condition, and why there are none."""
     for run in (one, other):
         if not run.kind.robot and run.kind is not CLIPS:
             return [], f"nothing to pair: {run.folder} is of {run.kind.what}, which no trials pair"
@@ -249,7 +249,7 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[st
 
 
 def _of_models(one: Rows, other: Rows, pair: tuple[str, str], columns: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """A row per condition that two models, one of each run, were both shown at the same seeds."""
+    """Yield a row per condition that two models, one of each run, were both shown at the same seeds."""
     matching = {(row["seed"], *(row[name] for name in columns)): row["spikes"] for row in other
                 if row["model"] == pair[1] and row["seed"] is not None}  # fmt: skip
     for condition, trials in group([row for row in one if row["model"] == pair[0]], *columns).items():
@@ -264,7 +264,7 @@ def _of_models(one: Rows, other: Rows, pair: tuple[str, str], columns: Sequence[
 
 
 def _independent(one: Rows, other: Rows, pair: tuple[str, str], columns: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """A row per condition that two models, one of each run, were both shown, in trials that nothing pairs."""
+    """Yield a row per condition that two models, one of each run, were both shown, in trials that nothing pairs."""
     theirs = group([row for row in other if row["model"] == pair[1]], *columns)
     for condition, ours in group([row for row in one if row["model"] == pair[0]], *columns).items():
         first, second = ([float(row["spikes"]) for row in rows if row["spikes"] is not None]
@@ -278,7 +278,7 @@ def _tested(
     condition: Sequence[Any], columns: Sequence[str], pair: tuple[str, str], first: Sequence[float],
     second: Sequence[float], n: int, test: Test,
 ) -> dict[str, Any]:  # fmt: skip
-    """The row of one test."""
+    """Return the row of one test."""
     means = sum(first) / len(first), sum(second) / len(second)
     return {
         **dict(zip(columns, condition, strict=True)), "model": pair[0], "against": pair[1], "n": n,

@@ -182,7 +182,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _counted(film: Footage, size: tuple[int, int], seconds: float | None, quiet: bool) -> Iterator[Picture]:
-    """The pictures, up to so many seconds, counted."""
+    """Yield the pictures, up to so many seconds, counted."""
     with progress(film.source, film.announced or 0, quiet or film.announced is None, "frames") as advance:
         for picture in film.pictures(size):
             if seconds is not None and picture.time_s > seconds:

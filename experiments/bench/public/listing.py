@@ -74,7 +74,7 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
 
 
 def _found(folder: Path) -> Iterator[Path]:
-    """The folders that are runs, or look as if they had been: those of a whole after it."""
+    """Yield the folders that are runs, or look as if they had been: those of a whole after it."""
     if begun(folder) or holds_results(folder):
         yield folder
         if not _is_whole(folder):

@@ -44,7 +44,7 @@ def draw(run: Record) -> Figure:
 
 
 def _of_clips(run: Record, rows: list[Any]) -> Figure:
-    """The figure of clips."""
+    """Return the figure of clips."""
     declared = run.description["experiment"]
     first_rows = [row for row in rows if row["repeat"] == 0]
     thresholds = _thresholds(run, run.description["models"])
@@ -53,7 +53,7 @@ def _of_clips(run: Record, rows: list[Any]) -> Figure:
 
 
 def _of_robot(run: Record, rows: list[Any]) -> Figure:
-    """The figure of trials with the robot."""
+    """Return the figure of trials with the robot."""
     declared, settings = run.description["experiment"], run.description["settings"]
     models = {model["label"]: model for model in settings["models"]}
     courses: list[Course] = []
@@ -74,7 +74,7 @@ _DRAWERS: Mapping[Kind, Callable[[Record, list[Any]], Figure]] = {
 
 
 def _thresholds(run: Record, models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
-    """The threshold of each model's counted channel, as ``experiment.json`` tells; no model's file is run for it."""
+    """Read the threshold of each model's counted channel, as ``experiment.json`` tells; no model's file is run."""
     thresholds: dict[str, float | None] = {}
     for model in models:
         levels = stored_thresholds(run.description, model)

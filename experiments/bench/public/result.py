@@ -145,7 +145,7 @@ class Run(Record):
         return draw(self)
 
     def _json(self, name: str) -> Any:
-        """What a file holds; ``None`` where there is none."""
+        """Read what a file holds; ``None`` where there is none."""
         path = self.folder / name
         if not path.exists():
             return None

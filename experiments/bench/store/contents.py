@@ -64,7 +64,7 @@ class Contents:
     parameters: Parameters = field(default_factory=dict)
 
     def trial(self, file: str, index: Any) -> Planned:
-        """What is planned of trial ``index``, of which ``file`` tells; `Misfit` if nothing is."""
+        """Return what is planned of trial ``index``, of which ``file`` tells; `Misfit` if nothing is."""
         if type(index) is not int:
             raise Misfit(f"{file}: {index!r} is no trial's number")
         if index not in self.trials:
@@ -73,7 +73,7 @@ class Contents:
 
 
 def read_table(path: Path, schema: pa.Schema) -> pa.Table:
-    """A table as it was written; `Misfit` in one line on a file that is none, or has other columns."""
+    """Return a table as it was written; `Misfit` in one line on a file that is none, or has other columns."""
     try:
         table = read_parquet(path)
     except OSError as error:
@@ -95,7 +95,7 @@ def read_table(path: Path, schema: pa.Schema) -> pa.Table:
 def checked_rows(
     table: pa.Table, contents: Contents, codes: frozenset[str], file: str = "trials.parquet"
 ) -> dict[int, tuple[Row, ...]]:
-    """The rows by trial, in the order of its models; `Misfit` that names the first row that does not belong."""
+    """Return the rows by trial, in the order of its models; `Misfit` that names the first row that does not belong."""
     rows: dict[int, dict[str, Row]] = {}
     for row in table.to_pylist():
         check_row(row, contents, codes, file)
@@ -155,7 +155,7 @@ def check_row(row: Row, contents: Contents, codes: Collection[str], file: str = 
 def checked_frames(
     table: pa.Table, rows: Mapping[int, Sequence[Row]], contents: Contents, file: str = "frames.parquet"
 ) -> dict[int, pa.Table]:
-    """The frames by trial, in the order of its rows, of those trials that have rows.
+    """Return the frames by trial, in the order of its rows, of those trials that have rows.
 
     Frames are written before rows, so that those of a trial without rows are what a kill leaves: it will run again.
     Raises `Misfit` that names the first trial whose frames are not those of its rows.
@@ -181,7 +181,7 @@ def checked_frames(
 
 
 def _frames_of(frames: pa.Table, rows: Sequence[Row], where: str) -> pa.Table:
-    """One trial's frames, a row's after another's, each from 0 up."""
+    """Return one trial's frames, a row's after another's, each from 0 up."""
     models = np.asarray(frames["model"].to_pylist(), dtype=object)
     stranger = next((model for model in models.tolist() if model not in {row["model"] for row in rows}), None)
     if stranger is not None:
@@ -203,7 +203,7 @@ def _frames_of(frames: pa.Table, rows: Sequence[Row], where: str) -> pa.Table:
 
 
 def _check_values(part: pa.Table, row: Row, where: str) -> None:
-    """That the frames are those which the row was made of."""
+    """Raise `Misfit` unless the frames are those which the row was made of."""
     bodily = "x_cm" in part.column_names
     for name in part.column_names:
         if part[name].null_count and not (bodily and name in STEPS_MAY_LACK):
@@ -225,7 +225,7 @@ def _check_values(part: pa.Table, row: Row, where: str) -> None:
 
 
 def _check_counts(part: pa.Table, row: Row, where: str) -> None:
-    """That the row's spikes are those of its frames: of each channel, and of the one that counts."""
+    """Raise `Misfit` unless the row's spikes are those of its frames: of each channel, and of the one that counts."""
     counts = {name: int(np.abs(part[name].to_numpy()).sum()) for name in SPIKES
               if row.get(name) is not None and name in part.column_names and not part[name].null_count}  # fmt: skip
     for name, count in counts.items():
@@ -240,7 +240,7 @@ def checked_failures(
     listed: Any, rows: Mapping[int, Sequence[Row]], contents: Contents, make: Callable[..., Any],
     file: str = "failures.json",
 ) -> list[Any]:  # fmt: skip
-    """The failures of single models in trials that have rows, made by ``make``; others will run again.
+    """Return the failures of single models in trials that have rows, made by ``make``; others will run again.
 
     Raises `Misfit` that names the first that does not belong.
     """
@@ -276,7 +276,7 @@ def check_recordings(folder: Path, contents: Contents, name: Callable[[int], str
 
 
 def is_recording(path: Path) -> bool:
-    """Whether a whole recording is there, as far as its first and last bytes tell."""
+    """Return whether a whole recording is there, as far as its first and last bytes tell."""
     try:
         with regular(path).open("rb") as file:
             begins = file.read(len(RRD_BEGINS))
@@ -299,13 +299,13 @@ def lacking(rows: Mapping[int, Sequence[Row]], failed: Iterable[tuple[int, str]]
 
 
 def same_rows(before: Sequence[Mapping[str, Any]], after: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether rows made again have the numbers of those ``before``: the time they took and their code aside."""
+    """Return whether rows made again have the numbers of those ``before``: the time they took and their code aside."""
     aside = ("wall_s", "code")
     by_model = {row["model"]: {k: v for k, v in row.items() if k not in aside} for row in after}
     return all(by_model.get(row["model"]) == {k: v for k, v in row.items() if k not in aside} for row in before)
 
 
 def planned_trial(spec: Any, models: Iterable[str], recorded: bool, **columns: Any) -> Planned:
-    """What is planned of a trial; its experiment, repeat and seed, and more ``columns``."""
+    """Return what is planned of a trial; its experiment, repeat and seed, and more ``columns``."""
     shared = {"experiment": spec.experiment, "repeat": spec.repeat, "seed": spec.seed}
     return Planned({**shared, **columns}, tuple(models), recorded)

@@ -75,12 +75,12 @@ def to_json(value: Any) -> str:
 
 
 def begun(folder: Path) -> bool:
-    """Whether ``folder`` holds a run's description, readable or not."""
+    """Return whether ``folder`` holds a run's description, readable or not."""
     return os.path.lexists(folder / NAME)
 
 
 def vacant(folder: Path) -> bool:
-    """Whether all that ``folder`` holds, if it is there, is what a run that never began leaves."""
+    """Return whether all that ``folder`` holds, if it is there, is what a run that never began leaves."""
     if not folder.exists():
         return True
     kept = _kept_in(folder)
@@ -112,12 +112,12 @@ def check_own(folder: Path, asked: str) -> None:
 
 
 def holds_results(folder: Path) -> bool:
-    """Whether ``folder`` holds tables or recordings of a run, whatever it was."""
+    """Return whether ``folder`` holds tables or recordings of a run, whatever it was."""
     return any(os.path.lexists(folder / name) for name in OWN_FILES) or any(map(_filled, _kept_in(folder)))
 
 
 def _kept_in(folder: Path) -> list[Path]:
-    """The folders of recordings and of parts of tables."""
+    """Return the folders of recordings and of parts of tables."""
     return [folder / name for name in SUBFOLDERS]
 
 
@@ -151,7 +151,7 @@ def write_new(folder: Path, description: Mapping[str, Any]) -> None:
 
 
 def read_description(folder: Path) -> dict[str, Any]:
-    """The description in ``folder``; `UsageError` in one line that names the file where there is none, or no whole."""
+    """Read the description in ``folder``; `UsageError` in one line that names the file if it is absent or cut short."""
     try:
         value = json.loads(regular(folder / NAME).read_text(encoding="utf-8"))
     except OSError as error:
@@ -164,7 +164,7 @@ def read_description(folder: Path) -> dict[str, Any]:
 
 
 def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -> dict[str, Any]:
-    """The description in ``folder``, for a run that ``description`` tells of to go on with.
+    """Return the description in ``folder``, for a run that ``description`` tells of to go on with.
 
     Where other code goes on, as ``other_code`` allows it to, it is among those listed. A study may go on to more
     replicates than it has. Raises `UsageError` that names the first parameters that differ, or what computes otherwise.
@@ -251,7 +251,7 @@ def noted(description: Mapping[str, Any], entry: str) -> list[str]:
 
 
 def codes(description: Mapping[str, Any]) -> frozenset[str]:
-    """The marks that rows of a run may have: of the code it was begun with, and of others that went on with it."""
+    """List the marks that rows of a run may have: of the code it was begun with, and of others that went on with it."""
     return frozenset(
         code for entry in (description, *description.get(RESUMED, ())) if isinstance(code := entry.get("code", ""), str)
     )
@@ -305,7 +305,7 @@ def _nested(values: Sequence[Any]) -> bool:
 
 
 def _option(path: tuple[str, ...], here: Mapping[str, Any]) -> str:
-    """The option that sets what is at ``path``; the path itself where none does so alone."""
+    """Return the option that sets what is at ``path``; the path itself where none does so alone."""
     name = ".".join(path)
     match path[1:] if path[0] == "settings" else path:
         case ("experiment",) | ("experiment", "name"):
@@ -332,7 +332,7 @@ def _option(path: tuple[str, ...], here: Mapping[str, Any]) -> str:
 
 
 def _words(value: Any) -> str:
-    """A value in a few words: of a list its items, of objects their names."""
+    """Return a value in a few words: of a list its items, of objects their names."""
     if isinstance(value, list):
         names = [next((item[key] for key in NAMES if key in item), item) if isinstance(item, dict) else item
                  for item in value]  # fmt: skip
@@ -345,17 +345,17 @@ def _words(value: Any) -> str:
 
 
 def _item(value: Any) -> str:
-    """A value as JSON, a whole number without a decimal point."""
+    """Return a value as JSON, a whole number without a decimal point."""
     return f"{value:.0f}" if isinstance(value, float) and value.is_integer() else json.dumps(value)
 
 
 def short(error: BaseException) -> str:
-    """What an error says, in one line that fits a terminal's."""
+    """Return what an error says, in one line that fits a terminal's."""
     return " ".join(str(error).split())[:200] or type(error).__name__
 
 
 def plain(value: Any) -> Any:
-    """What JSON does not know: dataclasses become objects, anything else text; of a claim its words, not its judge."""
+    """Turn what JSON does not know into what it does: dataclasses into objects, a claim into words, others to text."""
     if isinstance(value, Claim):
         return value.described()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):

@@ -54,7 +54,7 @@ def differing(
 
 
 def _differing(default: Any, value: Any) -> Iterable[str]:
-    """The fields of a dataclass that differ from those of another of its class."""
+    """Return the fields of a dataclass that differ from those of another of its class."""
     names = [field.name for field in dataclasses.fields(value) if field.init]
     return [name for name in names if getattr(default, name, None) != getattr(value, name)]
 

@@ -40,7 +40,7 @@ class OtherCode(UsageError):
 
 
 def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]:
-    """What ``experiment.json`` holds about what computes a run.
+    """Return what ``experiment.json`` holds about what computes a run.
 
     Parameters
     ----------
@@ -71,12 +71,12 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
 
 
 def _hashes(path: str) -> Mapping[str, str]:
-    """Of a file and the modules that it imports: of a Python file that has been run, as it was then."""
+    """Return the digests of a file and of the modules it imports: of a Python file that has run, as it was then."""
     return as_loaded(path) or closure(Path(path))
 
 
 def _declaring(experiment: object) -> Iterator[str]:
-    """The user's files that declare the experiment, its design's class and its claims' judges; none need be one."""
+    """Yield the user's files that declare the experiment, its design's class and its claims' judges, if any do."""
     if experiment is None:
         return
     if file := getattr(experiment, "file", ""):
@@ -92,7 +92,7 @@ def _declaring(experiment: object) -> Iterator[str]:
 
 
 def _code(record: Mapping[str, Any]) -> str:
-    """The mark of the rows."""
+    """Return the mark of the rows."""
     files = sorted((Path(path).name, digest) for path, digest in record["files"].items())
     libraries = {name: version for name, version in record["versions"].items() if name != "python"}
     text = json.dumps([record["source"]["digest"], record["form"], files, libraries], sort_keys=True)
@@ -108,7 +108,7 @@ def form() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Of Python and the libraries that compute the numbers; ``unknown`` where a library does not tell."""
+    """Return those of Python and the libraries that compute the numbers; ``unknown`` where a library does not tell."""
     return {"python": platform.python_version(), **{name: _version(name) for name in LIBRARIES}}
 
 
@@ -120,7 +120,7 @@ def _version(name: str) -> str:
 
 
 def source() -> dict[str, Any]:
-    """The project's own code: ``digest`` of its packages' files, git's ``commit``, and whether they differ from it.
+    """Name the project's code: ``digest`` of its packages' files, git's ``commit``, and whether they differ from it.
 
     ``commit`` and ``dirty`` are ``None`` where the packages are in no git checkout, or there is no git.
     """
@@ -147,7 +147,7 @@ def _computing(folder: Path) -> Iterator[Path]:
 
 @functools.cache
 def checkout() -> tuple[str | None, bool | None]:
-    """The commit that the packages are checked out of, and whether their files differ from it."""
+    """Return the commit that the packages are checked out of, and whether their files differ from it."""
     folders = package_folders()
     root = folders["experiments"].parent
     # A checkout may hold an environment with the packages in it: then they are not of its commit.
@@ -159,7 +159,7 @@ def checkout() -> tuple[str | None, bool | None]:
 
 
 def _git(root: Path, *arguments: str) -> str | None:
-    """What git says; ``None`` where it fails, or is not there."""
+    """Return what git says; ``None`` where it fails, or is not there."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     command = ["git", "--no-optional-locks", "-C", str(root), *arguments]
     try:
@@ -170,7 +170,7 @@ def _git(root: Path, *arguments: str) -> str | None:
 
 
 def difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
-    """What computes now otherwise than ``there``, in words; empty if nothing that numbers depend on does."""
+    """Say what computes now otherwise than ``there``; empty if nothing that numbers depend on does."""
     files, files_here = _table(there, "files"), here["files"]
     for path in sorted({*files, *files_here}):
         if path not in files:
@@ -203,7 +203,7 @@ def commit(source: Mapping[str, Any]) -> str | None:
 
 
 def _named(source: Mapping[str, Any]) -> str:
-    """A state of the source, for people."""
+    """Return a state of the source, for people."""
     of_commit = f", commit {name}" if (name := commit(source)) else ""
     return f"digest {str(source.get('digest'))[:12]}{of_commit}"
 
@@ -214,7 +214,7 @@ def _table(there: Mapping[str, Any], name: str) -> Mapping[str, Any]:
 
 
 def check(record: Mapping[str, Any]) -> None:
-    """In a worker: raise `OtherCode` where this process computes with other code than ``record`` tells of.
+    """Raise `OtherCode`, in a worker, where this process computes with other code than ``record`` tells of.
 
     Of the user's files those count that this process has loaded, as they were then, and policies, which are read
     again for every episode.

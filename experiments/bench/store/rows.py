@@ -142,7 +142,7 @@ def recording_name(index: int) -> str:
 
 
 def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...], list[Mapping[str, Any]]]:
-    """Rows by the values of ``keys``, groups in order of first appearance."""
+    """Return rows by the values of ``keys``, groups in order of first appearance."""
     groups: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
     for row in rows:
         groups.setdefault(tuple(row[key] for key in keys), []).append(row)
@@ -150,12 +150,12 @@ def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...]
 
 
 def known(value: float) -> float | None:
-    """The value for a table: empty instead of NaN."""
+    """Return the value for a table: empty instead of NaN."""
     return None if math.isnan(value) else value
 
 
 def mixture(rows: Iterable[Mapping[str, Any]]) -> str:
-    """In words, of how many trials each code computed the rows, if more than one did; otherwise empty."""
+    """Say of how many trials each code computed the rows, if more than one did; otherwise empty."""
     trials: dict[str, set[int]] = {}
     for row in rows:
         if "code" in row:

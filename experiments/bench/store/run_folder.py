@@ -244,11 +244,11 @@ class RunFolder(Files):
             self._lock = None
 
     def done(self) -> frozenset[int]:
-        """The trials that are finished."""
+        """Return the trials that are finished."""
         return frozenset(self._rows.keys() - self._again)
 
     def written(self) -> frozenset[int]:
-        """The finished trials that are on the disk: fewer than are done where that is full."""
+        """Return the finished trials that are on the disk: fewer than are done where that is full."""
         return self.done() - {*self._pending}
 
     def recording(self, trial: int) -> Path:
@@ -327,7 +327,7 @@ class RunFolder(Files):
         self._joined = False
 
     def failures(self) -> list[Failure]:
-        """What failed so far, in order of trial."""
+        """Return what failed so far, in order of trial."""
         return sorted(self._failures, key=lambda failure: (failure.trial, failure.model))
 
     def _write_part(self) -> None:
@@ -367,11 +367,11 @@ class RunFolder(Files):
             self.write_json("failures.json", [failure for failure in self.failures() if failure.trial not in but])
 
     def rows(self) -> list[dict[str, Any]]:
-        """The rows so far, in order of trial, then model."""
+        """Return the rows so far, in order of trial, then model."""
         return [row for trial in sorted(self._rows) for row in self._rows[trial]]
 
     def notes(self) -> list[str]:
-        """What is to be known of the tables beside their numbers, a line each."""
+        """Return what is to be known of the tables beside their numbers, a line each."""
         notes = []
         if self._before:
             lost = "a part of what they left was gone"
@@ -388,7 +388,7 @@ class RunFolder(Files):
         return [*notes, *([f"{self.folder}: {mixed}; experiment.json tells them apart"] if mixed else [])]
 
     def _uncounted(self) -> list[str]:
-        """A line for each model that spikes in a channel whose count is null, as far as frames are kept."""
+        """Return a line for each model that spikes in a channel whose count is null, as far as frames are kept."""
         uncounted = {
             (row["model"], name): None
             for trial, rows in self._rows.items()
@@ -403,7 +403,7 @@ class RunFolder(Files):
         ]
 
     def frames(self) -> pa.Table:
-        """The per-frame table so far, in the same order."""
+        """Return the per-frame table so far, in the same order."""
         return joined_frames(self._frames, self._frame_schema)
 
     def _write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -421,6 +421,6 @@ def _mb(size: int) -> str:
 
 
 def _any(frames: pa.Table, model: str, name: str) -> bool:
-    """Whether a model has a number other than 0 in a column of a trial's frames."""
+    """Return whether a model has a number other than 0 in a column of a trial's frames."""
     model_frames = frames.filter(np.asarray(frames["model"]) == model)
     return bool(np.any(model_frames[name].drop_null().to_numpy()))

@@ -172,7 +172,7 @@ def points_of_run(study: Study, run_plan: OfflinePlan) -> StudyPlan:
 
 
 def _refused(claim: ClipClaim, model: ConfiguredModel) -> str:
-    """Why a claim is not about the model judged, in words; empty if it is."""
+    """Say why a claim is not about the model judged, in words; empty if it is."""
     if model.label in claim.models:
         return ""
     return f"it is about {', '.join(sorted(claim.models))}, and not about {model.label}"
@@ -182,7 +182,7 @@ def _offline(
     experiment: OfflineExperiment, study: Study, seed: int, claims: choice.Chosen[ClipClaim],
     assignments: Sequence[str],
 ) -> Offline:  # fmt: skip
-    """One experiment with the values of ``--set``, and with the models that its claims compare."""
+    """Return one experiment with the values of ``--set``, and with the models that its claims compare."""
     needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
     known = look_up(list(dict.fromkeys([*study.models, *experiment.models])), "offline")
     texts = [*study.models, *(model.asked.text for model in known[1:] if model.chosen.label in needed)]
@@ -201,7 +201,7 @@ def _offline(
 
 
 def _changed(clip: Clip, texts: Texts, option: str) -> Clip:
-    """A clip with values for its stimulus, typed after ``option``; `UsageError` if one is not legal."""
+    """Return a clip with values for its stimulus, typed after ``option``; `UsageError` if one is not legal."""
     stimulus_texts = texts.get(clip.stimulus, {})
     if not stimulus_texts:
         return clip
@@ -219,7 +219,7 @@ def _changed(clip: Clip, texts: Texts, option: str) -> Clip:
 
 
 def _renderings(part: Offline, axes: Sequence[Axis], points: Sequence[Point]) -> list[Rendering]:
-    """The points of one experiment by the clips that they share."""
+    """Return the points of one experiment by the clips that they share."""
     inside = {model.section for model in part.selected}
     values = {point: grid.expanded(point, axes, part.base) for point in points}
     grid.check_settled(next(iter(values.values())), part.selected)
@@ -249,7 +249,7 @@ def _texts(values: Values) -> Texts:
 def _variants(
     part: Offline, axes: Sequence[Axis], point: Point, values: Values
 ) -> list[tuple[ConfiguredModel, str]]:  # fmt: skip
-    """The models at a point, the one judged first, each with its name without the grid's values."""
+    """Return the models at a point, the one judged first, each with its name without the grid's values."""
     variants: list[tuple[ConfiguredModel, str]] = []
     for selected, model in zip(part.selected, part.models, strict=True):
         called = grid.label(point, axes, part.base, model.label if variants else "")
@@ -268,7 +268,7 @@ def _shown_once(clips: Sequence[Clip]) -> tuple[Clip, ...]:
 def _description(
     parts: Sequence[Offline], study: Study, parameters: Parameters, seed: int, clips: int
 ) -> dict[str, Any]:
-    """What ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
+    """Return what ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
     models = {model.label: model for part in parts for model in part.models}
     files = [path for part in parts for path in provenance.of((), part.declared)["files"]]
     sources = [*(model.source for model in models.values()), *files, *filter(None, (study.file,))]

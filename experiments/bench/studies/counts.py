@@ -219,7 +219,7 @@ class Counts:
         ]
 
     def _number(self, measure: Measure, experiment: str, point: Point, model: str) -> Number:
-        """One measure at one point, on the replicates of which no trial is lost."""
+        """Compute one measure at one point, on the replicates of which no trial is lost."""
         every = self.replicates(point, model)
         threshold = every[0].thresholds[model]
         whole: list[Mapping[str, Any]] = []
@@ -313,7 +313,7 @@ class Counts:
         }  # fmt: skip
 
     def _values(self, point: Point) -> dict[str, float | str]:
-        """The values of the axes at a point."""
+        """Return the values of the axes at a point."""
         return {axis.name: axis.value(label) for axis, (_, label) in zip(self.plan.axes, point.values, strict=True)}
 
 
@@ -326,7 +326,7 @@ def count_columns(counted: Count) -> dict[str, Any]:
 
 
 def _outcome(claim: Claim, replicate: Replicate, model: str, experiment: str) -> Outcome:
-    """One claim for one model in one replicate."""
+    """Judge one claim for one model in one replicate."""
     if model == EVERY_MODEL:
         return judged(claim, replicate, experiment)
     if isinstance(claim, ClipClaim):

@@ -104,7 +104,7 @@ def draw(counts: Counts) -> Figure:
 
 
 def _grids(counts: Counts) -> list[Panel]:
-    """A panel for each claim and measure over the axes, the first across and the second up."""
+    """Return a panel for each claim and measure over the axes, the first across and the second up."""
     across, up = (*counts.plan.axes, None)[:2]
     assert across is not None
     columns = tuple(value_text(value) for value in across.values())
@@ -126,7 +126,7 @@ def _grids(counts: Counts) -> list[Panel]:
 
 
 def _matrix(counts: Counts) -> Panel:
-    """One panel of points with names: points and models down from the first, claims across."""
+    """Return one panel of points with names: points and models down from the first, claims across."""
     plan = counts.plan
     claims = tuple(dict.fromkeys(cell.claim for cell in counts.cells))
     several = len({model for _, model in plan.judged}) > 1
@@ -154,7 +154,7 @@ def _set(plan: StudyPlan) -> dict[str, Any]:
 
 
 def _counted(counts: Counts) -> str:
-    """What the cells have, and what a replicate has."""
+    """Say what the cells have, and what a replicate has."""
     plan = counts.plan
     number = f"{plan.replicates} replicate{'s' if plan.replicates > 1 else ''}"
     counted = f"held in n/{plan.replicates} replicates" if counts.cells else number
@@ -177,7 +177,7 @@ def _claims(axes: Axes, panel: Panel) -> None:
 
 
 def _numbers(axes: Axes, panel: Panel) -> None:
-    """The cells of one measure; a second line has its spread over replicates, or its mark."""
+    """Draw the cells of one measure; a second line has its spread over replicates, or its mark."""
     values = np.full((len(panel.rows), len(panel.columns)), np.nan)
     for (row, column), number in panel.cells.items():
         assert isinstance(number, Number)
@@ -199,7 +199,7 @@ def _numbers(axes: Axes, panel: Panel) -> None:
 
 
 def _notes(number: Number) -> str:
-    """The second line of a cell: the replicates' lowest and highest value where they differ, and the mark's words."""
+    """Say, as a cell's second line, the replicates' lowest and highest value if they differ, and the mark's words."""
     spread = ""
     if number.lowest is not None and number.highest is not None and number.lowest != number.highest:
         spread = f"{number.lowest:.3g}-{number.highest:.3g}"
@@ -231,7 +231,7 @@ def _mark_default(axes: Axes, across: Axis, up: Axis | None) -> None:
 
 
 def place(axis: Axis) -> float | None:
-    """Where the default lies among an axis's levels: 0 at the first, between two levels a fraction.
+    """Find where the default lies among an axis's levels: 0 at the first, between two levels a fraction.
 
     ``None`` where there is no default, or it is outside of the levels, or they are texts and it is none of them.
     """

@@ -280,7 +280,7 @@ def variant(base: ConfiguredModel, called: str, texts: Mapping[str, str]) -> Con
 
 
 def _default(key: str, bases: Sequence[Base]) -> float | str | None:
-    """What a key stands for in the experiments, as an axis has it; ``None`` where they differ or it has several."""
+    """Find what a key stands for in experiments, as an axis has it; ``None`` where they differ or it has several."""
     name, end = apart(key)
     values = {base.present(name) for base in bases if base.knows(name)}
     value = values.pop() if len(values) == 1 else None
@@ -294,7 +294,7 @@ def _default(key: str, bases: Sequence[Base]) -> float | str | None:
 
 
 def _unit(key: str, bases: Sequence[Base]) -> str:
-    """The unit that a parameter declares; empty where it has none."""
+    """Return the unit that a parameter declares; empty where it has none."""
     name, _ = apart(key)
     knowing = next(base for base in bases if base.knows(name))
     section, _, parameter = name.partition(".")

@@ -91,7 +91,7 @@ class Measure:
 
 
 def _crossings(conditions: Sequence[Condition]) -> bool:
-    """Whether the rightward crossings among conditions differ in speed alone, and have enough speeds."""
+    """Return whether the rightward crossings among conditions differ in speed alone, and have enough speeds."""
     crossings = [
         condition for condition in conditions if (condition.motion, condition.direction) == ("translation", "rightward")
     ]
@@ -134,7 +134,7 @@ def _crossing_clips(params: Sequence[ClipParams]) -> bool:
 
 
 def _rightward(params: ClipParams) -> bool:
-    """Whether a clip shows an object that moves rightward."""
+    """Return whether a clip shows an object that moves rightward."""
     return getattr(params, "motion", "") == "rightward" and getattr(params, "object", "") != "absent"
 
 

@@ -151,7 +151,7 @@ def planned(
 
 
 def _refused(claim: RobotClaim, models: Sequence[ConfiguredModel]) -> str:
-    """Why a claim is about none of the models judged, in words; empty if it is about one."""
+    """Say why a claim is about none of the models judged, in words; empty if it is about one."""
     labels = ", ".join(model.label for model in models)
     channel = "looming" if claim.about == "looming" else "hs"
     if not any(channel in model.channels for model in models):
@@ -167,7 +167,7 @@ def _base(experiment: Experiment, model: str, values: dict[str, Any]) -> Base:
 
 
 def _of_plan(run_plan: Plan, model: str) -> Base:
-    """An experiment before one model as its plan has it: with the values of ``--set``."""
+    """Return an experiment before one model as its plan has it: with the values of ``--set``."""
     settings = run_plan.settings
     (selected,) = look_up([model])
     section = selected.section
@@ -181,7 +181,7 @@ def _renderings(
     declared: Experiment, selected: Sequence[SelectedModel], bases: Mapping[tuple[str, str], Base],
     axes: Sequence[Axis], points: Sequence[Point], study: Study, seed: int, together: bool,
 ) -> tuple[list[Rendering], list[tuple[str, Point, Base]]]:  # fmt: skip
-    """The renderings of one experiment; and every label in them, with its point and the experiment before it."""
+    """Return the renderings of one experiment; and every label in them, with its point and the experiment before it."""
     texts = [model.asked.text for model in selected]
     values = {
         (point, model): grid.expanded(point, axes, bases[declared.name, model])
@@ -228,7 +228,7 @@ def _planned(
     declared: Experiment, selected: Sequence[SelectedModel], study: Study, outside: Values,
     bases: Mapping[tuple[str, str], Base], seed: int,
 ) -> Plan:  # fmt: skip
-    """The plan of one rendering; a refusal names the option that its value came by."""
+    """Return the plan of one rendering; a refusal names the option that its value came by."""
     over = [f"{key}={value}" for key, value in outside]
     texts = [model.asked.text for model in selected]
     known = {text for model in texts for text in bases[declared.name, model].applying(study.assignments)}
@@ -253,7 +253,7 @@ def _motions(claims: Claims, measures: Measures) -> Mapping[str, set[str]]:
 
 
 def _specs(part: Plan, replicate: int, first: int, motions: Mapping[str, set[str]] | None) -> list[TrialSpec]:
-    """The trials of a rendering in one replicate, numbered from ``first``; their seeds are those of a run alone.
+    """Return the trials of a rendering in one replicate, numbered from ``first``; their seeds are those of a run alone.
 
     Repeat r of replicate k counts as k times the number of repeats, plus r.
     """
@@ -278,7 +278,7 @@ def _check_repeats(claims: Claims, repeats: Mapping[str, int], study: Study) -> 
 def _description(
     plans: Sequence[Plan], study: Study, renderings: Sequence[Rendering], parameters: Mapping[str, Any], trials: int
 ) -> dict[str, Any]:
-    """What ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
+    """Return what ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
     first = plans[0]
     models = {model.label: model for rendering in renderings for model in rendering.plan.settings.models}
     sources = [model.source for model in models.values()]

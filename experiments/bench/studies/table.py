@@ -46,7 +46,7 @@ def show_counts(counts: Counts) -> None:
 
 
 def _show_grids(counts: Counts) -> None:
-    """A table over the axes for each claim and measure."""
+    """Print a table over the axes for each claim and measure."""
     for title, cells in by_claim(counts.cells).items():
         what = "all claims together" if cells[0].claim == TOGETHER else f"{title}, judged on {cells[0].experiment}"
         out_console.print(f"{what}: held in n of {len(cells[0].outcomes)}", markup=False, style="bold")
@@ -77,7 +77,7 @@ def _show_marks(counts: Counts) -> None:
 
 
 def _grid(counts: Counts, cells: Sequence[ClaimCell] | Sequence[Number]) -> Table:
-    """The first axis across, the second down from its highest level, as in the figure."""
+    """Return the first axis across, the second down from its highest level, as in the figure."""
     across, up = (*counts.plan.axes, None)[:2]
     assert across is not None
     table = Table(box=None, header_style="bold", pad_edge=False)
@@ -91,7 +91,7 @@ def _grid(counts: Counts, cells: Sequence[ClaimCell] | Sequence[Number]) -> Tabl
 
 
 def _show_matrix(counts: Counts) -> None:
-    """A row for each point and model, a column for each claim."""
+    """Print a row for each point and model, a column for each claim."""
     plan, several = counts.plan, len({model for _, model in counts.plan.judged}) > 1
     claims = list(dict.fromkeys(cell.claim for cell in counts.cells))
     table = Table(box=None, header_style="bold", pad_edge=False, title=f"held in k of {plan.replicates} replicates")
@@ -112,7 +112,7 @@ def _mark(cell: ClaimCell) -> str:
 
 
 def _marked(cell: ClaimCell | Number) -> str:
-    """A cell with what marks it."""
+    """Return a cell with what marks it."""
     if isinstance(cell, Number):
         return f"{cell.text()}{'*' if cell.mark else ''}"
     return f"{cell.text()}{'?' if cell.unjudged else ''}"

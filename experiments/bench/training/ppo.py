@@ -65,7 +65,7 @@ def train(about: About, progress: Progress) -> Learnt:
 
 
 def exported(model: PPO, about: About) -> Policy:
-    """The policy of a model, as plain arrays; it is about as many steps as the model has made."""
+    """Return the policy of a model, as plain arrays; it is about as many steps as the model has made."""
     net = model.policy.mlp_extractor.policy_net
     linear = [*(part for part in net if isinstance(part, torch.nn.Linear)), model.policy.action_net]
     layers: list[Layer] = [(_array(part.weight), _array(part.bias)) for part in linear]
@@ -105,7 +105,7 @@ class _Watcher:
 
 @contextlib.contextmanager
 def _envs(about: About) -> Iterator[VecEnv]:
-    """One env in this process, several in one each; their processes are gone afterwards."""
+    """Yield one env in this process, several in one each; their processes are gone afterwards."""
     given: dict[str, Any] = {"env_kwargs": {"about": about}}
     if about.envs > 1:
         given |= {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}

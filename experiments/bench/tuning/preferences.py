@@ -100,7 +100,7 @@ def preferences(given: Sequence[TuningPoint], model: str, channels: Sequence[str
 
 
 def firing_angle(given: Sequence[TuningPoint], model: str) -> float | None:
-    """The full angle that a dark square subtends at the first spike, degrees: the median over l/v; or ``None``."""
+    """Find the full angle that a dark square subtends at the first spike, degrees: the median over l/v; or ``None``."""
     angles = [
         2 * math.degrees(math.atan(a.x / a.contact_s))
         for a in given
@@ -123,7 +123,7 @@ def direction_undefined(given: Sequence[TuningPoint], model: str, channels: Sequ
 
 
 def _first(given: Sequence[TuningPoint], model: str, tells: bool, repeat: int) -> Selectivity | None:
-    """The selectivity of HS, or of looming, at one phase; ``None`` where a direction is missing."""
+    """Return the selectivity of HS, or of looming, at one phase; ``None`` where a direction is missing."""
     responses = lobes(given, model, GRATING, repeat)["hs" if tells else "looming"]
     return selectivity(*responses) if len(responses[0]) == _directions() else None
 

@@ -259,7 +259,7 @@ class _Found:
 
 
 def _model(entity: str) -> str:
-    """The label of the model whose answer is logged there: the second part of the path, which escapes some letters."""
+    """Read the label of the model whose answer is there: the second part of the path, which escapes some letters."""
     label = re.findall(r"(?:\\.|[^/])+", entity)[1]
     return re.sub(r"\\(.)", r"\1", label)
 
@@ -269,7 +269,7 @@ def _joined(parts: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
 
 
 def _flat(batch: pa.RecordBatch, column: str) -> Floats:
-    """All numbers of a column of lists, of any depth."""
+    """Return all numbers of a column of lists, of any depth."""
     values: Any = batch.column(column)
     while pa.types.is_list(values.type) or pa.types.is_fixed_size_list(values.type):
         values = values.flatten()
@@ -278,7 +278,7 @@ def _flat(batch: pa.RecordBatch, column: str) -> Floats:
 
 
 def _colour(batch: pa.RecordBatch, column: str) -> Colour | None:
-    """The first colour of a column, which has RGBA in 32 bits."""
+    """Return the first colour of a column, which has RGBA in 32 bits."""
     if column not in batch.schema.names:
         return None
     rgba = int(batch.column(column)[0].as_py()[0])

@@ -50,6 +50,6 @@ def recording(source: Path, trial: int | None) -> Path:
 
 
 def _number(path: Path) -> int | str:
-    """The number in a recording's name; its whole name where there is none."""
+    """Return the number in a recording's name; its whole name where there is none."""
     digits = re.fullmatch(r"\D*(\d+)", path.stem)
     return int(digits[1]) if digits else path.stem

@@ -87,7 +87,7 @@ def make_strip(
 def _panels(
     reel: Reel, shapes: list[float], count: int, width: int, scale: float
 ) -> tuple[list[list[Panel]], list[Panel], float]:
-    """A row of panels for each eye, one of plans, and where they end."""
+    """Return a row of panels for each eye, one of plans, and where they end."""
     pad, gap, top = 14.0 * scale, 8.0 * scale, 62.0 * scale
     across = (width - 2 * pad - gap * (count - 1)) / count
     rows = []
