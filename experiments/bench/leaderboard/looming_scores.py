@@ -89,7 +89,7 @@ def separation(rows: Iterable[Row], *others: str) -> Score | None:
 
 
 def answered(clips: Iterable[ShownClip]) -> Score | None:
-    """The share of looming clips with a spike, with Clopper and Pearson's interval."""
+    """Return the share of looming clips with a spike, with Clopper and Pearson's interval."""
     hits = [clip.alarms > 0 for clip in clips if shown(clip.row) == LOOMING]
     if not hits:
         return None
@@ -97,7 +97,7 @@ def answered(clips: Iterable[ShownClip]) -> Score | None:
 
 
 def time_to_contact(clips: Iterable[ShownClip], shade: str) -> Score | None:
-    """The time to contact at the first spike, s: median over l/v, and the spread from the least to the largest.
+    """Return the time to contact at the first spike, s: median over l/v, and the spread from the least to the largest.
 
     Approaches without a spike are left out; ``n`` says how many had one. ``None`` where none had.
     """
@@ -118,7 +118,7 @@ def alarm_rate(clips: Iterable[ShownClip], what: str) -> Score | None:
 def scores(
     robot: Sequence[Row], clips: Sequence[ShownClip], us: Mapping[str, Sequence[float]], spikes: bool
 ) -> dict[str, Score | None]:
-    """Every measure of one looming model, of whose ``robot`` trials and ``clips`` these are all.
+    """Return every measure of one looming model, of whose ``robot`` trials and ``clips`` these are all.
 
     ``us`` has its times by the measure's name, ``spikes`` is true of a model with a threshold on its potential.
     """

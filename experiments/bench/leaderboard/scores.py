@@ -41,7 +41,7 @@ def shown(row: Row) -> str:
 
 
 def answer(row: Row) -> str | None:
-    """The direction of the strongest potential of either system; ``None`` if two are equally strong, or all silent."""
+    """Return the direction of the strongest potential of either system; ``None`` if two are equal, or all silent."""
     strengths = {direction: sign * row[column] for direction, (column, sign) in SIGNED.items()}
     strongest = max(strengths.values())
     named = [direction for direction, strength in strengths.items() if strength == strongest]
@@ -49,12 +49,12 @@ def answer(row: Row) -> str | None:
 
 
 def strength(row: Row) -> float:
-    """The largest |HS| or |VS| of a trial."""
+    """Return the largest |HS| or |VS| of a trial."""
     return float(max(sign * row[column] for column, sign in SIGNED.values()))
 
 
 def direction_accuracy(rows: Iterable[Row]) -> Score | None:
-    """The share of translations answered by the right system with the right sign; guessing gets 1/4."""
+    """Return the share of translations answered by the right system with the right sign; guessing gets 1/4."""
     return _share([answer(row) == shown(row) for row in rows if shown(row) in SIGNED])
 
 
@@ -72,7 +72,7 @@ def separation(rows: Iterable[Row]) -> Score | None:
 
 
 def false_alarms(rows: Iterable[Row]) -> Score | None:
-    """The share of clips of background alone in which the model spiked, in any channel that it declares."""
+    """Return the share of clips of background alone in which the model spiked, in any channel that it declares."""
     return _share([_fired(row) for row in rows if shown(row) == BACKGROUND])
 
 
@@ -82,7 +82,7 @@ def _fired(row: Row) -> bool:
 
 
 def frame_time(us: Sequence[float] | None) -> Score | None:
-    """The median of the times (us per frame) of rounds, its interval by order statistics."""
+    """Return the median of the times (us per frame) of rounds, its interval by order statistics."""
     if not us:
         return None
     return Score(float(np.median(us)), *median_interval(us), len(us))
@@ -98,7 +98,7 @@ def _share(hits: Sequence[bool]) -> Score | None:
 def scores(
     robot: Sequence[Row], clips: Sequence[Row], us: Mapping[str, Sequence[float]], spikes: bool
 ) -> dict[str, Score | None]:
-    """Every measure of one direction model, of whose ``robot`` trials and ``clips`` these are all rows.
+    """Return every measure of one direction model, of whose ``robot`` trials and ``clips`` these are all rows.
 
     ``us`` has its times by the measure's name, ``spikes`` is true of a model with a threshold.
     """
