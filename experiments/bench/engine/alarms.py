@@ -48,7 +48,7 @@ def first_alarm_s(spikes: npt.NDArray[np.integer], contact_s: Floats) -> float |
     return float(contact_s[fired[0]]) if fired.size else None
 
 
-def poisson_interval(count: int) -> tuple[float, float]:
+def poisson_interval(count: float) -> tuple[float, float]:
     """Return the exact 95 % interval of the expectation of a Poisson count.
 
     References

@@ -73,8 +73,8 @@ class Ranking:
 
 
 _INTERVALS = (
-    "Below each value its 95 % interval: of shares the exact one (Clopper and Pearson), of AUCs Newcombe's, both as if "
-    "trials were independent; of times (medians of rounds) by order statistics."
+    "Below each value its 95 % interval: of shares the exact one (Clopper and Pearson), of AUCs Newcombe's, both with "
+    "the repeats of a condition as one cluster; of times (medians of rounds) by order statistics."
 )
 
 DIRECTION = Kind(
