@@ -15,14 +15,16 @@ import math
 import re
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from experiments.bench import registry
 from experiments.bench.judging import stored
 from experiments.bench.judging.claims import used_to_choose, words
 from experiments.bench.judging.count import Count, totals
 from experiments.bench.judging.verdict import Outcome, Verdict
+from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.replicates import rate
 
 ROOT = Path(__file__).parents[1]
@@ -68,6 +70,11 @@ def taken(run: Path) -> dict[str, Any]:
         "measured_with": {"commit": _commit(), **design["versions"]},
         "claims": [kept(verdict) | {"rate": _rate(verdict.id, pooled.get(verdict.id))} for verdict in claims],
         "behaviours": [kept(verdict) | {"says": verdict.says} for verdict in behaviours],
+        "eyes": [
+            {"eye": eye, "drive": drive, "claim": claim, "count": counted(count)}
+            for claim, cells in eyes.by_eye(run).items()
+            for (eye, drive), count in cells.items()
+        ],
         "scores": scores,
     }
 
@@ -77,6 +84,11 @@ def kept(verdict: Verdict) -> dict[str, Any]:
     (entry,) = stored.document([verdict])["claims"]
     outcome = {name: entry["outcome"][name] for name in OUTCOME_FIELDS}
     return {"id": entry["id"], "word": entry["word"], "count": entry["count"], "outcome": outcome}
+
+
+def counted(count: Count) -> dict[str, Any]:
+    """Return a count as `Count` takes it."""
+    return {"holds": count.holds, "fails": count.fails, "unjudged": dict(count.unjudged), "random": count.random}
 
 
 def _rate(claim: str, pooled: Mapping[str, Any] | None) -> str:
@@ -146,16 +158,33 @@ def _verdicts(results: Mapping[str, Any]) -> str:
 
 
 def _groups(results: Mapping[str, Any]) -> str:
-    """Tell what claims came to by `GROUPS`: which hold, hold sometimes, fail, and which have no word."""
+    """Tell what claims came to by `GROUPS`, under each eye and drive: which hold, hold sometimes, fail."""
     counts = {claim["id"]: Count(**claim["count"]) for claim in (*results["claims"], *results["behaviours"])}
-    lines = [_totals(results), "", "| about | holds | sometimes | fails | no word |", "|---|---|---|---|---|"]
+    under: dict[str, dict[eyes.Cell, Count]] = {}
+    for row in results.get("eyes", ()):
+        under.setdefault(row["claim"], {})[row["eye"], row["drive"]] = Count(**row["count"])
+    first, *others = eyes.CELLS.values()
+    columns = f"| about | clips, or {first} | {' | '.join(others)} |"
+    lines = [_totals(results), "", columns, "|---" * (len(eyes.CELLS) + 1) + "|"]
     for about, claims in GROUPS.items():
         ids = [claim for claim in claims if claim in counts]
-        cells = {word: ", ".join(claim for claim in ids if counts[claim].word == word)
-                 for word in ("holds", "sometimes", "fails")}  # fmt: skip
-        without = ", ".join(f"{claim}: {counts[claim]}" for claim in ids if not counts[claim].word)
-        lines.append(f"| {' | '.join(_cell(cell) for cell in (about, *cells.values(), without))} |")
+        sides = [eyes.side_by_side(claim, counts[claim], under) for claim in ids]
+        cells = [_kinds(ids, column) for column in zip(*sides, strict=True)] if ids else [""] * len(eyes.CELLS)
+        lines.append(f"| {' | '.join(_cell(cell) for cell in (about, *cells))} |")
     return "\n".join(lines) + "\n"
+
+
+def _kinds(claims: Sequence[str], counts: Sequence[Count | None]) -> str:
+    """Say which claims hold, hold sometimes, fail, and of those without a word their counts; empty: none was shown."""
+    pairs = [(claim, count) for claim, count in zip(claims, counts, strict=True) if count is not None]
+    parts = []
+    for word, heading in (("holds", "hold"), ("sometimes", "sometimes"), ("fails", "fail")):
+        ids = [claim for claim, count in pairs if count.word == word]
+        parts += [f"{heading}: {', '.join(ids)}"] if ids else []
+    parts += [f"{claim}: {count}" for claim, count in pairs if not count.word]
+    without = [claim for claim, count in zip(claims, counts, strict=True) if count is None]
+    missing = [claim for claim in without if claim in registry.answering()]
+    return "; ".join([*parts, *([f"not shown: {', '.join(missing)}"] if missing else [])])
 
 
 def _totals(results: Mapping[str, Any]) -> str:

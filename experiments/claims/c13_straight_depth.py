@@ -41,6 +41,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 CLAIM = RobotClaim(
     id="C13",
     title="Straight motion in depth: silent",
+    eye="Open loop, nothing corrects the start pose: a straight approach ends beside the camera, and fires.",
     says="straight approach and recession: no spikes",
     source="robot-general-tests",
     motions=DEPTH,

@@ -33,6 +33,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 CLAIM = RobotClaim(
     id="C15",
     title="Spike count peaks near 6 cm/s",
+    eye="Crossings at 6 cm/s and slower are silent: HS stays below T.",
     says="at 8 cm: spikes rise 2 < 4 < 6 cm/s, peak near 6, and are fewer at 10 than at 6",
     source="robot-sys-trans",
     motions=ACROSS,

@@ -15,6 +15,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 CLAIM = RobotClaim(
     id="C18",
     title="Approach from the left counts more",
+    eye="The weight of inhibition favours one direction at any contrast.",
     says="approach from the left elicits more than from the right (w_i < 1 favours the preferred direction)",
     source="robot-sys-ar",
     motions=("approach",),

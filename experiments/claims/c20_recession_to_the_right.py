@@ -15,6 +15,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 CLAIM = RobotClaim(
     id="C20",
     title="Recession to the right counts more",
+    eye="The weight of inhibition favours one direction at any contrast.",
     says="recession to the right elicits more than to the left",
     source="robot-sys-ar",
     motions=("recession",),

@@ -17,10 +17,13 @@ from experiments.bench.judging.count import LEAST_JUDGED
 from experiments.bench.judging.stored import document, outcome_entry
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.leaderboard import stimuli
+from experiments.bench.reproduction.eyes import CELLS
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, Scale, design, planned
 from experiments.bench.robot.claims import paper_claims
 from experiments.bench.store.description import to_json
+from experiments.bench.studies.counts import FORM
 from experiments.bench.tuning.probes import families
+from experiments.studies.fidelity import EYE, WHEELS
 from tests.helpers.chapters import PAGES as EVERY_PAGE
 from tools.numbers import GROUPS, PAGES, RESULTS, ROOT, blocks, renewed
 
@@ -125,7 +128,7 @@ def test_the_command_takes_figures_over(run):
     assert f"{counted}. A replicate has 7" in readme
     held = "held in 2 of 3 replicates; not judged in 1: what it needs was not shown"
     group = next(about for about, claims in GROUPS.items() if "C1" in claims)
-    assert f"| {group} |  |  |  | C1: 2 of 3 (not shown in 1), C2: not judged: not shown in 1 |" in readme
+    assert f"| {group} | C1: 2 of 3 (not shown in 1); C2: not judged: not shown in 1 |  |  |  |" in readme
     assert f"| C1 | {words('C1').says} | - | {held} |" in claims
     assert rf"| C1 | {held} | holds | \|VS\| 0.1 (needs below 0.2) |" in claims
     assert "| C2 | not judged; what it needs was not shown | not shown | needs more |" in claims
@@ -230,3 +233,20 @@ def test_the_figures_of_design_in_prose_are_those_of_the_code():
         f"of a mean of fewer than {statistics.LEAST_FOR_BOOTSTRAP} trials is Student's",
     ):
         assert said in text, said
+
+
+def test_the_readme_has_claims_about_the_robot_under_each_eye_and_drive(run):
+    """The study of eyes inside the folder gives the columns; all counts of a claim are then its own."""
+    (run / "fidelity").mkdir()
+    counts = [
+        {"point": {EYE.name: eye, WHEELS.name: wheels}, "claim": "C14", "holds": holds, "fails": 20 - holds}
+        for (eye, wheels), holds in zip(CELLS, (20, 20, 0, 0), strict=True)
+    ]
+    study = {"form": FORM, "study": "fidelity", "counts": counts}
+    (run / "fidelity" / "fidelity.json").write_text(json.dumps(study))
+    shown = json.loads((run / "claims.json").read_text())
+    shown["claims"] += document([made("C14", *[Outcome("holds", "m")] * 40)])["claims"]
+    (run / "claims.json").write_text(json.dumps(shown))
+    assert take(run).returncode == 0
+    group = next(about for about, claims in GROUPS.items() if "C14" in claims)
+    assert f"| {group} | hold: C14 | hold: C14 | fail: C14 | fail: C14 |" in pages(run)["README.md"]

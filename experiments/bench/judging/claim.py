@@ -64,6 +64,8 @@ class Claim:
         The same in a few words.
     cause
         In one line why it fails, or holds in some replicates only.
+    eye
+        Of a claim about the robot: in one line what the robot's own eye and wheels make of it.
     tried
         What was tried to make it hold, or what limits it.
     readings
@@ -85,6 +87,7 @@ class Claim:
     source: str = ""
     title: str = ""
     cause: str = ""
+    eye: str = ""
     tried: str = ""
     readings: tuple[Reading, ...] = ()
     mechanism: tuple[str, str] = ("", "")
@@ -94,7 +97,7 @@ class Claim:
         check_name("claim", self.id)
         if not callable(self.judge):
             raise ValueError(f"claim {self.id}: judge={short(self.judge)}: legal is a function")
-        for name in ("says", "source", "title", "cause", "tried"):
+        for name in ("says", "source", "title", "cause", "eye", "tried"):
             if not isinstance(getattr(self, name), str):
                 raise ValueError(f"claim {self.id}: {name}={short(getattr(self, name))}: legal is a text")
         pair = self.mechanism

@@ -325,6 +325,12 @@ def count_columns(counted: Count) -> dict[str, Any]:
             "high": high, "word": counted.word}  # fmt: skip
 
 
+def count_of(columns: Mapping[str, Any]) -> Count:
+    """Return the count whose columns these are: see `count_columns`."""
+    unjudged = {reason: columns[reason] for reason in REASONS if columns.get(reason)}
+    return Count(columns["holds"], columns["fails"], unjudged)
+
+
 def _outcome(claim: Claim, replicate: Replicate, model: str, experiment: str) -> Outcome:
     """Judge one claim for one model in one replicate."""
     if model == EVERY_MODEL:
