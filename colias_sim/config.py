@@ -15,7 +15,7 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim.field_docs import unit, with_field_docs
-from colias_sim.presets import COLIAS4, OV7670, find
+from colias_sim.presets import CAMERAS, COLIAS4, OV7670, ROBOTS, find
 from colias_sim.registers import CONTRAS_CENTER_RESET, GAMMA_RESET, UNIT_CONTRAS
 from scenes import arena_path
 
@@ -111,6 +111,17 @@ class RobotConfig:
         return {"default": cls(), "colias4": cls(**COLIAS4)}
 
     @classmethod
+    def preset_summaries(cls) -> Mapping[str, str]:
+        """Say what each of the `presets` is.
+
+        Returns
+        -------
+        mapping of str to str
+            Name -> a few words.
+        """
+        return ROBOTS
+
+    @classmethod
     def preset(cls, name: str) -> RobotConfig:
         """Look up one of the `presets`; ``--set robot.preset=NAME`` does the same.
 
@@ -142,9 +153,12 @@ class CameraConfig:
 
     By default the eye is ideal apart from noise: a global shutter, a fixed exposure and no lens. `preset` has others.
 
+    Light passes the stages in this order: the lens's falloff and blur, exposure and gain, noise, clipping at 0 and 255,
+    the gamma curve, contrast, brightness, the range of the luma, and rounding to 8 bits.
+
     References
     ----------
-    OmniVision: data sheet of the OV7670. Public firmware of the Colias (ColiasSenseV4).
+    OmniVision: data sheets of the OV7670 and the OV7675. Public firmware of the Colias (ColiasSenseV4).
     """
 
     width: Annotated[int, unit("px")] = Field(default=99, ge=8, le=1920, description="columns of a frame")
@@ -338,10 +352,9 @@ class CameraConfig:
 
     @classmethod
     def presets(cls) -> Mapping[str, CameraConfig]:
-        """Make the presets. ``ov7670`` is the robot's own camera as far as data sheets and firmware say.
+        """Make the presets. ``ov7670`` is a model of the robot's camera, from data sheets and firmware.
 
-        What no source gives, the preset takes from the defaults: among these the lamps' strength (``ae_unit_ms``),
-        and no frames dropped, no jitter.
+        What no source gives it assumes; docs/eye.md lists the assumptions. No frame of a robot was held against it.
 
         Returns
         -------
@@ -349,6 +362,17 @@ class CameraConfig:
             Name -> camera: ``default``, ``ideal`` and ``ov7670``.
         """
         return {"default": cls(), "ideal": cls.ideal(), "ov7670": cls(**OV7670)}
+
+    @classmethod
+    def preset_summaries(cls) -> Mapping[str, str]:
+        """Say what each of the `presets` is.
+
+        Returns
+        -------
+        mapping of str to str
+            Name -> a few words.
+        """
+        return CAMERAS
 
     @classmethod
     def preset(cls, name: str) -> CameraConfig:

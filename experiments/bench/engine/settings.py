@@ -273,6 +273,8 @@ def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
     for section, value in values.items():
         if _presets(value):
             meaning = f"named set of values for several parameters of {section}; a parameter set beside it counts more"
+            summaries = value.preset_summaries() if hasattr(value, "preset_summaries") else {}
+            meaning += "".join(f"; {name}: {summary}" for name, summary in summaries.items())
             yield Parameter(f"{section}.{PRESET}", preset_of(value) or "", ", ".join(_presets(value)), "", meaning)
         properties = _properties(type(value))
         for field in dataclasses.fields(value):
