@@ -74,7 +74,7 @@ def test_the_range_of_eyes_has_the_fixed_ones_and_moves_what_is_not_known():
     assert {target: cameras["0.1", target, "default"] for target in ("60", "150")} == {
         target: (fixed["default"], 0.1) for target in ("60", "150")
     }, "it has no target"
-    unknown = {"ae_target", "exposure_samples", "gamma", "gamma_points", "ae_meter", "vignetting"}
+    unknown = {"ae_target", "exposure_samples", "row_bands", "gamma", "gamma_points", "ae_meter", "vignetting"}
     for (light, target, eye), (camera, strength) in cameras.items():
         if eye != "default":
             base = fixed["ov7670"]
