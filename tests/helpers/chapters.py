@@ -55,6 +55,7 @@ def called(page: Path) -> str:
 
 SKIPPED = {
     "README.md": ("downloads packages",),
+    "afternoon.md": ("needs a robot", "needs a robot"),
     "back-from-the-robot.md": ("needs polars and duckdb, which no extra installs",),
     "behaviours-and-training.md": (
         "needs PyTorch and minutes: tests/bench/training/test_train.py",
@@ -62,7 +63,10 @@ SKIPPED = {
         "needs PyTorch and half an hour: tests/bench/training/test_training_seeds.py",
         "needs a screen",
     ),
-    "eye.md": ("takes half an hour: tests/bench/studies/test_studies.py",),
+    "eye.md": (
+        "takes half an hour: tests/bench/studies/test_studies.py",
+        "takes twenty minutes: tests/bench/studies/test_studies.py",
+    ),
     "footage.md": (
         "needs a screen",
         "needs a camera",
