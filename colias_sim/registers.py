@@ -2,7 +2,7 @@
 
 Sources: the values after a reset as two public lists of the OV7670's registers have them, a table for an FPGA and an
 annotated driver (mikrocontroller.net, attachment 391403). They agree with each other and with the exposure registers of
-the data sheet; the page of the data sheet itself was not read. The inputs of the gamma curve and the formula of SLOP are
+the data sheet; its page was not read. The inputs of the gamma curve and the formula of SLOP are
 of the data sheet of the sibling OV7675 (version 2.0, section 5.5), which has the same registers. The sign of BRIGHT is
 that of the Linux driver of the OV7670.
 """
