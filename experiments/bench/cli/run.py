@@ -48,7 +48,7 @@ def run_experiment(
     only: Only = False,
     eyes: Annotated[
         str,
-        typer.Option(help="both: each model sees the same physics through the robot's true eye too (MODEL@ov7670)."),
+        typer.Option(help="both: each model sees the same physics by the robot's modelled eye too (MODEL@ov7670)."),
     ] = "one",
     recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
     dry_run: Annotated[

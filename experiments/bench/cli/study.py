@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 MODEL_CLAIMS = "model-claims"
 QUICK = (2, 5)
-"""Replicates, and trials of each condition in one, of ``--quick``."""
+"""Most replicates, and trials of each condition in one, of ``--quick``. It has at most half of a study's replicates."""
 
 
 def register(app: typer.Typer) -> None:
@@ -35,7 +35,7 @@ def register(app: typer.Typer) -> None:
 
 def study(
     name: Annotated[str, typer.Argument(help="A study that [b]colias list[/b] shows, or the path of a .py file.")],
-    quick: Annotated[bool, typer.Option("--quick", help="A taste: two short replicates.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="A taste: one or two short replicates.")] = False,
     replicates: Annotated[
         int | None, typer.Option(help="Replicates, each with a seed of its own; otherwise the study's own number.")
     ] = None,
@@ -77,7 +77,7 @@ def study(
     if repeats is not None and asked.repeats is None:
         raise UsageError(f"--repeats {repeats}: a replicate has each clip once; --replicates has more seeds")
     if quick:
-        asked = dataclasses.replace(asked, replicates=min(QUICK[0], asked.replicates),
+        asked = dataclasses.replace(asked, replicates=min(QUICK[0], max(asked.replicates // 2, 1)),
                                     repeats=asked.repeats and QUICK[1])  # fmt: skip
     asked = dataclasses.replace(
         asked,

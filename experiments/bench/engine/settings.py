@@ -195,7 +195,9 @@ def _legal(schema: Mapping[str, Any]) -> str:
         return _legal(schema["anyOf"][0])
     if schema.get("type") == "array":
         parts = schema.get("prefixItems") or [schema["items"]]
-        count = f"{len(parts)} values" if "prefixItems" in schema else "one or more values"
+        number = len(parts) if "prefixItems" in schema else schema.get("minItems", 0)
+        exact = number > 0 and number == schema.get("maxItems")
+        count = f"{number} values" if exact else "one or more values"
         return f"{count}, separated by commas, each {_legal(parts[0])}"
     if "enum" in schema:
         return ", ".join(map(str, schema["enum"]))
@@ -271,6 +273,8 @@ def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
     for section, value in values.items():
         if _presets(value):
             meaning = f"named set of values for several parameters of {section}; a parameter set beside it counts more"
+            summaries = value.preset_summaries() if hasattr(value, "preset_summaries") else {}
+            meaning += "".join(f"; {name}: {summary}" for name, summary in summaries.items())
             yield Parameter(f"{section}.{PRESET}", preset_of(value) or "", ", ".join(_presets(value)), "", meaning)
         properties = _properties(type(value))
         for field in dataclasses.fields(value):

@@ -49,7 +49,7 @@ class RunRequest:
     seed
         Of the whole run.
     eyes
-        ``one``: the camera as it is set. ``both``: each model sees through the robot's true eye too.
+        ``one``: the camera as it is set. ``both``: each model sees through the model of the robot's eye too.
     """
 
     models: Sequence[str] = ()
@@ -148,7 +148,7 @@ def run(
     repeats
         Trials of each condition; otherwise the experiment's own number.
     eyes
-        ``"both"``: each model sees the same physics through the robot's true eye too, as ``dsnn@ov7670``.
+        ``"both"``: each model sees the same physics through the model of the robot's eye too, as ``dsnn@ov7670``.
     models
         Models to show beside those that the experiment declares, which is ``dsnn`` for most: names, or paths of .py
         files that declare ``MODEL``; with settings of their own as ``"dsnn:w_i=1,n_con=6"``.
