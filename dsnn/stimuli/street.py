@@ -17,7 +17,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
 from dsnn.field_docs import unit, with_field_docs
-from dsnn.stimuli.background import PINK_MEAN, PINK_SD, pink
+from dsnn.stimuli.scenes import PINK_MEAN, PINK_SD, pink
 from dsnn.stimuli.foliage import Amplitude, Sway, check_band
 from dsnn.stimuli.movers import WHEEL_GREY, Kind, Mover, group
 from dsnn.stimuli.moving import paint
