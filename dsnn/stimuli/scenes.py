@@ -234,7 +234,7 @@ def _canvas(shape: tuple[int, int], grey: int) -> Luma:
 
 def _count(canvas: Luma, largest: float, area: float, cover: float) -> int:
     """Return how many shapes of a mean area, px of the drawing, are ``cover`` deep on the average: see `_places`."""
-    rows, columns = canvas.shape
+    rows, columns = (int(side) for side in canvas.shape)
     return round(cover * columns * (rows + 2 * int(largest)) / area)
 
 
@@ -255,7 +255,7 @@ def _halved(canvas: Luma) -> Luma:
     """Average `FINER` x `FINER` pixels into one, in whole numbers."""
     rows, columns = (side // FINER for side in canvas.shape)
     sums = canvas.reshape(rows, FINER, columns, FINER).sum(axis=(1, 3), dtype=np.uint16)
-    return ((sums + FINER * FINER // 2) // (FINER * FINER)).astype(np.uint8)
+    return np.asarray((sums + FINER * FINER // 2) // (FINER * FINER), np.uint8)
 
 
 def _grey(image: npt.NDArray[np.floating]) -> Luma:

@@ -59,7 +59,7 @@ OF_BEHAVIOUR = {"behaviour": "the behaviour", "env": "--env", "options": "--set"
 """The same of each behaviour of a run."""
 OPTIONS = {
     "repeats": "--repeats", "seed": "--seed", "recordings": "--recordings", "replicates": "--replicates",
-    "claims": "--claims", "measures": "--measure", "curves": "--curve",
+    "claims": "--claims", "measures": "--measure", "curves": "--curve", "pictures": "--pictures",
 }  # fmt: skip
 """Entry of a description -> the option that sets it."""
 DERIVED = ("trials", "changed", "clips")
