@@ -175,7 +175,7 @@ def street(shape: tuple[int, int], seed: int) -> Luma:
     rng = stream("scene.street", seed)
     rows, columns = FINER * shape[0], FINER * shape[1]
     texture = np.rint(_unit_noise(rng.integers(-512, 513, shape).astype(np.float64)) * 64).astype(np.int64)
-    rough = np.full((rows, columns), 20, np.int64)  # 64ths of a grey level for each 64th of the noise's deviation
+    rough = np.full((rows, columns), 20, np.int64)  # halves of a grey level of a standard deviation of the noise
     canvas = np.empty((rows, columns), np.int64)
     canvas[:] = 225 - np.arange(rows)[:, np.newaxis] * 25 // rows
     ground = rows * 80 // 100
@@ -194,7 +194,8 @@ def street(shape: tuple[int, int], seed: int) -> Luma:
         canvas[rows * 30 // 100 : kerb, post : post + rows // 60 + 1] = 40
         canvas[rows * 29 // 100 : rows * 31 // 100, post : post + rows // 14] = 40
     fine = np.repeat(np.repeat(texture, FINER, axis=0), FINER, axis=1)
-    return _halved(np.clip(canvas + (fine * rough >> 6 + 1), 0, 255).astype(np.uint8))
+    whole = _halved(np.clip(canvas + (fine * rough >> 7), 0, 255).astype(np.uint8))
+    return np.roll(whole, int(rng.integers(shape[1])), axis=1)  # so that the first column is no house's border
 
 
 def _house(canvas: Integers, rough: Integers, place: tuple[int, int, int], rng: np.random.Generator) -> None:
