@@ -110,7 +110,7 @@ def spectrum_slope(picture: Luma) -> float:
 
     Examples
     --------
-    >>> from dsnn.stimuli import scene
+    >>> from dsnn.stimuli import scene, spectrum_slope
     >>> -1.5 < spectrum_slope(scene("dead-leaves", (180, 540), seed=1)) < -0.8
     True
     """

@@ -114,7 +114,7 @@ def dead_leaves(shape: tuple[int, int], seed: int) -> Luma:
     """Opaque discs one over another, with radii of probability 1 / r^3: alike at every scale.
 
     This is the model of Lee, Mumford and Huang (2001), in which the exponent 3 is the one that makes the picture
-    independent of scale. They take greys from their photographs; here all are as likely.
+    independent of scale. That all greys are as likely is an assumption of this project.
     """
     rng, canvas = stream("scene.dead-leaves", seed), _canvas(shape, 128)
     smallest, largest = FINER * DISC_PX, max(FINER * shape[0] / 2, 2 * FINER * DISC_PX)
@@ -136,8 +136,8 @@ def dead_leaves(shape: tuple[int, int], seed: int) -> Luma:
 def foliage(shape: tuple[int, int], seed: int) -> Luma:
     """Leaves that hang one over another, the nearer the lighter, each with a lit and a shaded half.
 
-    A leaf is two arcs from its base to its tip. Lengths have the probability 1 / r^3 of dead leaves. The gradient of
-    greys with depth, as little light comes far in, and the halves are assumptions of this project.
+    A leaf is a polygon of six corners. Lengths have the probability 1 / r^3 of dead leaves. Shapes, greys and their
+    gradient with depth, as little light comes far in, are assumptions of this project.
     """
     rng, canvas = stream("scene.foliage", seed), _canvas(shape, LEAF_LIT[0])
     smallest = FINER * LEAF_PX[0]

@@ -8,9 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
+from pathlib import Path
 from typing import Any, Literal
 
 from dsnn.stimuli import SCENES, ClipParams, Jittered, Stimulus, stimulus, stimulus_entry
+from dsnn.stimuli.background import PHOTOGRAPH
 from experiments.bench.engine.errors import check_declared, plain
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.pictures import Pictures
@@ -281,7 +283,23 @@ def clips_of(clips: Sequence[Clip], replicate: int, pictures: Pictures | None = 
     """
     if pictures is None and not replicate:
         return list(clips)
-    image = pictures.of(replicate) if pictures else list(SCENES)[(replicate - 1) % len(SCENES)]
-    return [
-        replace(clip, changes=(*clip.changes, (BACKGROUND, image))) if clip.takes_scene() else clip for clip in clips
-    ]
+    image = (BACKGROUND, _image(replicate, pictures))
+    return [replace(clip, changes=(*clip.changes, image)) if clip.takes_scene() else clip for clip in clips]
+
+
+def _image(replicate: int, pictures: Pictures | None) -> str:
+    """The background of a replicate's clips that name none."""
+    if pictures:
+        return pictures.of(replicate)
+    return list(SCENES)[(replicate - 1) % len(SCENES)] if replicate else PHOTOGRAPH
+
+
+def described_scenes(clips: Iterable[Clip], replicates: int, pictures: Pictures | None) -> dict[str, list[str]]:
+    """Return what ``experiment.json`` has of the scenes of clips; nothing where none of them takes one.
+
+    ``backgrounds`` has the background of each replicate, ``pictures`` each of a user's own with its digest.
+    """
+    if not any(clip.takes_scene() for clip in clips):
+        return {}
+    names = [Path(_image(replicate, pictures)).name for replicate in range(replicates)]
+    return {"backgrounds": names, **({"pictures": pictures.described()} if pictures else {})}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, showings
+from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, described_scenes, showings
 from experiments.bench.engine.models import shown_models
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.settings import check_counts, watchers
@@ -50,7 +50,7 @@ class OfflinePlan:
             "models": models,
             **({"changed": changed} if changed else {}),
             THRESHOLDS: {model.label: model.thresholds for model in models},
-            **({"pictures": self.pictures.described()} if self.pictures else {}),
+            **described_scenes(self.experiment.clips, self.repeats, self.pictures),
             "clips": {
                 each.condition.name: each.condition.build(each.seed).params for each in self.showings if not each.repeat
             },

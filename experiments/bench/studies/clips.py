@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim, find
-from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, clips_of
+from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, clips_of, described_scenes
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.clips.rows import CLIP_SCHEMA
 from experiments.bench.engine.errors import UsageError
@@ -275,7 +275,7 @@ def _description(
         "experiments": [dataclasses.replace(each.declared, clips=each.clips) for each in made],
         "repeats": [1] * len(made),
         "seed": seed,
-        **({"pictures": pictures.described()} if pictures else {}),
+        **described_scenes([clip for each in made for clip in each.clips], study.replicates, pictures),
         "trials": clips,
         "models": tuple(models.values()),
         "changed": {**differing(tuple(models.values()), offline=True), **parameters},

@@ -64,6 +64,14 @@ def test_scenes_of_one_kind_differ_by_the_replicate_s_seed():
     assert (first[1] != first[5]).mean() > 0.5 and (first[4] != first[8]).mean() > 0.5
 
 
+def test_a_run_s_description_has_the_scene_of_each_replicate():
+    """So that a run before windows of one photograph is not gone on with before scenes."""
+    assert plan(DEPTH, (), (), 3, 0).describe()["backgrounds"] == ["photograph", "dead-leaves", "pink"]
+    assert "backgrounds" not in plan(registry.find("clean"), (), (), None, 0).describe()
+    study = Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=2)
+    assert studies.planned(study).description["backgrounds"] == ["photograph", "dead-leaves"]
+
+
 def test_rows_say_what_is_behind_the_object(tmp_path):
     small = [("rows", 32), ("columns", 64), ("width", 8.0), ("height", 8.0), ("duration_s", 0.2)]
     experiment = dataclasses.replace(DEPTH, clips=[Clip("a", "cluttered", [*small, ("motion", "looming")])])
@@ -124,6 +132,12 @@ def test_a_bad_folder_is_named_in_a_line(tmp_path, colias):
         with pytest.raises(UsageError, match=words) as raised:
             folder_pictures(tmp_path / name)
         assert f"--pictures {tmp_path / name}: " in str(raised.value)
+
+
+def test_clips_without_a_background_take_no_pictures(tmp_path, colias_here):
+    pictures_in(tmp_path / "own", "1.png")
+    done = colias_here("run", "clean", "--pictures", "own", "--dry-run")
+    assert done.returncode and "no clip of clean has a background" in done.stderr
 
 
 @pytest.mark.parametrize("command", [("study", "background"), ("map", "clutter-depth", "--over", "dsnn.n_con=4,6"),
