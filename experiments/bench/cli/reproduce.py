@@ -17,9 +17,9 @@ from experiments.bench.cli.options import (
     Quiet,
     Seed,
     Workers,
-    new_folder,
     own_pictures,
     resources,
+    results_folder,
 )
 
 
@@ -92,9 +92,9 @@ def reproduce(
     from experiments.bench.studies import table as study_table
 
     scale = plan.QUICK if quick else plan.FULL if full else plan.USUAL
-    shown = whole.models_shown(model, only)
-    folder, own = new_folder(out, "reproduce"), own_pictures(pictures)
-    result = whole.reproduce(folder, scale, seed, shown, means, experiment or (), robot_only, only, own)
+    models_shown = whole.models_shown(model, only)
+    folder, own = results_folder(out, "reproduce"), own_pictures(pictures)
+    result = whole.reproduce(folder, scale, seed, models_shown, means, experiment or (), robot_only, only, own)
     page = report.write(result)
     if not quiet:
         table.show_claims(result.claims, result.pooled, result.scale.name)
