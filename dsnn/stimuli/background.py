@@ -96,7 +96,7 @@ def _photograph(rows: int) -> Floats:
 
 
 def _beside_mirror(picture: Luma, rows: int) -> Floats:
-    """A picture as high as ``rows``, its sides in proportion, beside its mirror image."""
+    """Return a picture as high as ``rows``, its sides in proportion, beside its mirror image."""
     height, width = picture.shape
     size = max(round(width * rows / height), 1), rows
     scaled = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if rows < height else cv2.INTER_LINEAR)

@@ -106,12 +106,12 @@ def _unit_noise(white: Floats) -> Floats:
 
 
 def noise_scene(shape: tuple[int, int], seed: int) -> Luma:
-    """Noise of random phases whose amplitude falls as one over frequency: the spectrum alone, without edges."""
+    """Make noise of random phases whose amplitude falls as one over frequency: the spectrum alone, without edges."""
     return _grey(pink(shape, stream("background.pink", seed)))
 
 
 def dead_leaves(shape: tuple[int, int], seed: int) -> Luma:
-    """Opaque discs one over another, with radii of probability 1 / r^3: alike at every scale.
+    """Lay opaque discs one over another, with radii of probability 1 / r^3: alike at every scale.
 
     This is the model of Lee, Mumford and Huang (2001), in which the exponent 3 is the one that makes the picture
     independent of scale. That all greys are as likely is an assumption of this project.
@@ -134,7 +134,7 @@ def dead_leaves(shape: tuple[int, int], seed: int) -> Luma:
 
 
 def foliage(shape: tuple[int, int], seed: int) -> Luma:
-    """Leaves that hang one over another, the nearer the lighter, each with a lit and a shaded half.
+    """Hang leaves one over another, the nearer the lighter, each with a lit and a shaded half.
 
     A leaf is a polygon of six corners. Lengths have the probability 1 / r^3 of dead leaves. Shapes, greys and their
     gradient with depth, as little light comes far in, are assumptions of this project.
@@ -167,7 +167,7 @@ def foliage(shape: tuple[int, int], seed: int) -> Luma:
 
 
 def street(shape: tuple[int, int], seed: int) -> Luma:
-    """House fronts side by side under a sky, with windows, doors and sills, above a pavement and a road.
+    """Set house fronts side by side under a sky, with windows, doors and sills, above a pavement and a road.
 
     Houses are 1/4 to 1/2 of the scene's height wide and of several storeys; every wall has its grey. Plaster, paving
     and clouds are noise of 1/f amplitude. All sizes and greys are assumptions of this project.

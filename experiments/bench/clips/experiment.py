@@ -288,7 +288,7 @@ def clips_of(clips: Sequence[Clip], replicate: int, pictures: Pictures | None = 
 
 
 def _image(replicate: int, pictures: Pictures | None) -> str:
-    """The background of a replicate's clips that name none."""
+    """Return the background of a replicate's clips that name none."""
     if pictures:
         return pictures.of(replicate)
     return list(SCENES)[(replicate - 1) % len(SCENES)] if replicate else PHOTOGRAPH

@@ -92,7 +92,7 @@ def clip_contents(showings: Sequence[Showing], recorded: Iterable[int] = (), *, 
 
 
 def _settings(params: ClipParams) -> dict[str, Any]:
-    """The parameters of a clip that its rows show; of a picture the file's name."""
+    """Return the parameters of a clip that its rows show; of a picture the file's name."""
     settings = {name: getattr(params, name, None) for name in SHOWN}
     background = settings[BACKGROUND]
     return settings if background is None else {**settings, BACKGROUND: Path(background).name}
