@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import pairwise
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
@@ -21,6 +22,13 @@ from scenes import arena_path
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 _Register = Annotated[int, Field(ge=0, le=255)]
+
+
+def known_picture(path: str) -> str:
+    """Check the path of a picture, which may be empty; return it, or raise ``ValueError``."""
+    if path and not Path(path).is_file():
+        raise ValueError(f"there is no such file: {path}")
+    return path
 
 
 def known_arena(name: str) -> str:
@@ -408,4 +416,7 @@ class SceneConfig:
     light_sd: float = Field(default=0.03, ge=0.0, le=0.5, description="spread of the lamps' strength between trials")
     turn_wall: bool = Field(default=True, description="turn the wall's texture to a random phase in each trial")
     shell_grey: float = Field(default=0.02, ge=0.0, le=1.0, description="reflectance of the stimulus's shell")
+    wall: Annotated[str, AfterValidator(known_picture)] = Field(
+        default="", description="path of a picture around the wall, beside its mirror image; empty: the arena's texture"
+    )
     wall_contrast: float = Field(default=1.0, ge=0.0, le=4.0, description="contrast of the wall's texture")

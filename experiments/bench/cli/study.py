@@ -12,9 +12,11 @@ from experiments.bench.cli.options import (
     Cluster,
     OtherCode,
     Out,
+    OwnPictures,
     Quiet,
     Seed,
     Workers,
+    own_pictures,
     resources,
     results_folder,
     run_folder,
@@ -48,6 +50,7 @@ def study(
         list[str] | None,
         typer.Option("--model", metavar="MODEL", help="Of model-claims: judge this model's. Repeatable."),
     ] = None,
+    pictures: OwnPictures = None,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -68,6 +71,7 @@ def study(
     means = resources(workers, cluster, quiet, other_code)
     if name == MODEL_CLAIMS:
         given = {"--quick": quick, "--replicates": replicates, "--repeats": repeats}
+        given["--pictures"] = pictures is not None
         for option in (option for option, used in given.items() if used):
             raise UsageError(f"{MODEL_CLAIMS} and {option}: its clips are shown once, or at the seeds that they need")
         return _model_claims(model or ["all"], results_folder(out, MODEL_CLAIMS), seed, means)
@@ -84,7 +88,7 @@ def study(
         replicates=asked.replicates if replicates is None else replicates,
         repeats=asked.repeats if repeats is None else repeats,
     )
-    plan = run.planned(asked, seed)
+    plan = run.planned(asked, seed, pictures=own_pictures(pictures))
     folder = run_folder(out, asked.name)
     counts = run.run(plan, folder, means)
     if not quiet:

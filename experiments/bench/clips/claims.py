@@ -4,8 +4,8 @@ A claim is judged on the clips that its words are about, at one seed. It never b
 fails, and the verdict says by how much.
 
 A claim's least number is every combination of `CONDITIONS`, each once: the same clip gives the same answer, so a
-repeat adds nothing. Where a background is random, a seed is one photograph's one part, as the paper shows one; how
-many seeds agree is reported beside the verdict.
+repeat adds nothing. Where there is a background, a seed is one scene, as the paper shows one; in how many scenes it
+holds is reported beside the verdict.
 """
 
 from __future__ import annotations

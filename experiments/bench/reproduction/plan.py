@@ -18,6 +18,7 @@ from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop.run import BehaviourPlan
 from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.pictures import Pictures
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging.claims import paper_claims
 from experiments.bench.reproduction.replicates import SHOWN, asked_models, models_in
@@ -125,29 +126,33 @@ class Planned:
 
 def planned(
     scale: Scale, seed: int, models: Sequence[str] = BESIDE, extra: Sequence[str] = (), robot_only: bool = False,
-    only: bool = False,
+    only: bool = False, pictures: Pictures | None = None,
 ) -> Planned:  # fmt: skip
     """What `experiments.bench.reproduction.reproduce.reproduce` runs; `UsageError` for what cannot be run."""
     shown = [MODEL, *(name for name in models if name != MODEL)]
     plans = [
-        plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed)
+        plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed, pictures)
         for name in (*registry.paper_experiments(), *SHOWN, *extra)
     ]
     _check_names(plans)
     return Planned(
         scale, seed, plans,
-        offline=[_offline_plan(name, scale, seed) for name in scale.offline if not robot_only],
+        offline=[_offline_plan(name, scale, seed, pictures) for name in scale.offline if not robot_only],
         loops=[] if robot_only else closed_loop_claims.plans(scale.episodes, seed, scale.steps),
         others=replicates_plan(
-            scale.replicates - 1, scale.repeats, seed + 1, shown if only else None, onboard=scale.onboard
+            scale.replicates - 1, scale.repeats, seed + 1, shown if only else None, onboard=scale.onboard,
+            pictures=pictures and dataclasses.replace(pictures, first=1),
         ) if scale.replicates > 1 else None,
-        moves=study_run.planned(dataclasses.replace(SENSITIVE, repeats=scale.repeats), seed) if scale.moves else None,
+        moves=study_run.planned(
+            dataclasses.replace(SENSITIVE, repeats=scale.repeats), seed, pictures=pictures
+        ) if scale.moves else None,
     )  # fmt: skip
 
 
 def replicates_plan(
-    replicates: int, repeats: int, seed: int, among: Sequence[str] | None = None, *, onboard: bool = False
-) -> StudyPlan:
+    replicates: int, repeats: int, seed: int, among: Sequence[str] | None = None, *, onboard: bool = False,
+    pictures: Pictures | None = None,
+) -> StudyPlan:  # fmt: skip
     """Return the plan of replicates of the paper's experiments with the robot: a study without a grid.
 
     Parameters
@@ -158,6 +163,8 @@ def replicates_plan(
         Models to be shown; ``None``: all that the claims are about.
     onboard
         Whether the network in the robot's own arithmetic watches too, and its potentials are kept.
+    pictures
+        The wall of the arena has one of them in each replicate.
     """
     study = Study(
         REPLICATES,
@@ -169,7 +176,7 @@ def replicates_plan(
         replicates=replicates,
         probe=series_of((MODEL, BEST.label)) if onboard else None,
     )
-    return study_run.planned(study, seed, models_in(among, (BEST.label,) if onboard else ()))
+    return study_run.planned(study, seed, models_in(among, (BEST.label,) if onboard else ()), pictures)
 
 
 def design(made: Planned) -> dict[str, Any]:
@@ -211,12 +218,12 @@ def _models(experiment: str, shown: Sequence[str]) -> list[str]:
     return list(dict.fromkeys([*own, *shown, *asked_models(experiment)]))
 
 
-def _offline_plan(name: str, scale: Scale, seed: int) -> OfflinePlan:
+def _offline_plan(name: str, scale: Scale, seed: int, pictures: Pictures | None) -> OfflinePlan:
     experiment = registry.find(name)
     assert isinstance(experiment, OfflineExperiment)
     # Where one repeat says it all, nothing in the clips is random.
     repeats = scale.offline_replicates if experiment.repeats > 1 else None
-    return clips_plan.plan(experiment, (), (), repeats, seed)
+    return clips_plan.plan(experiment, (), (), repeats, seed, pictures=pictures)
 
 
 def _check_names(plans: Sequence[Plan]) -> None:
