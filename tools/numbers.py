@@ -39,7 +39,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Clips of five greys: speed, contrast, slow objects": ("C9", "C10", "C11"),
     "Streets, filmed and rendered": ("C12", "C28"),
     "Robot: crossings tell the direction, straight motion in depth is silent": ("C13", "C14"),
-    "Robot: speed and distance of crossings": ("C15", "C16", "C29", "C30"),
+    "Robot: speed and distance of crossings": ("C15", "C16", "C29", "C30", "C31"),
     "Robot: angular approach and recession": ("C17", "C18", "C19", "C20"),
     "Robot: looming detectors on the same approaches": ("C21",),
     "What the mechanisms do": ("C22", "C23", "C24", "C25", "C26", "C27"),

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from numbers import Real
+from types import MappingProxyType
 from typing import Literal, get_args
 
 from experiments.bench.engine.errors import UsageError, short
 
 Needs = Literal["above", "at least", "below", "at most", "within"]
 """Where a reading has to lie: on which side of its bound, or between two of them, ends included."""
+Quantity = Literal["spikes", "potential"]
+"""What claims compare: means of counts, spikes a trial, or peak potentials."""
+MARGIN: Mapping[Quantity, float] = MappingProxyType({"spikes": 1.0, "potential": 0.002})
+"""The smallest difference that "more", "rises", "falls", "fewer", "highest" and "lowest" may rest on.
+
+1 spike a trial between means of counts; 0.002 between peak potentials, about 1 % of T. Stated before any claim was
+judged by it; no claim has a margin of its own.
+"""
 
 
 @dataclass(frozen=True, slots=True)
