@@ -27,7 +27,7 @@ class Box:
     columns: range
 
     def around(self, other: Box) -> Box:
-        """The smallest box around both."""
+        """Return the smallest box around both."""
         return Box(_around(self.rows, other.rows), _around(self.columns, other.columns))
 
     def times(self, down: int, across: int) -> tuple[range, range]:
@@ -97,7 +97,7 @@ class Background:
         return box.around(before)
 
     def _view(self, data: mujoco.MjData) -> npt.NDArray[np.float64]:
-        """All that the picture depends on, but for the robots that can move."""
+        """Return all that the picture depends on, but for the robots that can move."""
         model, still = self._model, self._still
         parts = (
             data.cam_xpos[self._camera], data.cam_xmat[self._camera], data.geom_xpos[still], data.geom_xmat[still],
@@ -115,8 +115,8 @@ class Background:
         if not ahead.any():
             return Box(range(0), range(0))
         if not ahead.all():
-            each = ahead.reshape(len(self._moving), -1)
-            if (each.any(1) & ~each.all(1)).any():
+            corners_ahead = ahead.reshape(len(self._moving), -1)
+            if (corners_ahead.any(1) & ~corners_ahead.all(1)).any():
                 return self._whole  # beside the lens
             right, up, back = right[ahead], up[ahead], back[ahead]
         scale = config.focal_px / -back
@@ -124,7 +124,7 @@ class Background:
 
 
 def _span(off_axis: npt.NDArray[np.float64], size: int) -> range:
-    """The pixels from the least to the greatest distance from the axis, and one more at either side."""
+    """Return the pixels from the least to the greatest distance from the axis, and one more at either side."""
     low, high = np.floor(off_axis.min() + size / 2) - 1, np.ceil(off_axis.max() + size / 2) + 1
     return range(int(np.clip(low, 0, size)), int(np.clip(high, 0, size)))
 

@@ -252,7 +252,7 @@ class Camera:
         self._sensor.turn()
 
     def _again(self, frame: Frame, time: float) -> Frame:
-        """An earlier frame in the place of one that was dropped."""
+        """Return an earlier frame in the place of one that was dropped."""
         return replace(frame, time=time, age_ms=frame.age_ms + 1000.0 * (time - frame.time))
 
     def _mean(self, data: mujoco.MjData, exposure_ms: float) -> float:
@@ -262,7 +262,7 @@ class Camera:
             return self._sensor.mean(data)
 
     def _averaged(self) -> Floats:
-        """The light of the frame under way, behind the lens."""
+        """Return the light of the frame under way, behind the lens."""
         light = self._sensor.average(self.plan.samples)
         if self._kernel is None:
             return light

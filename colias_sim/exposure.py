@@ -108,7 +108,7 @@ def plan_frame(config: CameraConfig, steps_per_frame: int, exposure_ms: float, e
         renders += [Render(step, parts, top, bottom) for step, parts in Counter(moments).items()]
     light = config.gain * (exposure_ms / config.ae_unit_ms if config.auto_exposure else 1.0)
     samples = exposure_samples(config, exposure_ms, steps_per_frame)
-    renders.sort(key=lambda each: (each.step, each.top))
+    renders.sort(key=lambda render: (render.step, render.top))
     return FramePlan(exposure_ms, light, samples, early_steps, tuple(renders))
 
 
@@ -135,7 +135,7 @@ def exposure_samples(config: CameraConfig, exposure_ms: float, steps_per_frame: 
 
 
 def _moments(config: CameraConfig, steps: int, exposure_ms: float, before: float, earliest: int) -> tuple[int, ...]:
-    """The middles of an exposure's parts, which ends ``before`` steps before the frame does."""
+    """Return the middles of an exposure's parts, which ends ``before`` steps before the frame does."""
     length = exposure_ms * config.fps / 1000.0
     length = (min(length, 1.0) if earliest == 1 else length) * steps
     samples = exposure_samples(config, exposure_ms, steps)

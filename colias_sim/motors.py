@@ -152,5 +152,5 @@ class MotorBoard:
             self._running, self._ends = (0.0, 0.0), None
 
     def _index(self, time: float) -> int:
-        """The slot of a time."""
+        """Return the slot of a time."""
         return math.floor(time / self._slot + _SAME)

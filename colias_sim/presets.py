@@ -39,7 +39,7 @@ OV7670: Mapping[str, Any] = {
 
 
 def find(presets: Mapping[str, Settings], section: str, name: str) -> Settings:
-    """The preset called ``name``; ``ValueError`` with the known names otherwise."""
+    """Return the preset called ``name``; ``ValueError`` with the known names otherwise."""
     if not isinstance(name, str) or name not in presets:
         raise ValueError(f"no {section} preset {name!r}: there are {', '.join(presets)}")
     return presets[name]

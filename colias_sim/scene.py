@@ -171,13 +171,13 @@ def _robot_spec(path: Path, robot: RobotConfig, camera: CameraConfig) -> mujoco.
 
 
 def _resized(geom: mujoco.MjsGeom, radius: float) -> list[float]:
-    """The size of a wheel's geom with another radius: a tyre is an ellipsoid (r, w, r), the drawn wheel a cylinder."""
+    """Size a wheel's geom with another radius: a tyre is an ellipsoid (r, w, r), the drawn wheel a cylinder."""
     _, second, _ = geom.size
     return [radius, second, radius] if geom.type == mujoco.mjtGeom.mjGEOM_ELLIPSOID else [radius, second, 0.0]
 
 
 def texels(model: mujoco.MjModel, texture: str) -> npt.NDArray[np.uint8]:
-    """The bytes of a texture, a view of the model's. Who renders has a copy, made when its context was made."""
+    """Return the bytes of a texture, a view of the model's. Who renders has a copy, made when its context was made."""
     tex = model.tex(texture).id
     start = model.tex_adr[tex]
     size = model.tex_height[tex] * model.tex_width[tex] * model.tex_nchannel[tex]
@@ -186,7 +186,7 @@ def texels(model: mujoco.MjModel, texture: str) -> npt.NDArray[np.uint8]:
 
 
 def contrasted(texture: npt.NDArray[np.uint8], contrast: float) -> npt.NDArray[np.uint8]:
-    """The bytes of a texture with its contrast about its mean multiplied; what exceeds 0..255 is cut."""
+    """Return the bytes of a texture with its contrast about its mean multiplied; what exceeds 0..255 is cut."""
     plain = texture.astype(np.float64)
     scaled = plain.mean() + contrast * (plain - plain.mean())
     cut: npt.NDArray[np.uint8] = np.clip(np.rint(scaled), 0, 255).astype(np.uint8)
@@ -194,7 +194,7 @@ def contrasted(texture: npt.NDArray[np.uint8], contrast: float) -> npt.NDArray[n
 
 
 def base_mass(robot: RobotConfig, model: mujoco.MjModel, name: str) -> float:
-    """The mass of a robot's base in kg, as `compose` sets it: what the two wheels leave of the whole."""
+    """Return the mass of a robot's base in kg, as `compose` sets it: what the two wheels leave of the whole."""
     return robot.mass_g / 1000 - float(
         model.body(f"{name}/left_wheel").mass[0] + model.body(f"{name}/right_wheel").mass[0]
     )

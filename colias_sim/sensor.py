@@ -135,12 +135,12 @@ class Sensor:
 
 
 def slots_of(config: CameraConfig) -> int:
-    """The slots that the framebuffer needs."""
+    """Return the slots that the framebuffer needs."""
     return Strips.slots(config) if _has_bands(config) else 1
 
 
 def render_shape(config: CameraConfig) -> tuple[int, int]:
-    """Rows and columns of a whole render."""
+    """Return rows and columns of a whole render."""
     return config.height * config.supersample, config.width * config.supersample * config.supersample_columns
 
 

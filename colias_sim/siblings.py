@@ -31,7 +31,7 @@ def warn_of_strangers() -> None:
 
 
 def _origin(name: str) -> str | None:
-    """The file that an import takes; ``None`` where there is none, or it cannot be told."""
+    """Return the file that an import takes; ``None`` where there is none, or it cannot be told."""
     try:
         spec = importlib.util.find_spec(name)
     except (ImportError, ValueError):

@@ -284,7 +284,7 @@ def _check_generator(rng: object) -> None:
 def _events(
     clock: FrameClock, plan: FramePlan | None, following: FramePlan | None
 ) -> tuple[tuple[int, bool, tuple[Render, ...]], ...]:
-    """The parts of a frame: (physics steps, whether a command precedes them, renders after them).
+    """Return the parts of a frame: (physics steps, whether a command precedes them, renders after them).
 
     Renders are those of the frame's ``plan``, and those of the ``following`` frame that are due within this one.
     """
@@ -296,6 +296,6 @@ def _events(
         if render.step < 1
     ]
     due.sort(key=lambda render: render.step)
-    renders = {step: tuple(each) for step, each in groupby(due, key=lambda render: render.step)}
+    renders = {step: tuple(group) for step, group in groupby(due, key=lambda render: render.step)}
     marks = sorted({*commands, *renders, clock.steps})
     return tuple((end - start, start in commands, renders.get(end, ())) for start, end in pairwise(marks))

@@ -84,7 +84,7 @@ class Strips:
                 target[render.top : render.bottom] += render.parts * grey[render.top - top : render.bottom - top]
 
     def _read(self, top: int, bottom: int, slot: int) -> Floats:
-        """Rows of a slot as grey levels, first row uppermost."""
+        """Return rows of a slot as grey levels, first row uppermost."""
         rgb = self._offscreen.read(self._rows(top, bottom), slot)
         grey = cv2.flip(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), 0).astype(np.float32)
         if grey.shape == (bottom - top, self._width):
@@ -92,5 +92,5 @@ class Strips:
         return np.asarray(cv2.resize(grey, (self._width, bottom - top), interpolation=cv2.INTER_AREA), np.float32)
 
     def _rows(self, top: int, bottom: int) -> range:
-        """Rows of the framebuffer, counted from below."""
+        """Return rows of the framebuffer, counted from below."""
         return range((self._height - bottom) * self._scale, (self._height - top) * self._scale)

@@ -82,7 +82,7 @@ def _potential(name: str, value: Any) -> float:
 
 
 def _number(name: str, value: Any) -> float:
-    """The value of a Python or NumPy scalar, or of an array without dimensions."""
+    """Return the value of a Python or NumPy scalar, or of an array without dimensions."""
     if type(value) is np.ndarray and value.ndim == 0:  # not a masked one, whose item() is its fill value
         value = value.item()
     if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
@@ -116,7 +116,7 @@ def _maps(maps: Any, shape: tuple[int, int]) -> LayerMaps | None:
 
 
 def _said(value: Any) -> str:
-    """A value in a few words; a long one by its kind alone."""
+    """Return a value in a few words; a long one by its kind alone."""
     if isinstance(value, np.ndarray):
         return f"an array of shape {value.shape} and type {value.dtype}"
     text = " ".join(repr(value).split())

@@ -69,7 +69,7 @@ def _sentence(text: str) -> str:
 
 
 def _unit(info: FieldInfo) -> str:
-    """The unit of a field, or of the entries of a tuple, as a sentence; empty where it has none."""
+    """Return the unit of a field, or of the entries of a tuple, as a sentence; empty where it has none."""
     entries = [part.__metadata__ for part in get_args(info.annotation) if get_origin(part) is Annotated]
     for field in (info, *(item for metadata in entries for item in metadata)):
         extra = getattr(field, "json_schema_extra", None)
@@ -79,7 +79,7 @@ def _unit(info: FieldInfo) -> str:
 
 
 def _type(annotation: Any) -> str:
-    """A type as numpydoc writes it."""
+    """Return a type as numpydoc writes it."""
     origin, parts = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return _type(parts[0])
@@ -95,7 +95,7 @@ def _type(annotation: Any) -> str:
 
 
 def _range(metadata: Any) -> str:
-    """An interval such as ``[0, 1)``; empty where either end is open to infinity."""
+    """Return an interval such as ``[0, 1)``; empty where either end is open to infinity."""
     ends = [
         next((form.format(getattr(m, sign)) for m in metadata for sign, form in side if _has(m, sign)), "")
         for side in _BOUNDS
@@ -108,7 +108,7 @@ def _has(constraint: Any, sign: str) -> bool:
 
 
 def _range_within(annotation: Any) -> str:
-    """The interval of a tuple's entries, where all have the same."""
+    """Return the interval of a tuple's entries, where all have the same."""
     ranges = {
         _range([n for m in part.__metadata__ for n in (m, *getattr(m, "metadata", ()))])
         for part in get_args(annotation)

@@ -153,7 +153,7 @@ _DSN2017 = "Fu and Yue 2017, IJCNN, as the paper of the DSNN tells of it"
 def _dsnn(
     name: str, summary: str, source: str = _DSNN, build: type[DSNN | ReferenceDSNN] = DSNN, **changes: Any
 ) -> ModelEntry:
-    """A member of the DSNN's family, ``changes`` made to both of its presets."""
+    """Return a member of the DSNN's family, ``changes`` made to both of its presets."""
     robot, offline = DSNNParams.robot(**changes), DSNNParams.offline(**changes)
     return ModelEntry(name, summary, build, robot, source, DIRECTION, offline)
 

@@ -64,7 +64,7 @@ class Saccades:
         self._frame, self._until, self._side = 0, -self.HOLD - 1, 1.0
 
     def __call__(self, seen: Response) -> Wheels:
-        """The wheels for the next frame."""
+        """Return the wheels for the next frame."""
         self._frame += 1
         if self._frame >= self._until and seen.looming_spikes:
             if self._frame > self._until + self._hold:
@@ -76,22 +76,22 @@ class Saccades:
 
 
 def away(seen: Response) -> float:
-    """The side away from what moves: to the left of rightward motion, to the right of leftward."""
+    """Return the side away from what moves: to the left of rightward motion, to the right of leftward."""
     return -1.0 if seen.hs > 0.0 else 1.0
 
 
 def away_from_where(seen: Response) -> float:
-    """The side away from where most of the motion is."""
+    """Return the side away from where most of the motion is."""
     return -1.0 if seen.azimuth > 0.0 else 1.0
 
 
 def lgmd(rng: np.random.Generator) -> Saccades:
-    """The looming detector alone, which knows no direction: to either side by chance, every time anew."""
+    """Make the looming detector alone, which knows no direction: to either side by chance, every time anew."""
     return Saccades(lambda seen: 1.0 if rng.random() < 0.5 else -1.0, hold=False)
 
 
 def escape(model: str, name: str = "") -> Behaviour:
-    """The escape reflex of a looming model, which knows no direction: that of ``lgmd``, whatever the model.
+    """Make the escape reflex of a looming model, which knows no direction: that of ``lgmd``, whatever the model.
 
     Parameters
     ----------
@@ -115,12 +115,12 @@ def escape(model: str, name: str = "") -> Behaviour:
 
 
 def lgmd_hybrid(rng: np.random.Generator) -> Saccades:
-    """The hybrid with its eyes for direction shut: its own LGMD1, a side by chance, held as the hybrid holds it."""
+    """Make the hybrid with its eyes for direction shut: its LGMD1, a side by chance, held as the hybrid holds it."""
     return Saccades(lambda seen: 1.0 if rng.random() < 0.5 else -1.0)
 
 
 def avoidance(rng: np.random.Generator) -> Saccades:
-    """A looming spike, and away from what HS says at that moment, every time anew."""
+    """Make a reflex of looming spikes: away from what HS says at that moment, every time anew."""
     return Saccades(away, hold=False)
 
 
@@ -165,7 +165,7 @@ class RandomWalk:
         self._rng, self._turn = rng, 0.0
 
     def __call__(self, seen: object) -> Wheels:
-        """The wheels for the next frame."""
+        """Return the wheels for the next frame."""
         fade = math.exp(-1.0 / self.MEMORY_FRAMES)
         self._turn = fade * self._turn + math.sqrt(1.0 - fade * fade) * self.SD * float(self._rng.standard_normal())
         return turn(self._turn, AHEAD)
@@ -232,7 +232,7 @@ _ENTRIES = (
 BEHAVIOURS = by_name(_ENTRIES)
 """The behaviours that ship: name -> `experiments.Behaviour`."""
 
-GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": tuple(each.name for each in ESCAPES)})
+GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": tuple(behaviour.name for behaviour in ESCAPES)})
 """Name -> the behaviours that ``colias behave NAME`` plays in the same worlds."""
 REFERENCE: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": ("hybrid", "straight")})
 """Group -> what it is held against: that which is to collide less often, and that which does not look."""

@@ -19,8 +19,8 @@ EXPERIMENT = OfflineExperiment(
     name="edges",
     summary="one edge in view, ON or OFF, with either pathway blocked",
     clips=tuple(
-        Clip(f"{said} {motion} {speed:g}", "edge", (("polarity", polarity), ("motion", motion), ("speed", speed)))
-        for polarity, said in EDGES.items()
+        Clip(f"{label} {motion} {speed:g}", "edge", (("polarity", polarity), ("motion", motion), ("speed", speed)))
+        for polarity, label in EDGES.items()
         for motion in ("rightward", "leftward")
         for speed in SPEEDS
     ),

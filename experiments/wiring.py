@@ -81,7 +81,7 @@ def _called(call: Callable[[], Result]) -> Result:
 
 
 def _entry(model: Any) -> ModelEntry | None:
-    """The entry that a name, a path or an entry means; ``None`` for anything else."""
+    """Return the entry that a name, a path or an entry means; ``None`` for anything else."""
     if isinstance(model, Path) or (isinstance(model, str) and is_file(model)):
         try:
             return load_model(str(model))

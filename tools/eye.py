@@ -32,7 +32,7 @@ FIFTH = "ov7670, in a fifth of the light"
 
 
 def passing(camera: CameraConfig, light: float = 1.0) -> Frame:
-    """The frame in which the stimulus has the middle of the view, 8 cm away, on its way to the right."""
+    """Return the frame in which the stimulus has the middle of the view, 8 cm away, on its way to the right."""
     with Simulation(camera=camera, scene=STILL) as sim:
         rng = np.random.default_rng(0)
         lens = camera.forward_cm / 100
@@ -43,7 +43,7 @@ def passing(camera: CameraConfig, light: float = 1.0) -> Frame:
 
 
 def settling(exposure_ms: float, count: int = 16) -> Sequence[Frame]:
-    """The first frames of a loop that starts cold."""
+    """Return the first frames of a loop that starts cold."""
     camera = dataclasses.replace(EYE, ae_start="cold", exposure_ms=exposure_ms)
     with Simulation(camera=camera, scene=STILL) as sim:
         rng = np.random.default_rng(0)
@@ -52,7 +52,7 @@ def settling(exposure_ms: float, count: int = 16) -> Sequence[Frame]:
 
 
 def drawn() -> Figure:
-    """The pictures above, the loop and the lens below."""
+    """Return the pictures above, the loop and the lens below."""
     figure = Figure(figsize=(9.0, 4.6), layout="constrained")
     grid = figure.add_gridspec(2, 12)
     for i, (title, camera) in enumerate(PICTURES.items()):

@@ -355,9 +355,9 @@ def nearest(site: Site, folder: Path, tests: Sequence[str]) -> list[str]:
     names = {site.path.stem, *(name for name in site.mutant.function.split(".") if name and not name.startswith("__"))}
     naming = {name: [test for test, text in texts.items() if re.search(rf"\b{name}\b", text)] for name in names}
     scores: Counter[str] = Counter({test: 0 for test in texts})
-    for found in naming.values():
-        for test in found:
-            scores[test] += 1 / len(found)
+    for naming_tests in naming.values():
+        for test in naming_tests:
+            scores[test] += 1 / len(naming_tests)
     return sorted(texts, key=lambda test: -scores[test])[:MODULES]
 
 

@@ -56,9 +56,9 @@ class NotFinished(Exception):
 
 
 def taken(run: Path) -> dict[str, Any]:
-    """What ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
+    """Return what ``docs/results.json`` keeps of a finished reproduction in the folder ``run``."""
     design, pooled = (_json(run / f"{name}.json") for name in ("design", "pooled"))
-    claims, own = (_read(run / f"{name}.json") for name in ("claims", "behaviours"))
+    claims, behaviours = (_read(run / f"{name}.json") for name in ("claims", "behaviours"))
     tables = sorted(run.glob("behave-*/scores.csv"))
     if not tables:
         raise NotFinished(f"{run}: no behave-*/scores.csv; run colias reproduce without --robot-only")
@@ -67,27 +67,27 @@ def taken(run: Path) -> dict[str, Any]:
         "design": {name: design[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": _commit(), **design["versions"]},
         "claims": [kept(verdict) | {"rate": _rate(verdict.id, pooled.get(verdict.id))} for verdict in claims],
-        "behaviours": [kept(verdict) | {"says": verdict.says} for verdict in own],
+        "behaviours": [kept(verdict) | {"says": verdict.says} for verdict in behaviours],
         "scores": scores,
     }
 
 
 def kept(verdict: Verdict) -> dict[str, Any]:
-    """What is kept of a verdict, as its file has it."""
+    """Return what is kept of a verdict, as its file has it."""
     (entry,) = stored.document([verdict])["claims"]
     outcome = {name: entry["outcome"][name] for name in OUTCOME_FIELDS}
     return {"id": entry["id"], "word": entry["word"], "count": entry["count"], "outcome": outcome}
 
 
 def _rate(claim: str, pooled: Mapping[str, Any] | None) -> str:
-    """The share of all trials that break a claim about every single one; empty of others."""
+    """Return the share of all trials that break a claim about every single one; empty of others."""
     if pooled is None:
         return ""
     return rate(claim, Outcome(pooled["verdict"], pooled["measured"], n=pooled["n"], broken=pooled["broken"]))
 
 
 def _read(path: Path) -> list[Verdict]:
-    """The verdicts in a file."""
+    """Return the verdicts in a file."""
     try:
         return stored.verdicts(_json(path))
     except ValueError as error:
@@ -113,20 +113,20 @@ def _scores(table: Path) -> list[dict[str, Any]]:
 
 
 def _number(text: str) -> float | str | None:
-    """A finite number; ``None`` for none; an infinity as its name, which JSON has no number for."""
+    """Return a finite number; ``None`` for none; an infinity as its name, which JSON has no number for."""
     value = float(text) if text else math.nan
     return None if math.isnan(value) else float(f"{value:.4g}") if math.isfinite(value) else "inf"
 
 
 def _commit() -> str:
-    """The commit of the tree the figures are taken over in, with "-dirty" where it has been changed since."""
+    """Return the commit of the tree the figures are taken over in, with "-dirty" where it has been changed since."""
     command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude=*"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     return done.stdout.strip() or "unknown"
 
 
 def blocks(results: Mapping[str, Any]) -> dict[str, str]:
-    """The measured parts of the pages by name, as Markdown."""
+    """Return the measured parts of the pages by name, as Markdown."""
     return {
         "groups": _groups(results),
         "verdicts": _verdicts(results),
@@ -136,7 +136,7 @@ def blocks(results: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _verdicts(results: Mapping[str, Any]) -> str:
-    """What claims came to, and a row a claim: its words, its word, and in how many replicates it held."""
+    """Tell what claims came to, with a row a claim: its words, its word, and in how many replicates it held."""
     columns = "| claim | the paper says | word | in all replicates |"
     lines = [_totals(results), "", columns, "|---|---|---|---|"]
     for claim in results["claims"]:
@@ -146,7 +146,7 @@ def _verdicts(results: Mapping[str, Any]) -> str:
 
 
 def _groups(results: Mapping[str, Any]) -> str:
-    """What claims came to by `GROUPS`: which hold, hold sometimes, fail, and which have no word."""
+    """Tell what claims came to by `GROUPS`: which hold, hold sometimes, fail, and which have no word."""
     counts = {claim["id"]: Count(**claim["count"]) for claim in (*results["claims"], *results["behaviours"])}
     lines = [_totals(results), "", "| about | holds | sometimes | fails | no word |", "|---|---|---|---|---|"]
     for about, claims in GROUPS.items():
@@ -224,7 +224,7 @@ def _cell(text: str) -> str:
 
 
 def renewed(page: str, text: str, parts: Mapping[str, str]) -> str:
-    """The ``text`` of a page with its measured ``parts`` put between their markers."""
+    """Return the ``text`` of a page with its measured ``parts`` put between their markers."""
     for name, part in parts.items():
         begin = BEGIN.format(name)
         pattern = re.compile(re.escape(begin) + ".*?" + re.escape(END), re.DOTALL)

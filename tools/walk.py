@@ -66,7 +66,7 @@ class Trace:
             self.ways[name].append(Place(path, function))
 
     def _begun(self, name: str) -> bool:
-        """Whether a value of the class before has been made: others are of an earlier part of the program."""
+        """Return whether a value of the class before has been made: others are of an earlier part of the program."""
         names = list(VALUES)
         place = names.index(name)
         return not place or names[place - 1] in self.ways

@@ -14,7 +14,7 @@ from colias_sim.config import SceneConfig
 from colias_sim.envs.actions import wheels_of
 from colias_sim.envs.factors import ends_of, ranges_of
 from colias_sim.envs.geometry import moved
-from colias_sim.envs.models import Answer, Model
+from colias_sim.envs.models import Model, ModelResponse
 from colias_sim.envs.options import EnvOptions, Options
 from colias_sim.envs.randomisation import Randomisation
 from colias_sim.envs.reset_options import ResetOptions, checked_reset_options, checked_seed, placed
@@ -261,7 +261,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         return self._vision.model
 
     @property
-    def answer(self) -> Answer | None:
+    def answer(self) -> ModelResponse | None:
         """The vision model's answer to the last frame; ``None`` without a model."""
         return self._vision.answer
 
@@ -295,7 +295,7 @@ class ColiasEnv(Task, gym.Env[Any, Any], Generic[Options]):
         return self.state.vector() if self.options.observation == "state" else self._vision.observation()
 
     def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
-        """The reward's terms as ``reward_...``, and the measures; their names end in their units."""
+        """Return the reward's terms as ``reward_...``, and the measures; their names end in their units."""
         rewards = {f"reward_{name}": value for name, value in terms.items()}
         return {**rewards, **self._motion(), **self._measures()}
 

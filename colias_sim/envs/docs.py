@@ -178,7 +178,7 @@ def _quoted(names: Iterable[str]) -> str:
 
 
 def _choices(annotation: Any) -> list[str]:
-    """The values that a ``Literal``, or a union with one, allows."""
+    """Return the values that a ``Literal``, or a union with one, allows."""
     if annotation in (None, type(None)):
         return ["None"]
     if isinstance(annotation, str):

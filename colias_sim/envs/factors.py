@@ -189,7 +189,7 @@ def checked_randomise(value: Any) -> float | str | dict[str, Range]:
 
 
 def ranges_of(randomise: float | str | Mapping[str, Range]) -> Mapping[str, Range]:
-    """The ranges that a checked ``randomise`` asks for; none for a number, whose draws are older than the factors."""
+    """List the ranges that a checked ``randomise`` asks for; none for a number: its draws are older than factors."""
     if isinstance(randomise, str):
         return PRESETS[randomise]
     return randomise if isinstance(randomise, Mapping) else {}
@@ -213,14 +213,14 @@ def ends_of(settings: EpisodeSettings, ranges: Mapping[str, Range]) -> tuple[Epi
 
 
 def reason(error: ValueError) -> str:
-    """The text of an error in one line; pydantic's own text has several."""
+    """Return the text of an error in one line; pydantic's own text has several."""
     if not isinstance(error, ValidationError):
         return str(error)
     return "; ".join(_named(problem) for problem in error.errors())
 
 
 def _named(problem: Mapping[str, Any]) -> str:
-    """A problem that pydantic found, after the setting and its value where it is about one setting."""
+    """Return a problem that pydantic found, after the setting and its value where it is about one setting."""
     text = str(problem["msg"]).removeprefix("Value error, ")
     named = f"{problem['loc'][0]}={problem['input']:g}: " if problem["loc"] and _is_number(problem["input"]) else ""
     return named + text[0].lower() + text[1:]
@@ -251,7 +251,7 @@ def _preset(name: Any) -> Mapping[str, Range]:
 
 
 def _range(factor: Factor, ends: Any) -> Range:
-    """The two ends, checked."""
+    """Return the two ends, checked."""
     legal = f"{factor.low:g} .. {factor.high:g}" + (f" {factor.unit}" if factor.unit else "")
     try:
         given = tuple(ends)

@@ -12,7 +12,7 @@ WIRING = "experiments.wiring"
 """The module that builds models from names. `colias_sim` knows no model, so it imports this one when one is built."""
 
 
-class Answer(Protocol):
+class ModelResponse(Protocol):
     """The response of a vision model to one frame: membrane potentials, and spikes in that frame."""
 
     @property
@@ -54,7 +54,7 @@ class Answer(Protocol):
 class Model(Protocol):
     """A vision model as an env uses it. The models of ``dsnn`` satisfy this protocol."""
 
-    def step(self, frame: npt.NDArray[np.uint8]) -> Answer:
+    def step(self, frame: npt.NDArray[np.uint8]) -> ModelResponse:
         """Respond to the next frame, (R, C) uint8."""
         ...
 

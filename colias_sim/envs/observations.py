@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
-from colias_sim.envs.models import Answer
+from colias_sim.envs.models import ModelResponse
 from colias_sim.envs.state import OTHER_ENTRIES, OWN_ENTRIES
 
 MOST_SPIKES = 10.0
@@ -19,7 +19,7 @@ _LOWEST = np.array([-1.0, -1.0, -MOST_SPIKES, -MOST_SPIKES, 0.0, 0.0, -1.0], np.
 _HIGHEST = np.array([1.0, 1.0, MOST_SPIKES, MOST_SPIKES, 1.0, MOST_SPIKES, 1.0], np.float32)
 
 
-def neural_observation(answers: Sequence[Answer]) -> npt.NDArray[np.float32]:
+def neural_observation(answers: Sequence[ModelResponse]) -> npt.NDArray[np.float32]:
     """Encode the model's answers to the frames of one step as the observation ``neural``.
 
     Parameters

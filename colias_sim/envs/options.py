@@ -200,7 +200,9 @@ def checked(kind: Callable[..., T], values: Mapping[str, Any]) -> T:
     try:
         validated = kind(**values)
     except ValidationError as error:
-        problems = [each for each in error.errors() if not flags or (each["loc"] and each["loc"][0] not in flags)]
+        problems = [
+            problem for problem in error.errors() if not flags or (problem["loc"] and problem["loc"][0] not in flags)
+        ]
         raise ValueError("; ".join([*flags.values(), *(_problem(kind, problem) for problem in problems)])) from None
     if flags:
         raise ValueError("; ".join(flags.values()))
@@ -225,13 +227,13 @@ def options_of(kind: Any) -> dict[str, FieldInfo]:
 
 
 def bounds(option: FieldInfo) -> str:
-    """The range of a number as ``least .. greatest``; empty for anything else."""
+    """Return the range of a number as ``least .. greatest``; empty for anything else."""
     low, high = ([getattr(m, sign) for m in option.metadata if hasattr(m, sign)] for sign in ("ge", "le"))
     return f"{low[0]:g} .. {high[0]:g}" if low and high else ""
 
 
 def _with_self(options: Callable[..., Any]) -> inspect.Signature:
-    """The signature of ``options``, with aliases of types resolved, as that of a method."""
+    """Return the signature of ``options``, with aliases of types resolved, as that of a method."""
     fields = options_of(options)
     given = inspect.signature(options).parameters
     parameters = [parameter.replace(annotation=fields[name].annotation) for name, parameter in given.items()]
@@ -250,7 +252,7 @@ def _flags(kind: Any, values: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _problem(kind: Any, problem: Mapping[str, Any]) -> str:
-    """One problem that pydantic found, in words."""
+    """Return one problem that pydantic found, in words."""
     text = str(problem["msg"]).removeprefix("Value error, ")
     if not problem["loc"]:  # a rule on several options together
         return text

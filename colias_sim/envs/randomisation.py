@@ -97,7 +97,7 @@ class Randomisation:
     def _by_strength(
         self, light: float, shell: float, left: float, right: float, pitch: float, yaw: float
     ) -> Drawn:  # fmt: skip
-        """The values that a number in 0 .. 1 asks for, of six draws from -1 to 1."""
+        """Return the values that a number in 0 .. 1 asks for, of six draws from -1 to 1."""
         wide = self._strength
         settings = dataclasses.replace(
             self._plain,

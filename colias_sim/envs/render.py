@@ -67,7 +67,7 @@ class Renderer:
             self._sync()
 
     def picture(self) -> Picture | list[Picture] | None:
-        """The return value of ``render()``.
+        """Return the return value of ``render()``.
 
         Returns
         -------

@@ -145,7 +145,7 @@ def _near(pose: Pose, others: Iterable[Pose]) -> bool:
 
 
 def _values(factor: Factor, given: Any) -> tuple[float, ...]:
-    """A value for each part of a factor, checked."""
+    """Return a value for each part of a factor, checked."""
     legal = f"{factor.low:g} .. {factor.high:g}" + (f" {factor.unit}" if factor.unit else "")
     wanted = "a number" if len(factor.parts) == 1 else f"two numbers ({', '.join(factor.parts)})"
     values = _numbers(given, len(factor.parts))

@@ -76,7 +76,7 @@ class Wander:
         return self._robot.wheels_for(0.0, self._avoiding)
 
     def _blocked(self, poses: Mapping[str, Pose]) -> float:
-        """The side of the nearest thing in the way: 1 left, -1 right, 0 if the way is free."""
+        """Return the side of the nearest thing in the way: 1 left, -1 right, 0 if the way is free."""
         here = poses[self._robot.name]
         nearest, side = self.REACH, 0.0
         others = (gap_to_robot(here, there) for name, there in poses.items() if name not in self._unheeded)

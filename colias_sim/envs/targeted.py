@@ -27,10 +27,10 @@ class TargetEnv(ColiasEnv[Options]):
         return {"bearing_deg": math.degrees(off), "in_view": abs(off) < HALF_VIEW}
 
     def _centre(self) -> float:
-        """The reward's term for a centred target: 1 on the axis, 0 at the edge of the view, at least -1."""
+        """Return the reward's term for a centred target: 1 on the axis, 0 at the edge of the view, at least -1."""
         return max(1.0 - abs(self._bearing()) / HALF_VIEW, -1.0)
 
     def _bearing(self) -> float:
-        """The target's angle off the optical axis in radians, left positive."""
+        """Return the target's angle off the optical axis in radians, left positive."""
         eye = self._sim.camera_config.forward_cm / 100
         return bearing(self._sim.robots[OBSERVER].pose, self._sim.robots[TARGET].pose, eye)

@@ -86,5 +86,5 @@ class Task(World):
         return {}
 
     def _effort(self) -> float:
-        """The reward's term for motor effort: -0.05 times the mean square of the two wheels."""
+        """Return the reward's term for motor effort: -0.05 times the mean square of the two wheels."""
         return -0.05 * float(np.mean(self._wheels**2))

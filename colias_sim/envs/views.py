@@ -137,7 +137,7 @@ def framed(picture: npt.NDArray[np.uint8], insets: Sequence[View]) -> npt.NDArra
 
 
 def _whole_arena(elevation_deg: float, aspect: float) -> mujoco.MjvCamera:
-    """The nearest free camera that has the whole floor in the picture, and some of the wall."""
+    """Return the nearest free camera that has the whole floor in the picture, and some of the wall."""
     eye = mujoco.MjvCamera()
     eye.type = mujoco.mjtCamera.mjCAMERA_FREE.value
     eye.azimuth, eye.elevation = 90.0, elevation_deg
@@ -189,7 +189,7 @@ def _disc(scene: mujoco.MjvScene, place: tuple[float, float, float], radius: flo
 
 
 def _arrow(scene: mujoco.MjvScene, pose: Pose, rgba: Vector) -> None:
-    """An arrow on the floor from the rim of the hull along the heading."""
+    """Add an arrow on the floor from the rim of the hull along the heading."""
     ahead = np.array([math.cos(pose.heading), math.sin(pose.heading), 0.0])
     start = np.array([pose.x, pose.y, 0.005]) + HULL_RADIUS * ahead
     geom = _next(scene)
@@ -209,7 +209,7 @@ def _add(
 
 
 def _next(scene: mujoco.MjvScene) -> mujoco.MjvGeom | None:
-    """The scene's next free geom, counted as used; ``None`` when the scene is full."""
+    """Return the scene's next free geom, counted as used; ``None`` when the scene is full."""
     if scene.ngeom >= scene.maxgeom:
         return None
     scene.ngeom += 1

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim.envs.models import Answer, Model, build_model
+from colias_sim.envs.models import Model, ModelResponse, build_model
 from colias_sim.envs.observations import neural_observation
 from colias_sim.envs.options import EnvOptions
 
@@ -46,10 +46,10 @@ class Vision:
         self.model: Model | None = model if self._kind in ("neural", "both") else None
         self.luma: npt.NDArray[np.uint8] = np.zeros(shape, np.uint8)
         self.luma.flags.writeable = False
-        self.answers: list[Answer] = []
+        self.answers: list[ModelResponse] = []
 
     @property
-    def answer(self) -> Answer | None:
+    def answer(self) -> ModelResponse | None:
         """The model's answer to the last frame; ``None`` without a model."""
         return self.answers[-1] if self.answers else None
 
@@ -71,7 +71,7 @@ class Vision:
             self.answers.append(self.model.step(frame.luma))
 
     def observation(self) -> Any:
-        """The observation ``pixels``, ``neural`` or ``both`` of the frames since the last `forget`."""
+        """Return the observation ``pixels``, ``neural`` or ``both`` of the frames since the last `forget`."""
         if self._kind == "neural":
             return neural_observation(self.answers)
         pixels = self.luma[..., None].copy()  # a copy, which the agent may write to

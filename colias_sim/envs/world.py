@@ -41,7 +41,7 @@ class World:
         return 0.0
 
     def _wall_rate(self) -> float:
-        """The rate at which the wall turns, in rad/s, left positive."""
+        """Return the rate at which the wall turns, in rad/s, left positive."""
         return 0.0
 
     # Read-only views, for rewards, recordings and baselines.
@@ -90,7 +90,7 @@ class World:
     # Private.
 
     def _motion(self) -> dict[str, float | bool]:
-        """The measures of the observer's motion that every env's ``info`` has; their names end in their units."""
+        """List the measures of the observer's motion that every env's ``info`` has; their names end in their units."""
         pose = self._sim.robots[OBSERVER].pose
         return {
             "x_cm": 100 * pose.x, "y_cm": 100 * pose.y, "heading_deg": math.degrees(pose.heading),

@@ -102,7 +102,7 @@ def exposure_loop(sequences: Sequence[Images]) -> ExposureLoop:
 
 
 def _end(settling: _Settling, factor: float) -> tuple[float, float]:
-    """The interval of an end of the zone: by the picture before the last change, and by the one before that.
+    """Return the interval of an end of the zone: by the picture before the last change, and by the one before that.
 
     The loop may have reckoned from either, as its answer to a picture comes a frame or two later. Rounding makes them
     differ by some tenths of a grey level.
@@ -140,7 +140,7 @@ def _settling(frames: Images) -> _Settling:
 
 
 def _steps(jumps: Sequence[float]) -> tuple[float, int]:
-    """One step as a share, and the most steps in a frame: the fewest of which all jumps are whole multiples."""
+    """Return one step as a share, and the most steps in a frame: the fewest of which all jumps are whole multiples."""
     for steps in range(1, MOST_STEPS + 1):
         fit = _fit(jumps, steps)
         if fit is not None:
@@ -149,7 +149,7 @@ def _steps(jumps: Sequence[float]) -> tuple[float, int]:
 
 
 def _fit(jumps: Sequence[float], steps: int) -> tuple[float, int] | None:
-    """One step as a share where the largest jump is of ``steps``, and the most steps; ``None`` where others do not fit.
+    """Find a step as a share where the largest jump is of ``steps``, and the most steps; ``None`` if others misfit.
 
     Of a step s up the logarithm is log(1 + s), of one down -log(1 - s).
     """

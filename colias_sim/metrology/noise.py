@@ -120,11 +120,11 @@ def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
     mean, variance = mean[inside], variance[inside]
     edges = np.linspace(mean.min(), mean.max() + 1e-9, bins + 1)
     place = np.digitize(mean, edges) - 1
-    used = [own for own in range(bins) if (place == own).sum() >= LEAST_PIXELS]
+    used = [index for index in range(bins) if (place == index).sum() >= LEAST_PIXELS]
     return NoiseLevels(
-        np.array([mean[place == own].mean() for own in used]),
-        np.array([variance[place == own].mean() for own in used]) - QUANTISATION,
-        np.array([(place == own).sum() for own in used], np.int64),
+        np.array([mean[place == index].mean() for index in used]),
+        np.array([variance[place == index].mean() for index in used]) - QUANTISATION,
+        np.array([(place == index).sum() for index in used], np.int64),
     )
 
 

@@ -47,7 +47,7 @@ class Correlators:
         self._steps = 0
 
     def _view(self, reach: int, span: int, plane: int, shift: int) -> Floats:
-        """The states as (2, n_con, span), row j ``(j + 1) shift`` cells into, or before, state j."""
+        """Return the states as (2, n_con, span), row j ``(j + 1) shift`` cells into, or before, state j."""
         size = self._memory.itemsize
         strides = (plane * size, (2 * plane + shift) * size, size)
         return as_strided(self._memory[reach + shift :], (2, len(self._alphas), span), strides)
@@ -58,7 +58,7 @@ class Correlators:
         self._steps = 0
 
     def step(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The field sums of excitation less weighted inhibition: HS of (ON, OFF), then VS of (ON, OFF)."""
+        """Return the field sums of excitation less weighted inhibition: HS of (ON, OFF), then VS of (ON, OFF)."""
         for state, a in zip(self._states, self._alphas, strict=True):
             cv2.accumulateWeighted(self._pair, state, a)  # dynamic-lowpass
         for view, sums in zip(self._shifted, self._sums, strict=True):

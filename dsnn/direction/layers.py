@@ -50,7 +50,7 @@ def fdsr(la: Map, la_before: Map, adaptation: Map, alpha_fast: float, alpha_slow
 
 
 def delayed(f: Map, states: Sequence[Map], alphas: Sequence[float]) -> list[Map]:
-    """The delayed signal of each spacing."""
+    """Return the delayed signal of each spacing."""
     return [state + a * (f - state) for state, a in zip(states, alphas, strict=True)]  # dynamic-lowpass
 
 
@@ -71,14 +71,14 @@ def sigmoid(x: float, scale: float) -> float:
 
 
 def spikes(potential: float, k_sp: float, t_sp: float) -> int:
-    """Spikes of one frame, with the sign of ``potential``; none below the threshold, and none at rest."""
+    """Return spikes of one frame, with the sign of ``potential``; none below the threshold, and none at rest."""
     if potential == 0.0 or abs(potential) < t_sp:
         return 0
     return int(math.copysign(math.floor(exp(k_sp * (abs(potential) - t_sp))), potential))  # spiking
 
 
 def _ends(image: Map, spacing: int, axis: int) -> tuple[Map, Map]:
-    """The cells at the near and far end of each pair ``spacing`` px apart; pairs that leave the image drop out."""
+    """Take the cells at the near and far end of each pair ``spacing`` px apart; pairs that leave the image drop out."""
     size = max(image.shape[axis] - spacing, 0)
     near, far = [slice(None)] * 2, [slice(None)] * 2
     near[axis], far[axis] = slice(0, size), slice(spacing, spacing + size)

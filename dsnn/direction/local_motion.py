@@ -146,7 +146,7 @@ class LocalMotion:
             plane[:] = c
 
     def _correlate(self) -> None:
-        """The sum over spacings of D(x) D(x + j) [c(x + j) - b c(x)], no term negative: into `_drive`."""
+        """Put the sum over spacings of D(x) D(x + j) [c(x + j) - b c(x)], no term negative, into `_drive`."""
         bias = np.float32(self._q.emd_bias)
         self._drive[:] = 0.0
         weighted = bias * self._c
@@ -174,7 +174,7 @@ def split(centre: Floats, around: Floats) -> tuple[npt.NDArray[np.bool_], npt.ND
 
 
 def power(values: Floats, exponent: float) -> Floats:
-    """The values, none negative, to a power; 0 stays within 1e-13 of it.
+    """Return the values, none negative, to a power; 0 stays within 1e-13 of it.
 
     By logarithm and exponential: the libraries' own powers take forty times as long where most values are 0.
     """

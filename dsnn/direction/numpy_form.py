@@ -93,7 +93,7 @@ class Adaptation:
 
 
 def _tall(stack: Floats) -> Floats:
-    """A (2, R, C) stack as one (2 R, C) image, the only rank OpenCV takes."""
+    """Return a (2, R, C) stack as one (2 R, C) image, the only rank OpenCV takes."""
     return stack.reshape(-1, stack.shape[-1])
 
 

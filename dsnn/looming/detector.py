@@ -37,7 +37,7 @@ class Detector(NonCopyable, ABC):
 
     @abstractmethod
     def _answer(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
-        """The potential, from 0.5 at rest up to 1, and the spikes of the next frame, (R, C) grey levels."""
+        """Return the potential, from 0.5 at rest up to 1, and the spikes of the next frame, (R, C) grey levels."""
 
     @abstractmethod
     def _forget(self) -> None:

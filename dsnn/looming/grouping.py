@@ -27,7 +27,7 @@ class Grouping:
         self._ce, self._g = np.zeros((2, *shape), np.float32)
 
     def potential(self, s: Floats) -> float:
-        """The membrane potential k, from `REST` up to 1, for the summed cells S, (R, C), none negative."""
+        """Return the membrane potential k, from `REST` up to 1, for the summed cells S, (R, C), none negative."""
         cv2.blur(s, (3, 3), dst=self._ce, borderType=cv2.BORDER_CONSTANT)
         scale = self._delta_c + float(self._ce.max()) / self._c_w
         cv2.multiply(s, self._ce, dst=self._g, scale=1.0 / scale)
@@ -36,12 +36,12 @@ class Grouping:
 
 
 def sigmoid(drive: float) -> float:
-    """The membrane potential of a drive of 0 or more: `REST` at 0, 1 at infinity."""
+    """Return the membrane potential of a drive of 0 or more: `REST` at 0, 1 at infinity."""
     return 1.0 / (1.0 + exp(-drive))
 
 
 def ring(side: float, corner: float, centre: float = 0.0) -> Floats:
-    """A 3x3 kernel of its centre's, its sides' and its corners' weights."""
+    """Return a 3x3 kernel of its centre's, its sides' and its corners' weights."""
     return np.array([[corner, side, corner], [side, centre, side], [corner, side, corner]], np.float32)
 
 

@@ -160,7 +160,7 @@ class _NumpyLayers:
         self._change = 0.0
 
     def step(self, luma: npt.NDArray[Any]) -> tuple[float, bool]:
-        """The membrane potential after the next frame, and whether it spikes."""
+        """Return the membrane potential after the next frame, and whether it spikes."""
         q = self._params
         p = self._retina.step(luma)
         excitation = np.abs(p, out=self._excitation)

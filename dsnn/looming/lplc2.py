@@ -163,7 +163,7 @@ class LPLC2(Detector):
         return power(np.maximum(cells - change, np.float32(0.0)), exponent)
 
     def _quadrants(self, motion: Floats) -> npt.NDArray[np.float64]:
-        """The four quadrants' sums of outward motion, (2, 2): upper and lower, left and right."""
+        """Return the four quadrants' sums of outward motion, (2, 2): upper and lower, left and right."""
         along_x, along_y = motion[0] - motion[1], motion[2] - motion[3]
         x, y = _gelu(along_x), _gelu(along_y)
         against_x, against_y = x - along_x, y - along_y  # GELU(-x) = GELU(x) - x
@@ -171,17 +171,17 @@ class LPLC2(Detector):
 
 
 def _gelu(x: Floats) -> Floats:
-    """The Gaussian error linear unit in its usual fast form, with sqrt(2 / pi) (x + 0.044715 x^3) inside."""
+    """Return the Gaussian error linear unit in its usual fast form, with sqrt(2 / pi) (x + 0.044715 x^3) inside."""
     inner = x * (np.float32(0.7978845608) + np.float32(0.0356774081) * (x * x))
     return np.asarray(np.float32(0.5) * x * (np.float32(1.0) + np.tanh(inner)), np.float32)
 
 
 def _bell(size: int, spread: float) -> npt.NDArray[np.float64]:
-    """A Gaussian about the middle of ``size`` cells, of ``spread`` times their number, 1 at its top."""
+    """Return a Gaussian about the middle of ``size`` cells, of ``spread`` times their number, 1 at its top."""
     return np.asarray(np.exp(-0.5 * ((np.arange(size) + 0.5 - size / 2) / (spread * size)) ** 2))
 
 
 def _halves(size: int) -> npt.NDArray[np.float64]:
-    """The share of each of ``size`` cells in the first and in the second half, (2, size)."""
+    """Return the share of each of ``size`` cells in the first and in the second half, (2, size)."""
     first = np.clip(size / 2 - np.arange(size), 0.0, 1.0)
     return np.stack([first, 1.0 - first])

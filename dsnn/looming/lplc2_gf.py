@@ -254,7 +254,7 @@ class LPLC2GF(Detector):
         return np.asarray((outward[0] > q.t_arm) & (outward[1] > q.t_arm))
 
     def _integrate(self, current: float) -> int:
-        """The giant fibre over one frame; the number of its spikes."""
+        """Return the giant fibre over one frame; the number of its spikes."""
         q, spikes = self.params, 0
         aim = q.v_rest + q.r_m * current
         for _ in range(self._substeps):

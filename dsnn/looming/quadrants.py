@@ -27,8 +27,8 @@ def by_quadrant(
     numpy.ndarray
         (2, 2): upper and lower, left and right.
     """
-    along_x = [((rows[:, :, np.newaxis] * each).sum(axis=1) * half).sum(axis=1)
-               for each, half in zip(x, columns, strict=True)]  # fmt: skip
-    along_y = [((half[:, np.newaxis] * each).sum(axis=0) * columns).sum(axis=1)
-               for each, half in zip(y, rows, strict=True)]  # fmt: skip
+    along_x = [((rows[:, :, np.newaxis] * factor).sum(axis=1) * half).sum(axis=1)
+               for factor, half in zip(x, columns, strict=True)]  # fmt: skip
+    along_y = [((half[:, np.newaxis] * factor).sum(axis=0) * columns).sum(axis=1)
+               for factor, half in zip(y, rows, strict=True)]  # fmt: skip
     return np.asarray(np.stack(along_x, axis=1) + np.stack(along_y))

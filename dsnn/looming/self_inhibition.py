@@ -65,14 +65,14 @@ class Blocks:
         self._corners = ((apart[0] == 1) & (apart[1] == 1)).astype(np.float32)
 
     def of(self, image: Floats) -> Floats:
-        """The cells of (R, C) by block: (blocks, 9)."""
+        """Return the cells of (R, C) by block: (blocks, 9)."""
         rows, columns = self._shape
         self._padded[:rows, :columns] = image
         cells = self._padded.reshape(self._down, 3, self._across, 3).swapaxes(1, 2)
         return np.ascontiguousarray(cells).reshape(-1, 9)
 
     def inhibition(self, cells: Floats) -> Floats:
-        """Each cell's weighted sum over its own block, (blocks, 9), of cells by block."""
+        """Return each cell's weighted sum over its own block, (blocks, 9), of cells by block."""
         centre, side, corner = (np.float32(w) * cells for w in (self._centre, self._side, self._corner))
         if self._integer:
             centre, side, corner = (np.floor(part + _BARELY) for part in (centre, side, corner))

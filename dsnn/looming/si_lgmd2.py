@@ -268,7 +268,7 @@ class SILGMD2(Detector):
         return adapted, math.floor(exp(q.k_sp * (adapted - q.t_sp)))
 
     def _grouped(self, s: Floats) -> float:
-        """The potential of what comes in clusters."""
+        """Return the potential of what comes in clusters."""
         q = self.params
         ce = self._kept(np.asarray(cv2.blur(s, (3, 3), borderType=cv2.BORDER_CONSTANT), np.float32))
         grouped = self._kept(s * ce / np.float32(q.delta_c + float(ce.max()) / q.c_w))

@@ -43,7 +43,7 @@ def missing() -> str:
 
 
 def kernel() -> ModuleType:
-    """The extension module, cffi's ``ffi`` and ``lib``; ``ImportError`` where `missing` says why there is none."""
+    """Load the extension module, cffi's ``ffi`` and ``lib``; ``ImportError`` where `missing` says why there is none."""
     reason = missing()
     if reason or _loaded is None:
         raise ImportError(f"the native form {reason}")
@@ -74,7 +74,7 @@ class _NativeModel:
         self._reset(self._model)
 
     def _see(self, luma: npt.NDArray[Any]) -> Any:
-        """The answer to the next frame, (R, C) uint8 or floating; the next call overwrites it."""
+        """Return the answer to the next frame, (R, C) uint8 or floating; the next call overwrites it."""
         if luma.dtype == np.uint8:
             self._step_bytes(self._model, self._ffi.from_buffer("uint8_t[]", np.ascontiguousarray(luma)), self._answer)
         else:
@@ -108,14 +108,14 @@ class NativeNetwork(_NativeModel):
 
 
 def _network_config(shape: tuple[int, int], params: DSNNParams) -> tuple[Any, list[Any]]:
-    """The C side's configuration, and the tables that it points to."""
+    """Return the C side's configuration, and the tables that it points to."""
     q, (rows, columns), ffi = params, shape, kernel().ffi
     values: list[Iterable[float]] = [
         [residue(q.u, i) for i in range(1, q.n_p + 1)] or [0.0],
         *(gaussian_kernel(sigma)[4 * sigma :, 0] for sigma in (q.d, 2 * q.d)),
         [alpha(tau, q.dt) for tau in q.delays()],
     ]
-    tables = [ffi.new("float[]", [float(value) for value in each]) for each in values]
+    tables = [ffi.new("float[]", [float(value) for value in table]) for table in values]
     config = ffi.new(
         "dsnn_config *",
         dict(
@@ -137,6 +137,6 @@ class NativeLGMD1(_NativeModel):
         super().__init__("lgmd1", config)
 
     def step(self, luma: npt.NDArray[Any]) -> tuple[float, bool]:
-        """The membrane potential after the next frame, (R, C) uint8 or floating, and whether it spikes."""
+        """Return the membrane potential after the next frame, (R, C) uint8 or floating, and whether it spikes."""
         answer = self._see(luma)
         return answer.potential, bool(answer.spike)

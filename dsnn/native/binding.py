@@ -33,7 +33,7 @@ def digest() -> str:
 
 
 def declarations() -> str:
-    """The declarations of `HEADERS`, as cffi reads them: without comments and without the preprocessor's lines."""
+    """Read the declarations of `HEADERS`, as cffi reads them: without comments and without the preprocessor's lines."""
     whole = "\n".join((HERE / name).read_text(encoding="utf-8") for name in HEADERS)
     text = re.sub(r"/\*.*?\*/", "", whole, flags=re.DOTALL)
     return "\n".join(line for line in text.splitlines() if not line.startswith("#"))

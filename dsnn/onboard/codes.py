@@ -27,7 +27,7 @@ def decoded(codes: Ints, companding: bool) -> Ints:
 
 
 def coded(values: Ints, companding: bool, truncate: bool) -> Ints:
-    """The code nearest to D, or the next below; ``values``, of at least 0, are D with `EXTRA` more fractional bits."""
+    """Find the code nearest to D, or the next below; ``values``, 0 or more, are D with `EXTRA` more fractional bits."""
     if companding:
         lowest = EXTRA + UNIT
         length = np.frexp((values >> lowest).astype(np.float64))[1].astype(np.int64)  # bits of a whole number

@@ -86,7 +86,7 @@ def dead_zone(params: OnboardParams) -> DeadZone:
 
 
 def _zone(params: OnboardParams, gain: int) -> tuple[float, float]:
-    """The two shares, with a gain in Q15: every D is tried with F = 0, and every F with D = 0."""
+    """Return the two shares, with a gain in Q15: every D is tried with F = 0, and every F with D = 0."""
     codes = np.arange(32768 if params.state_bits == 16 else 256)
     values = codes if params.state_bits == 16 else decoded(codes, params.companding)
     most = int(values[-1])
@@ -97,7 +97,7 @@ def _zone(params: OnboardParams, gain: int) -> tuple[float, float]:
 
 
 def _coded(values: Ints, params: OnboardParams) -> Ints:
-    """The code of D, which is given with `EXTRA` more fractional bits than F has."""
+    """Return the code of D, which is given with `EXTRA` more fractional bits than F has."""
     truncate = params.rounding == "truncate"
     if params.state_bits == 16:
         codes: Ints = rounded(values, EXTRA, truncate)

@@ -81,7 +81,7 @@ def differences(exact: ResponseSeries, answered: ResponseSeries) -> ErrorReport:
 
 
 def float_params(params: OnboardParams) -> DSNNParams:
-    """The DSNN's parameters among ``params``, without the formats."""
+    """Return the DSNN's parameters among ``params``, without the formats."""
     return DSNNParams(**{name: getattr(params, name) for name in DSNNParams.__dataclass_fields__})
 
 

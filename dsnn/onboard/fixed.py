@@ -155,7 +155,7 @@ def constants(shape: tuple[int, int], params: OnboardParams) -> Fixed:
 
 
 def _f_frac(q: OnboardParams, largest_la: float, left_fast: float, f_max: int) -> int:
-    """The fractional bits of F: those asked for, or as many as an edge of full contrast leaves.
+    """Return the fractional bits of F: those asked for, or as many as an edge of full contrast leaves.
 
     LA is largest where one side of an edge changes by all 255 grey levels and the other keeps still: then it is P times
     the positive part of the difference of Gaussians. Where neighbours brighten and darken at once LA can be up to twice
@@ -182,13 +182,13 @@ def _room(largest: float, steps: int) -> int:
 
 
 def _kernel(sigma: int) -> tuple[int, ...]:
-    """One half of the Gaussian in Q15, its centre first; the whole sums to exactly 1."""
+    """Return one half of the Gaussian in Q15, its centre first; the whole sums to exactly 1."""
     half = [_q(float(value)) for value in gaussian_kernel(sigma)[4 * sigma :, 0]]
     return 32768 - 2 * sum(half[1:]), *half[1:]
 
 
 def _largest_f(q: OnboardParams) -> int:
-    """The largest F: that of the largest code of D, so that no low-pass of it can leave its format."""
+    """Return the largest F: that of the largest code of D, so that no low-pass of it can leave its format."""
     return 32767 if q.state_bits == 16 else int(decoded(_CODES, q.companding)[-1])
 
 
@@ -209,7 +209,7 @@ def _plate(scale: float, frac: int) -> tuple[int, int, int, int]:
 
 
 def _thresholds(q: OnboardParams) -> tuple[int, ...]:
-    """The |HS| in Q15 from which on there are 1, 2, ... spikes: ``t_sp + ln(n) / k_sp``, as far as HS can reach."""
+    """List the |HS| in Q15 from which there are 1, 2, ... spikes: ``t_sp + ln(n) / k_sp``, as far as HS can reach."""
     thresholds: list[int] = []
     while len(thresholds) < MOST_SPIKES:
         more = math.log(len(thresholds) + 1)

@@ -70,7 +70,7 @@ def _number(value: int) -> str:
 
 
 def _table(name: str, kind: str, values: Iterable[int]) -> list[str]:
-    """A table, eight entries a line; C has none without entries, so an empty one has a 0."""
+    """Return a table, eight entries a line; C has none without entries, so an empty one has a 0."""
     entries = [str(value) for value in values] or ["0"]
     rows = [", ".join(entries[i : i + 8]) for i in range(0, len(entries), 8)]
     return [f"static const {kind} onboard_{name}[] = {{", *(f"    {row}," for row in rows), "};"]

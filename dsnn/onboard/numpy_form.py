@@ -96,7 +96,7 @@ class NumpyOnboard:
         self._h[pathway] = np.where(left >= 0, f, np.maximum(below, -LARGEST_G))
 
     def _correlate(self, pathway: int) -> tuple[int, int]:
-        """The field sums of HS and VS: excitation less weighted inhibition of all spacings."""
+        """Return the field sums of HS and VS: excitation less weighted inhibition of all spacings."""
         c, f = self._c, np.maximum(self._h[pathway], 0)
         sums = [[0, 0], [0, 0]]
         for j, a in enumerate(c.alphas):
@@ -120,7 +120,7 @@ class NumpyOnboard:
         return codes if self._c.state_bits == 16 else decoded(codes, bool(self._c.companding))
 
     def _coded(self, value: Ints) -> Ints:
-        """The code of D, which is given with 15 more fractional bits than F has."""
+        """Return the code of D, which is given with 15 more fractional bits than F has."""
         if self._c.state_bits == 16:
             codes: Ints = self.rounded(value, 15)
             return codes
@@ -149,7 +149,7 @@ class NumpyOnboard:
         return low + (((high - low) * (at & 2047) + 1024) >> 11)
 
     def _spikes(self, potential: int) -> int:
-        """Spikes of one frame with the potential's sign: as many as thresholds are reached (`spiking`)."""
+        """Return spikes of one frame with the potential's sign: as many as thresholds are reached (`spiking`)."""
         count = sum(abs(potential) >= threshold for threshold in self._c.thresholds)
         return count if potential >= 0 else -count
 
@@ -163,7 +163,7 @@ def rounded(x: Any, bits: int, truncate: bool) -> Any:
 
 
 def rescaled(x: Ints, from_frac: int, to_frac: int, truncate: bool) -> Ints:
-    """A number in Q``from_frac`` in Q``to_frac``."""
+    """Return a number in Q``from_frac`` in Q``to_frac``."""
     if to_frac >= from_frac:
         return x << (to_frac - from_frac)
     scaled: Ints = rounded(x, from_frac - to_frac, truncate)
@@ -171,7 +171,7 @@ def rescaled(x: Ints, from_frac: int, to_frac: int, truncate: bool) -> Ints:
 
 
 def blurred(image: Ints, half: tuple[int, ...], axis: int) -> Ints:
-    """The sums of a symmetric kernel along ``axis``, the border replicated; ``half`` has the centre first."""
+    """Return the sums of a symmetric kernel along ``axis``, the border replicated; ``half`` has the centre first."""
     radius, length = len(half) - 1, image.shape[axis]
     places = np.clip(np.arange(-radius, length + radius), 0, length - 1)
     wide = np.take(image, places, axis)

@@ -118,12 +118,12 @@ class OnboardParams(DSNNParams):
 
 
 def most_f_bits(largest_la: float) -> int:
-    """The fractional bits of F with which LA - A stays below 2 to the power 30; 15 at most."""
+    """Return the fractional bits of F with which LA - A stays below 2 to the power 30; 15 at most."""
     return min(28 - math.ceil(math.log2(largest_la)), 15)
 
 
 def largest_change(params: OnboardParams) -> float:
-    """The largest ``|P|`` that frames of 0..255 can give, grey levels.
+    """Return the largest ``|P|`` that frames of 0..255 can give, grey levels.
 
     P is a linear filter of the frames. With h its response to one step of luminance, P weighs the frames by
     ``h(i) - h(i - 1)``; it is largest where all frames of positive weight are 255 and the others 0.

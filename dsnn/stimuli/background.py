@@ -49,7 +49,7 @@ class Panorama:
         self._shifted: list[Floats] = [image[:, columns_kept].astype(np.float32) for image in shifted]
 
     def view(self, position: float) -> Luma:
-        """The window, (R, columns) uint8, whose left border is ``position`` px into the image."""
+        """Return the window, (R, columns) uint8, whose left border is ``position`` px into the image."""
         fine = (position % self.period) * PHASES
         below = math.floor(fine)
         share = fine - below
@@ -63,7 +63,7 @@ class Panorama:
 
 
 def panorama(image: Image, shape: tuple[int, int], seed: int) -> Panorama:
-    """The background ``image`` for frames of ``shape`` (R, C). The seed makes the noise; the photograph has none."""
+    """Make background ``image`` for frames of ``shape`` (R, C). The seed makes the noise; the photograph has none."""
     return _panorama(image, shape, seed if image == "pink" else 0)
 
 
@@ -76,7 +76,7 @@ def _panorama(image: Image, shape: tuple[int, int], seed: int) -> Panorama:
 
 
 def _photograph(rows: int) -> Floats:
-    """The photograph beside its mirror image, so that it repeats without a seam; mirrored downward as needed."""
+    """Return the photograph beside its mirror image, so that it repeats without a seam; mirrored downward as needed."""
     data = np.frombuffer(resources.files("dsnn.stimuli").joinpath("photograph.png").read_bytes(), np.uint8)
     picture = np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), np.float32)
     height, width = picture.shape

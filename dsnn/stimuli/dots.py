@@ -71,7 +71,7 @@ class Dots(Stimulus[DotsParams]):
         return StimulusFrame(luma, Truth(p.motion, background_velocity=self._velocity))
 
     def _painted(self, places: Floats) -> Luma:
-        """Every dot's share of every pixel it touches, added up; where dots overlap a pixel is covered once."""
+        """Return every dot's share of every pixel it touches, added up; where dots overlap a pixel is covered once."""
         p = self.params
         reach = np.arange(int(np.ceil(p.size)) + 1)
         whole = np.floor(places).astype(np.int64)

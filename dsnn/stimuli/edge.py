@@ -79,7 +79,7 @@ class _Sweep(Stimulus[EdgeParams]):
         return StimulusFrame(canvas, Truth(p.motion, band, Velocity(x * p.speed, y * p.speed)))
 
     def _band(self, entered: float) -> Box:
-        """The band whose leading edge is ``entered`` px inside the frame."""
+        """Return the band whose leading edge is ``entered`` px inside the frame."""
         (rows, columns), thick = self.shape, self._thickness
         match self.params.motion:
             case "rightward":
@@ -93,7 +93,7 @@ class _Sweep(Stimulus[EdgeParams]):
 
 
 def _field(params: EdgeParams) -> int:
-    """The frame's extent along the motion, px."""
+    """Return the frame's extent along the motion, px."""
     return params.columns if DIRECTIONS[params.motion][0] else params.rows
 
 

@@ -63,7 +63,7 @@ class Sway:
 def _smooth(
     shape: tuple[int, int], amplitude_px: tuple[float, float], patch_px: float, rng: np.random.Generator
 ) -> Floats:
-    """A field of displacements, (2, R, C), alike over a patch, of the amplitude asked for once all are added."""
+    """Return a field of displacements, (2, R, C), alike over a patch, of the amplitude asked for once all are added."""
     fields = []
     for amplitude in amplitude_px:
         noise = rng.standard_normal(shape).astype(np.float32)

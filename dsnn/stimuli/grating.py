@@ -73,7 +73,7 @@ REST = Truth("still")
 
 
 def name(velocity: Velocity) -> str:
-    """The word for a direction: one of four, or ``oblique``."""
+    """Return the word for a direction: one of four, or ``oblique``."""
     speed = math.hypot(*velocity)
     for word, (x, y) in DIRECTIONS.items():
         if math.isclose(velocity.x * x + velocity.y * y, speed, rel_tol=1e-9):

@@ -77,7 +77,7 @@ def _sum(a: Velocity, b: Velocity) -> Velocity:
 
 
 def _shift(distance: float) -> npt.NDArray[np.float64]:
-    """The kernel that moves an image ``distance`` px along an axis: cubic convolution (Keys 1981)."""
+    """Return the kernel that moves an image ``distance`` px along an axis: cubic convolution (Keys 1981)."""
     radius = math.ceil(abs(distance)) + 2
     away = np.abs(np.arange(-radius, radius + 1) + distance)
     near = 1.5 * away**3 - 2.5 * away**2 + 1.0

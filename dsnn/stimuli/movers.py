@@ -78,7 +78,7 @@ class Mover:
         return abs(self.velocity) * (seconds - self.enters_s)
 
     def box(self, seconds: float) -> Box:
-        """The whole outline at a time: what the swinging legs sweep counts."""
+        """Return the whole outline at a time: what the swinging legs sweep counts."""
         return self._part(seconds, 0.0, WIDTH[self.kind], 0.0, 1.0)
 
     def parts(self, seconds: float) -> Iterator[tuple[Box, float]]:
@@ -98,7 +98,7 @@ class Mover:
         yield self._part(seconds, 0.0, HEAD_WIDTH, 0.0, HEAD), third
 
     def _part(self, seconds: float, ahead: float, width: float, top: float, bottom: float) -> Box:
-        """A box whose middle is ``ahead`` of the whole's; all in shares of the height, from the top."""
+        """Return a box whose middle is ``ahead`` of the whole's; all in shares of the height, from the top."""
         h = self.height
         middle = self.gone(seconds) - self.width / 2 + ahead * h
         x = middle if self.velocity > 0 else self.columns - middle
@@ -106,7 +106,7 @@ class Mover:
 
 
 def group(nearest: Mover, count: int, rng: np.random.Generator) -> tuple[Mover, ...]:
-    """Several of a kind in one direction, each of a distance, a pace and a grey of its own, one after another.
+    """Return several of a kind in one direction, each of a distance, a pace and a grey of its own, one after another.
 
     Parameters
     ----------

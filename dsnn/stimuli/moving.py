@@ -88,7 +88,7 @@ class ObjectPath:
             self._steps = max(1, round(p.duration_s * p.fps))
 
     def _room(self) -> float:
-        """The length of the way, px."""
+        """Return the length of the way, px."""
         p = self._params
         horizontal = DIRECTIONS[p.motion][0] != 0
         field, size, name = (p.columns, p.width, "width") if horizontal else (p.rows, p.height, "height")
@@ -151,7 +151,7 @@ def paint(canvas: Luma, box: Box, grey: float) -> None:
 
 
 def _cover(start: float, size: float, pixels: int) -> tuple[slice, npt.NDArray[np.float32]]:
-    """The pixels of a line that a stretch touches, and the share of each that it covers."""
+    """Return the pixels of a line that a stretch touches, and the share of each that it covers."""
     end = start + size
     first, last = (min(max(int(at), 0), pixels) for at in (np.floor(start), np.ceil(end)))
     edges = np.arange(first, last)

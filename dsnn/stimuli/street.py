@@ -161,7 +161,7 @@ class Street(Stimulus[StreetParams]):
 
 
 def _movers(p: StreetParams, rng: np.random.Generator) -> tuple[Mover, ...]:
-    """All who cross, in the order in which they are painted."""
+    """Return all who cross, in the order in which they are painted."""
     way = 1.0 if p.motion == "rightward" else -1.0
     greys = (p.grey, WHEEL_GREY, 190.0) if p.kind == "car" else (p.grey, 60.0, 120.0)
     first = Mover(p.kind, p.height, way * p.speed, p.rest_s, GROUND_ROW * p.rows, p.columns, greys)
@@ -203,7 +203,7 @@ def _leaves(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
 
 
 def _around(boxes: list[Box]) -> Box:
-    """The smallest box that holds them all."""
+    """Return the smallest box that holds them all."""
     left, top = min(box.left for box in boxes), min(box.top for box in boxes)
     right, bottom = max(box.left + box.width for box in boxes), max(box.top + box.height for box in boxes)
     return Box(left, top, right - left, bottom - top)

@@ -22,7 +22,7 @@ from experiments.bench.robot.experiment import Experiment
 
 
 def load(name: str) -> Experiment:
-    """The experiment with the robot called ``name``; see `find`. Raises `UsageError` for an off-line one."""
+    """Return the experiment with the robot called ``name``; see `find`. Raises `UsageError` for an off-line one."""
     experiment = find(name)
     if isinstance(experiment, OfflineExperiment):
         raise UsageError(f"{name}: an off-line experiment has no robot: colias run shows its clips")
@@ -30,7 +30,7 @@ def load(name: str) -> Experiment:
 
 
 def find(name: str) -> Experiment | OfflineExperiment:
-    """The experiment called ``name``, or the one that the file ``name`` declares as ``EXPERIMENT``.
+    """Return the experiment called ``name``, or the one that the file ``name`` declares as ``EXPERIMENT``.
 
     Raises `UsageError` on an unknown name, and on a file that cannot be read, has an error, or declares none.
     """

@@ -49,7 +49,7 @@ _WORD = 2**32
 
 
 def stream(name: str, seed: int) -> np.random.Generator:
-    """A new generator of the stream ``name`` at ``seed``, 0 or more. ``ValueError`` on an unknown name."""
+    """Return a new generator of the stream ``name`` at ``seed``, 0 or more. ``ValueError`` on an unknown name."""
     if name not in KEYS:
         raise ValueError(f"no random stream '{name}': known are {', '.join(KEYS)}")
     if name in _WORDS and seed < _WORD:

@@ -27,31 +27,37 @@ back and forth cancels.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from experiments.bench.footage.claims import LEAST_SECONDS, Floats, FootageClaim
+from experiments.bench.footage.claims import LEAST_SECONDS, FootageClaim
+from experiments.bench.footage.flow import (
+    Floats,
+    block_frames,
+    correlation,
+    moments,
+    resampled,
+    separate,
+    undefined,
+)
 from experiments.bench.footage.watch import LEAST_FRAMES
 from experiments.bench.judging.checks import Check
-from experiments.bench.judging.statistics import SEED, proportion_interval
+from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome
-from experiments.bench.streams import stream
 
-LEAST_CORRELATION, LEAST_AGREEMENT, BLOCK_S = 0.5, 0.9, 1.0
+LEAST_CORRELATION, LEAST_AGREEMENT = 0.5, 0.9
 LEAST_BELOW = 0.95
 """Of the frames of these seconds, the share with abs(VS) below the threshold: "mainly"."""
 LEAST_FLOW = 0.05
 """Mean horizontal flow over a second and the frame, px a frame: a fortieth of the picture going at 2 px a frame."""
-RESAMPLES = 2000
 
 
 def judge(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
     """Judge columns of T frames: mean horizontal flow, both potentials; ``rate`` is in frames per second."""
-    block, count = max(round(rate * BLOCK_S), 1), len(hs)
-    lacking = _lacking(flow, hs, vs)
+    block, count = block_frames(rate), len(hs)
+    lacking = undefined(flow, hs, vs)
     if lacking:
         return Outcome.unjudged(lacking, n=count)
     over = np.abs(hs) > threshold
-    seconds = len(_separate(np.flatnonzero(over), block))
+    seconds = len(separate(np.flatnonzero(over), block))
     spread = f"{over.sum()} of {count} frames, in {seconds} separate seconds, over T = {threshold:g}"
     if seconds < LEAST_SECONDS:
         peak = f"; |HS| peaks at {np.abs(hs).max():.2f}" if count else ""
@@ -59,36 +65,34 @@ def judge(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -
         return Outcome.unjudged(f"{why}: {spread}{peak}", n=count)
     # Every figure of C12 is made of sums over frames, so a resample is a sum of sums over blocks.
     agrees = over & (np.sign(flow) == np.sign(hs))
-    terms = np.column_stack(
-        [np.ones(count), flow, hs, flow**2, hs**2, flow * hs, over, agrees, np.abs(hs), np.abs(vs)]
-    )  # fmt: skip
-    whole, resamples = terms.sum(axis=0), _resampled(terms, block)
-    related, ratio = float(_correlation(whole)), float(_ratio(whole))
-    least, most = np.percentile(_correlation(resamples), [2.5, 97.5])
+    terms = np.column_stack([moments(flow, hs), over, agrees, np.abs(hs), np.abs(vs)])
+    whole, resamples = terms.sum(axis=0), resampled(terms, block)
+    related, ratio = float(correlation(whole)), float(_ratio(whole))
+    least, most = np.percentile(correlation(resamples), [2.5, 97.5])
     share = float(agrees.sum() / over.sum())
     low, high = proportion_interval(share * seconds, seconds)
     below, above = np.nanpercentile(_ratio(resamples), [2.5, 97.5])
-    correlation = f"correlation of HS with the flow {related:.2f} [{least:.2f}, {most:.2f}]"
+    follows = f"correlation of HS with the flow {related:.2f} [{least:.2f}, {most:.2f}]"
     agreement = f"same sign over T {share:.2f} [{low:.2f}, {high:.2f}]"
     shares = f"mean |VS| / |HS| {ratio:.2f} [{below:.2f}, {above:.2f}]"
     checks = [
-        Check(correlation, related, LEAST_CORRELATION),
-        Check(correlation, float(least), 0.0, asks="an interval above 0"),
+        Check(follows, related, LEAST_CORRELATION),
+        Check(follows, float(least), 0.0, asks="an interval above 0"),
         Check(agreement, share, LEAST_AGREEMENT, "at least", asks=f"{LEAST_AGREEMENT:g} or more"),
         Check(shares, ratio, 1.0, "below"),
     ]
     effect = f"95 % intervals: of the sign by separate seconds, else by bootstrap of blocks of {block} frames"
-    return Outcome.of(checks, f"{correlation}; {agreement}; {shares} ({spread})", effect, count, seconds)
+    return Outcome.of(checks, f"{follows}; {agreement}; {shares} ({spread})", effect, count, seconds)
 
 
 def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> Outcome:
     """Judge the paper's stronger words about real footage, from the same columns as `judge`."""
-    block, count = max(round(rate * BLOCK_S), 1), len(hs)
-    lacking = _lacking(flow, hs, vs)
+    block, count = block_frames(rate), len(hs)
+    lacking = undefined(flow, hs, vs)
     if lacking:
         return Outcome.unjudged(lacking, n=count)
     over = np.abs(hs) > threshold
-    seconds = [slice(start, start + block) for start in _separate(np.flatnonzero(over), block)]
+    seconds = [slice(start, start + block) for start in separate(np.flatnonzero(over), block)]
     passed = [second for second in seconds if over[second].sum() >= LEAST_FRAMES]
     whole = len(flow) // block
     moving = int((np.abs(flow[: whole * block].reshape(whole, block).mean(axis=1)) > LEAST_FLOW).sum())
@@ -105,35 +109,6 @@ def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float
     below = f"|VS| below T in {share:.1%} of the {len(frames)} frames of these seconds"
     mainly = Check(below, share, LEAST_BELOW, "at least", scale=LEAST_BELOW, asks=f"{LEAST_BELOW:.0%} or more")
     return Outcome.of([many, mainly], f"{text}; {below}; {shown}", "", count, len(passed))
-
-
-def _lacking(flow: Floats, hs: Floats, vs: Floats) -> str:
-    """Return how many frames lack a number, in words; empty if none does."""
-    without = int((~np.isfinite([flow, hs, vs]).all(axis=0)).sum())
-    return f"{without} of {len(hs)} frames have no number in flow, HS or VS" if without else ""
-
-
-def _separate(frames: npt.NDArray[np.intp], block: int) -> list[int]:
-    """Return where stretches of ``block`` frames begin, none overlapping, that hold all of the ``frames``."""
-    starts: list[int] = []
-    for frame in frames.tolist():
-        if not starts or frame >= starts[-1] + block:
-            starts.append(frame)
-    return starts
-
-
-def _resampled(terms: Floats, block: int) -> Floats:
-    """Return sums (`RESAMPLES`, columns) of as many blocks of frames, drawn anywhere, as fill the footage."""
-    running = np.vstack([np.zeros(terms.shape[1]), np.cumsum(terms, axis=0)])
-    blocks = running[block:] - running[:-block]
-    rng, draws = stream("bootstrap.blocks", SEED), round(len(terms) / block)
-    return np.stack([blocks[rng.integers(len(blocks), size=draws)].sum(axis=0) for _ in range(RESAMPLES)])
-
-
-def _correlation(sums: Floats) -> Floats:
-    n, x, y, xx, yy, xy = (sums[..., i] for i in range(6))
-    spread = np.sqrt(np.maximum(n * xx - x * x, 0.0) * np.maximum(n * yy - y * y, 0.0))
-    return np.asarray(np.divide(n * xy - x * y, spread, out=np.zeros_like(spread), where=spread > 0))
 
 
 def _ratio(sums: Floats) -> Floats:

@@ -30,11 +30,13 @@ FPS = 30.0
 
 def c7_rises(rows: Rows, threshold: float) -> Outcome:
     """Judge the half of C7 that one speed of the background can answer: peak HS rises with the object's speed."""
-    own = rows_of(rows)
+    trials = rows_of(rows)
     checks = [
-        check for grey in levels(own, "grey") for check in rises(rows_of(own, grey=grey), threshold, f"grey {grey:g}")
+        check
+        for grey in levels(trials, "grey")
+        for check in rises(rows_of(trials, grey=grey), threshold, f"grey {grey:g}")
     ]
-    return Outcome.of(checks, n=len(own))
+    return Outcome.of(checks, n=len(trials))
 
 
 def at_speed(claim: "Claim", point: Mapping[str, str]) -> ClipClaim:

@@ -89,8 +89,8 @@ def schema() -> "pa.Schema":
     from experiments.bench.robot.rows import TRIAL_SCHEMA
 
     counts, lists = pa.int64(), pa.list_(pa.int64())
-    own = {"collision_frames": counts, "edge_cells": counts, "edge_frames": lists, "frames_above": lists}
-    return pa.schema([*TRIAL_SCHEMA, *(pa.field(name, kind) for name, kind in own.items())])
+    columns = {"collision_frames": counts, "edge_cells": counts, "edge_frames": lists, "frames_above": lists}
+    return pa.schema([*TRIAL_SCHEMA, *(pa.field(name, kind) for name, kind in columns.items())])
 
 
 def spikes_in_a_row(network: Any) -> int:
@@ -130,11 +130,11 @@ def moving_edge(pictures: npt.NDArray[np.uint8]) -> npt.NDArray[np.int64]:
 
 def collisions(spikes: npt.NDArray[np.int64], in_a_row: int) -> int:
     """Return in how many frames at least ``in_a_row`` spikes have come since the last frame without one; of (T,)."""
-    count, found = 0, 0
+    count, frames = 0, 0
     for spike in spikes.tolist():
         count = count + spike if spike else 0
-        found += count >= in_a_row
-    return found
+        frames += count >= in_a_row
+    return frames
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,10 +212,10 @@ def detector_row(arena: str, detector: Detector, every: Sequence[Replicate], hel
     """Measure one detector in every replicate, in ``held`` of which C21 holds; ``cause`` is left empty."""
     threshold = every[0].looming[detector.label]
     assert threshold is not None
-    rows = [looming_rows(each, detector.label) for each in every]
+    rows = [looming_rows(replicate, detector.label) for replicate in every]
     at = [held_by(rows, _entry("frames_above", index)) for index in range(len(THRESHOLDS))]
     best = max(range(len(THRESHOLDS)), key=lambda index: at[index])
-    trials = [row for own in rows for row in own]
+    trials = [row for replicate_rows in rows for row in replicate_rows]
     frames, peak = _column("collision_frames"), _column("peak_looming")
     return DetectorRow(
         arena=arena, label=detector.label, preset=detector.preset, source=detector.source, threshold=threshold,
@@ -229,8 +229,8 @@ def detector_row(arena: str, detector: Detector, every: Sequence[Replicate], hel
 
 def edge_row(arena: str, label: str, every: Sequence[Replicate]) -> EdgeRow:
     """Count the moving edge of all trials; it is the same in the rows of every detector, and read in those of one."""
-    rows = [looming_rows(each, label) for each in every]
-    trials = [row for own in rows for row in own]
+    rows = [looming_rows(replicate, label) for replicate in every]
+    trials = [row for replicate_rows in rows for row in replicate_rows]
     levels = {level: _entry("edge_frames", index) for index, level in enumerate(EDGE_LEVELS)}
     cells = _column("edge_cells")
     return EdgeRow(
@@ -239,9 +239,9 @@ def edge_row(arena: str, label: str, every: Sequence[Replicate]) -> EdgeRow:
     )  # fmt: skip
 
 
-def looming_rows(own: Replicate, label: str) -> list[Mapping[str, Any]]:
+def looming_rows(replicate: Replicate, label: str) -> list[Mapping[str, Any]]:
     """Return the rows of one detector; ``spikes`` are those of looming, of one that tells direction too."""
-    return [{**row, "spikes": row["looming_spikes"]} for row in own.of(label)]
+    return [{**row, "spikes": row["looming_spikes"]} for row in replicate.of(label)]
 
 
 def held_by(every: Sequence[Rows], count: Callable[[Mapping[str, Any]], float]) -> int:
@@ -254,7 +254,7 @@ def held_by(every: Sequence[Rows], count: Callable[[Mapping[str, Any]], float]) 
 
 
 def _mean(values: Sequence[float]) -> float:
-    """A mean; NaN of nothing, which is more than nothing."""
+    """Return a mean; NaN of nothing, which is more than nothing."""
     return sum(values) / len(values) if values else math.nan
 
 
@@ -297,7 +297,7 @@ def _parts(row: DetectorRow, edge: EdgeRow) -> list[str]:
 
 
 def _more(row: DetectorRow, edge: EdgeRow) -> str:
-    """Which angle it answers more than straight ahead, and how much more edge moves there."""
+    """Say which angle it answers more than straight ahead, and how much more edge moves there."""
     most = max(range(1, len(AWAY)), key=lambda index: row.spikes[index])
     cells = edge.cells[most] / edge.cells[0] - 1.0
     frames = edge.frames[PERIMETER][most] - edge.frames[PERIMETER][0]
@@ -312,7 +312,7 @@ def _ceiling(row: DetectorRow) -> list[str]:
 
 
 def _threshold(row: DetectorRow) -> list[str]:
-    """Whether a constant of another camera decides."""
+    """Return whether a constant of another camera decides."""
     at = f"{row.held_at_best} of {row.replicates} replicates at {row.best_threshold:g}"
     if row.held_at_best >= MOST * row.replicates:
         return [f"the threshold decides: counting frames, it would hold in {at}"]

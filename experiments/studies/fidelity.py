@@ -15,7 +15,7 @@ def driven(counts: Counts) -> Tables:
     """Say how the stimulus moved at each point: mean errors of its speed, and of its largest distance from the path."""
     rows: list[dict[str, Any]] = []
     for point, model in counts.plan.judged:
-        trials = [row for each in counts.replicates(point, model) for row in each.rows]
+        trials = [row for replicate in counts.replicates(point, model) for row in replicate.rows]
         speed = [abs(row["achieved_speed_cm_s"] / row["speed_cm_s"] - 1.0) for row in trials]
         path = [row["path_error_mm"] for row in trials]
         rows.append({**dict(point.values), "trials": len(trials), "speed error": _mean(speed),

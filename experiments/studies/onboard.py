@@ -82,8 +82,8 @@ def series_schema() -> "pa.Schema":
 
     from experiments.bench.robot.rows import TRIAL_SCHEMA
 
-    own = [pa.field(HS, pa.list_(pa.float32())), pa.field(SPIKES, pa.list_(pa.int32()))]
-    return pa.schema([*TRIAL_SCHEMA, *own])
+    fields = [pa.field(HS, pa.list_(pa.float32())), pa.field(SPIKES, pa.list_(pa.int32()))]
+    return pa.schema([*TRIAL_SCHEMA, *fields])
 
 
 def series_of(labels: Sequence[str]) -> Probe:
@@ -95,8 +95,10 @@ def errors(counts: "Counts") -> Tables:
     """Say what each format does to the claims, and how far it is from the float network."""
     (point, plain), *others = counts.plan.judged
     return {
-        "Formats": [{"format": each.label, "computes with": each.says, "fits": "yes" if each.fits else "no"}
-                    for each in FORMATS if each.label in [model for _, model in counts.plan.judged]],
+        "Formats": [
+            {"format": entry.label, "computes with": entry.says, "fits": "yes" if entry.fits else "no"}
+            for entry in FORMATS if entry.label in [model for _, model in counts.plan.judged]
+        ],
         "Claims lost and gained against the float network": [
             lost_and_gained(counts, claim, model, plain) for claim in counts_of(counts) for _, model in others
         ],
@@ -117,10 +119,10 @@ def lost_and_gained(counts: "Counts", claim: str, model: str, plain: str) -> dic
 
     It does not survive where it holds of the float network, over all replicates, and does not of the format.
     """
-    own, float_ = counts.cell(claim, model), counts.cell(claim, plain)
+    format_, float_ = counts.cell(claim, model), counts.cell(claim, plain)
     pairs = [(a.verdict == "holds", b.verdict == "holds")
-             for a, b in zip(own.outcomes, float_.outcomes, strict=True)]  # fmt: skip
-    words = float_.count.word, own.count.word
+             for a, b in zip(format_.outcomes, float_.outcomes, strict=True)]  # fmt: skip
+    words = float_.count.word, format_.count.word
     survives = "-" if "" in words or words[0] != "holds" else "yes" if words[1] == "holds" else "no"
     return {
         "claim": claim, "format": model, "lost": sum(b and not a for a, b in pairs),
@@ -138,13 +140,13 @@ def error_row(
     """
     import numpy as np
 
-    own, float_ = _series(every, label), _series(floats, plain)
-    both = [key for key in float_ if key in own]
+    format_, float_ = _series(every, label), _series(floats, plain)
+    both = [key for key in float_ if key in format_]
     row = {"format": label, "frames": 0, "trials": len(both), "median of |HS error|": None, "99 %": None,
            "worst": None, "spikes in float": 0, "lost": 0, "gained": 0}  # fmt: skip
     if not both:
         return row
-    hs, spikes = (np.concatenate([own[key][part] for key in both]) for part in (0, 1))
+    hs, spikes = (np.concatenate([format_[key][part] for key in both]) for part in (0, 1))
     wanted, expected = (np.concatenate([float_[key][part] for key in both]) for part in (0, 1))
     error = np.abs(hs - wanted)
     # A spike of the other sign is one lost and one gained.
@@ -163,8 +165,8 @@ def _series(every: Sequence[Replicate], label: str) -> Mapping[tuple[int, Any, A
 
     return {
         (number, row["experiment"], row["seed"]): (np.asarray(row[HS], np.float64), np.asarray(row[SPIKES], np.int64))
-        for number, each in enumerate(every)
-        for row in each.of(label)
+        for number, replicate in enumerate(every)
+        for row in replicate.of(label)
         if row.get(HS) is not None
     }
 
@@ -173,7 +175,7 @@ STUDY = Study(
     name="onboard",
     summary="C13 to C20 in the robot's own arithmetic, in several formats, beside the float network on the same trials",
     claims=CLAIMS,
-    models=tuple(each.label for each in FORMATS),
-    probe=series_of([each.label for each in FORMATS]),
+    models=tuple(entry.label for entry in FORMATS),
+    probe=series_of([entry.label for entry in FORMATS]),
     tables=errors,
 )

@@ -55,6 +55,7 @@ def called(page: Path) -> str:
 
 SKIPPED = {
     "README.md": ("downloads packages",),
+    "afternoon.md": ("needs a robot", "needs a robot"),
     "back-from-the-robot.md": ("needs polars and duckdb, which no extra installs",),
     "behaviours-and-training.md": (
         "needs PyTorch and minutes: tests/bench/training/test_train.py",

@@ -22,7 +22,7 @@ from experiments.bench.leaderboard import figure as leaderboard_figure
 from experiments.bench.leaderboard.kinds import DIRECTION, LOOMING, Kind, Ranking
 from experiments.bench.studies import figure as study_figure
 from experiments.bench.studies import run as study_run
-from experiments.bench.studies.counts import TOGETHER, Cell, Counts, Number
+from experiments.bench.studies.counts import TOGETHER, ClaimCell, Counts, Number
 from experiments.bench.studies.study import Study as GridStudy
 from experiments.bench.training import figure as training_figure
 from experiments.bench.training.study import Studied, Study
@@ -146,10 +146,10 @@ def maps(models: Sequence[str]) -> Figure:
 
     class Turns(Counts):
         @cached_property
-        def cells(self) -> list[Cell]:  # type: ignore[override]
+        def cells(self) -> list[ClaimCell]:  # type: ignore[override]
             words = ("holds", "fails", "silent model", "not shown", "holds", "holds")
             return [
-                Cell(point, "dsnn", claim, "speed", tuple(Outcome(words[(place + i) % 6], "") for i in range(5)))
+                ClaimCell(point, "dsnn", claim, "speed", tuple(Outcome(words[(place + i) % 6], "") for i in range(5)))
                 for claim in ("C15", TOGETHER)
                 for place, point in enumerate(plan.points)
             ]

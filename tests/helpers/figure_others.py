@@ -26,7 +26,7 @@ from experiments.bench.leaderboard import atlas as atlas_of
 from experiments.bench.leaderboard import atlas_figure
 from experiments.bench.studies import figure as study_figure
 from experiments.bench.studies import run as study_run
-from experiments.bench.studies.counts import Cell, Counts
+from experiments.bench.studies.counts import ClaimCell, Counts
 from experiments.bench.studies.registry import find as find_study
 from experiments.bench.video.layout import lay_out
 from experiments.bench.video.reading import Reel, Trace, Track
@@ -100,9 +100,9 @@ def studied(name: str) -> Counts:
 
     class Turns(Counts):
         @cached_property
-        def cells(self) -> list[Cell]:  # type: ignore[override]
+        def cells(self) -> list[ClaimCell]:  # type: ignore[override]
             return [
-                Cell(point, model, claim.id, place, tuple(Outcome(words[(row + column + i) % len(words)], "")
+                ClaimCell(point, model, claim.id, place, tuple(Outcome(words[(row + column + i) % len(words)], "")
                                                           for i in range(plan.replicates)))
                 for row, (point, model) in enumerate(plan.judged)
                 for column, (claim, place) in enumerate(plan.claims)

@@ -44,7 +44,7 @@ class Example:
 
 
 def examples(command: Command) -> list[Example]:
-    """A few examples of a command: those that the tests run, if there are such, and of different chapters first."""
+    """Choose a few examples of a command: those that the tests run, if there are any, and of other chapters first."""
     collected = [example for path in sorted(DOCS.glob("*.md")) for example in _of_chapter(path, command)]
     collected = [example for example in collected if example.tested] or collected
     first: dict[str, Example] = {}
@@ -67,7 +67,7 @@ def _of_chapter(path: Path, command: Command) -> Iterator[Example]:
 
 
 def commands(text: str) -> list[str]:
-    """The commands of a block, each with the lines that it goes on in."""
+    """Return the commands of a block, each with the lines that it goes on in."""
     return [line for line in re.split(r"(?<!\\)\n", text) if line.startswith(f"{PROGRAM} ")]
 
 
@@ -76,5 +76,5 @@ def _is_of(line: str, command: Command) -> bool:
 
 
 def anchor(heading: str) -> str:
-    """The anchor of a heading, as GitHub and MyST make it."""
+    """Return the anchor of a heading, as GitHub and MyST make it."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")

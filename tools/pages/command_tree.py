@@ -79,20 +79,21 @@ class Command:
 
 
 def tree() -> Command:
-    """The whole command line, as help lists it: without what is hidden."""
+    """Return the whole command line, as help lists it: without what is hidden."""
     return _command(typer.main.get_command(main.app), ())
 
 
-def _command(found: Any, words: tuple[str, ...]) -> Command:
-    context = typer.Context(found, info_name=" ".join((PROGRAM, *words)))
+def _command(click_command: Any, words: tuple[str, ...]) -> Command:
+    context = typer.Context(click_command, info_name=" ".join((PROGRAM, *words)))
     kinds: dict[str, list[Parameter]] = {"argument": [], "option": []}
-    for param in found.params:
+    for param in click_command.params:
         if not param.hidden:
             kinds[param.param_type_name].append(_parameter(param, context))
-    below = getattr(found, "commands", {})
+    below = getattr(click_command, "commands", {})
     return Command(
-        words, found.short_help or "", found.help or "", " ".join(found.collect_usage_pieces(context)),
-        getattr(found, "rich_help_panel", None) or "", tuple(kinds["argument"]), tuple(kinds["option"]),
+        words, click_command.short_help or "", click_command.help or "",
+        " ".join(click_command.collect_usage_pieces(context)),
+        getattr(click_command, "rich_help_panel", None) or "", tuple(kinds["argument"]), tuple(kinds["option"]),
         tuple(_command(command, (*words, name)) for name, command in below.items() if not command.hidden),
     )  # fmt: skip
 
@@ -101,17 +102,17 @@ def _parameter(option: Any, context: typer.Context) -> Parameter:
     """Read an option from help's own record: the names and the value, then the help and in brackets what else is
     said.
     """
-    shown, text = option.get_help_record(context)
+    heading, text = option.get_help_record(context)
     words = option.help or ""
     extras = text.removeprefix(words).strip().removeprefix("[").removesuffix("]").split("; ")
     default = next((extra.removeprefix("default: ") for extra in extras if extra.startswith("default: ")), "")
     if option.param_type_name == "argument":
-        names, value = (option.metavar or option.name,), shown.partition(" ")[2].strip("<>")
+        names, value = (option.metavar or option.name,), heading.partition(" ")[2].strip("<>")
         return Parameter(names, value, default, words)
     if option.is_flag:
         ways = option.opts if option.default else option.secondary_opts
         return Parameter((*option.opts, *option.secondary_opts), "", ways[0] if default else "", words)
-    value = re.sub(r"^(?:--?[\w-]+(?:, )?)+ ?", "", shown).strip("<>").removesuffix(" range")
+    value = re.sub(r"^(?:--?[\w-]+(?:, )?)+ ?", "", heading).strip("<>").removesuffix(" range")
     value = re.sub(r"^list\[(.*)\]$", r"\1", value)  # its help says that it is repeatable
     legal = [extra for extra in extras if "<=" in extra]
     return Parameter(tuple(option.opts), ", ".join([value, *legal]), default, words)

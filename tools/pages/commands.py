@@ -70,7 +70,7 @@ def _subcommands(command: Command) -> str:
 
 
 def helped(text: str, pages: Mapping[str, Command]) -> str:
-    """A help text in Rich's markup as Markdown: paragraphs, examples that are indented, headings in bold.
+    """Return a help text in Rich's markup as Markdown: paragraphs, examples that are indented, headings in bold.
 
     ``pages`` are those that commands in bold link to. Without any, bold text is terms, not names of the code.
     """
@@ -87,7 +87,7 @@ def helped(text: str, pages: Mapping[str, Command]) -> str:
 
 
 def _marked(text: str, pages: Mapping[str, Command]) -> str:
-    """A line of help: what is bold becomes code, and a link where it is a command."""
+    """Return a line of help: what is bold becomes code, and a link where it is a command."""
     parts, at = [], 0
     for match in _BOLD.finditer(text):
         parts += [prose(text[at : match.start()]), _link(match[1], pages)]
@@ -108,7 +108,7 @@ def _link(text: str, pages: Mapping[str, Command]) -> str:
 
 
 def _parameters(title: str, parameters: Sequence[Parameter], pages: Mapping[str, Command]) -> str:
-    """A table of what follows a command: each with its value beside it, where it has one."""
+    """Return a table of what follows a command: each with its value beside it, where it has one."""
     rows = []
     for parameter in parameters:
         ways = ", ".join(map(code, parameter.names))

@@ -12,13 +12,13 @@ _SPAN = re.compile(r"``(.+?)``|`(.+?)`", re.DOTALL)
 
 
 def paragraphs(documented: Any) -> list[str]:
-    """The paragraphs of a docstring as Markdown, up to the first section such as ``Parameters``."""
+    """Return the paragraphs of a docstring as Markdown, up to the first section such as ``Parameters``."""
     text = re.split(r"^\w+\n-{3,}$", inspect.getdoc(documented) or "", maxsplit=1, flags=re.MULTILINE)[0]
     return [_paragraph(part) for part in re.split(r"\n\s*\n", text.strip()) if part.strip()]
 
 
 def _paragraph(text: str) -> str:
-    """One paragraph, or one list, with each item on a line."""
+    """Return one paragraph, or one list, with each item on a line."""
     if text.lstrip().startswith("- "):
         items = re.split(r"\n(?=- )", text.strip())
         return "\n".join(f"- {_marked(' '.join(item.removeprefix('- ').split()))}" for item in items)

@@ -37,7 +37,7 @@ def names_in(entries: list[Parameter]) -> list[str]:
 
 
 def _names(entry: Parameter) -> list[str]:
-    """The names of an entry, as ``x, y``."""
+    """Return the names of an entry, as ``x, y``."""
     return [name.strip().lstrip("*") for name in entry.name.split(",")]
 
 
@@ -113,7 +113,7 @@ def completed(thing: Any, text: str, find: typing.Callable[[str], Any]) -> Numpy
 
 
 def _typed(entry: Parameter, types: dict[str, str]) -> Parameter:
-    """An entry, as ``x, y``, with the type and default that all its names have."""
+    """Return an entry, as ``x, y``, with the type and default that all its names have."""
     kinds = {types.get(name, "") for name in _names(entry)}
     return entry._replace(type=entry.type or kinds.pop()) if len(kinds) == 1 else entry
 
@@ -138,7 +138,7 @@ def parameter_types(thing: Any) -> dict[str, str]:
 
 
 def _hints(thing: Any) -> dict[str, Any]:
-    """The annotations of a function, or of what a class is made of, with names that only type checkers import."""
+    """Read the annotations of a function, or of what a class is made of, with names that only type checkers import."""
     source = thing
     if inspect.isclass(thing) and not dataclasses.is_dataclass(thing):
         source = thing.__init__ if isinstance(thing.__init__, FunctionType) else thing
@@ -213,7 +213,7 @@ def type_words(hint: Any) -> str:
 
 
 def _name(cls: Any) -> str:
-    """The name of a class; of one that is not ours with the shortest path by which it can be imported."""
+    """Return the name of a class; of one that is not ours with the shortest path by which it can be imported."""
     name, module = getattr(cls, "__qualname__", str(cls)), getattr(cls, "__module__", "builtins")
     path = module.split(".")
     if path[0] in ("builtins", "os", "pathlib", "collections", "colias_sim", "dsnn", "experiments", "scenes"):

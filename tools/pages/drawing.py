@@ -29,7 +29,7 @@ Frames = npt.NDArray[np.uint8]
 
 
 def shown_frames(frames: Sequence[StimulusFrame]) -> list[int]:
-    """The indices of the frames to show: from the first that moves to the first after the motion."""
+    """Return the indices of the frames to show: from the first that moves to the first after the motion."""
     moving = [index for index, frame in enumerate(frames) if frame.truth.motion != "still"]
     first, last = (moving[0], min(moving[-1] + 1, len(frames) - 1)) if moving else (0, len(frames) - 1)
     if last - first < SHOWN - 1:  # shorter than there are frames to show

@@ -47,7 +47,7 @@ def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
     _draw(name, folder / f"{page}.png")
     module, _, kind = entry.entry_point.partition(":")
     env = getattr(importlib.import_module(module), kind)
-    said = f"The arena of {page}, with a close view of the observer and what its camera sees"
+    alt = f"The arena of {page}, with a close view of the observer and what its camera sees"
     caption = (
         f"What `render()` shows {STEPS} steps after `reset(seed=0)`, both wheels at {AHEAD:g}."
         " At the left the observer from near, at the right its camera."
@@ -67,7 +67,7 @@ def _write_page(folder: Path, name: str, entry: EnvEntry) -> None:
         table(("Env", code(name)), rows),
         _anchor(module, kind),
         f"{entry.note}\n" if entry.note else "",
-        markdown.picture(f"{page}.png", said, caption),
+        markdown.picture(f"{page}.png", alt, caption),
         inspect.cleandoc(env.__doc__),
     )
 

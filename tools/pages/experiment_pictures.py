@@ -75,24 +75,24 @@ def _observer(axes: Axes, camera: CameraConfig) -> None:
 
 
 def shown_clips(clips: Sequence[Clip]) -> list[Clip]:
-    """The clips that a picture has room for, taken evenly."""
+    """Return the clips that a picture has room for, taken evenly."""
     places = np.linspace(0, len(clips) - 1, min(MOST, len(clips)))
     return [clips[round(place)] for place in places.tolist()]
 
 
 def draw_clips(clips: Sequence[Clip], path: Path) -> None:
     """Draw the frame in the middle of each clip, below its name."""
-    shown = [(clip, clip.build(0)) for clip in clips]
+    built_clips = [(clip, clip.build(0)) for clip in clips]
     wide = (INCHES - 0.04 - GAP * (ACROSS - 1)) / ACROSS
-    names = [plain(wrapped(clip.name, wide, SIZE - 1)) for clip, _ in shown]
+    names = [plain(wrapped(clip.name, wide, SIZE - 1)) for clip, _ in built_clips]
     whole, tops = 0.0, []
-    for start in range(0, len(shown), ACROSS):
+    for start in range(0, len(built_clips), ACROSS):
         room = max(name.count("\n") + 1 for name in names[start : start + ACROSS]) * TITLE + 0.04
         tops.append(whole + room)
-        whole += room + max(wide * b.shape[0] / b.shape[1] for _, b in shown[start : start + ACROSS]) + GAP
+        whole += room + max(wide * b.shape[0] / b.shape[1] for _, b in built_clips[start : start + ACROSS]) + GAP
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(INCHES, whole))
-        for number, ((_, built), name) in enumerate(zip(shown, names, strict=True)):
+        for number, ((_, built), name) in enumerate(zip(built_clips, names, strict=True)):
             rows, columns = built.shape
             left = 0.02 + number % ACROSS * (wide + GAP)
             axes = drawing.place(drawn, left, tops[number // ACROSS], wide, wide * rows / columns)

@@ -30,7 +30,7 @@ def code(text: str) -> str:
 
 
 def prose(text: str) -> str:
-    """A sentence of the code: names, options, settings and files as code, the rest escaped."""
+    """Return a sentence of the code: names, options, settings and files as code, the rest escaped."""
     parts, at = [], 0
     for match in _LITERAL.finditer(text):
         parts += [escaped(text[at : match.start()]), code(match[0])]
@@ -39,13 +39,13 @@ def prose(text: str) -> str:
 
 
 def sentence(text: str) -> str:
-    """A summary as a sentence: its first letter large unless it begins with a name, a full stop at its end."""
+    """Return a summary as a sentence: its first letter large unless it begins with a name, a full stop at its end."""
     first = text[:1].upper() if not re.match(r"\w*[A-Z_\d]", text) else text[:1]
     return f"{first}{text[1:].rstrip('.')}." if text else ""
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table; cells are Markdown already. A column that is empty throughout is left out."""
+    """Return a table; cells are Markdown already. A column that is empty throughout is left out."""
     listed = [tuple(row) for row in rows]
     kept = [place for place in range(len(heads)) if any(row[place] for row in listed)]
     lines = [[heads[place] for place in kept], ["---"] * len(kept), *([row[place] for place in kept] for row in listed)]
@@ -53,13 +53,13 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def toctree(pages: Iterable[str], *, hidden: bool = True) -> str:
-    """The pages below this one, by their names without ending."""
+    """Return the pages below this one, by their names without ending."""
     options = ":hidden:\n\n" if hidden else ":maxdepth: 1\n\n"
     return "\n".join([":::{toctree}", f"{options}{chr(10).join(pages)}", ":::\n"])
 
 
 def picture(file: str, text: str, caption: str, width: int = 560) -> str:
-    """A picture with a caption; ``text`` is for those who cannot see it, ``width`` in px on a wide screen."""
+    """Return a picture with a caption; ``text`` is for those who cannot see it, ``width`` in px on a wide screen."""
     return f":::{{figure}} {file}\n:alt: {text}\n:width: {width}px\n\n{caption}\n:::\n"
 
 

@@ -158,7 +158,7 @@ def _azimuth(axes: Axes, answers: Shown) -> None:
 
 
 def _common(axes: Axes, answers: Shown, indices: Sequence[int], *, last: bool) -> None:
-    """The axis of time, and where the frames above are on it."""
+    """Draw the axis of time, and where the frames above are on it."""
     for index in indices:
         axes.axvline(index / answers.fps, color="#bbbbbb", lw=0.6, zorder=0)
     axes.set_xlim(0, len(answers.frames) / answers.fps)

@@ -103,7 +103,7 @@ def _facts(entry: ModelEntry) -> str:
 
 
 def _class(named: type) -> str:
-    """A class by its public name, where it has one."""
+    """Return a class by its public name, where it has one."""
     public = getattr(dsnn, named.__name__, None) is named
     return code(f"dsnn.{named.__name__}" if public else f"{named.__module__}.{named.__name__}")
 
@@ -112,13 +112,13 @@ def _picture(folder: Path, model: Shown) -> str:
     file = f"{model.entry.name}-{model.kind}.png"
     model_pictures.draw(model, folder / file)
     rows, columns = model.frames[0].luma.shape
-    said = f"Frames of the clip, and below them the answers of {model.entry.name} against time"
+    alt = f"Frames of the clip, and below them the answers of {model.entry.name} against time"
     caption = (
         f"The clip *{model.clip.name}* of [`colias leaderboard --atlas`](../commands/leaderboard.md),"
         f" {columns}x{rows} px at {model.fps:g} frames/s, to the model with its parameters on the robot."
         " Grey lines: the frames above. Dashed: spiking thresholds T."
     )
-    return markdown.picture(file, said, caption)
+    return markdown.picture(file, alt, caption)
 
 
 def _notes(entry: ModelEntry) -> str:
@@ -127,7 +127,7 @@ def _notes(entry: ModelEntry) -> str:
 
 
 def _presets(entry: ModelEntry, section: str) -> str:
-    """Every named set of its parameters, by what it sets otherwise than the class."""
+    """Return every named set of its parameters, by what it sets otherwise than the class."""
     base, offline = type(entry.robot)(), entry.preset("offline")
     if offline == entry.robot:
         rows = [("robot and off-line", "trials, envs, clips and footage", _changes(entry.robot, base))]

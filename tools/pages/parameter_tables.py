@@ -36,7 +36,7 @@ class Row:
 
 
 def rows(values: Any) -> Iterator[Row]:
-    """The parameters of a frozen dataclass. Its presets are no parameter."""
+    """Yield the parameters of a frozen dataclass. Its presets are no parameter."""
     fields = {field.name for field in dataclasses.fields(values)}
     for parameter in described({"section": values}):
         name = parameter.key.partition(".")[2]
@@ -46,7 +46,7 @@ def rows(values: Any) -> Iterator[Row]:
 
 
 def written(value: Any) -> str:
-    """A value as it is typed after ``--set``."""
+    """Return a value as it is typed after ``--set``."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):
@@ -55,7 +55,7 @@ def written(value: Any) -> str:
 
 
 def parameters(values: Any, others: Mapping[str, Any] = MappingProxyType({})) -> str:
-    """A table of the parameters of a class.
+    """Return a table of the parameters of a class.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def parameters(values: Any, others: Mapping[str, Any] = MappingProxyType({})) ->
 
 
 def _legal_cell(legal: str) -> str:
-    """The legal values in fewer words, for a column that is narrow."""
+    """Return the legal values in fewer words, for a column that is narrow."""
     words = legal.replace("a whole number", "whole,").replace(", separated by commas, each", ", each")
     return prose(re.sub(r"(^|each )a number (?=from|above)", r"\1", words))
 

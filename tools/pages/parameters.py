@@ -51,7 +51,7 @@ def filenames() -> dict[str, str]:
 
 
 def _find(name: str) -> Any:
-    """A public object, or a method of one, by its name in full."""
+    """Return a public object, or a method of one, by its name in full."""
     if name in _public():
         return _public()[name]
     owner, _, last = name.rpartition(".")

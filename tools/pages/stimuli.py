@@ -36,10 +36,10 @@ def _write_page(folder: Path, entry: StimulusEntry, stimulus_uses: Sequence[Use]
     name, params = entry.name, type(entry.params)
     row = stimulus_pictures.draw(entry, folder / f"{name}.png")
     band = stimulus_pictures.BANDS.get(name)
-    said = f"the darkest of the {band} rows about row {row}" if band else f"row {row}"
+    slice_text = f"the darkest of the {band} rows about row {row}" if band else f"row {row}"
     caption = (
         f"Frames of {code(name)} as its defaults make it, at seed 0."
-        f" Below, {said} of every frame, one below the other; the marks at its right are the frames above."
+        f" Below, {slice_text} of every frame, one below the other; the marks at its right are the frames above."
     )
     about = docstring_text.paragraphs(params)
     kind = [] if not inspect.isclass(entry.build) else docstring_text.paragraphs(entry.build)

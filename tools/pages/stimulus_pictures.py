@@ -49,7 +49,7 @@ def draw(entry: StimulusEntry, path: Path) -> int:
 
 
 def slice_row(frames: Sequence[StimulusFrame]) -> int:
-    """The row that the object's centre is in when it is seen first; without an object the middle one."""
+    """Return the row that the object's centre is in when it is seen first; without an object the middle one."""
     rows = frames[0].luma.shape[0]
     boxes = [frame.truth.box for frame in frames if frame.truth.box is not None]
     centre = boxes[0].top + boxes[0].height / 2 if boxes else rows / 2

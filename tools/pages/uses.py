@@ -37,7 +37,7 @@ class Use:
 
 
 def uses() -> list[Use]:
-    """Every set of clips that ships."""
+    """Return every set of clips that ships."""
     return list(_uses())
 
 

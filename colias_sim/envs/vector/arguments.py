@@ -18,7 +18,7 @@ Flags = npt.NDArray[np.bool_]
 
 
 def env_count(num_envs: Any) -> int:
-    """The number of worlds for the argument ``num_envs``."""
+    """Return the number of worlds for the argument ``num_envs``."""
     count = whole(num_envs)
     if count is None or count < 1:
         raise ValueError(f"num_envs={num_envs!r}: expected a whole number, 1 or more")
@@ -30,12 +30,12 @@ def autoreset(mode: AutoresetMode | str) -> AutoresetMode:
     try:
         return AutoresetMode(mode)
     except ValueError:
-        names = ", ".join(each.value for each in AutoresetMode)
+        names = ", ".join(member.value for member in AutoresetMode)
         raise ValueError(f"autoreset_mode={mode!r}: legal is {names}") from None
 
 
 def reset_entries(options: Any) -> dict[str, Any]:
-    """A copy of the argument ``options`` of a reset; empty for ``None``."""
+    """Return a copy of the argument ``options`` of a reset; empty for ``None``."""
     if options is None:
         return {}
     if not isinstance(options, Mapping):
@@ -44,7 +44,7 @@ def reset_entries(options: Any) -> dict[str, Any]:
 
 
 def worker_count(workers: int | None, num_envs: int) -> int:
-    """The number of processes for the argument ``workers``: 0 for this process alone, ``None`` for one a core."""
+    """Tell the number of processes for the argument ``workers``: 0 for this process alone, ``None`` for one a core."""
     if not POSSIBLE and workers:
         raise ValueError(f"workers={workers}: other processes need POSIX, give 0 (all in this process)")
     if not POSSIBLE:
@@ -65,7 +65,7 @@ def shares(num_envs: int, parts: int) -> list[tuple[int, int]]:
 
 
 def step_limit(steps: int | None) -> int | None:
-    """The limit for the argument ``max_episode_steps``; ``None`` for none, as -1 is to `gymnasium.make`."""
+    """Return the limit for the argument ``max_episode_steps``; ``None`` for none, as -1 is to `gymnasium.make`."""
     if steps is None or steps == -1:
         return None
     count = whole(steps)
@@ -75,7 +75,7 @@ def step_limit(steps: int | None) -> int | None:
 
 
 def reset_mask(mask: Any, num_envs: int) -> Flags:
-    """The envs to be reset, (num_envs,) bool, for the option ``reset_mask``; all for ``None``."""
+    """Return the envs to be reset, (num_envs,) bool, for the option ``reset_mask``; all for ``None``."""
     if mask is None:
         return np.ones(num_envs, np.bool_)
     try:
@@ -88,7 +88,7 @@ def reset_mask(mask: Any, num_envs: int) -> Flags:
 
 
 def reset_seeds(seed: Any, num_envs: int) -> list[int | None]:
-    """A seed for each env: an integer counts up from env to env, ``None`` is ``None`` for all."""
+    """Return a seed for each env: an integer counts up from env to env, ``None`` is ``None`` for all."""
     listed = isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str | bytes)
     several = listed and getattr(seed, "ndim", 1) > 0
     given = list(seed) if several else [seed] * num_envs

@@ -42,7 +42,7 @@ class Buffers:
 
     @staticmethod
     def size(observation_space: spaces.Space[Any], action_space: spaces.Space[Any], count: int) -> int:
-        """The size of the memory in bytes, for the same arguments as the constructor's."""
+        """Return the size of the memory in bytes, for the same arguments as the constructor's."""
         shape, kind, offset = _layout(observation_space, action_space, count)[-1]
         return offset + count * math.prod(shape) * int(np.dtype(kind).itemsize)
 

@@ -147,11 +147,11 @@ class Host:
         return rows
 
     def render(self) -> list[Any]:
-        """The return value of each env's ``render()``."""
+        """Return the return value of each env's ``render()``."""
         return [env.render() for env in self.envs]
 
     def call(self, name: str, arguments: tuple[Any, ...], keywords: Mapping[str, Any]) -> list[Any]:
-        """The return value of each env's method ``name``, or its attribute of that name if that is not callable."""
+        """Call or read each env's method ``name``, or its attribute of that name if that is not callable."""
         attributes = (env.get_wrapper_attr(name) for env in self.envs)
         return [attribute(*arguments, **keywords) if callable(attribute) else attribute for attribute in attributes]
 

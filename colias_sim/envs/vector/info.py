@@ -91,7 +91,7 @@ def _add(infos: dict[str, Any], info: dict[str, Any], index: int, count: int) ->
 
 
 def _empty(key: str, value: Any, count: int) -> npt.NDArray[Any]:
-    """The array of a key, of the type of its first value; objects unless that is a number or an array."""
+    """Return the array of a key, of the type of its first value; objects unless that is a number or an array."""
     if key != "final_obs":
         if type(value) in (int, float, bool) or isinstance(value, np.number):
             return np.zeros(count, type(value))

@@ -92,7 +92,7 @@ def _interpreter_flags() -> list[str]:
 
 @contextlib.contextmanager
 def _above_standard(descriptor: int) -> Iterator[int]:
-    """A copy of a file descriptor above 2: the original may be 0, 1 or 2 if this process has no standard streams."""
+    """Yield a copy, above 2, of a file descriptor: the original may be 0, 1 or 2 without standard streams."""
     copy = fcntl.fcntl(descriptor, fcntl.F_DUPFD_CLOEXEC, 3)
     try:
         yield copy

@@ -261,7 +261,7 @@ if hasattr(os, "register_at_fork"):
 
 
 def _cause(code: int) -> str:
-    """The return code of a process in words."""
+    """Return the return code of a process in words."""
     if code >= 0:
         return f"exit status {code}"
     try:

@@ -76,19 +76,19 @@ def behave(
     from experiments.bench.closed_loop import survival
     from experiments.bench.closed_loop import table as closed_loop_table
 
-    made = behaving.plan(name, env, assignments or (), episodes, seed, baselines, power)
+    plan = behaving.plan(name, env, assignments or (), episodes, seed, baselines, power)
     folder = run_folder(out, f"behave-{Path(name).stem}")
     means = resources(workers, cluster, quiet, other_code)
     with means.pool() as pool:
-        played = behaving.run(made, folder, pool, means, recordings=made.episodes if recordings else 0)
+        played = behaving.run(plan, folder, pool, means, recordings=plan.episodes if recordings else 0)
     closed_loop_figure.write(played)
     if not quiet:
         closed_loop_table.show(played, recordings)
     if name in GROUPS:
-        found = survival.survival(played.standings, REFERENCE[name][0])
-        path = survival.write(folder, found)
+        survivals = survival.survival(played.standings, REFERENCE[name][0])
+        path = survival.write(folder, survivals)
         if not quiet:
-            closed_loop_table.show_survival(found, name, path)
+            closed_loop_table.show_survival(survivals, name, path)
     if power is not None:
         closed_loop_table.show_power(played, power)
     return EXIT_FAILED if played.failures else 0

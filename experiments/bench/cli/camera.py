@@ -31,16 +31,16 @@ def camera(
     from experiments.bench.engine.terminal import error_console, out_console, show_table
     from experiments.bench.measured.camera import measure
 
-    found = measure(folder, fps, gain)
+    measurements = measure(folder, fps, gain)
     table = Table(title=f"camera of {folder}", title_justify="left", box=None, header_style="bold", pad_edge=False)
     table.add_column("measured", no_wrap=True)
     table.add_column("value")
-    for each in found:
-        table.add_row(each.what, each.value)
+    for measurement in measurements:
+        table.add_row(measurement.what, measurement.value)
     show_table(table)
-    for note in (each.note for each in found if each.note):
+    for note in (measurement.note for measurement in measurements if measurement.note):
         error_console.print(f"note: {note}", soft_wrap=True, markup=False)
-    settings = [text for each in found for text in each.settings]
+    settings = [text for measurement in measurements for text in measurement.settings]
     if gain != 1.0 and settings:
         settings.insert(0, f"camera.gain={gain:g}")
     for text in settings:

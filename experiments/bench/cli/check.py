@@ -35,4 +35,4 @@ def check(
     findings = laws.check(chosen)
     taken = time_models([chosen], laws.SHAPE).get(chosen.label)
     table.show(chosen.label, findings, min(taken) if taken else None, notes(chosen))
-    return EXIT_FAILED if any(each.trouble for each in findings) else 0
+    return EXIT_FAILED if any(finding.trouble for finding in findings) else 0

@@ -106,10 +106,10 @@ def play(
         played = player.play(name, clip, models, advance)
     for answer in played.answers:
         ranges = {channel: getattr(answer.series, channel) for channel in answer.channels}
-        said = [f"{channel.upper()} {v.min():+z.2f} .. {v.max():+z.2f}" for channel, v in ranges.items()]
+        parts = [f"{channel.upper()} {v.min():+z.2f} .. {v.max():+z.2f}" for channel, v in ranges.items()]
         levels = dict.fromkeys(level for level in answer.thresholds.values() if level is not None)
-        said += [f"T {' and '.join(f'{level:g}' for level in levels)}"] if levels else []
-        out_console.print(f"{answer.model:<18}{'   '.join(said)}", soft_wrap=True, markup=False)
+        parts += [f"T {' and '.join(f'{level:g}' for level in levels)}"] if levels else []
+        out_console.print(f"{answer.model:<18}{'   '.join(parts)}", soft_wrap=True, markup=False)
     notes = [f"note: {note}" for note in rate_notes((model, clip.fps) for model in models)]
     for line in (*notes, *(f"{label} failed: {trouble}" for label, trouble in played.troubles.items())):
         error_console.print(line, soft_wrap=True, markup=False)
@@ -146,7 +146,7 @@ def _show(played: Played, record: Path | None, view: bool) -> int:
 
 
 def _section(name: str) -> dict[str, Any]:
-    """The stimulus's section of ``--set``, with its defaults."""
+    """Return the stimulus's section of ``--set``, with its defaults."""
     from dsnn.stimuli import stimulus_entry
     from experiments.bench.engine.errors import UsageError
 
@@ -168,7 +168,7 @@ def _list(name: str) -> None:
 
 
 def _clip(name: str, collected: Mapping[str, Mapping[str, str]], seed: int, jitter: float) -> Stimulus[ClipParams]:
-    """The stimulus that was asked for; `UsageError` in one line on what is not legal."""
+    """Return the stimulus that was asked for; `UsageError` in one line on what is not legal."""
     from dsnn.stimuli import Jittered, stimulus_entry
     from experiments.bench.engine import settings
     from experiments.bench.engine.errors import UsageError
@@ -184,7 +184,7 @@ def _clip(name: str, collected: Mapping[str, Mapping[str, str]], seed: int, jitt
 
 @contextmanager
 def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
-    """A bar with the time left, or a line now and then where there is no terminal; yields what to call per frame."""
+    """Show a bar with the time left, or a line now and then without a terminal; yield what to call per frame."""
     from rich.progress import Progress
 
     from experiments.bench.engine.terminal import error_console

@@ -34,44 +34,44 @@ def compare(
     from experiments.bench.engine.terminal import error_console, out_console, show_line, show_table
     from experiments.bench.public.comparison import compare as compared
 
-    found = compared(first, second)
-    lines = {"first": found.first, "second": found.second, "other code": found.code}
+    comparison = compared(first, second)
+    lines = {"first": comparison.first, "second": comparison.second, "other code": comparison.code}
     for name, value in lines.items():
         if str(value):
             show_line(f"{name:<12}{value}", 12)
-    if found.parameters.num_rows:
-        show_table(_parameters(found))
+    if comparison.parameters.num_rows:
+        show_table(_parameters(comparison))
     else:
         out_console.print("\nno parameter differs")
-    if found.note:
-        error_console.print(found.note, soft_wrap=True, markup=False)
+    if comparison.note:
+        error_console.print(comparison.note, soft_wrap=True, markup=False)
     else:
-        show_table(_results(found))
+        show_table(_results(comparison))
     return 0
 
 
-def _parameters(found: Comparison) -> Table:
+def _parameters(comparison: Comparison) -> Table:
     from rich.table import Table
 
     table = Table(title="\nparameters", title_justify="left", box=None, header_style="bold", pad_edge=False)
     for name in ("parameter", "first", "second"):
         table.add_column(name)
-    for row in found.parameters.to_pylist():
+    for row in comparison.parameters.to_pylist():
         values = ("-" if row[name] is None else row[name] for name in ("first", "second"))
         table.add_row(row["parameter"], *(v if len(v) <= LONGEST else f"{v[: LONGEST - 3]}..." for v in values))
     return table
 
 
-def _results(found: Comparison) -> Table:
+def _results(comparison: Comparison) -> Table:
     from rich.table import Table
 
-    rows = found.results.to_pylist()
+    rows = comparison.results.to_pylist()
     tests = "; ".join(sorted({row["test"] for row in rows}))
     paired = all(row["test"].startswith("Wilcoxon") for row in rows)
     which = "equal trials" if paired else "independent trials of equal conditions"
     title = f"\nspikes a trial on {which}, first less second ({tests}; p after Holm)"
     table = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)
-    conditions = found.results.column_names[: found.results.column_names.index("model")]
+    conditions = comparison.results.column_names[: comparison.results.column_names.index("model")]
     names = [name for name in conditions if len({row[name] for row in rows}) > 1] or conditions[:1]
     several = len({(row["model"], row["against"]) for row in rows}) > 1 or rows[0]["model"] != rows[0]["against"]
     for name in (

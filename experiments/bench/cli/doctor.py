@@ -32,18 +32,18 @@ def doctor(
     """
     from experiments.bench.doctor.run import examine
 
-    found: list[Finding] = []
-    for each in examine(out):
-        found.append(each)
+    findings: list[Finding] = []
+    for finding in examine(out):
+        findings.append(finding)
         if not as_json:
-            _show(each)
-    failed = sum(each.status == "fails" for each in found)
+            _show(finding)
+    failed = sum(finding.status == "fails" for finding in findings)
     if as_json:
         import json
 
-        typer.echo(json.dumps({"ok": not failed, "findings": [each.row() for each in found]}, indent=2))
+        typer.echo(json.dumps({"ok": not failed, "findings": [finding.row() for finding in findings]}, indent=2))
     elif failed:
-        typer.echo(f"\n{failed} of {len(found)} fail")
+        typer.echo(f"\n{failed} of {len(findings)} fail")
     return EXIT_FAILED if failed else 0
 
 
@@ -53,6 +53,6 @@ def _show(finding: Finding) -> None:
     from experiments.bench.engine.terminal import show_line
 
     sign = Text(f"{finding.status:<6}", COLOURS[finding.status])
-    show_line(Text.assemble(sign, f"  {finding.name:<24}{finding.said}"), 32)
+    show_line(Text.assemble(sign, f"  {finding.name:<24}{finding.result}"), 32)
     if finding.remedy:
         show_line(f"{'':<32}-> {finding.remedy}", 35)

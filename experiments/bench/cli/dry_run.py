@@ -48,7 +48,7 @@ def say(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: bo
 
 
 def _done(plan: Plan | OfflinePlan, folder: Path, recordings: bool, other_code: bool) -> int:
-    """How many trials or clips the folder has already."""
+    """Count the trials or clips that the folder has already."""
     if isinstance(plan, OfflinePlan):
         description = {**plan.describe(), "recordings": recordings and plan.experiment.recorded}
     else:
@@ -67,7 +67,7 @@ def _lines(plan: Plan | OfflinePlan, done: int | None) -> Iterator[str]:
         conditions, jobs = [clip.name for clip in plan.experiment.clips], len(plan.showings)
         models, amount, kind = plan.showings[0].models, plan.amount(), "clip"
     else:
-        conditions, jobs = [each.label() for each in plan.experiment.conditions()], len(plan.specs())
+        conditions, jobs = [condition.label() for condition in plan.experiment.conditions()], len(plan.specs())
         models, amount, kind = plan.settings.models, f"{jobs} trials, about {plan.frames():,} frames", "condition"
     already = "" if done is None else f"; {done} of {jobs} are done already"
     yield f"{plan.experiment.name}: {amount}{already}"

@@ -37,26 +37,26 @@ def main() -> NoReturn:
 
 def run() -> NoReturn:
     """Do what ``sys.argv`` asks for. A wrong use or a missing library ends in one line on stderr, and status 2."""
-    own = os.getpid()
+    pid = os.getpid()
     try:
-        status, said = _outcome()
+        status, message = _outcome()
     finally:
-        if os.getpid() != own:  # a copy of this process that somebody's model made by fork
+        if os.getpid() != pid:  # a copy of this process that somebody's model made by fork
             os._exit(0)
-    if said:
-        _tell(said)
+    if message:
+        _tell(message)
     sys.exit(status)
 
 
 def run_file(path: str) -> NoReturn:
-    """What ``python experiments/NAME.py [OPTIONS]`` does: ``colias run`` on that file."""
+    """Do what ``python experiments/NAME.py [OPTIONS]`` asks for: ``colias run`` on that file."""
     sys.argv[1:1] = ["run", path]
     main()
 
 
 def _outcome() -> tuple[int, str]:
     """Do what the command line asks for: the exit status, and a last line for stderr. A defect keeps its traceback."""
-    status, said = 0, ""
+    status, message = 0, ""
     limit = memory.limit_mb()
     if limit is not None and limit < memory.LEAST_MB:
         allowed = f"this process may have {limit:,.0f} MB of address space (ulimit -v)"
@@ -66,23 +66,23 @@ def _outcome() -> tuple[int, str]:
 
         status = cli_main.command(sys.argv[1:] or ["--help"])
     except KeyboardInterrupt:
-        status, said = interrupts.STATUS, interrupts.SAID
+        status, message = interrupts.STATUS, interrupts.SAID
     except BrokenPipeError:
         status = 1
     except Exception as error:
         if not _is_plain(error):
             raise
-        status, said = EXIT_USAGE, f"colias: {_words(error)}"
+        status, message = EXIT_USAGE, f"colias: {_words(error)}"
     trouble = _flush()
     if trouble is None:
-        return status, said
+        return status, message
     if isinstance(trouble, BrokenPipeError):  # nobody reads on
-        return status or 1, said
+        return status or 1, message
     return EXIT_USAGE, f"colias: standard output: {getattr(trouble, 'strerror', None) or trouble}"
 
 
 def _is_plain(error: Exception) -> bool:
-    """Whether the message alone tells a user what to do; anything else is a defect and keeps its traceback."""
+    """Return whether the message alone tells a user what to do; anything else is a defect and keeps its traceback."""
     if isinstance(error, OSError | ImportError | MemoryError):  # a missing OpenGL is the first
         return True
     if isinstance(error, RuntimeError) and "can't start new thread" in str(error):
@@ -97,7 +97,7 @@ def _is_plain(error: Exception) -> bool:
 
 
 def _words(error: Exception) -> str:
-    """An error in one line; of what limited memory may be the reason, the limit too."""
+    """Return an error in one line; of what limited memory may be the reason, the limit too."""
     text = " ".join(str(error).split())
     if isinstance(error, OSError) and error.filename:
         return f"{error.filename}: {error.strerror}"
@@ -114,7 +114,7 @@ def _words(error: Exception) -> str:
 
 
 def _in_printing(error: BaseException) -> bool:
-    """Whether it came of printing: such an error names no file."""
+    """Return whether it came of printing: such an error names no file."""
     step = error.__traceback__
     while step is not None:
         if step.tb_frame.f_globals.get("__name__") == "rich.console":

@@ -67,12 +67,12 @@ def export(
     if not run.exists():
         raise UsageError(f"{run}: no such run, table or recording")
     place = out or Path(f"{run.resolve().stem if run.is_file() else run.resolve().name}-{to}")
-    for option, each in ([("--out", place)] if to else []) + ([("--frames", frames)] if frames else []):
-        check_file(each, f"{option} {each}")
-        if each.exists() and not force:
-            raise FileExistsError(f"{each} is there already: choose another folder, or give --force to replace it")
-        if each.resolve() == run.resolve() or each.resolve() in run.resolve().parents:
-            raise UsageError(f"{each}: holds what is to be exported; choose another folder")
+    for option, target in ([("--out", place)] if to else []) + ([("--frames", frames)] if frames else []):
+        check_file(target, f"{option} {target}")
+        if target.exists() and not force:
+            raise FileExistsError(f"{target} is there already: choose another folder, or give --force to replace it")
+        if target.resolve() == run.resolve() or target.resolve() in run.resolve().parents:
+            raise UsageError(f"{target}: holds what is to be exported; choose another folder")
     if to == LOG:
         _log(run, place, tracked, quiet)
     elif to == VIDEOS:
@@ -95,9 +95,9 @@ def _tables(run: Path, place: Path, kind: str, quiet: bool) -> None:
     if not tables:
         raise UsageError(f"{run}: no trial of its parts is finished")
     with replacing_folder(place) as part:
-        made = convert.write(tables, part, kind)
+        paths = convert.write(tables, part, kind)
     if not quiet:
-        show_places({path.stem: f"{place / path.relative_to(part)}" for path in made})
+        show_places({path.stem: f"{place / path.relative_to(part)}" for path in paths})
 
 
 def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
@@ -110,11 +110,11 @@ def _log(run: Path, place: Path, tracked: bool, quiet: bool) -> None:
 
     record = Record.read(run)
     with replacing_folder(place) as part, progress("export", record.done, quiet) as advance:
-        made = measured_export.write_log(record, part, tracked=tracked, advance=advance)
-    made = dataclasses.replace(made, command=made.command.replace(str(part), str(place)))
+        written = measured_export.write_log(record, part, tracked=tracked, advance=advance)
+    written = dataclasses.replace(written, command=written.command.replace(str(part), str(place)))
     if not quiet:
-        pictured = {"frames": place / made.frames.name} if made.frames else {}
-        show_places({"log": place / made.log.name, **pictured, "import by": made.command})
+        pictured = {"frames": place / written.frames.name} if written.frames else {}
+        show_places({"log": place / written.log.name, **pictured, "import by": written.command})
 
 
 def _videos(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
@@ -155,23 +155,23 @@ def _pictures(run: Path, place: Path, trial: int | None, quiet: bool) -> None:
             seen = pictures(recording)
             if not seen:
                 raise UsageError(f"--frames: {recording} has no pictures")
-            for entity, own in seen.items():
-                write_pictures(part / inside / entity if len(seen) > 1 else part / inside, own, ".png")
-                count += len(own)
+            for entity, images in seen.items():
+                write_pictures(part / inside / entity if len(seen) > 1 else part / inside, images, ".png")
+                count += len(images)
             advance()
     if not quiet:
         show_places({"frames": f"{place}  ({count} pictures of {len(recordings)} recordings)"})
 
 
 def _recordings(run: Path, trial: int | None, asked: str) -> dict[Path, Path]:
-    """Where what is made of a recording goes, inside the new folder -> the recording; of one trial, or of all."""
+    """Map the place of a recording's output, inside the new folder, to the recording; of one trial, or of all."""
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.store.record import Record
     from experiments.bench.video.source import recording
 
-    found = [recording(run, trial)] if trial is not None else Record.read(run).all_recordings()
-    if not found:
+    recordings = [recording(run, trial)] if trial is not None else Record.read(run).all_recordings()
+    if not recordings:
         raise UsageError(f"{asked}: {run} has no recordings (.rrd), which hold the frames")
-    inside = [path.relative_to(run) if path != run else Path(path.name) for path in found]
-    places = [Path(*[name for name in each.with_suffix("").parts if name != "recordings"]) for each in inside]
-    return dict(zip(places, found, strict=True))
+    inside = [path.relative_to(run) if path != run else Path(path.name) for path in recordings]
+    places = [Path(*[name for name in path.with_suffix("").parts if name != "recordings"]) for path in inside]
+    return dict(zip(places, recordings, strict=True))

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, Quiet, Repeats, Seed, Workers, new_folder, resources, run_folder
+from experiments.bench.cli.options import (
+    EXIT_FAILED,
+    Quiet,
+    Repeats,
+    Seed,
+    Workers,
+    resources,
+    results_folder,
+    run_folder,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -74,24 +83,24 @@ def budget(
     means = resources(workers, None, quiet, False)
     grid = DEFAULT_GRID if over is None and not assignments else over or ()
     points = settings.points(grid, assignments or ())
-    folder = new_folder(out, "firmware-budget")
+    folder = results_folder(out, "firmware-budget")
     _empty(folder)
     if not quiet:
         _notes(wanted for _, wanted in points)
     tools = _tools(which)
     if not quiet:
         programs = f"{len(points)} program{'s' * (len(points) > 1)}"
-        said = f"firmware budget: {programs} to build and to run in QEMU, into {folder}"
-        error_console.print(said, soft_wrap=True, markup=False)
+        message = f"firmware budget: {programs} to build and to run in QEMU, into {folder}"
+        error_console.print(message, soft_wrap=True, markup=False)
     with progress("budget", len(points), quiet, "programs", width=means.workers or 1) as advance:
-        found = measure_all(points, tools, means.workers, advance)
+        budgets = measure_all(points, tools, means.workers, advance)
     from experiments.bench.firmware import figure
 
     folder.mkdir(parents=True, exist_ok=True)
-    table.write(found, tools, folder / "budget.csv")
-    drawn = figure.write(found, folder)
+    table.write(budgets, tools, folder / "budget.csv")
+    drawn = figure.write(budgets, folder)
     if not quiet:
-        table.show(found, tools)
+        table.show(budgets, tools)
         show_places({"table": folder / "budget.csv", "figure": drawn})
     return 0
 
@@ -120,22 +129,22 @@ def check(
         require_backend()
         if not quiet:
             error_console.print("rendering a trial of speed", markup=False)
-    shown = checking.sequences(wanted.shape, clips.of_trial(wanted.shape) if trial else None)
-    with progress("check", len(shown), quiet, "clips") as advance:
-        found = checking.check(wanted, tools, shown, advance)
-    if found.difference is not None:
-        out_console.print(f"not equal: {found.difference.words()}", markup=False, soft_wrap=True)
+    sequences = checking.sequences(wanted.shape, clips.of_trial(wanted.shape) if trial else None)
+    with progress("check", len(sequences), quiet, "clips") as advance:
+        result = checking.check(wanted, tools, sequences, advance)
+    if result.difference is not None:
+        out_console.print(f"not equal: {result.difference.words()}", markup=False, soft_wrap=True)
         return EXIT_FAILED
     if not quiet:
-        for name, frames in found.clips.items():
+        for name, frames in result.clips.items():
             out_console.print(f"{frames:>6} frames  {name}", markup=False)
-        if found.large:
+        if result.large:
             out_console.print(
                 "note: this program is too large for the chip; QEMU's board has more memory", markup=False
             )
-        spiking = f"{found.spiking:,} of them with spikes"
+        spiking = f"{result.spiking:,} of them with spikes"
         out_console.print(
-            f"equal: {found.frames:,} frames, {spiking}; every HS, VS and spike is the host's", markup=False
+            f"equal: {result.frames:,} frames, {spiking}; every HS, VS and spike is the host's", markup=False
         )
         versions = f"{tools.compiler.version}; {tools.qemu.version}"
         out_console.print(versions, markup=False, soft_wrap=True, style="dim")
@@ -164,7 +173,7 @@ def loop(
     from experiments.bench.engine.errors import UsageError
     from experiments.bench.engine.terminal import out_console
     from experiments.bench.firmware import loop as looping
-    from experiments.bench.public.run import Asked, perform
+    from experiments.bench.public.run import RunRequest, perform
     from experiments.bench.robot import table
     from experiments.bench.robot.experiment import Experiment
     from experiments.bench.robot.summary import Report
@@ -172,7 +181,7 @@ def loop(
     declared = registry.find(experiment)
     if not isinstance(declared, Experiment):
         raise UsageError(f"{experiment}: shows clips; legal is an experiment with a robot, such as speed")
-    asked = Asked(looping.models(), True, looping.assignments(assignments or ()), repeats, seed)
+    asked = RunRequest(looping.models(), True, looping.assignments(assignments or ()), repeats, seed)
     folder = run_folder(out, f"firmware-{declared.name}")
     means = resources(workers, None, quiet, False)
     report = perform(declared, asked, folder, means, recordings=recordings)
@@ -180,15 +189,14 @@ def loop(
         table.show(report, recordings)
     if report.failures:
         return EXIT_FAILED
-    found = looping.compare(folder)
-    if found.difference:
-        out_console.print(f"not equal: {found.difference}", markup=False, soft_wrap=True)
+    comparison = looping.compare(folder)
+    if comparison.difference:
+        out_console.print(f"not equal: {comparison.difference}", markup=False, soft_wrap=True)
         return EXIT_FAILED
     if not quiet:
-        said = (
-            f"equal: {found.frames:,} frames of {found.trials} trials; every HS, VS and spike of the chip is the host's"
-        )
-        out_console.print(said, markup=False, soft_wrap=True)
+        frames = f"{comparison.frames:,} frames of {comparison.trials} trials"
+        message = f"equal: {frames}; every HS, VS and spike of the chip is the host's"
+        out_console.print(message, markup=False, soft_wrap=True)
     return 0
 
 
@@ -224,8 +232,8 @@ def export(
     else:
         if not quiet:
             error_console.print("building it, and counting its instructions in QEMU", markup=False)
-        (found,) = measure_all([({}, wanted)], tools, 1, lambda: None)
-        exporting.export(wanted, folder, assignments or (), exporting.Measured(found, tools))
+        (measured,) = measure_all([({}, wanted)], tools, 1, lambda: None)
+        exporting.export(wanted, folder, assignments or (), exporting.Measured(measured, tools))
     if not quiet:
         show_places({"export": folder, "page": folder / "README.md"})
     return 0
@@ -246,7 +254,7 @@ def _notes(programs: Iterable[Firmware]) -> None:
     from experiments.bench.engine.terminal import error_console
     from experiments.bench.firmware.settings import dead_zone_notice
 
-    for line in dict.fromkeys(filter(None, (dead_zone_notice(each.network) for each in programs))):
+    for line in dict.fromkeys(filter(None, (dead_zone_notice(program.network) for program in programs))):
         error_console.print(f"note: {line}", markup=False, soft_wrap=True)
 
 

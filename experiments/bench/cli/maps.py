@@ -115,7 +115,7 @@ def map_claims(
         assignments=tuple(assignments or ()), repeats=repeats, replicates=replicates, every_trial=False,
     )  # fmt: skip
     plan = run.planned(study, seed)
-    folder = run_folder(out, f"map-{'-'.join(each.name for each in declared)}")
+    folder = run_folder(out, f"map-{'-'.join(entry.name for entry in declared)}")
     counts = run.run(plan, folder, resources(workers, cluster, quiet, other_code))
     if not quiet:
         table.show(counts, folder, "map")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, Assignments, Quiet, new_folder
+from experiments.bench.cli.options import EXIT_FAILED, Assignments, Quiet, results_folder
 
 
 def register(app: typer.Typer) -> None:
@@ -47,9 +47,9 @@ def import_log(
     from experiments.bench.robot import table
 
     declared = registry.load(experiment)
-    folder = new_folder(out, f"{declared.name}-measured")
-    made = prepare(declared, ImportRequest(log, frames, ran or (), model or (), assignments or ()))
-    report = perform(made, folder, recordings=recordings, quiet=quiet)
+    folder = results_folder(out, f"{declared.name}-measured")
+    plan = prepare(declared, ImportRequest(log, frames, ran or (), model or (), assignments or ()))
+    report = perform(plan, folder, recordings=recordings, quiet=quiet)
     if not quiet:
         table.show(report, recordings)
     return EXIT_FAILED if report.failures else 0

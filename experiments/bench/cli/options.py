@@ -61,10 +61,10 @@ def resources(workers: int | None, cluster: str | None, quiet: bool, other_code:
     return Resources(worker_count(workers), cluster, quiet, other_code)
 
 
-def new_folder(out: Path | None, name: str) -> Path:
-    """Return the folder asked for, or a new one under ``runs``, where results can be written. See `run_folder`.
+def results_folder(out: Path | None, name: str) -> Path:
+    """Return the folder asked for, or a new one under ``runs``, whatever it holds: the command judges that itself.
 
-    Raises `UsageError` in one line where they cannot. The folder is not made.
+    Raises `UsageError` where results cannot be written there. The folder is not made.
     """
     from experiments.bench.store import files, places
 
@@ -74,7 +74,7 @@ def new_folder(out: Path | None, name: str) -> Path:
 
 
 def run_folder(out: Path | None, name: str) -> Path:
-    """Return the folder of a run: a new one under ``runs``, or the one asked for, in which a run may have been begun.
+    """Return the folder of a run, as `results_folder` does; one asked for may hold what this run has done already.
 
     Raises
     ------

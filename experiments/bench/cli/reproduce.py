@@ -16,8 +16,8 @@ from experiments.bench.cli.options import (
     Quiet,
     Seed,
     Workers,
-    new_folder,
     resources,
+    results_folder,
 )
 
 
@@ -89,9 +89,9 @@ def reproduce(
     from experiments.bench.studies import table as study_table
 
     scale = plan.QUICK if quick else plan.FULL if full else plan.USUAL
-    shown = whole.models_shown(model, only)
-    folder = new_folder(out, "reproduce")
-    result = whole.reproduce(folder, scale, seed, shown, means, experiment or (), robot_only, only)
+    models_shown = whole.models_shown(model, only)
+    folder = results_folder(out, "reproduce")
+    result = whole.reproduce(folder, scale, seed, models_shown, means, experiment or (), robot_only, only)
     page = report.write(result)
     if not quiet:
         table.show_claims(result.claims, result.pooled, result.scale.name)

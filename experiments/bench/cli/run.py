@@ -72,12 +72,12 @@ def run_experiment(
     from experiments.bench import registry
     from experiments.bench.clips.experiment import OfflineExperiment
     from experiments.bench.engine.terminal import tell_troubles
-    from experiments.bench.public.run import Asked, perform, planned
+    from experiments.bench.public.run import RunRequest, perform, planned
 
     declared = registry.find(experiment)
     means = resources(workers, cluster, quiet, other_code)
     folder = run_folder(out, declared.name)
-    asked = Asked(model or (), only, assignments or (), repeats, seed, eyes)
+    asked = RunRequest(model or (), only, assignments or (), repeats, seed, eyes)
     if dry_run:
         from experiments.bench.cli.dry_run import say
 

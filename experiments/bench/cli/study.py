@@ -15,8 +15,8 @@ from experiments.bench.cli.options import (
     Quiet,
     Seed,
     Workers,
-    new_folder,
     resources,
+    results_folder,
     run_folder,
 )
 
@@ -70,7 +70,7 @@ def study(
         given = {"--quick": quick, "--replicates": replicates, "--repeats": repeats}
         for option in (option for option, used in given.items() if used):
             raise UsageError(f"{MODEL_CLAIMS} and {option}: its clips are shown once, or at the seeds that they need")
-        return _model_claims(model or ["all"], new_folder(out, MODEL_CLAIMS), seed, means)
+        return _model_claims(model or ["all"], results_folder(out, MODEL_CLAIMS), seed, means)
     if model:
         raise UsageError(f"--model: goes with {MODEL_CLAIMS}; the study {name} says itself which models it judges")
     asked = registry.find(name)

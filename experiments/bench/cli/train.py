@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from experiments.bench.cli.options import EXIT_FAILED, OtherCode, Quiet, Seed, Workers, new_folder, resources
+from experiments.bench.cli.options import EXIT_FAILED, OtherCode, Quiet, Seed, Workers, resources, results_folder
 from experiments.bench.engine import interrupts
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def train(
 
 
 def _about(env: str, steps: int, seed: int, envs: int, changes: Sequence[str]) -> About:
-    """What was asked for, checked."""
+    """Check what was asked for."""
     from experiments.bench.closed_loop.find import env_id
     from experiments.bench.closed_loop.policy import ROLLOUT, TRAINABLE, TRAINED_UNDER, About
     from experiments.bench.closed_loop.run import env_options
@@ -123,7 +123,7 @@ def _study(about: About, seeds: int, out: Path | None, means: Resources) -> int:
             f"--seeds {seeds}: legal is a whole number from {LEAST_SEEDS} to {most}; without it one is trained"
         )
     asked = study.Study(about, seeds)
-    folder = new_folder(out, f"train-{about.env.partition('/')[2]}")
+    folder = results_folder(out, f"train-{about.env.partition('/')[2]}")
     if not (folder / study.NAME).exists():
         _require_training()
     done = study.open_folder(asked, folder)
@@ -169,11 +169,11 @@ def _train(about: About, out: Path | None, means: Resources) -> int:
     from experiments.bench.engine.terminal import error_console, progress, show_places
 
     _require_training()
-    folder = _new_folder(out, f"train-{about.env.partition('/')[2]}")
+    folder = _empty_folder(out, f"train-{about.env.partition('/')[2]}")
     rounds = -(-about.steps // about.envs)
     if not means.quiet:
-        said = f"{about.env}: {about.steps} steps in {about.envs} envs, which are starting, into {folder}"
-        error_console.print(said, soft_wrap=True, markup=False)
+        message = f"{about.env}: {about.steps} steps in {about.envs} envs, which are starting, into {folder}"
+        error_console.print(message, soft_wrap=True, markup=False)
     from experiments.bench.closed_loop.policy import ROLLOUT
     from experiments.bench.training import evaluate, ppo
 
@@ -185,8 +185,8 @@ def _train(about: About, out: Path | None, means: Resources) -> int:
     with interrupts.held():
         file = evaluate.keep(learnt.policy, learnt.curve, folder)
     if learnt.stopped:
-        made = learnt.policy.about.steps
-        error_console.print(f"stopped after {made} of {about.steps} steps; {file} has what was learnt so far",
+        steps = learnt.policy.about.steps
+        error_console.print(f"stopped after {steps} of {about.steps} steps; {file} has what was learnt so far",
                                     soft_wrap=True, markup=False)  # fmt: skip
         raise KeyboardInterrupt
     status = _show(evaluate.judge([file], folder, means), means, recordings=False)
@@ -200,7 +200,7 @@ def _replay(file: Path, episodes: int, seed: int, out: Path | None, means: Resou
     from experiments.bench.training import evaluate
 
     policy_file.load(file)  # before a folder is made
-    played = evaluate.replay(file, _new_folder(out, f"replay-{file.stem}"), episodes, seed, means)
+    played = evaluate.replay(file, _empty_folder(out, f"replay-{file.stem}"), episodes, seed, means)
     return _show(played, means, recordings=True)
 
 
@@ -214,9 +214,9 @@ def _show(played: Played, means: Resources, *, recordings: bool) -> int:
     return EXIT_FAILED if played.failures else 0
 
 
-def _new_folder(out: Path | None, name: str) -> Path:
-    """The folder for the results, made; ``FileExistsError`` if there is something in it."""
-    folder = new_folder(out, name)
+def _empty_folder(out: Path | None, name: str) -> Path:
+    """Make the folder for the results, and return it; ``FileExistsError`` if there is something in it."""
+    folder = results_folder(out, name)
     folder.mkdir(parents=True, exist_ok=True)
     if any(folder.iterdir()):
         raise FileExistsError(f"--out {folder}: holds something already; choose another")

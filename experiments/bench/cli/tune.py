@@ -56,11 +56,11 @@ def tune(
     from experiments.bench.tuning import run as tuning_run
     from experiments.bench.tuning import table as tuning_table
 
-    made = tuning_run.plan(shown_models(COMPARED, model, only), curve or (), assignments or (), seed)
+    plan = tuning_run.plan(shown_models(COMPARED, model, only), curve or (), assignments or (), seed)
     folder = run_folder(out, "tune")
     means = resources(workers, cluster, quiet, other_code)
     with means.pool(rendering=False) as pool:
-        report = tuning_run.run(made, folder, pool, means)
+        report = tuning_run.run(plan, folder, pool, means)
     if not quiet:
         tuning_table.show(report)
     return EXIT_FAILED if report.failures else 0

@@ -40,7 +40,7 @@ def view(
 
 
 def _view_scene(arena: str) -> None:
-    """Both robots in the arena, live, in MuJoCo's viewer."""
+    """Show both robots in the arena, live, in MuJoCo's viewer."""
     import mujoco.viewer
 
     from colias_sim import CameraConfig, RobotConfig, SceneConfig

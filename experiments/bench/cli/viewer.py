@@ -39,23 +39,23 @@ def show(files: Sequence[Path], *, web: bool = False, instead: str) -> int:
     command = [*program(), "--bind", "127.0.0.1", *(["--web-viewer"] if web else []), *paths]
     if web:  # what it says has the address in it
         return _attend(command, None)
-    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as said:
-        status = _attend(command, said)
-        said.seek(0)
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
+        status = _attend(command, output)
+        output.seek(0)
         # Without the place in its source.
-        why = [re.sub(r"^Error: (.*\.rs:\d+: )?", "", line.strip()) for line in said if line.startswith("Error: ")]
+        why = [re.sub(r"^Error: (.*\.rs:\d+: )?", "", line.strip()) for line in output if line.startswith("Error: ")]
     if status > 0:
         reason = why[-1] if why else f"exit status {status}"
         raise UsageError(f"Rerun's viewer did not open, or broke off ({reason}): {instead}")
     return status
 
 
-def _attend(command: Sequence[str], said: IO[str] | None) -> int:
-    """Run a command until it ends, and no longer than this process; ``said`` takes what it writes."""
+def _attend(command: Sequence[str], output: IO[str] | None) -> int:
+    """Run a command until it ends, and no longer than this process; ``output`` takes what it writes."""
     bound = [sys.executable, "-I", "-S", kept.__file__, str(os.getpid()), *command]
     with _ended_in_order(), interrupts.held():
         # In a session of its own a terminal's Ctrl-C comes to this process alone, which then ends the viewer.
-        child = subprocess.Popen(bound, stdout=said, stderr=said, start_new_session=True)
+        child = subprocess.Popen(bound, stdout=output, stderr=output, start_new_session=True)
         try:
             with interrupts.window():
                 status = child.wait()

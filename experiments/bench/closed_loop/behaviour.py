@@ -115,7 +115,7 @@ class Behaviour:
 
 
 def by_name(entries: Iterable[Behaviour]) -> Mapping[str, Behaviour]:
-    """The entries by name; ``ValueError`` if two share one."""
+    """Return the entries by name; ``ValueError`` if two share one."""
     listed = list(entries)
     table = {entry.name: entry for entry in listed}
     if len(table) != len(listed):

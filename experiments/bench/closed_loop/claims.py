@@ -47,13 +47,13 @@ Episodes = Mapping[str, Sequence[Row]]
 
 
 def plans(episodes: int, seed: int, steps: int | None = None) -> list[BehaviourPlan]:
-    """What the claims need: every behaviour at the same seeds, for ``steps`` frames, or fewer if the env says so."""
-    made = []
+    """Plan what the claims need: every behaviour at the same seeds, for ``steps`` frames, or fewer in a shorter env."""
+    behaviour_plans = []
     for env, names in PLAYED.items():
         whole = ENVS[env].max_episode_steps
         frames = whole if steps is None else min(steps, whole)
-        made.append(BehaviourPlan(tuple(Setting(name, env, steps=frames) for name in names), episodes, seed))
-    return made
+        behaviour_plans.append(BehaviourPlan(tuple(Setting(name, env, steps=frames) for name in names), episodes, seed))
+    return behaviour_plans
 
 
 def judge(by_env: Mapping[str, Episodes]) -> list[Verdict]:
@@ -63,26 +63,26 @@ def judge(by_env: Mapping[str, Episodes]) -> list[Verdict]:
 
 def episodes(played: Sequence[Played]) -> dict[str, Episodes]:
     """Return what was played as env -> behaviour -> rows."""
-    return {each.env: {standing.name: standing.rows for standing in each.standings} for each in played}
+    return {run.env: {standing.name: standing.rows for standing in run.standings} for run in played}
 
 
 def _verdict(claim: BehaviourClaim, played: Episodes) -> Verdict:
-    """The verdict, saying too which code played if several did. All episodes together are one replicate."""
+    """Return the verdict, saying too which code played if several did. All episodes together are one replicate."""
     mixed = mixture([row for rows in played.values() for row in rows])
     return claim.verdict(claim.judge(played).noting([mixed]), experiment=claim.env)
 
 
 def rarer(played: Episodes, against: str, times: float) -> Outcome:
     """Judge whether ``hybrid`` collides less often per metre than ``against``, by more than ``times``."""
-    own, other = played.get("hybrid", ()), played.get(against, ())
-    if not own or not other:
+    hybrid, other = played.get("hybrid", ()), played.get(against, ())
+    if not hybrid or not other:
         return Outcome.unjudged(f"needs episodes of hybrid and {against}")
-    ratio = rate_ratio(other, own)
+    ratio = rate_ratio(other, hybrid)
     measured = (
-        f"hybrid {rate(own, 'driven_m')} collisions a metre ({collisions_text(own)}), "
+        f"hybrid {rate(hybrid, 'driven_m')} collisions a metre ({collisions_text(hybrid)}), "
         f"{against} {rate(other, 'driven_m')} ({collisions_text(other)}): {ratio} times"
     )
-    return _judged(measured, len(own) + len(other), ratio, times, {"hybrid": own, against: other})
+    return _judged(measured, len(hybrid) + len(other), ratio, times, {"hybrid": hybrid, against: other})
 
 
 @cache

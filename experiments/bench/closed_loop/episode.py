@@ -57,7 +57,7 @@ class EpisodeSpec:
     condition: Setting
 
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
-        """The vision model of its behaviour with the env's frame rate, 1/s; nothing where it senses the state."""
+        """Return its behaviour's vision model with the env's frame rate, 1/s; nothing where it senses the state."""
         behaviour = load_behaviour(self.condition.behaviour)
         return ((choose(behaviour.model), FPS),) if behaviour.senses == "neural" else ()
 
@@ -106,12 +106,12 @@ def play(env_id: str, options: Mapping[str, Any], agent: Agent, seed: int, *, na
 
 
 def _made(env_id: str, options: Mapping[str, Any], steps: int | None) -> gym.Env[Any, Any]:
-    """A new env, its episodes over after ``steps`` or its own number."""
+    """Return a new env, its episodes over after ``steps`` or its own number."""
     return gym.make(env_id, max_episode_steps=steps or ENVS[env_id].max_episode_steps, **options)
 
 
 def play_behaviour(spec: EpisodeSpec, *, images: bool) -> Episode:
-    """The episode of a spec."""
+    """Return the episode of a spec."""
     setting = spec.condition
     return play_entry(
         load_behaviour(setting.behaviour), setting.env, dict(setting.options), spec.seed, setting.steps, images
@@ -121,15 +121,15 @@ def play_behaviour(spec: EpisodeSpec, *, images: bool) -> Episode:
 def play_entry(
     entry: Behaviour, env: str, options: Mapping[str, Any], seed: int, steps: int | None = None, images: bool = False
 ) -> Episode:
-    """One episode of a behaviour in an env."""
+    """Return one episode of a behaviour in an env."""
     options = {**options, "observation": entry.senses}
     if entry.senses == "neural":
         options.setdefault("model", entry.model)
     # The world's draws come from the seed alone, so that behaviours meet the same worlds; these are its own.
     policy = entry.make(stream("policy", seed))
-    with closing(_made(env, options, steps)) as made:
-        assert isinstance(made.unwrapped, ColiasEnv)
-        return _play(made, agent(policy, entry.senses, made.unwrapped.model), seed, entry.name, images)
+    with closing(_made(env, options, steps)) as wrapped:
+        assert isinstance(wrapped.unwrapped, ColiasEnv)
+        return _play(wrapped, agent(policy, entry.senses, wrapped.unwrapped.model), seed, entry.name, images)
 
 
 def start_places(env: str, options: Mapping[str, Any], seed: int) -> dict[str, tuple[float, float, float]]:
@@ -147,7 +147,7 @@ def start_places(env: str, options: Mapping[str, Any], seed: int) -> dict[str, t
 
 
 def agent(policy: Policy, senses: str, model: Any = None) -> Agent:
-    """A policy over a `Response`, by the env's vision ``model``, or a `State`: an agent over observations."""
+    """Return a policy over a `Response`, by the env's vision ``model``, or a `State`: an agent over observations."""
     channels, name = getattr(model, "channels", CHANNELS), getattr(model, "name", "the model")
 
     def act(observation: Any) -> npt.NDArray[np.float32]:
@@ -168,18 +168,18 @@ def _wheels(answer: Any) -> npt.NDArray[np.float32]:
     return np.asarray(answer, np.float32)
 
 
-def _play(made: gym.Env[Any, Any], agent: Agent, seed: int, name: str, images: bool) -> Episode:
-    env = made.unwrapped
+def _play(wrapped: gym.Env[Any, Any], agent: Agent, seed: int, name: str, images: bool) -> Episode:
+    env = wrapped.unwrapped
     assert isinstance(env, ColiasEnv)
-    observation, _ = made.reset(seed=seed)
+    observation, _ = wrapped.reset(seed=seed)
     keep = _Keeper(env, images)
     over = touched = False
     while not over:
-        observation, reward, touched, truncated, info = made.step(agent(observation))
+        observation, reward, touched, truncated, info = wrapped.step(agent(observation))
         keep.step(float(reward), info)
         over = touched or truncated
-    assert made.spec is not None
-    return keep.episode(name, made.spec.id, seed, touched)
+    assert wrapped.spec is not None
+    return keep.episode(name, wrapped.spec.id, seed, touched)
 
 
 class _Keeper:

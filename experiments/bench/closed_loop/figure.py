@@ -93,7 +93,7 @@ def _title(played: Played) -> str:
 
 
 def _paths(part: Any, played: Played, looks: dict[str, Mark]) -> None:
-    """A panel for each behaviour, and what everything in them is."""
+    """Draw a panel for each behaviour, and what everything in them is."""
     standings = played.standings
     (panels,) = grid_of_panels(part, 1, len(standings), ACROSS, sharex=True, sharey=True)
     for axes, standing in zip(panels, standings, strict=True):
@@ -107,7 +107,7 @@ def _paths(part: Any, played: Played, looks: dict[str, Mark]) -> None:
 
 
 def _tracks(axes: Axes, standing: Standing, played: Played, colour: str) -> None:
-    """Every episode's path from above, the first on top; a cross where one ended by touching something."""
+    """Draw every episode's path from above, the first on top; a cross where one ended by touching something."""
     axes.add_patch(Circle((0, 0), ARENA_RADIUS_CM, fill=False, color=WALL, lw=1.0))
     for name, (x, y, _) in played.starts.items():
         if name != OBSERVER:

@@ -14,7 +14,7 @@ from experiments.bench.engine.user_code import declared, is_own
 
 
 def load_behaviour(source: str) -> Behaviour:
-    """The registered behaviour called ``source``, that which the file ``source`` declares as ``BEHAVIOUR``, or the
+    """Find the registered behaviour called ``source``, that which the file ``source`` declares as ``BEHAVIOUR``, or the
     trained policy in a file that ends in .npz.
 
     Raises `UsageError` on an unknown name, a file that declares no `Behaviour`, and one that holds no policy.
@@ -45,14 +45,14 @@ def load_behaviour(source: str) -> Behaviour:
 
 
 def members(name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The behaviours that ``name`` means, and what a group of them is held against: of one behaviour, nothing."""
+    """Return the behaviours that ``name`` means, and what a group of them is held against; nothing of a single one."""
     from experiments.behaviours import GROUPS, REFERENCE
 
     return (GROUPS[name], REFERENCE[name]) if name in GROUPS else ((name,), ())
 
 
 def env_id(name: str) -> str:
-    """The registered env's whole id of ``Avoidance``, ``Avoidance-v0`` or the id itself; `UsageError` otherwise."""
+    """Find the registered env's id of ``Avoidance``, ``Avoidance-v0`` or the id itself; `UsageError` otherwise."""
     for known in ENVS:
         if name in (known, known.partition("/")[2], known.partition("/")[2].partition("-")[0]):
             return known

@@ -71,7 +71,7 @@ class Steering:
         return np.concatenate([observation, command / np.float32(self.limit)]).astype(np.float32)
 
     def command(self, last: Vector, answer: Vector) -> Vector:
-        """The next command, (2,), after the ``last`` one and the network's answer to it."""
+        """Return the next command, (2,), after the ``last`` one and the network's answer to it."""
         wanted = self.keep * last + self.reach * np.clip(answer, -1.0, 1.0)
         return np.clip(wanted, -self.limit, self.limit).astype(np.float32)
 
@@ -111,7 +111,7 @@ class Policy:
         self.about, self.layers = about, layers
 
     def answer(self, sensed: Vector) -> Vector:
-        """The network's answer, (2,) or (N, 2), not yet cut to [-1, 1], to what is sensed, (9,) or (N, 9)."""
+        """Return the network's answer, (2,) or (N, 2), not yet cut to [-1, 1], to what is sensed, (9,) or (N, 9)."""
         *inner, (weights, biases) = self.layers
         for w, b in inner:
             sensed = np.tanh(sensed @ w.T + b)

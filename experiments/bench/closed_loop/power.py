@@ -77,7 +77,7 @@ def pilot(rows: Sequence[Mapping[str, Any]]) -> Pilot:
 
 
 def power(rarer: Pilot, other: Pilot, bound: float, episodes: int) -> float:
-    """The chance that the whole 95 % interval of the ratio of two rates lies above ``bound``.
+    """Return the chance that the whole 95 % interval of the ratio of two rates lies above ``bound``.
 
     Both counts are Poisson, with the pilot's rates and metres per episode, and all pairs of counts are summed over.
     An episode ends with its first collision, so a count is no Poisson number but the time to an event, cut at the
@@ -108,7 +108,7 @@ def power(rarer: Pilot, other: Pilot, bound: float, episodes: int) -> float:
 
 
 def episodes_needed(rarer: Pilot, other: Pilot, bound: float, target: float = TARGET) -> int | None:
-    """The least number of episodes of each behaviour with which, and with any larger number, the power is ``target``.
+    """Find the least number of episodes of each behaviour with which, and with any more, the power is ``target``.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def episodes_needed(rarer: Pilot, other: Pilot, bound: float, target: float = TA
 
 
 def shares_needed(first: float, second: float, target: float = TARGET) -> int:
-    """The number of trials of each of two kinds to tell two shares apart, by a two-sided test at 5 %.
+    """Return the number of trials of each of two kinds to tell two shares apart, by a two-sided test at 5 %.
 
     Parameters
     ----------
@@ -184,14 +184,14 @@ def _clears(rarer: Pilot, other: Pilot, bound: float, rows: int, columns: int) -
 
 
 def _most(behaviour: Pilot, episodes: int) -> int:
-    """One more than the greatest count that is summed over."""
+    """Return one more than the greatest count that is summed over."""
     from scipy import stats
 
     return int(stats.poisson.isf(NEGLIGIBLE, behaviour.hits * episodes)) + 1
 
 
 def _chances(expected: float, size: int) -> Floats:
-    """The chances of 0, 1, ... collisions, (size,)."""
+    """Return the chances of 0, 1, ... collisions, (size,)."""
     from scipy import stats
 
     return np.asarray(stats.poisson.pmf(np.arange(size), expected), float)

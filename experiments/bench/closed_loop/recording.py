@@ -36,7 +36,7 @@ LEFT, RIGHT = rgb(HUES[1]), rgb(HUES[6])
 
 
 def record(episode: Episode) -> bytes:
-    """The recording as the bytes of an .rrd file: the observer's view, the arena from above with tracks, the neurons,
+    """Return the bytes of the .rrd file: the observer's view, the arena from above with tracks, the neurons,
     the wheels and the rewards.
 
     Frames are JPEG. Raises ``ValueError`` on an episode without a step.
@@ -49,7 +49,7 @@ def record(episode: Episode) -> bytes:
 
 
 def _short(episode: Episode) -> str:
-    """The env's name without its namespace."""
+    """Return the env's name without its namespace."""
     return episode.env.partition("/")[2]
 
 

@@ -53,7 +53,7 @@ class BehaviourPlan:
     """As `experiments.bench.store.kinds` names it."""
 
     def specs(self) -> list[EpisodeSpec]:
-        """Every episode; those of equal repeat have equal seeds, so equal worlds."""
+        """Return every episode; those of equal repeat have equal seeds, so equal worlds."""
         return [
             EpisodeSpec(place * self.episodes + repeat, repeat, self.seed + repeat, setting)
             for place, setting in enumerate(self.settings)
@@ -70,7 +70,7 @@ class BehaviourPlan:
         }  # fmt: skip
 
     def _sources(self) -> list[str]:
-        """The behaviours, and the models that they look through; a file by its absolute path."""
+        """Return the behaviours, and the models that they look through; a file by its absolute path."""
         models = [load_behaviour(setting.behaviour).model for setting in self.settings]
         sources = [*(setting.behaviour for setting in self.settings), *models]
         return [str(Path(source).resolve()) if is_own(source) else source for source in sources]
@@ -109,7 +109,7 @@ def plan(
     behaviour: str, env: str | None, assignments: Sequence[str], episodes: int, seed: int, baselines: bool,
     against: str | None = None,
 ) -> BehaviourPlan:  # fmt: skip
-    """A checked plan of one behaviour and its baselines; `UsageError` for what cannot be played.
+    """Return a checked plan of one behaviour and its baselines; `UsageError` for what cannot be played.
 
     A group of behaviours is played whole, with what it is held against in the place of the baselines. ``against`` is
     another behaviour, whose collisions are compared with the first one's. It takes the place of the baselines.
@@ -130,12 +130,12 @@ def plan(
 
 
 def _source(name: str) -> str:
-    """The behaviour as a worker finds it: a file by its absolute path."""
+    """Return the behaviour as a worker finds it: a file by its absolute path."""
     return str(Path(name).resolve()) if is_own(name) else name
 
 
 def _comparable(against: str, name: str, env: str) -> str:
-    """The behaviour after ``--power``, checked: another one, where collisions are counted."""
+    """Return the behaviour after ``--power``, checked: another one, where collisions are counted."""
     if all(measure.kind != "collision_rate" for measure in ENVS[env].all_measures):
         counted = ", ".join(
             known.partition("/")[2] for known, entry in ENVS.items()
@@ -182,7 +182,7 @@ def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
 
 
 def _value(text: str) -> Any:
-    """A number, true or false, or the text itself."""
+    """Return a number, true or false, or the text itself."""
     try:
         return json.loads(text)
     except ValueError:
@@ -219,7 +219,7 @@ def score(
 
 
 def work(spec: EpisodeSpec, *, recorded: int) -> TrialRecord:
-    """One episode in a worker; the first ``recorded`` of the run with their recordings."""
+    """Return one episode in a worker; the first ``recorded`` of the run with their recordings."""
     cv2.setNumThreads(1)
     with threadpool_limits(1):
         record = spec.index < recorded
@@ -292,7 +292,7 @@ def _standings(plan: BehaviourPlan, rows: Sequence[Mapping[str, Any]]) -> list[S
 
 
 def table(env: str, standings: Sequence[Standing]) -> list[dict[str, Any]]:
-    """A row per behaviour and measure."""
+    """Return a row per behaviour and measure."""
     return [
         {
             "env": env, "behaviour": standing.name, "measure": name, "episodes": len(standing.rows),

@@ -97,7 +97,7 @@ def finished(episode: Episode, index: int, repeat: int, recording: bytes | str |
 
 
 def _value(column: EpisodeColumn, episode: Episode) -> float | None:
-    """The column's number for one episode."""
+    """Return the column's number for one episode."""
     values = episode.infos[column.info]
     if column.kind == "optomotor_gain":
         return optomotor_gain(values, episode.infos[column.target])
@@ -118,7 +118,7 @@ def optomotor_gain(slip_deg_s: Sequence[float] | Any, drift_deg_s: Sequence[floa
 
 
 def mean(rows: Sequence[Row], column: str) -> Score | None:
-    """The mean over episodes, with its interval; ``None`` where the env has no such measure."""
+    """Return the mean over episodes, with its interval; ``None`` where the env has no such measure."""
     values = [row[column] for row in rows if row[column] is not None]
     if not values:
         return None

@@ -47,7 +47,7 @@ class PartialResponse(Response):
 def response(
     observation: npt.NDArray[np.float32], channels: Sequence[str] = CHANNELS, model: str = "the model"
 ) -> Response:
-    """The `Response` that a neural observation (7,) is of, by a model that declares these channels."""
+    """Return the `Response` that a neural observation (7,) is of, by a model that declares these channels."""
     hs, vs, hs_spikes, vs_spikes, looming, looming_spikes, azimuth = observation.tolist()
     seen = Response(hs, vs, int(hs_spikes), int(vs_spikes), None, looming, int(looming_spikes), azimuth)
     return seen if set(channels) >= set(CHANNELS) else PartialResponse(seen, channels, model)

@@ -45,16 +45,16 @@ class Survival:
     ratio: Score | None
 
     def row(self) -> dict[str, Any]:
-        """A row of ``survival.csv``."""
-        made: dict[str, Any] = {"behaviour": self.name, "episodes": self.survived.n}
+        """Return a row of ``survival.csv``."""
+        row: dict[str, Any] = {"behaviour": self.name, "episodes": self.survived.n}
         for name, score in (("survived", self.survived), ("collisions_m", self.per_metre), ("ratio", self.ratio)):
             ends = (math.nan,) * 3 if score is None else (score.value, score.low, score.high)
-            made |= {f"{name}{end}": known(value) for end, value in zip(("", "_low", "_high"), ends, strict=True)}
-        return made
+            row |= {f"{name}{end}": known(value) for end, value in zip(("", "_low", "_high"), ends, strict=True)}
+        return row
 
 
 def survival(standings: Sequence[Standing], reference: str) -> list[Survival]:
-    """Every behaviour's survival, the one that collides least a metre first; compared with ``reference``, if it played.
+    """Return every behaviour's survival, least collisions a metre first; compared with ``reference``, if it played.
 
     A behaviour that the rows of ``standings`` have no episode of is not in them.
     """
@@ -67,7 +67,7 @@ def survival(standings: Sequence[Standing], reference: str) -> list[Survival]:
         )
         compared = rate_ratio(behaviour_rows, rows[reference]) if reference in rows and name != reference else None
         survivals.append(Survival(name, share, rate(behaviour_rows, "driven_m"), compared))
-    return sorted(survivals, key=lambda each: (_sortable(each.per_metre.value), each.name))
+    return sorted(survivals, key=lambda entry: (_sortable(entry.per_metre.value), entry.name))
 
 
 def write(folder: Path, survivals: Sequence[Survival]) -> Path:

@@ -20,7 +20,7 @@ from experiments.bench.judging.verdict import Verdict
 
 
 def show(played: Played, recorded: bool) -> None:
-    """The table of scores, and where everything is."""
+    """Print the table of scores, and where everything is."""
     if played.standings:
         show_table(_table(played))
         out_console.print()
@@ -53,8 +53,8 @@ def show_power(played: Played, other: str) -> None:
     names = [standing.name for standing in played.standings]
     rarer, often = (pilot(standing.rows) for standing in played.standings)
     check_pilot(other, often)
-    for name, each in zip(names, (rarer, often), strict=True):
-        line = f"{name}: {each.collisions} collisions in {each.metres:.1f} m, {each.episodes} episodes"
+    for name, pilot_run in zip(names, (rarer, often), strict=True):
+        line = f"{name}: {pilot_run.collisions} collisions in {pilot_run.metres:.1f} m, {pilot_run.episodes} episodes"
         out_console.print(line, markup=False)
     needed = episodes_needed(rarer, often, EQUAL)
     enough = f"{needed} episodes of each" if needed else f"more than {MOST_EPISODES} episodes of each"
@@ -100,7 +100,7 @@ def show_claims(claims: Sequence[Verdict]) -> None:
 
 
 def _table(played: Played) -> Table:
-    """Two lines a behaviour: the values, and below them their intervals."""
+    """Return two lines a behaviour: the values, and below them their intervals."""
     standings, short = played.standings, played.env.partition("/")[2]
     title = f"{short}, {count(len(standings[0].rows), 'episode')} each, the same worlds"
     table = Table(title=title, title_justify="left", box=None, header_style="bold", pad_edge=False)

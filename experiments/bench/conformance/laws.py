@@ -59,7 +59,7 @@ def _tried(question: Callable[[ConfiguredModel], str], chosen: ConfiguredModel) 
 
 @cache
 def crossing(shape: tuple[int, int] = SHAPE) -> Frames:
-    """A dark square that goes right and, shifted by hand, a little down, (T, R, C)."""
+    """Return a dark square that goes right and, shifted by hand, a little down, (T, R, C)."""
     rows, columns = shape
     clip = stimulus(
         "plain", rows=rows, columns=columns, width=columns / 4, height=rows / 3, speed=columns, rest_s=0.1, enters=False
@@ -69,7 +69,7 @@ def crossing(shape: tuple[int, int] = SHAPE) -> Frames:
 
 @cache
 def approach() -> Frames:
-    """A dark square that looms off the middle, (T, R, C)."""
+    """Return a dark square that looms off the middle, (T, R, C)."""
     clip = stimulus("looming", l_over_v_s=0.08, azimuth_deg=5.0, elevation_deg=-3.0)
     return np.stack([frame.luma for frame in clip])
 
@@ -87,14 +87,14 @@ def _step(model: Any, frame: Frames, index: int, channels: Sequence[str]) -> Res
 
 
 def _run(model: Any, frames: Frames, channels: Sequence[str]) -> ResponseSeries:
-    """The answers to frames (T, R, C) that the model cannot change, from its present state on."""
+    """Return the answers to frames (T, R, C) that the model cannot change, from its present state on."""
     return ResponseSeries.from_responses(
         _step(model, frozen(frame), index, channels) for index, frame in enumerate(frames)
     )
 
 
 def _differing(first: ResponseSeries, second: ResponseSeries, channels: Sequence[str]) -> str:
-    """The first frame in which two series are not the same, in words; empty where they are."""
+    """Return the first frame in which two series are not the same, in words; empty where they are."""
     for channel in channels:
         one, other = getattr(first, channel), getattr(second, channel)
         places = np.flatnonzero(one != other)

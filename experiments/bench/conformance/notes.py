@@ -17,7 +17,7 @@ from experiments.bench.engine.user_code import apart, is_file
 
 
 def notes(chosen: ConfiguredModel) -> list[str]:
-    """A line for each oddity of a model's answers to a crossing and to an approach; none where it fails to answer."""
+    """Tell each oddity of a model's answers to a crossing and to an approach; none where it fails to answer."""
     try:
         answers = _answers(chosen)
         return [*_dropped(answers, chosen), *_silent(answers, chosen), *_uncounted(answers, chosen)]
@@ -45,7 +45,7 @@ def _dropped(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
 
 
 def _uncounted(answers: Sequence[Any], chosen: ConfiguredModel) -> list[str]:
-    """Spikes of a channel that has no threshold: trials and clips take such a channel for one that does not spike."""
+    """Tell spikes of a channel without a threshold: trials and clips take it for one that does not spike."""
     names = "a parameter counts as the threshold that is called t_sp, or that thresholds= of its ModelEntry names"
     return [
         f"{channel}_spikes come, and {channel} has no threshold, so they are not counted: {names}"

@@ -14,7 +14,7 @@ second.
 
 
 def show(label: str, findings: Sequence[Finding], us: float | None, notes: Sequence[str] = ()) -> None:
-    """A line for each law, and what is broken; the ``notes``; what a frame costs, ``us``, if it is known.
+    """Print a line for each law, and what is broken; the ``notes``; what a frame costs, ``us``, if it is known.
 
     Of several rounds ``us`` is that of the fastest: what else runs on the machine only adds.
     """

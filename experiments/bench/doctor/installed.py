@@ -96,7 +96,7 @@ def lock() -> Finding:
 
 
 def _locked(path: Path) -> Iterator[tuple[str, str]]:
-    """The packages that a lock names for this machine, with their versions."""
+    """Yield the packages that a lock names for this machine, with their versions."""
     for line in path.read_text(encoding="utf-8").splitlines():
         text = line.rstrip("\\").strip()
         if not text or text.startswith(("#", "--")):

@@ -29,7 +29,7 @@ def memory() -> Finding:
     """Compare the memory that is free, and the limit of this process, with what a worker needs."""
     free = _available_mb()
     limit = limit_mb()
-    said = ", ".join(
+    amounts = ", ".join(
         text
         for text in (
             f"{free:,.0f} MB free" if free is not None else "",
@@ -38,10 +38,10 @@ def memory() -> Finding:
         if text
     )
     if limit is not None and limit < LEAST_MB:
-        return Finding("memory", "fails", said, f"raise the limit: a process needs {LEAST_MB:,} MB of address space")
+        return Finding("memory", "fails", amounts, f"raise the limit: a process needs {LEAST_MB:,} MB of address space")
     if free is not None and free < LEAST_MB:
-        return Finding("memory", "notice", said, "use fewer workers: --workers 1")
-    return Finding("memory", "ok", said or "not known on this system")
+        return Finding("memory", "notice", amounts, "use fewer workers: --workers 1")
+    return Finding("memory", "ok", amounts or "not known on this system")
 
 
 def _available_mb() -> float | None:

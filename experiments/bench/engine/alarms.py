@@ -16,7 +16,7 @@ Floats = npt.NDArray[np.float64]
 
 
 def alarm_count(spikes: npt.NDArray[np.integer], fps: float) -> int:
-    """The number of alarms in a clip: spikes with none in the `APART_S` before them.
+    """Return the number of alarms in a clip: spikes with none in the `APART_S` before them.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def alarm_count(spikes: npt.NDArray[np.integer], fps: float) -> int:
 
 
 def first_alarm_s(spikes: npt.NDArray[np.integer], contact_s: Floats) -> float | None:
-    """The time to contact at the first spike of an approach.
+    """Return the time to contact at the first spike of an approach.
 
     Parameters
     ----------
@@ -48,8 +48,8 @@ def first_alarm_s(spikes: npt.NDArray[np.integer], contact_s: Floats) -> float |
     return float(contact_s[fired[0]]) if fired.size else None
 
 
-def poisson_interval(count: int) -> tuple[float, float]:
-    """The exact 95 % interval of the expectation of a Poisson count.
+def poisson_interval(count: float) -> tuple[float, float]:
+    """Return the exact 95 % interval of the expectation of a Poisson count.
 
     References
     ----------

@@ -36,11 +36,11 @@ def check_name(what: str, name: object) -> None:
 
 
 def explain(error: ValidationError) -> str:
-    """The first problem of a failed validation in one line: object, attribute, value, bound.
+    """Return the first problem of a failed validation in one line: object, attribute, value, bound.
 
     A name that there is not comes first: the one it was meant for is then missing too.
     """
-    problem = min(error.errors(), key=lambda each: each["type"] != "unexpected_keyword_argument")
+    problem = min(error.errors(), key=lambda entry: entry["type"] != "unexpected_keyword_argument")
     where = ".".join([error.title, *(str(part) for part in problem["loc"])])
     if problem["type"] == "missing" or problem["type"] == "missing_argument":
         return f"{where}: it has to be given"
@@ -53,17 +53,17 @@ LONGEST_TROUBLE = 500
 """Characters of what is told of one failure."""
 
 
-def explained(error: BaseException, said: str | None = None) -> str:
-    """Return what an exception says, or ``said`` instead, in one line that begins with the exception's kind.
+def explained(error: BaseException, instead: str | None = None) -> str:
+    """Return what an exception says, or the text ``instead``, in one line that begins with the exception's kind.
 
     The line has at most `LONGEST_TROUBLE` characters, and none that would steer a terminal.
     """
-    kind, text = type(error).__name__, message(error) if said is None else said
+    kind, text = type(error).__name__, message(error) if instead is None else instead
     return printable(f"{kind}: {text}" if text else kind)
 
 
 def message(error: BaseException) -> str:
-    """The message of an exception; empty where it has none, or making it fails."""
+    """Return the message of an exception; empty where it has none, or making it fails."""
     try:
         return str(error)
     except Exception:
@@ -88,7 +88,7 @@ def check_declared(kind: str, name: Any, summary: Any, repeats: Any) -> None:
 
 
 def short(value: Any) -> str:
-    """A value in a line: a person has to find it again, not to read all of it."""
+    """Return a value in a line: a person has to find it again, not to read all of it."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else f"{text[:77]}..."
 

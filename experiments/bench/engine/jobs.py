@@ -192,7 +192,7 @@ class Workload:
         return sum(rest * self._share(kind) for kind, rest in self._rest.items())
 
     def _share(self, kind: Hashable) -> float:
-        """The share of its planned size that a job takes: by its own kind, or by all where none of it is back."""
+        """Return the share of its planned size a job takes: by its own kind, or by all where none of it is back."""
         if kind in self._planned:
             return self._taken[kind] / self._planned[kind]
         planned = sum(self._planned.values())

@@ -74,7 +74,7 @@ class ConfiguredModel:
         return float(rate) if isinstance(rate, int | float) else None
 
     def build(self, shape: tuple[int, int]) -> VisionModel:
-        """The model itself, for frames of ``shape`` (R, C)."""
+        """Return the model itself, for frames of ``shape`` (R, C)."""
         return self.declared.build(shape, self.network)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -133,7 +133,7 @@ def rate_notes(models: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
 
 
 def load_model(source: str) -> ModelEntry:
-    """The registered model called ``source``, or the one that the file ``source`` declares as ``MODEL``.
+    """Return the registered model called ``source``, or the one that the file ``source`` declares as ``MODEL``.
 
     Raises `UsageError` on an unknown name, and on a file that declares no `dsnn.ModelEntry`.
     """
@@ -156,14 +156,14 @@ def load_model(source: str) -> ModelEntry:
 
 
 def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> ConfiguredModel:
-    """The model ``source`` with its parameters for the robot's tests, or for the off-line ones."""
+    """Return the model ``source`` with its parameters for the robot's tests, or for the off-line ones."""
     entry = load_model(source)
     absolute = str(Path(source).resolve()) if is_file(source) else source
     return ConfiguredModel(entry.name, absolute, entry.preset(tests), entry)
 
 
 def family(name: str) -> str:
-    """The section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``.
+    """Return the section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``.
 
     ``name`` may be a label with settings (``dsnn:w_i=1``). A registered model whose parameters are not those of the
     model that its name begins with is a family of its own: ``lplc2-gf`` is none of the ``lplc2``.
@@ -194,12 +194,12 @@ class ModelRequest:
     text: str
     source: str
     settings: str
-    own: Mapping[str, str]
+    values: Mapping[str, str]
     """The settings, name -> text."""
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class SelectedModel:
     """A model to show: with its default parameters, its section of ``--set``, and what was asked of it."""
 
     chosen: ConfiguredModel
@@ -235,7 +235,7 @@ def ask(text: str) -> ModelRequest:
 
 
 def beside(declaring: Path, text: str, where: str) -> str:
-    """A text of a model in a user's file, with a relative path made absolute: it is looked for beside that file.
+    """Return a text of a model in a user's file, with a relative path made absolute: it is looked for beside that file.
 
     Parameters
     ----------
@@ -273,8 +273,8 @@ def _split(text: str) -> tuple[str, str, str]:
     return text[: end + 3], ":", text[end + 4 :]
 
 
-def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") -> list[Shown]:
-    """The models called ``texts``, with their default parameters for these tests.
+def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") -> list[SelectedModel]:
+    """Return the models called ``texts``, with their default parameters for these tests.
 
     The same model under the same settings is taken once. Raises `UsageError` for one that there is not, a parameter
     that it does not have, two models of one name, and a name that is a section of ``--set``.
@@ -290,21 +290,23 @@ def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") 
         if (before.source, before.network) != (chosen.source, chosen.network):
             raise UsageError(f"--model {text}: another model shown is called {chosen.label} too; rename one of them")
     named = sections([chosen for chosen, _ in by_label.values()])
-    return [Shown(chosen, section, asked) for (chosen, asked), section in zip(by_label.values(), named, strict=True)]
+    return [
+        SelectedModel(chosen, section, asked) for (chosen, asked), section in zip(by_label.values(), named, strict=True)
+    ]
 
 
 def _check_names(asked: ModelRequest, chosen: ConfiguredModel) -> None:
     known = [field.name for field in dataclasses.fields(chosen.network)]
     if hasattr(type(chosen.network), "presets"):
         known.append(PRESET)
-    for name in asked.own:
+    for name in asked.values:
         if name not in known:
             listed = f"{nearest(name, known, after='; ')}all: colias parameters --only --model {asked.source}"
             raise UsageError(f"--model {asked.text}: {chosen.label} has no parameter '{name}' ({listed})")
 
 
 def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
-    """The section of each model: its family's name, or its own if another of the family has other parameters."""
+    """Return the section of each model: its family's name, or its own if another of the family has other parameters."""
     kinds: dict[str, type] = {}
     names = []
     for model in chosen:

@@ -59,7 +59,7 @@ class InProcess:
 
 @contextlib.contextmanager
 def open_pool(workers: int, cluster: str | None = None) -> Iterator[Pool]:
-    """A pool of ``workers`` processes (0: none, in this one), or of the cluster at an address; closed at the end."""
+    """Yield a pool of ``workers`` processes (0: none, in this one), or the cluster at an address, closed after."""
     remote = ClusterPool(cluster) if cluster else None
     # A worker half made would complain of its missing parent, so Ctrl-C waits until there is something to close.
     with interrupts.held():

@@ -13,19 +13,19 @@ from dsnn import MODELS
 from dsnn.hints import closest
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import PRESET as PRESET
-from experiments.bench.engine.models import ConfiguredModel, ModelRequest, Shown, family, look_up
+from experiments.bench.engine.models import ConfiguredModel, ModelRequest, SelectedModel, family, look_up
 
 LISTED_BY = "colias parameters"
 SECTIONS = frozenset(map(family, MODELS))
 """Sections of the registered models."""
 
 
-def applied(models: Sequence[Shown], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
-    """The models with what ``--set`` says of their families, then with what was asked of each of them."""
+def applied(models: Sequence[SelectedModel], collected: Mapping[str, Mapping[str, str]]) -> tuple[ConfiguredModel, ...]:
+    """Return the models with what ``--set`` says of their families, then with what was asked of each of them."""
     configured = []
     for model in models:
         common = changed(model.section, model.chosen.network, collected.get(model.section, {}))
-        network = changed(model.section, common, model.asked.own, _after_colon(model.asked))
+        network = changed(model.section, common, model.asked.values, _after_colon(model.asked))
         configured.append(dataclasses.replace(model.chosen, network=network))
     return tuple(configured)
 
@@ -112,7 +112,7 @@ def collect(
 
 
 def _meant(key: str, known: Sequence[str]) -> str:
-    """The known key that may have been meant by one, by its name rather than its section; empty where there is none."""
+    """Find the known key that may have been meant by one, by name rather than section; empty where there is none."""
     section, _, name = key.rpartition(".")
     inside = [candidate for candidate in known if candidate.startswith(f"{section}.")]
     if alike := closest(name, [candidate.partition(".")[2] for candidate in inside]):
@@ -153,12 +153,12 @@ def changed(
 
 
 def preset_of(value: Any) -> str | None:
-    """The name of the preset that a section's values are; ``None`` if they are none."""
+    """Return the name of the preset that a section's values are; ``None`` if they are none."""
     return next((name for name, preset in _presets(value).items() if preset == value), None)
 
 
 def _presets(value: Any) -> Mapping[str, Any]:
-    """The presets of a value's class, by name; empty where it has none."""
+    """Return the presets of a value's class, by name; empty where it has none."""
     presets: Mapping[str, Any] = value.presets() if hasattr(type(value), "presets") else {}
     return presets
 
@@ -177,7 +177,7 @@ def names(value: Any) -> Iterator[str]:
 
 
 def _split(text: str, schema: Mapping[str, Any]) -> Any:
-    """A sequence is typed with commas; pydantic turns the parts into numbers, but none into one of listed numbers."""
+    """Parse a sequence typed with commas; pydantic makes numbers of the parts, but not one of listed numbers."""
     if schema.get("type") == "array":
         return text.split(",")
     return next((value for value in schema.get("enum", ()) if str(value) == text), text)
@@ -190,7 +190,7 @@ def _properties(cls: type) -> dict[str, dict[str, Any]]:
 
 
 def _legal(schema: Mapping[str, Any]) -> str:
-    """The legal values of a field in words, from its JSON schema; empty if only a validator knows."""
+    """Return the legal values of a field in words, from its JSON schema; empty if only a validator knows."""
     if "anyOf" in schema:  # a value that may be left open
         return _legal(schema["anyOf"][0])
     if schema.get("type") == "array":
@@ -226,7 +226,7 @@ def unit_of(value: Any, name: str) -> str:
 
 
 def _unit(schema: Mapping[str, Any]) -> str:
-    """The unit of a field, or of each entry of a sequence, from its JSON schema."""
+    """Return the unit of a field, or of each entry of a sequence, from its JSON schema."""
     parts = [schema, *schema.get("prefixItems", ())[:1], *([schema["items"]] if "items" in schema else [])]
     return next((part["unit"] for part in parts if "unit" in part), "")
 
@@ -237,7 +237,7 @@ def _bounds(schema: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _plain(bound: float) -> str:
-    """A bound in full where it is a whole number, so that it can be typed as it is read."""
+    """Return a bound in full where it is a whole number, so that it can be typed as it is read."""
     return str(bound) if isinstance(bound, int) else f"{bound:g}"
 
 

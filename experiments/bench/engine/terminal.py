@@ -231,7 +231,7 @@ class Pace:
         self.count = 0
 
     def add(self, size: float, now_s: float, left: float | None = None) -> None:
-        """A job of that size is back, and so much work is ``left``; without it, the whole less all sizes so far."""
+        """Count a job of that size as back, with so much work ``left``; without it, the whole less all sizes so far."""
         self.count += 1
         self._size += size
         self._left = self._left - size if left is None else left

@@ -104,7 +104,7 @@ def _module(path: Path, path_shown: Path) -> ModuleType:
 
 
 def _where(error: BaseException, path: Path) -> str:
-    """The line of the file at ``path`` where an exception came up while it was executed, and what it says."""
+    """Return the line of the file at ``path`` where an exception came up while it was executed, and what it says."""
     if isinstance(error, SyntaxError) and error.filename == str(path):
         return f", line {error.lineno}: {error.msg}"
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
@@ -160,7 +160,7 @@ def closure(path: Path) -> dict[str, str]:
 
 
 def place_of(error: BaseException) -> str:
-    """The file and line of a user's own code where an exception was raised; empty where it was not in any."""
+    """Return the file and line of a user's own code where an exception was raised; empty where it was not in any."""
     called = (frame for frame in traceback.extract_tb(error.__traceback__) if is_users(Path(frame.filename)))
     last = next(iter(reversed(list(called))), None)
     return f"{Path(last.filename).name}, line {last.lineno}: " if last else ""

@@ -70,20 +70,20 @@ class _Named:
     unit: Unit
     names: Mapping[Path, str]
     """Path of a unit that this one may import -> its module's full name."""
-    found: dict[str, str] = field(default_factory=dict)
+    resolved: dict[str, str] = field(default_factory=dict)
     """Name of an import -> the module's full name; empty where it is none of those beside the file."""
 
     def full_name(self, name: str) -> str:
         """Find the full name of the module that ``import name`` means; empty where Python's own import finds it."""
-        if name not in self.found:
+        if name not in self.resolved:
             known = {other.partition(".")[0] for other in self.unit.elsewhere}
             # A file that has come beside this one since it was read is not on the record.
             path = None if name in known else beside(self.unit.path.parent, name)
             if path is not None and path not in self.names:  # an import that no statement tells of
-                self.found[name] = named(units(path))[path]
+                self.resolved[name] = named(units(path))[path]
             else:
-                self.found[name] = self.names[path] if path is not None else ""
-        return self.found[name]
+                self.resolved[name] = self.names[path] if path is not None else ""
+        return self.resolved[name]
 
 
 _known: dict[str, _Named] = {}
@@ -241,7 +241,7 @@ def digests(read: Iterable[Unit]) -> dict[str, str]:
 
 
 def _stem(path: Path) -> str:
-    """The last part of a module's name: an extension's code asks for its own."""
+    """Return the last part of a module's name: an extension's code asks for its own."""
     return re.sub(r"\W", "_", path.name.partition(".")[0] if path.suffix != ".py" else path.stem)
 
 
@@ -263,7 +263,7 @@ class _Finder(MetaPathFinder):
 
 
 def _within(package: Path, name: str) -> Path | None:
-    """The module or package of a name inside a package's folder."""
+    """Return the module or package of a name inside a package's folder."""
     places = [package / name, *(package / f"{name}{ending}" for ending in (*EXTENSION_SUFFIXES, ".py"))]
     if (places[0] / "__init__.py").is_file():
         return places[0]
@@ -484,7 +484,7 @@ def _is_at(module: ModuleType | None, file: Path) -> bool:
 
 
 def _own(name: str) -> Path | None:
-    """The file of the module called ``name``, if it is the user's own; found without importing it."""
+    """Return the file of the module called ``name``, if it is the user's own; found without importing it."""
     top = name.partition(".")[0]
     if top in PACKAGES or top in sys.stdlib_module_names:
         return None

@@ -56,7 +56,7 @@ def without_glyph(text: str) -> list[str]:
         return []
     families = [font_manager.FontProperties(family=[name]) for name in font_manager.FontProperties().get_family()]
     fonts = [font_manager.get_font(font_manager.findfont(family)) for family in families]
-    return [each for each in odd if not any(font.get_char_index(ord(each)) for font in fonts)]
+    return [character for character in odd if not any(font.get_char_index(ord(character)) for font in fonts)]
 
 
 def plain(text: str) -> str:
@@ -106,19 +106,21 @@ def extra_widths(curves: Sequence[Sequence[float]], tolerance: float) -> list[fl
     ]  # fmt: skip
 
 
-def grid_of_panels(drawn: Figure | SubFigure, blocks: int, each: int, across: int, **options: Any) -> list[list[Axes]]:
-    """Return panels for ``blocks`` of ``each`` panels, at most ``across`` side by side; each block begins a row.
+def grid_of_panels(
+    drawn: Figure | SubFigure, blocks: int, per_block: int, across: int, **options: Any
+) -> list[list[Axes]]:
+    """Return panels for ``blocks`` of ``per_block`` panels each, at most ``across`` in a row; a block begins a row.
 
     The lowest panel of each column has the numbers of the axis below it; see `lowest`.
     """
-    across = min(each, across)
-    down = -(-each // across)
+    across = min(per_block, across)
+    down = -(-per_block // across)
     places = drawn.subplots(blocks * down, across, squeeze=False, **options)
     for axes in places.flat:
         axes.set_visible(False)
     panels = []
     for block in range(blocks):
-        block_panels = list(places[block * down : (block + 1) * down].flat)[:each]
+        block_panels = list(places[block * down : (block + 1) * down].flat)[:per_block]
         for axes in block_panels:
             axes.set_visible(True)
         panels.append(block_panels)
@@ -275,7 +277,7 @@ def _row(axes: Axes, panel: Panel, row: int, standing: Standing, tint: str) -> N
 
 
 def _dot(axes: Axes, score: Score, height: float, tint: str, *, filled: bool) -> None:
-    """A score with its interval; an infinite end is left out."""
+    """Draw a score with its interval; an infinite end is left out."""
     ends = [end if math.isfinite(end) else score.value for end in (score.low, score.high)]
     axes.plot(ends, [height, height], color=tint, lw=1.4, solid_capstyle="butt", zorder=2)
     face = tint if filled else "white"

@@ -161,9 +161,9 @@ def _whose(
     value: float, owners: Mapping[str, Sequence[str]], thresholds: Mapping[str, Mapping[str, float | None]]
 ) -> str:
     """Say whose threshold it is: models, and their channels where these have several thresholds."""
-    shown = []
+    names = []
     for model, channels in owners.items():
         several = len({level for level in thresholds[model].values() if level is not None}) > 1
-        shown.append(f"{model} ({', '.join(map(_said, channels))})" if several else model)
-    more = f" and {len(shown) - MOST_NAMED} more" if len(shown) > MOST_NAMED else ""
-    return f"{'' if value > 0 else '-'}T = {abs(value):g} of {', '.join(shown[:MOST_NAMED])}{more}"
+        names.append(f"{model} ({', '.join(map(_said, channels))})" if several else model)
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return f"{'' if value > 0 else '-'}T = {abs(value):g} of {', '.join(names[:MOST_NAMED])}{more}"

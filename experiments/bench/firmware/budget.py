@@ -143,7 +143,7 @@ class Tools:
 
 
 def stage_names() -> tuple[str, ...]:
-    """The network's stages in their order, as ``onboard.h`` names them."""
+    """Return the network's stages in their order, as ``onboard.h`` names them."""
     text = (NATIVE / "onboard.h").read_text(encoding="utf-8").replace("\\\n", " ")
     match = re.search(r"#define ONBOARD_STAGE_NAMES\b(.*)", text)
     if match is None:
@@ -211,7 +211,7 @@ def measure_all(
 
 
 def varied(budgets: Iterable[Budget]) -> list[str]:
-    """The keys of the grid."""
+    """Return the keys of the grid."""
     return list(dict.fromkeys(key for budget in budgets for key in budget.point))
 
 
@@ -225,7 +225,7 @@ def label(budget: Budget) -> str:
 
 
 def format_words(wanted: Firmware) -> str:
-    """The bits of a delay state and of LA."""
+    """Return the bits of a delay state and of LA."""
     return f"{wanted.network.state_bits}-bit delay states, {wanted.network.lamina_bits}-bit LA"
 
 
@@ -237,16 +237,16 @@ def answer(budgets: Sequence[Budget]) -> list[str]:
     if not asked:
         return []
     lines = []
-    for words in dict.fromkeys(format_words(each.firmware) for each in asked):
-        for each in (one for one in asked if format_words(one.firmware) == words):
-            low, high = each.milliseconds
-            time = f"{low:.2f} to {high:.2f} ms of {each.firmware.chip.frame_ms:g}"
-            memory = f"{each.over:,} B of RAM too large" if each.over else _free(each)
-            verdict = "fits" if each.fits else "does not fit"
-            ring = each.firmware.chip.ring_frames
-            lines.append(f"N_con = 8 at 99x72, d = {each.firmware.network.d}, {words}, ring of {ring}"
+    for words in dict.fromkeys(format_words(budget.firmware) for budget in asked):
+        for budget in (one for one in asked if format_words(one.firmware) == words):
+            low, high = budget.milliseconds
+            time = f"{low:.2f} to {high:.2f} ms of {budget.firmware.chip.frame_ms:g}"
+            memory = f"{budget.over:,} B of RAM too large" if budget.over else _free(budget)
+            verdict = "fits" if budget.fits else "does not fit"
+            ring = budget.firmware.chip.ring_frames
+            lines.append(f"N_con = 8 at 99x72, d = {budget.firmware.network.d}, {words}, ring of {ring}"
                          f" frames: {verdict} ({memory}; worst frame {time})")  # fmt: skip
-    fitting = dict.fromkeys(_said(each) for each in asked if each.fits)
+    fitting = dict.fromkeys(_said(budget) for budget in asked if budget.fits)
     whole = f"yes: {'; '.join(fitting)}" if fitting else "no, in none of the formats measured"
     return [*lines, f"Does the paper's N_con = 8 fit at 99x72? {whole}."]
 

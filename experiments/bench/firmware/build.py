@@ -88,7 +88,7 @@ class Built:
 
 
 def memory_script(chip: ChipSettings, placement: Placement, *, large: bool = False) -> str:
-    """The text of ``memory.ld`` for the emulator's board: regions, the stack's reserve, the placement."""
+    """Return the text of ``memory.ld`` for the emulator's board: regions, the stack's reserve, the placement."""
     sizes = {FLASH: chip.flash, MAIN: chip.ram_main, CORE: chip.ram_core}
     return script({name: (ADDRESSES[name], LARGE if large else size) for name, size in sizes.items()}, chip, placement)
 
@@ -147,7 +147,7 @@ def build(wanted: Firmware, compiler: Compiler, folder: Path, *, counting: bool 
         if linked is not None:
             return Built(linked, elf.sections(linked), placement, {})
         problems.append(Built(measured, sizes, placement, over))
-    return min(problems, key=lambda each: sum(each.over.values()))
+    return min(problems, key=lambda problem: sum(problem.over.values()))
 
 
 def computed(wanted: Firmware) -> tuple[Placement, Mapping[str, int]]:
@@ -176,7 +176,7 @@ def computed(wanted: Firmware) -> tuple[Placement, Mapping[str, int]]:
         if not over:
             return placement, over
         problems.append((placement, over))
-    return min(problems, key=lambda each: sum(each[1].values()))
+    return min(problems, key=lambda problem: sum(problem[1].values()))
 
 
 def computed_sizes(wanted: Firmware, split: bool) -> dict[str, int]:
@@ -193,17 +193,17 @@ def computed_sizes(wanted: Firmware, split: bool) -> dict[str, int]:
 
 
 def _aligned(size: int) -> int:
-    """The bytes of a part of memory, each of which begins at a multiple of 8."""
+    """Return the bytes of a part of memory, each of which begins at a multiple of 8."""
     return -(-size // 8) * 8
 
 
 def _best(
     sizes: Mapping[str, int], chip: ChipSettings, among: Sequence[Placement]
 ) -> tuple[Placement, Mapping[str, int]]:
-    """The placement that lacks the fewest bytes, with the robot's own data divided, and what each region lacks."""
-    divided = [_with_robot(sizes, chip, each) for each in among]
-    overs = [(each, _over(sizes, chip, each)) for each in divided]
-    return min(overs, key=lambda each: sum(each[1].values()))
+    """Find the placement that lacks the fewest bytes, with the robot's own data divided, and what each region lacks."""
+    divided = [_with_robot(sizes, chip, placement) for placement in among]
+    overs = [(placement, _over(sizes, chip, placement)) for placement in divided]
+    return min(overs, key=lambda problem: sum(problem[1].values()))
 
 
 def _sources() -> list[Path]:
@@ -211,7 +211,7 @@ def _sources() -> list[Path]:
 
 
 def _compile(source: Path, chip: ChipSettings, compiler: Compiler, folder: Path, kind: tuple[bool, bool]) -> Path:
-    """One object file; ``kind`` is whether instructions are counted, and whether the states are two blocks."""
+    """Return one object file; ``kind`` is whether instructions are counted, and whether the states are two blocks."""
     counting, split = kind
     output = folder / f"{source.stem}.o"
     stages = ("-include", "counter.h", "-DONBOARD_STAGE(i)=counter_stage(i)") if counting else ()
@@ -230,7 +230,7 @@ def _compile(source: Path, chip: ChipSettings, compiler: Compiler, folder: Path,
 def _link(
     objects: Sequence[Path], chip: ChipSettings, compiler: Compiler, folder: Path, placement: Placement, *, large: bool
 ) -> Path | None:
-    """The linked program; ``None`` where a RAM region is too small."""
+    """Return the linked program; ``None`` where a RAM region is too small."""
     output = folder / f"{'large' if large else 'chip'}{'-split' if placement.split else ''}.elf"
     sections = (CHIP_SIDE / SECTIONS).read_text(encoding="ascii")
     script_path = output.with_suffix(".ld")
@@ -247,7 +247,7 @@ def _link(
 
 
 def _with_robot(sizes: Mapping[str, int], chip: ChipSettings, placement: Placement) -> Placement:
-    """A placement with as much of the robot's own data in the core-coupled RAM as it has room for."""
+    """Return a placement with as much of the robot's own data in the core-coupled RAM as it has room for."""
     left = chip.ram_core - ram(sizes, placement)[CORE] - ALIGNMENT
     return dataclasses.replace(placement, robot_core=max(min(chip.robot_ram, left // 4 * 4), 0))
 

@@ -85,7 +85,7 @@ def sequences(shape: tuple[int, int], trial: Frames | None) -> list[tuple[str, F
 
 
 def host(response: Response) -> tuple[int, int, int, int]:
-    """The host's answer in the chip's units: hs and vs in Q15, and the spikes."""
+    """Return the host's answer in the chip's units: hs and vs in Q15, and the spikes."""
     return round(response.hs * Q15), round(response.vs * Q15), response.hs_spikes, response.vs_spikes
 
 
@@ -142,5 +142,5 @@ def check(
 
 
 def total(clips_shown: Sequence[tuple[str, Frames]]) -> int:
-    """Frames of all clips."""
+    """Return frames of all clips."""
     return int(np.sum([len(frames) for _, frames in clips_shown]))

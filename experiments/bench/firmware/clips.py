@@ -59,7 +59,7 @@ def synthetic(shape: tuple[int, int], length: int) -> Mapping[str, Frames]:
 
 
 def golden(shape: tuple[int, int]) -> Mapping[str, Frames]:
-    """The golden clips, resized to ``shape`` where they have another; empty where there is no checkout."""
+    """Return the golden clips, resized to ``shape`` where they have another; empty where there is no checkout."""
     by_name: dict[str, Frames] = {}
     for path in sorted(GOLDEN.glob("*.npz")):
         with np.load(path) as held:
@@ -72,7 +72,7 @@ def golden(shape: tuple[int, int]) -> Mapping[str, Frames]:
 
 
 def of_trial(shape: tuple[int, int]) -> Frames:
-    """The frames that the robot's camera gives in the first trial of ``speed``, rendered by MuJoCo at ``shape``.
+    """Return the frames that the robot's camera gives in the first trial of ``speed``, rendered by MuJoCo at ``shape``.
 
     Raises `colias_sim.GLUnavailable` where nothing can be rendered.
     """

@@ -125,7 +125,7 @@ class Emulator:
         self._ask(_RESET, "<I")
 
     def stack_bytes(self) -> int:
-        """The bytes of the stack used so far: its high-water mark, by a painted pattern."""
+        """Return the bytes of the stack used so far: its high-water mark, by a painted pattern."""
         return int(self._ask(_STACK, "<I")[0])
 
     def close(self) -> None:

@@ -49,15 +49,15 @@ def draw(budgets: Sequence[Budget]) -> Figure:
 
 def _memory(axes: Axes, budgets: Sequence[Budget]) -> None:
     purposes = [name for name in budgets[0].purposes if name != "test program"]
-    for place, each in enumerate(budgets):
+    for place, budget in enumerate(budgets):
         left = 0.0
         if place % 2 == 0:
             axes.axhspan(place - 0.5, place + 0.5, color="black", alpha=0.04, lw=0)
         for hue, name in enumerate(purposes):
-            size = each.purposes[name] / KB
+            size = budget.purposes[name] / KB
             axes.barh(place, size, left=left, height=0.62, color=HUES[hue], label=name if place == 0 else None)
             left += size
-        caption, colour = (f"over by {each.over:,} B", BAD) if each.over else ("fits", LIMIT)
+        caption, colour = (f"over by {budget.over:,} B", BAD) if budget.over else ("fits", LIMIT)
         axes.annotate(caption, (1.0, place), xycoords=("axes fraction", "data"), ha="right", va="center",
                       fontsize=7, color=colour)  # fmt: skip
     chip = budgets[0].firmware.chip
@@ -70,9 +70,9 @@ def _memory(axes: Axes, budgets: Sequence[Budget]) -> None:
 
 def _time(axes: Axes, budgets: Sequence[Budget]) -> None:
     chip = budgets[0].firmware.chip
-    for place, each in enumerate(budgets):
-        low, high = each.milliseconds
-        colour = HUES[0] if each.fits_time else BAD
+    for place, budget in enumerate(budgets):
+        low, high = budget.milliseconds
+        colour = HUES[0] if budget.fits_time else BAD
         axes.barh(place, high - low, left=low, height=0.3, color=colour)
         axes.annotate(f"{low:.2f} to {high:.2f}", (1.02, place), xycoords=("axes fraction", "data"), va="center",
                       fontsize=7, color=colour, annotation_clip=False)  # fmt: skip

@@ -52,7 +52,7 @@ def assignments(given: Sequence[str]) -> list[str]:
 
 
 def models() -> list[str]:
-    """The models to show: the host's form and the chip. `UsageError` where a tool is missing."""
+    """Return the models to show: the host's form and the chip. `UsageError` where a tool is missing."""
     toolchain.compiler()
     toolchain.qemu()
     return [MODEL, SOURCE]

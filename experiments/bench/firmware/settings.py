@@ -127,12 +127,12 @@ class Firmware:
 
 
 def default() -> Firmware:
-    """The on-board form's parameters for the robot's tests, on the robot's chip."""
+    """Return the on-board form's parameters for the robot's tests, on the robot's chip."""
     return Firmware(OnboardParams.robot(), ChipSettings())
 
 
 def firmware(assignments: Iterable[str], base: Firmware | None = None, option: str = "--set") -> Firmware:
-    """A program with ``SECTION.NAME=VALUE`` texts applied; sections are `MODEL` (or `ALIAS`) and `CHIP`.
+    """Return a program with ``SECTION.NAME=VALUE`` texts applied; sections are `MODEL` (or `ALIAS`) and `CHIP`.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def plain_key(text: str) -> str:
 
 
 def parameters() -> list[Parameter]:
-    """Every parameter that ``--set`` reaches here."""
+    """Return every parameter that ``--set`` reaches here."""
     base = default()
     return list(described({MODEL: base.network, CHIP: base.chip}))
 
@@ -190,19 +190,21 @@ def longest_delay() -> str:
 
 
 def points(over: Sequence[str], assignments: Sequence[str]) -> list[tuple[Mapping[str, str], Firmware]]:
-    """Every combination of ``KEY=V1,V2`` texts, each with its program; one without keys where ``over`` is empty."""
+    """List every combination of ``KEY=V1,V2`` texts, each with its program; one without keys if ``over`` is empty."""
     from experiments.bench.studies.grid import product
 
     if not over:
         return [({}, firmware(assignments))]
     base = firmware(assignments)
-    found: list[tuple[Mapping[str, str], Firmware]] = []
+    programs: list[tuple[Mapping[str, str], Firmware]] = []
     for point in product([plain_key(text) for text in over], [plain_key(text) for text in assignments]):
         texts = [f"{key}={value}" for key, value in point.values]
-        found.append((dict(point.values), firmware(texts, base, "--over")))
-    if len(found) > MOST_POINTS:
-        raise UsageError(f"--over: {len(found)} points; legal are up to {MOST_POINTS}, as each is built and emulated")
-    return found
+        programs.append((dict(point.values), firmware(texts, base, "--over")))
+    if len(programs) > MOST_POINTS:
+        raise UsageError(
+            f"--over: {len(programs)} points; legal are up to {MOST_POINTS}, as each is built and emulated"
+        )
+    return programs
 
 
 MOST_POINTS = 200

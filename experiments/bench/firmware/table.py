@@ -80,7 +80,7 @@ def _stages(budget: Budget) -> Table:
 
 
 def row(budget: Budget, tools: Tools) -> dict[str, Any]:
-    """One line of ``budget.csv``."""
+    """Return one line of ``budget.csv``."""
     network, chip = budget.firmware.network, budget.firmware.chip
     low, high = budget.milliseconds
     sizes = {f"{name.replace(' ', '_')}_bytes": size for name, size in budget.purposes.items()}

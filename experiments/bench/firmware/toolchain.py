@@ -70,7 +70,7 @@ def _first_line(command: tuple[str, ...]) -> str:
 
 
 def compiler(wanted: str | None = None) -> Compiler:
-    """The cross compiler: GCC's where it is on the PATH, otherwise the ``ziglang`` wheel; ``wanted`` takes one of them.
+    """Find the cross compiler: GCC's where it is on the PATH, otherwise the ``ziglang`` wheel; ``wanted`` takes one.
 
     Raises
     ------
@@ -98,7 +98,7 @@ class QemuProgram:
 
 
 def qemu() -> QemuProgram:
-    """The emulator; `UsageError` with the package's name where it is missing."""
+    """Return the emulator; `UsageError` with the package's name where it is missing."""
     path = shutil.which(QEMU)
     if path is None:
         raise UsageError(f"no {QEMU} on the PATH: install Debian's qemu-system-arm; nothing was measured")

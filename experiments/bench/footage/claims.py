@@ -6,11 +6,10 @@ from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dsnn import Response
+from experiments.bench.footage.flow import Floats, Grades, mean_flow
 from experiments.bench.footage.video import Image, Picture
 from experiments.bench.judging import claims as shipped
 from experiments.bench.judging.claim import Claim
@@ -19,7 +18,6 @@ from experiments.bench.judging.verdict import Outcome
 CLAIM = "C12"
 LEAST_SECONDS = 5
 """Separate seconds of footage in which HS passes the threshold, below which C12 cannot be judged."""
-Floats = npt.NDArray[np.float64]
 FlowColumns = Callable[[Floats, Floats, Floats, float, float], Outcome]
 """From columns of T frames (mean horizontal flow, HS, VS), a threshold and frames per second to an `Outcome`."""
 
@@ -38,15 +36,6 @@ class FootageClaim(Claim):
 
     judge: FlowColumns
     stronger: FlowColumns
-
-
-def mean_flow(before: Image, now: Image) -> float:
-    """Mean horizontal flow between two luma images (R, C), px per frame, rightward positive (Farneback 2003)."""
-    flow = cv2.calcOpticalFlowFarneback(
-        before, now, np.empty((*now.shape, 2), np.float32),
-        pyr_scale=0.5, levels=3, winsize=15, iterations=3, poly_n=5, poly_sigma=1.2, flags=0,
-    )  # fmt: skip
-    return float(flow[..., 0].mean())
 
 
 class FlowJudge:
@@ -89,16 +78,18 @@ class FlowJudge:
 
 @dataclass(frozen=True, slots=True)
 class FootageOutcomes:
-    """What C12 comes to as it is worded in its file, and in the paper's stronger words."""
+    """What C12 comes to as it is worded in its file, and in the paper's stronger words; and two numbers beside it."""
 
     claim: Outcome
     stronger: Outcome
+    grades: Grades | None = None
+    """None where the footage cannot be graded."""
 
     @classmethod
     def of(cls, flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float) -> FootageOutcomes:
         """Judge both, on columns of T frames; ``rate`` is in frames per second."""
         claim, columns = shipped.find(CLAIM, FootageClaim), (flow, hs, vs, threshold, rate)
-        return cls(claim.judge(*columns), claim.stronger(*columns))
+        return cls(claim.judge(*columns), claim.stronger(*columns), Grades.of(flow, hs, threshold, rate))
 
     @classmethod
     def without(cls, why: str, n: int = 0) -> FootageOutcomes:

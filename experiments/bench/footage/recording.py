@@ -219,7 +219,7 @@ def _direction(model: ConfiguredModel) -> str:
 
 
 def blueprint(size: tuple[int, int], models: Sequence[ConfiguredModel]) -> rrb.Blueprint:
-    """A layout that opens ready to read: the picture of ``size`` with its arrows, beneath it what the models answer."""
+    """Lay out the recording to be read: the picture of ``size`` with its arrows, beneath it what the models answer."""
     bounds = rrb.VisualBounds2D(x_range=(0, size[0]), y_range=(0, size[1]))
     return page(
         rrb.Spatial2DView(origin="picture", name="what the network sees; HS and VS as arrows", visual_bounds=bounds),

@@ -147,7 +147,7 @@ class _Output:
 def _outputs(
     stack: ExitStack, chosen: Sequence[ConfiguredModel], size: tuple[int, int], wanted: Wanted, spoilt: _Spoilt
 ) -> Iterator[Observer]:
-    """The viewer and files that are wanted, each closed by ``stack``."""
+    """Yield the viewer and files that are wanted, each closed by ``stack``."""
 
     def output(what: str, make: Callable[[], Any]) -> Iterator[_Output]:
         outputs: list[_Output] = []
@@ -171,7 +171,7 @@ def _outputs(
 
 @contextmanager
 def _interrupts() -> Iterator[threading.Event]:
-    """An event that Ctrl-C sets, so that no file is broken off in mid-write; a second Ctrl-C does break off."""
+    """Yield an event that Ctrl-C sets, so that no file is broken off in mid-write; a second Ctrl-C does break off."""
     stop = threading.Event()
 
     def heed(*_: Any) -> None:
@@ -200,7 +200,7 @@ def _counted(pictures: Iterable[Picture], film: Footage) -> Iterator[Picture]:
 
 
 def _show(film: Footage, size: tuple[int, int], watchers: Sequence[Watcher], seen: Seen) -> None:
-    """The whole summary but C12."""
+    """Print the whole summary but C12."""
     rate = f"{film.rate:g} frames/s" if film.rate else "no rate of its own"
     source = f"camera {film.source}" if film.live else film.source
     text = f"{source}: {_size(film.size)}, {rate}; {seen.frames} frames, {seen.until_s:.1f} s, seen at {_size(size)}"
@@ -230,16 +230,18 @@ def _show_times(watchers: Sequence[Watcher], seen: Seen) -> None:
 
 
 def _show_claim(watchers: Sequence[Watcher], outcomes: Sequence[FootageOutcomes]) -> None:
-    """Show C12 for each model, and in the paper's stronger words. Nothing in a film is random."""
-    for watcher, found in zip(watchers, outcomes, strict=True):
+    """Show C12 for each model, in the paper's stronger words too, and the grades. Nothing in a film is random."""
+    for watcher, footage_outcomes in zip(watchers, outcomes, strict=True):
         who = f" ({watcher.chosen.label})" if len(watchers) > 1 else ""
         for name, says, outcome in (
-            (Text.assemble("\n", (CLAIM, "b"), f"{who} "), words(CLAIM).says, found.claim),
-            (Text("  in the paper's stronger words "), STRONGER, found.stronger),
+            (Text.assemble("\n", (CLAIM, "b"), f"{who} "), words(CLAIM).says, footage_outcomes.claim),
+            (Text("  in the paper's stronger words "), STRONGER, footage_outcomes.stronger),
         ):
             word = coloured(count([outcome.verdict], random=False))
             out_console.print(Text.assemble(name, word, f": {says}"))
             show_outcome(outcome)
+        for line in footage_outcomes.grades.lines() if footage_outcomes.grades else ():
+            show_line(f"  {line}", 4)
 
 
 def _intervals(watchers: Sequence[Watcher]) -> Table:
@@ -276,7 +278,7 @@ def _totals(watchers: Sequence[Watcher], seen: Seen) -> Table:
 
 
 def _other_aspect(size: tuple[int, int], seen: tuple[int, int]) -> str:
-    """A note if a size of the user's distorts by over 5 %; empty otherwise."""
+    """Return a note if a size of the user's distorts by over 5 %; empty otherwise."""
     ratio = size[0] * seen[1] / (size[1] * seen[0])
     stretch = max(ratio, 1 / ratio)
     if stretch <= SAME_ASPECT:

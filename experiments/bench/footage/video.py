@@ -75,7 +75,7 @@ class Footage:
         self._resized: list[str] = []
 
     def pictures(self, size: tuple[int, int]) -> Iterator[Picture]:
-        """Every frame at ``size`` (width, height), once: what has been taken is gone.
+        """Yield every frame at ``size`` (width, height), once: what has been taken is gone.
 
         Luma comes before resizing: with a third of the bytes to average it takes two thirds of the time of the other
         order, and the two differ by rounding alone.
@@ -114,11 +114,11 @@ class Footage:
 
     def notes(self) -> list[str]:
         """Return what to know about the footage as far as it was read, a line each."""
-        found = [f"the frame size changes: {change}" for change in self._resized]
+        notes = [f"the frame size changes: {change}" for change in self._resized]
         if not self.live and self._clock.varies():
             low, high = self._clock.shortest_s * 1e3, self._clock.longest_s * 1e3
-            found.append(f"frame intervals vary from {low:.0f} to {high:.0f} ms; the network steps once a frame")
-        return found
+            notes.append(f"frame intervals vary from {low:.0f} to {high:.0f} ms; the network steps once a frame")
+        return notes
 
     def close(self) -> None:
         """Let go of the file or camera; a camera that hangs in another thread is left to the process's end."""
@@ -143,7 +143,7 @@ class _Clock:
         self.shortest_s, self.longest_s = math.inf, 0.0
 
     def start(self, capture: cv2.VideoCapture, rate: float | None) -> None:
-        """The first frame has been read."""
+        """Begin the times: the first frame has been read."""
         self._usual_s = 1.0 / (rate or 30.0)
         self._origin_s = self._told(capture)
 
@@ -173,7 +173,7 @@ def resized(image: Image, size: tuple[int, int]) -> Image:
 
 
 def usual_size(size: tuple[int, int]) -> tuple[int, int]:
-    """The size (width, height) for a network to see footage of ``size`` at: its aspect, its long side `LONG_SIDE`.
+    """Return the size (width, height) at which a network sees footage of ``size``: its aspect, long side `LONG_SIDE`.
 
     Smaller footage stays as it is.
     """

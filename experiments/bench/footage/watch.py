@@ -59,7 +59,7 @@ class Tracker:
         motion.peak = max(motion.peak, potential, key=abs)
 
     def motions(self) -> list[Motion]:
-        """The intervals so far, the one under way among them."""
+        """Return the intervals so far, the one under way among them."""
         here = [self._open] if self._open is not None and self._open.frames >= LEAST_FRAMES else []
         return [*self._found, *here]
 
@@ -117,9 +117,9 @@ class Watcher:
         return answer
 
     def motions(self) -> list[Motion]:
-        """The intervals of motion in the order of their beginnings."""
-        found = [motion for tracker in self._trackers.values() for motion in tracker.motions()]
-        return sorted(found, key=lambda motion: motion.start_s)
+        """Return the intervals of motion in the order of their beginnings."""
+        motions = [motion for tracker in self._trackers.values() for motion in tracker.motions()]
+        return sorted(motions, key=lambda motion: motion.start_s)
 
 
 @dataclass(slots=True)

@@ -60,7 +60,7 @@ class Atlas:
 
 
 def experiment(models: Sequence[str]) -> OfflineExperiment:
-    """The clips of the atlas for ``models``."""
+    """Return the clips of the atlas for ``models``."""
     return OfflineExperiment(NAME, "every model's answers to a dozen clips", CLIPS, tuple(models))
 
 
@@ -95,7 +95,7 @@ def run(folder: Path, models: Sequence[str], seed: int, resources: Resources) ->
 
 
 def _write_page(plan: OfflinePlan, folder: Path) -> Path:
-    """One self-contained page around the figure."""
+    """Return one self-contained page around the figure."""
     picture = base64.b64encode((folder / f"{NAME}.svg").read_bytes()).decode()
     entries = [(model.label, model.declared) for model in plan.showings[0].models]
     page = render(

@@ -97,7 +97,7 @@ def _series(frames: pa.Table) -> dict[tuple[int, str], Mapping[str, Any]]:
 
 
 def _scale(model: ConfiguredModel, model_series: Mapping[int, Mapping[str, Any] | None]) -> float:
-    """The largest |HS| or |VS| of a row; 1 where there is none."""
+    """Return the largest |HS| or |VS| of a row; 1 where there is none."""
     sizes = [
         float(np.abs(series[channel]).max()) for series in model_series.values() if series is not None
         for channel in ("hs", "vs") if channel in model.channels
@@ -116,7 +116,7 @@ def _head(axes: Axes, column: _Column) -> None:
 def _cell(
     axes: Axes, model: ConfiguredModel, series: Mapping[str, Any] | None, column: _Column, scale: float, tint: str
 ) -> None:
-    """One model's answer to one clip."""
+    """Draw one model's answer to one clip."""
     signed = "hs" in model.channels or "vs" in model.channels
     steps = np.arange(len(column.moves))
     axes.set(xlim=(0, max(len(steps) - 1, 1)), ylim=(BELOW, ABOVE) if signed else (-0.4, ABOVE), xticks=[], yticks=[])

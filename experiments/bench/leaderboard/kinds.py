@@ -58,8 +58,8 @@ class Ranking:
     standings: list[Standing]
 
     def rows(self) -> list[dict[str, Any]]:
-        """The rows of its table: value, ``_low``, ``_high``, ``_n`` of each measure, null for a dash."""
-        made = []
+        """Return the rows of its table: value, ``_low``, ``_high``, ``_n`` of each measure, null for a dash."""
+        rows = []
         for standing in self.standings:
             row: dict[str, Any] = {"model": standing.name}
             for name in self.kind.measures:
@@ -68,13 +68,13 @@ class Ranking:
                 for end, value in zip(("", "_low", "_high"), values, strict=True):
                     row[f"{name}{end}"] = None if value is None or not math.isfinite(value) else round(value, 6)
                 row[f"{name}_n"] = None if score is None else score.n
-            made.append(row)
-        return made
+            rows.append(row)
+        return rows
 
 
 _INTERVALS = (
-    "Below each value its 95 % interval: of shares the exact one (Clopper and Pearson), of AUCs Newcombe's, both as if "
-    "trials were independent; of times (medians of rounds) by order statistics."
+    "Below each value its 95 % interval: of shares the exact one (Clopper and Pearson), of AUCs Newcombe's, both with "
+    "the repeats of a condition as one cluster; of times (medians of rounds) by order statistics."
 )
 
 DIRECTION = Kind(

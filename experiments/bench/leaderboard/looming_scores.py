@@ -12,8 +12,8 @@ import numpy as np
 from experiments.bench.clips.judging import SIGNED
 from experiments.bench.engine.alarms import poisson_interval
 from experiments.bench.judging.scores import Score, Standing
-from experiments.bench.judging.statistics import area_under_roc, proportion_interval
-from experiments.bench.leaderboard.scores import frame_time
+from experiments.bench.judging.statistics import effective_number
+from experiments.bench.leaderboard.scores import area, condition, frame_time, share
 
 Row = Mapping[str, Any]
 LOOMING, RECEDING, TRANSLATION = "looming", "receding", "translation"
@@ -76,28 +76,21 @@ def shown(row: Row) -> str:
 
 
 def separation(rows: Iterable[Row], *others: str) -> Score | None:
-    """Area under the ROC curve for looming against the ``others`` by the largest potential; 0.5 is guessing.
-
-    Its interval is Newcombe's, which complete separation does not shrink to a point.
-    """
-    known = [(shown(row), float(row["peak_looming"])) for row in rows]
-    looming = [peak for what, peak in known if what == LOOMING]
-    rest = [peak for what, peak in known if what in others]
-    if not looming or not rest:
-        return None
-    return Score(*area_under_roc(looming, rest), len(looming) + len(rest))
+    """Area under the ROC curve for looming against the ``others`` by the largest potential; 0.5 is guessing."""
+    known = [(shown(row), row) for row in rows]
+    looming = [row for what, row in known if what == LOOMING]
+    rest = [row for what, row in known if what in others]
+    return area(looming, rest, lambda row: float(row["peak_looming"]))
 
 
 def answered(clips: Iterable[ShownClip]) -> Score | None:
-    """The share of looming clips with a spike, with Clopper and Pearson's interval."""
-    hits = [clip.alarms > 0 for clip in clips if shown(clip.row) == LOOMING]
-    if not hits:
-        return None
-    return Score(sum(hits) / len(hits), *proportion_interval(sum(hits), len(hits)), len(hits))
+    """Return the share of looming clips with a spike."""
+    looming = [clip for clip in clips if shown(clip.row) == LOOMING]
+    return share([clip.alarms > 0 for clip in looming], [clip.row for clip in looming])
 
 
 def time_to_contact(clips: Iterable[ShownClip], shade: str) -> Score | None:
-    """The time to contact at the first spike, s: median over l/v, and the spread from the least to the largest.
+    """Return the time to contact at the first spike, s: median over l/v, and the spread from the least to the largest.
 
     Approaches without a spike are left out; ``n`` says how many had one. ``None`` where none had.
     """
@@ -106,19 +99,24 @@ def time_to_contact(clips: Iterable[ShownClip], shade: str) -> Score | None:
 
 
 def alarm_rate(clips: Iterable[ShownClip], what: str) -> Score | None:
-    """Alarms a minute in the clips that show ``what``, with the exact interval of a Poisson rate."""
+    """Alarms a minute in the clips that show ``what``, with the exact interval of a Poisson rate.
+
+    The clips of a condition are a cluster: alarms and minutes are scaled to the clips' effective number.
+    """
     matching = [clip for clip in clips if shown(clip.row) == what]
     minutes, count = sum(clip.seconds for clip in matching) / 60.0, sum(clip.alarms for clip in matching)
     if not minutes > 0.0:
         return None
-    low, high = poisson_interval(count)
-    return Score(count / minutes, low / minutes, high / minutes, len(matching))
+    rates, clusters = [clip.alarms / clip.seconds for clip in matching], [condition(clip.row) for clip in matching]
+    scale = effective_number(rates, clusters) / len(matching)
+    low, high = (end / (minutes * scale) for end in poisson_interval(count * scale))
+    return Score(count / minutes, low, high, len(matching))
 
 
 def scores(
     robot: Sequence[Row], clips: Sequence[ShownClip], us: Mapping[str, Sequence[float]], spikes: bool
 ) -> dict[str, Score | None]:
-    """Every measure of one looming model, of whose ``robot`` trials and ``clips`` these are all.
+    """Return every measure of one looming model, of whose ``robot`` trials and ``clips`` these are all.
 
     ``us`` has its times by the measure's name, ``spikes`` is true of a model with a threshold on its potential.
     """

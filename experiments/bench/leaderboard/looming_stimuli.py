@@ -32,7 +32,7 @@ BEHIND: Changes = (
 
 
 def looming_experiments(models: Sequence[str]) -> tuple[OfflineExperiment, ...]:
-    """The clips for ``models``: on an even ground, where nothing is random and once says it all, and before others."""
+    """List the clips for ``models``: on even ground, where nothing is random and one is enough; and before others."""
     labels = tuple(models)
     return (
         OfflineExperiment("looming-plain", "looming, and what is none, on an even ground", plain_clips(), labels),
@@ -88,7 +88,7 @@ def _gratings() -> tuple[Clip, ...]:
 
 
 def _backgrounds() -> tuple[Clip, ...]:
-    """A panning camera, a trembling one, and leaves in the wind, `BACKGROUND_S` each."""
+    """Return a panning camera, a trembling one, and leaves in the wind, `BACKGROUND_S` each."""
     alone = (*FRAME, ("object", "absent"), ("motion", "looming"), ("duration_s", BACKGROUND_S), ("rest_s", 0.0))
     return (
         Clip("shift left", "cluttered", (*alone, ("background_speed", -SHIFT_PX_S))),

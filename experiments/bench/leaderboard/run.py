@@ -100,12 +100,16 @@ def run(folder: Path, models: Sequence[str], repeats: int | None, seed: int, res
     rankings = []
     if of_direction:
         clip_rows = [row for experiment in watched for row in experiment.rows]
-        own = of_direction[0].showings[0].models
-        rankings.append(_ranking(DIRECTION, [_standing(model, crossed.rows, clip_rows, times) for model in own]))
+        direction_models = of_direction[0].showings[0].models
+        rankings.append(
+            _ranking(DIRECTION, [_standing(model, crossed.rows, clip_rows, times) for model in direction_models])
+        )
     if of_looming:
         clips = [clip for plan, experiment in zip(of_looming, loomed, strict=True) for clip in _shown(plan, experiment)]
-        own = of_looming[0].showings[0].models
-        rankings.append(_ranking(LOOMING, [_looming_standing(model, crossed.rows, clips, times) for model in own]))
+        looming_models = of_looming[0].showings[0].models
+        rankings.append(
+            _ranking(LOOMING, [_looming_standing(model, crossed.rows, clips, times) for model in looming_models])
+        )
     for ranking in rankings:
         Files(folder).write_rows(ranking.kind.table, ranking.rows())
         plotting.save(leaderboard_figure.draw(ranking, robot.repeats), folder, ranking.kind.figure)
@@ -153,7 +157,7 @@ def _times(
 
 
 def _shown(plan: OfflinePlan, done: _Done) -> list[ShownClip]:
-    """Every clip of a plan as each looming model answered it."""
+    """Return every clip of a plan as each looming model answered it."""
     showings = {showing.index: showing for showing in plan.showings}
     trial, name = done.frames["trial"].to_numpy(), np.asarray(done.frames["model"])
     spikes = done.frames["looming_spikes"].to_numpy()
@@ -165,7 +169,7 @@ def _shown(plan: OfflinePlan, done: _Done) -> list[ShownClip]:
 
 
 def _answered(showing: Showing, row: Row, spikes: Any) -> ShownClip:
-    """One clip and one model's spikes in it, (T,)."""
+    """Return one clip and one model's spikes in it, (T,)."""
     first, shade, ways = None, "", dict(showing.condition.changes)
     centred = row["stimulus"] == "looming" and not {"azimuth_deg", "background"} & ways.keys()
     if centred and row["motion"] == "looming":
@@ -186,7 +190,7 @@ def _spikes(model: ConfiguredModel, *channels: str) -> bool:
 
 
 def _own(model: ConfiguredModel, times: Times) -> dict[str, Sequence[float]]:
-    """The times of one model, by measure."""
+    """Return the times of one model, by measure."""
     return {measure: taken[model.label] for measure, taken in times.items() if model.label in taken}
 
 

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from experiments.bench.clips.judging import SIGNED
 from experiments.bench.judging.scores import Score, Standing
-from experiments.bench.judging.statistics import area_under_roc, median_interval, proportion_interval
+from experiments.bench.judging.statistics import (
+    area_under_roc,
+    effective_number,
+    median_interval,
+    proportion_interval,
+)
+from experiments.bench.robot.experiment import CONDITION_COLUMNS
 
 Row = Mapping[str, Any]
 DEPTH, BACKGROUND = "depth", "background"
@@ -40,8 +46,14 @@ def shown(row: Row) -> str:
     return str(row["motion"]) if row["motion"] in SIGNED else DEPTH
 
 
+def condition(row: Row) -> tuple[object, ...]:
+    """Return what all repeats of one condition share: the clip, or the columns of a robot's condition."""
+    names = ("clip",) if "clip" in row else CONDITION_COLUMNS
+    return (row["experiment"], *(row[name] for name in names))
+
+
 def answer(row: Row) -> str | None:
-    """The direction of the strongest potential of either system; ``None`` if two are equally strong, or all silent."""
+    """Return the direction of the strongest potential of either system; ``None`` if two are equal, or all silent."""
     strengths = {direction: sign * row[column] for direction, (column, sign) in SIGNED.items()}
     strongest = max(strengths.values())
     named = [direction for direction, strength in strengths.items() if strength == strongest]
@@ -49,31 +61,40 @@ def answer(row: Row) -> str | None:
 
 
 def strength(row: Row) -> float:
-    """The largest |HS| or |VS| of a trial."""
+    """Return the largest |HS| or |VS| of a trial."""
     return float(max(sign * row[column] for column, sign in SIGNED.values()))
 
 
 def direction_accuracy(rows: Iterable[Row]) -> Score | None:
-    """The share of translations answered by the right system with the right sign; guessing gets 1/4."""
-    return _share([answer(row) == shown(row) for row in rows if shown(row) in SIGNED])
+    """Return the share of translations answered by the right system with the right sign; guessing gets 1/4."""
+    translations = [row for row in rows if shown(row) in SIGNED]
+    return share([answer(row) == shown(row) for row in translations], translations)
 
 
 def separation(rows: Iterable[Row]) -> Score | None:
-    """Area under the ROC curve for translation against motion in depth by `strength`; under 0.5 it prefers depth.
+    """Area under the ROC curve for translation against motion in depth by `strength`; under 0.5 it prefers depth."""
+    known = [(shown(row), row) for row in rows]
+    across = [row for what, row in known if what in SIGNED]
+    depth = [row for what, row in known if what == DEPTH]
+    return area(across, depth, strength)
 
-    Its interval is Newcombe's, which complete separation does not shrink to a point.
+
+def area(positives: Sequence[Row], negatives: Sequence[Row], value: Callable[[Row], float]) -> Score | None:
+    """Return the area under the ROC curve of rows by their ``value``; ``None`` where either are none.
+
+    Its interval is Newcombe's, with the repeats of a condition as a cluster.
     """
-    known = [(shown(row), strength(row)) for row in rows]
-    across = [value for what, value in known if what in SIGNED]
-    depth = [value for what, value in known if what == DEPTH]
-    if not across or not depth:
+    if not positives or not negatives:
         return None
-    return Score(*area_under_roc(across, depth), len(across) + len(depth))
+    sides = positives, negatives
+    values, clusters = ([[read(row) for row in side] for side in sides] for read in (value, condition))
+    return Score(*area_under_roc(*values, (clusters[0], clusters[1])), len(positives) + len(negatives))
 
 
 def false_alarms(rows: Iterable[Row]) -> Score | None:
-    """The share of clips of background alone in which the model spiked, in any channel that it declares."""
-    return _share([_fired(row) for row in rows if shown(row) == BACKGROUND])
+    """Return the share of clips of background alone in which the model spiked, in any channel that it declares."""
+    backgrounds = [row for row in rows if shown(row) == BACKGROUND]
+    return share([_fired(row) for row in backgrounds], backgrounds)
 
 
 def _fired(row: Row) -> bool:
@@ -82,23 +103,27 @@ def _fired(row: Row) -> bool:
 
 
 def frame_time(us: Sequence[float] | None) -> Score | None:
-    """The median of the times (us per frame) of rounds, its interval by order statistics."""
+    """Return the median of the times (us per frame) of rounds, its interval by order statistics."""
     if not us:
         return None
     return Score(float(np.median(us)), *median_interval(us), len(us))
 
 
-def _share(hits: Sequence[bool]) -> Score | None:
-    """Estimate the share of independent trials, with Clopper and Pearson's interval."""
+def share(hits: Sequence[bool], rows: Sequence[Row]) -> Score | None:
+    """Return the share of ``rows`` that are ``hits``; ``None`` of no rows.
+
+    Its interval is Clopper and Pearson's of their effective number: the repeats of a condition are a cluster.
+    """
     if not hits:
         return None
-    return Score(sum(hits) / len(hits), *proportion_interval(sum(hits), len(hits)), len(hits))
+    number, value = effective_number(hits, [condition(row) for row in rows]), sum(hits) / len(hits)
+    return Score(value, *proportion_interval(value * number, number), len(hits))
 
 
 def scores(
     robot: Sequence[Row], clips: Sequence[Row], us: Mapping[str, Sequence[float]], spikes: bool
 ) -> dict[str, Score | None]:
-    """Every measure of one direction model, of whose ``robot`` trials and ``clips`` these are all rows.
+    """Return every measure of one direction model, of whose ``robot`` trials and ``clips`` these are all rows.
 
     ``us`` has its times by the measure's name, ``spikes`` is true of a model with a threshold.
     """

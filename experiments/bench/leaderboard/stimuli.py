@@ -58,7 +58,7 @@ ROBOT = Experiment(
 
 
 def clip_experiments(models: Sequence[str]) -> tuple[OfflineExperiment, ...]:
-    """The clips for ``models``: on an even ground, where nothing is random and once says it all, and in clutter."""
+    """List the clips for ``models``: on an even ground, where nothing is random and one is enough, and in clutter."""
     labels = tuple(models)
     return (
         OfflineExperiment("clips-plain", "on an even ground", plain_clips(), labels),

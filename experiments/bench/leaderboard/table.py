@@ -16,7 +16,7 @@ from experiments.bench.leaderboard.run import Board
 
 
 def show(board: Board) -> None:
-    """The tables of each kind, what they mean, and where everything is."""
+    """Print the tables of each kind, what they mean, and where everything is."""
     for ranking in board.rankings:
         for measures in ranking.kind.tables:
             show_table(_table(ranking, measures))
@@ -37,7 +37,7 @@ def show_atlas(atlas: Atlas) -> None:
 
 
 def _table(ranking: Ranking, measures: Sequence[str]) -> Table:
-    """Two lines a model: the values, and below them their intervals."""
+    """Return two lines a model: the values, and below them their intervals."""
     table = Table(
         title=ranking.kind.name, title_justify="left", box=None, header_style="bold", pad_edge=False,
         collapse_padding=True,

@@ -124,7 +124,7 @@ def _unsteady(place: Path, frames: Images) -> Iterator[Found]:
 
 
 def _stack(place: Path) -> Images:
-    """The pictures of a folder, (T, R, C), in the order of the numbers in their names: 2 before 10."""
+    """Return the pictures of a folder, (T, R, C), in the order of the numbers in their names: 2 before 10."""
     pictures = [path for path in place.iterdir() if path.suffix.lower() in (*ENDINGS, *OTHERS)]
     files = sorted(pictures, key=lambda path: re.sub("[0-9]+", lambda number: number[0].zfill(LONGEST), path.name))
     odd = next((path for path in files if path.suffix.lower() in OTHERS), None)

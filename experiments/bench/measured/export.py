@@ -90,7 +90,7 @@ TIME_IN_RUN = "sim_time_s"
 
 
 def _lines(header: Sequence[str], row: Row, frames: Iterable[Row], channels: Sequence[str]) -> Iterator[list[str]]:
-    """The lines of one trial as one model answered it."""
+    """Yield the lines of one trial as one model answered it."""
     known = {name for channel in channels for name in (channel, CHANNELS[channel])}
     for frame in frames:
         values = {**row, TIME: frame[TIME_IN_RUN], **{name: frame[name] for name in header if name in frame}}
@@ -100,7 +100,7 @@ def _lines(header: Sequence[str], row: Row, frames: Iterable[Row], channels: Seq
 
 
 def _cell(value: Any) -> str:
-    """The shortest text that is the same number again; blank for null."""
+    """Return the shortest text that is the same number again; blank for null."""
     return "" if value is None else repr(value) if isinstance(value, float) else str(value)
 
 
@@ -123,7 +123,7 @@ def _channels(description: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, 
 
 
 def _command(description: Mapping[str, Any], log: Path, frames: Path | None, models: Iterable[str]) -> str:
-    """The command that imports what was written, with every parameter that is not at its default."""
+    """Return the command that imports what was written, with every parameter that is not at its default."""
     words = ["colias", "import", str(log), *(["--frames", str(frames)] if frames else [])]
     files = [path for path in description.get("files", ()) if path.endswith(".py")]
     name = description["experiment"]["name"]
@@ -140,7 +140,7 @@ def _command(description: Mapping[str, Any], log: Path, frames: Path | None, mod
 
 
 def _declaring(name: str, files: Sequence[str]) -> str:
-    """The user's file that declares the experiment, as far as its text tells, or the experiment's name."""
+    """Return the user's file that declares the experiment, as far as its text tells, or the experiment's name."""
     return next((path for path in files if _declares(Path(path), name)), name)
 
 

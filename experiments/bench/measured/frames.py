@@ -87,7 +87,7 @@ class FrameFolder:
 
 
 def _numbered(folder: Path) -> Sequence[Path]:
-    """The PGM files of a folder, which are numbered from 0 up without a gap."""
+    """Return the PGM files of a folder, which are numbered from 0 up without a gap."""
     files: dict[int, Path] = {}
     for path in sorted(folder.glob(f"*{PGM}")):
         if path.stem.isdecimal():

@@ -81,7 +81,7 @@ class Import:
         The trials' frames.
     ran
         The log's label of a model -> the model.
-    shown
+    models
         The models that the frames are shown to.
     """
 
@@ -89,7 +89,7 @@ class Import:
     plan: Plan
     frames: FrameFolder | None
     ran: dict[str, ConfiguredModel]
-    shown: tuple[ConfiguredModel, ...]
+    models: tuple[ConfiguredModel, ...]
 
 
 def prepare(experiment: Experiment, asked: ImportRequest) -> Import:
@@ -230,8 +230,8 @@ def perform(plan: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
 
 def _described(plan: Import) -> dict[str, Any]:
     """Return what ``experiment.json`` holds."""
-    provenances = [_provenance(trial, shown=shown) for trial in plan.log.trials
-            for shown, models in ((False, plan.ran), (True, plan.shown)) if models]  # fmt: skip
+    provenances = [_provenance(trial, from_frames=from_frames) for trial in plan.log.trials
+            for from_frames, models in ((False, plan.ran), (True, plan.models)) if models]  # fmt: skip
     measured = {
         "provenance": "; ".join(dict.fromkeys(provenances)), "log": str(plan.log.path), "sha256": sha256(plan.log.path),
         "frames": str(plan.frames.folder) if plan.frames else None,
@@ -241,7 +241,7 @@ def _described(plan: Import) -> dict[str, Any]:
 
 @contextmanager
 def _whole(out: Path) -> Iterator[Path]:
-    """A folder beside ``out`` that becomes it when the block is done, and is removed when that fails."""
+    """Yield a folder beside ``out`` that becomes it when the block is done, and is removed when that fails."""
     if out.exists() and not (out.is_dir() and not any(out.iterdir())):
         raise FileExistsError(f"{out} is there already: choose another --out, or remove it")
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -259,20 +259,20 @@ def _whole(out: Path) -> Iterator[Path]:
 
 
 def _record(plan: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> TrialRecord:
-    """The rows of one trial."""
+    """Return the rows of one trial."""
     frames = None if plan.frames is None else plan.frames.read(trial.index)
     answers = [
-        given(plan.ran[label], own, len(trial.time_s), _provenance(trial, shown=False))
-        for label, own in trial.answers.items() if label in plan.ran
+        given(plan.ran[label], logged, len(trial.time_s), _provenance(trial, from_frames=False))
+        for label, logged in trial.answers.items() if label in plan.ran
     ]  # fmt: skip
     failures = []
-    for model in plan.shown:
+    for model in plan.models:
         assert frames is not None, "prepare asks for frames"
-        own = _shown(model, frames, _provenance(trial, shown=True))
-        if isinstance(own, Given):
-            answers.append(own)
+        answer = _shown(model, frames, _provenance(trial, from_frames=True))
+        if isinstance(answer, Given):
+            answers.append(answer)
         else:
-            failures.append(Failure(trial.index, model.label, trial.condition.label(), trial.seed or 0, 1, own))
+            failures.append(Failure(trial.index, model.label, trial.condition.label(), trial.seed or 0, 1, answer))
     if not answers:
         raise UsageError(f"trial {trial.index}: {failures[0].reason}")
     recorded = None
@@ -281,20 +281,20 @@ def _record(plan: Import, trial: LoggedTrial, repeat: int, recordings: bool) -> 
 
         recorded = recording_of(partial(record, plan.plan.experiment.name, trial, answers, frames))
     camera, name = plan.plan.settings.camera, plan.plan.experiment.name
-    rows = tuple(trial_row(name, repeat, trial, own, camera) for own in answers)
-    table = pa.concat_tables([frame_table(trial, own) for own in answers])
+    rows = tuple(trial_row(name, repeat, trial, answer, camera) for answer in answers)
+    table = pa.concat_tables([frame_table(trial, answer) for answer in answers])
     return TrialRecord(trial.index, rows, table, recorded, tuple(failures))
 
 
-def _provenance(trial: LoggedTrial, *, shown: bool) -> str:
-    """Return where the answers of a trial come from: the robot's own, or those of a model ``shown`` its frames."""
+def _provenance(trial: LoggedTrial, *, from_frames: bool) -> str:
+    """Return where a trial's answers come from: the robot's own, or ``from_frames`` those of a model that saw these."""
     if trial.simulated:
-        return FRAMES_OF_SIMULATION if shown else LOG_OF_SIMULATION
-    return FRAMES_MEASURED if shown else MEASURED
+        return FRAMES_OF_SIMULATION if from_frames else LOG_OF_SIMULATION
+    return FRAMES_MEASURED if from_frames else MEASURED
 
 
 def _shown(model: ConfiguredModel, frames: Images, provenance: str) -> Given | str:
-    """A model's answers to frames, or what went wrong in it."""
+    """Return a model's answers to frames, or what went wrong in it."""
     runner = ModelRunner(model, (frames.shape[1], frames.shape[2]))
     for frame in frames:
         runner.see(frame)
@@ -303,10 +303,10 @@ def _shown(model: ConfiguredModel, frames: Images, provenance: str) -> Given | s
 
 
 def _shown_rates(plan: Import) -> Iterator[tuple[ConfiguredModel, float]]:
-    """The models that are shown the frames of a log, each with the rates at which these come, 1/s."""
+    """Yield the models that are shown the frames of a log, each with the rates at which these come, 1/s."""
     for trial in plan.log.trials:
         rate = rate_hz(trial.time_s, plan.plan.settings.camera.fps)
-        yield from ((model, rate) for model in plan.shown)
+        yield from ((model, rate) for model in plan.models)
 
 
 def _note_rate(plan: Import) -> None:

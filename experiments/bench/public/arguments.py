@@ -50,7 +50,7 @@ def _text(key: str, value: Any) -> str:
         return value
     neither = isinstance(value, Mapping | Set | bytes | bytearray)
     if not neither and (listed := _listed(value)) is not None:
-        return ",".join(_text(key, each) for each in listed)
+        return ",".join(_text(key, item) for item in listed)
     try:
         number = float("" if neither else value)
     except (TypeError, ValueError, OverflowError):
@@ -68,7 +68,7 @@ def _is_number(text: str) -> bool:
 
 
 def _listed(values: Any) -> list[Any] | None:
-    """The items of an iterable; ``None`` of what is none, such as an array without dimensions."""
+    """Return the items of an iterable; ``None`` of what is none, such as an array without dimensions."""
     try:
         return list(values)
     except TypeError:

@@ -69,8 +69,8 @@ class Comparison:
 
     def __repr__(self) -> str:
         count = f"{self.parameters.num_rows} parameters differ"
-        found = self.note or f"{self.results.num_rows} paired tests"
-        return f"<Comparison {self.first.folder} with {self.second.folder}: {count}; {found}>"
+        result = self.note or f"{self.results.num_rows} paired tests"
+        return f"<Comparison {self.first.folder} with {self.second.folder}: {count}; {result}>"
 
     def _repr_html_(self) -> str:
         parts = [f"<p>{html.escape(repr(self)[1:-1])}</p>"]
@@ -162,7 +162,7 @@ def _parameters(one: Run, other: Run) -> Iterator[tuple[str, Any, Any]]:
 
 
 def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a run but its models', named as ``--set`` names them."""
+    """Return the parameters of a run but its models', named as ``--set`` names them."""
     aside = (*provenance.KEYS, KIND, BEGUN, RESUMED, THRESHOLDS, "changed", "trials", "models")
     left = {key: value for key, value in description.items() if key not in aside}
     if "measured" in left:
@@ -175,21 +175,21 @@ def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
         left["settings"] = settings
     if not isinstance(declared, Mapping):
         return {"experiment": declared, **left}
-    own = {name: declared.get(name) for name in ("name", "varies") if name in declared}
+    entry = {name: declared.get(name) for name in ("name", "varies") if name in declared}
     claims = declared.get("claims")
     if isinstance(claims, list):
-        own["claims"] = [claim.get("id") if isinstance(claim, Mapping) else claim for claim in claims]
+        entry["claims"] = [claim.get("id") if isinstance(claim, Mapping) else claim for claim in claims]
     design = declared.get("design")
-    return {"experiment": {**own, **(design if isinstance(design, Mapping) else {})}, **left}
+    return {"experiment": {**entry, **(design if isinstance(design, Mapping) else {})}, **left}
 
 
 def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     if isinstance(value, Mapping):
-        for name, each in value.items():
-            yield from _flat(each, f"{path}.{name}".lstrip("."))
-    elif isinstance(value, list) and any(isinstance(each, Mapping | list) for each in value):
-        for index, each in enumerate(value):
-            yield from _flat(each, f"{path}[{index}]")
+        for name, item in value.items():
+            yield from _flat(item, f"{path}.{name}".lstrip("."))
+    elif isinstance(value, list) and any(isinstance(item, Mapping | list) for item in value):
+        for index, item in enumerate(value):
+            yield from _flat(item, f"{path}[{index}]")
     else:
         yield path, value
 
@@ -211,7 +211,7 @@ def _pairs(one: Run, other: Run) -> list[tuple[str, str]]:
 
 
 def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[str, Any]], str]:
-    """A row per model and condition, and why there are none."""
+    """Return a row per model and condition, and why there are none."""
     for run in (one, other):
         if not run.kind.robot and run.kind is not CLIPS:
             return [], f"nothing to pair: {run.folder} is of {run.kind.what}, which no trials pair"
@@ -226,47 +226,49 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> tuple[list[dict[st
             return [], f"nothing to pair: {run.folder} has no column {lacking[0]} ({kinds})"
     pairs = _pairs(one, other)
     if not pairs:
-        shown = f"{', '.join(one.models)} and {', '.join(other.models)}"
-        return [], f"nothing to pair: the runs share no model, and have more than one ({shown})"
+        labels = f"{', '.join(one.models)} and {', '.join(other.models)}"
+        return [], f"nothing to pair: the runs share no model, and have more than one ({labels})"
     rows = [table.select(sorted(needed)).to_pylist() for table in tables]
-    found = [row for pair in pairs for row in _of_models(rows[0], rows[1], pair, columns)]
-    if not found and {one.provenance, other.provenance} != {"simulated"}:
-        found = [row for pair in pairs for row in _independent(rows[0], rows[1], pair, columns)]
-    if not found:
+    results = [row for pair in pairs for row in _of_models(rows[0], rows[1], pair, columns)]
+    if not results and {one.provenance, other.provenance} != {"simulated"}:
+        results = [row for pair in pairs for row in _independent(rows[0], rows[1], pair, columns)]
+    if not results:
         silent = [
-            run.folder for run, own in zip((one, other), rows, strict=True) if all(r["spikes"] is None for r in own)
+            run.folder
+            for run, run_rows in zip((one, other), rows, strict=True)
+            if all(r["spikes"] is None for r in run_rows)
         ]
         if silent:
             return [], f"nothing to pair: no model of {silent[0]} spikes"
         known = one.seed is not None and other.seed is not None
         why = f": the seeds are {one.seed} and {other.seed}" if known and one.seed != other.seed else ""
         return [], f"nothing to pair: no trial of the one has the seed and condition of one of the other{why}"
-    for row, p in zip(found, holm([row["p"] for row in found]), strict=True):
+    for row, p in zip(results, holm([row["p"] for row in results]), strict=True):
         row["p_holm"] = p
-    return found, ""
+    return results, ""
 
 
 def _of_models(one: Rows, other: Rows, pair: tuple[str, str], columns: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """A row per condition that two models, one of each run, were both shown at the same seeds."""
+    """Yield a row per condition that two models, one of each run, were both shown at the same seeds."""
     matching = {(row["seed"], *(row[name] for name in columns)): row["spikes"] for row in other
                 if row["model"] == pair[1] and row["seed"] is not None}  # fmt: skip
-    for condition, own in group([row for row in one if row["model"] == pair[0]], *columns).items():
+    for condition, trials in group([row for row in one if row["model"] == pair[0]], *columns).items():
         both = [
-            (row["spikes"], matching[key]) for row in own if (key := (row["seed"], *condition)) in matching
+            (row["spikes"], matching[key]) for row in trials if (key := (row["seed"], *condition)) in matching
             and row["spikes"] is not None and matching[key] is not None
         ]  # fmt: skip
         if not both:
             continue
-        first, second = ([float(each[i]) for each in both] for i in (0, 1))
+        first, second = ([float(spikes[i]) for spikes in both] for i in (0, 1))
         yield _tested(condition, columns, pair, first, second, len(both), paired(first, second))
 
 
 def _independent(one: Rows, other: Rows, pair: tuple[str, str], columns: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """A row per condition that two models, one of each run, were both shown, in trials that nothing pairs."""
+    """Yield a row per condition that two models, one of each run, were both shown, in trials that nothing pairs."""
     theirs = group([row for row in other if row["model"] == pair[1]], *columns)
-    for condition, own in group([row for row in one if row["model"] == pair[0]], *columns).items():
+    for condition, ours in group([row for row in one if row["model"] == pair[0]], *columns).items():
         first, second = ([float(row["spikes"]) for row in rows if row["spikes"] is not None]
-                         for rows in (own, theirs.get(condition, ())))  # fmt: skip
+                         for rows in (ours, theirs.get(condition, ())))  # fmt: skip
         if first and second:
             n = min(len(first), len(second))
             yield _tested(condition, columns, pair, first, second, n, contrast(first, second))
@@ -276,7 +278,7 @@ def _tested(
     condition: Sequence[Any], columns: Sequence[str], pair: tuple[str, str], first: Sequence[float],
     second: Sequence[float], n: int, test: Test,
 ) -> dict[str, Any]:  # fmt: skip
-    """The row of one test."""
+    """Return the row of one test."""
     means = sum(first) / len(first), sum(second) / len(second)
     return {
         **dict(zip(columns, condition, strict=True)), "model": pair[0], "against": pair[1], "n": n,

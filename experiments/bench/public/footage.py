@@ -61,9 +61,9 @@ class Watched:
     notes: tuple[str, ...]
 
     def __repr__(self) -> str:
-        said = f"{self.motions.num_rows} intervals of motion in {self.seconds:.1f} s"
+        amount = f"{self.motions.num_rows} intervals of motion in {self.seconds:.1f} s"
         failed = (f"{label} failed: {trouble}" for label, trouble in self.troubles.items())
-        return f"<Watched {'; '.join([f'{said}, seen at {self.size[0]}x{self.size[1]}', *self.notes, *failed])}>"
+        return f"<Watched {'; '.join([f'{amount}, seen at {self.size[0]}x{self.size[1]}', *self.notes, *failed])}>"
 
 
 class _Collected:
@@ -130,36 +130,37 @@ def watch(
     """
     if not is_path(source):
         raise UsageError(f"watch: source={short(source)}: legal is the path of a video file")
-    shown, texts = shown_models(["dsnn"], model_texts(models), flag("only", only)), assignments(settings)
+    labels, texts = shown_models(["dsnn"], model_texts(models), flag("only", only)), assignments(settings)
     if seconds is not None and not (_is_number(seconds) and seconds > 0):
         raise UsageError(f"watch: seconds={short(seconds)}: legal is a number above 0")
     if fps is not None and not _is_number(fps):
         raise UsageError(f"watch: fps={short(fps)}: legal is a number of frames per second")
-    chosen, _ = watchers(shown, texts, fps=fps)
+    chosen, _ = watchers(labels, texts, fps=fps)
     wanted = _checked(size)
     if str(source).isdecimal() and seconds is None:
         raise UsageError(f"watch: camera {source} has no end: say by seconds= how long to watch")
     film = Footage(str(os.fspath(source)))
     try:
-        own = wanted or usual_size(film.size)
-        watching = [Watcher(model, own[::-1]) for model in chosen]
+        seen_size = wanted or usual_size(film.size)
+        watching = [Watcher(model, seen_size[::-1]) for model in chosen]
         kept, seen = _Collected([model.label for model in chosen]), Seen()
         cv2.setNumThreads(1)  # as in trials: more threads cost a second core for a sixth of the time
         with threadpool_limits(1):
-            watch_pictures(_counted(film, own, seconds, quiet), watching, [kept], seen)
+            watch_pictures(_counted(film, seen_size, seconds, quiet), watching, [kept], seen)
         ended = "" if seconds is not None else film.ended_early()
         rates = rate_notes((model, film.rate) for model in chosen if film.rate is not None)
         notes = tuple(filter(None, (*film.notes(), *rates, ended)))
     finally:
         film.close()
     motions = [
-        {"model": each.chosen.label, **{name: getattr(motion, name) for name in MOTION_SCHEMA.names[1:]}}
-        for each in watching for motion in each.motions()
+        {"model": watcher.chosen.label, **{name: getattr(motion, name) for name in MOTION_SCHEMA.names[1:]}}
+        for watcher in watching for motion in watcher.motions()
     ]  # fmt: skip
     return Watched(
         pa.Table.from_pylist(motions, MOTION_SCHEMA),
         pa.Table.from_pylist([dict(zip(SCHEMA.names, row, strict=True)) for row in kept.rows], SCHEMA),
-        own, seen.until_s, {each.chosen.label: each.trouble for each in watching if each.trouble}, notes,
+        seen_size, seen.until_s,
+        {watcher.chosen.label: watcher.trouble for watcher in watching if watcher.trouble}, notes,
     )  # fmt: skip
 
 
@@ -181,7 +182,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _counted(film: Footage, size: tuple[int, int], seconds: float | None, quiet: bool) -> Iterator[Picture]:
-    """The pictures, up to so many seconds, counted."""
+    """Yield the pictures, up to so many seconds, counted."""
     with progress(film.source, film.announced or 0, quiet or film.announced is None, "frames") as advance:
         for picture in film.pictures(size):
             if seconds is not None and picture.time_s > seconds:

@@ -69,12 +69,12 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pa.Table:
     path = arguments.folder("folder", folder)
     if not path.is_dir():
         raise UsageError(f"{path}: no such folder")
-    rows = [_row(each) for each in _found(path)]
+    rows = [_row(place) for place in _found(path)]
     return pa.Table.from_pylist(sorted(rows, key=lambda row: (row["when"], row["run"])), SCHEMA)
 
 
 def _found(folder: Path) -> Iterator[Path]:
-    """The folders that are runs, or look as if they had been: those of a whole after it."""
+    """Yield the folders that are runs, or look as if they had been: those of a whole after it."""
     if begun(folder) or holds_results(folder):
         yield folder
         if not _is_whole(folder):

@@ -44,16 +44,16 @@ def draw(run: Record) -> Figure:
 
 
 def _of_clips(run: Record, rows: list[Any]) -> Figure:
-    """The figure of clips."""
+    """Return the figure of clips."""
     declared = run.description["experiment"]
-    shown = [row for row in rows if row["repeat"] == 0]
+    first_rows = [row for row in rows if row["repeat"] == 0]
     thresholds = _thresholds(run, run.description["models"])
     title = clips_figure.title(declared["name"], run.description["seed"], run.description.get("changed") or {})
-    return clips_figure.draw(Drawing(**declared["figure"]), shown, run.frames, thresholds, title)
+    return clips_figure.draw(Drawing(**declared["figure"]), first_rows, run.frames, thresholds, title)
 
 
 def _of_robot(run: Record, rows: list[Any]) -> Figure:
-    """The figure of trials with the robot."""
+    """Return the figure of trials with the robot."""
     declared, settings = run.description["experiment"], run.description["settings"]
     models = {model["label"]: model for model in settings["models"]}
     courses: list[Course] = []
@@ -74,20 +74,22 @@ _DRAWERS: Mapping[Kind, Callable[[Record, list[Any]], Figure]] = {
 
 
 def _thresholds(run: Record, models: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
-    """The threshold of each model's counted channel, as ``experiment.json`` tells; no model's file is run for it."""
-    found: dict[str, float | None] = {}
+    """Read the threshold of each model's counted channel, as ``experiment.json`` tells; no model's file is run."""
+    thresholds: dict[str, float | None] = {}
     for model in models:
-        own = stored_thresholds(run.description, model)
-        if own is None:
+        levels = stored_thresholds(run.description, model)
+        if levels is None:
             why = f"experiment.json does not store the threshold of {model['label']}, and no file is run for it"
             note = f"note: {run.folder}: {why}: the figure has no line of it"
             error_console.print(note, soft_wrap=True, markup=False)
-        found[model["label"]] = next((own[channel] for channel in SPIKING if channel in own), None) if own else None
-    return found
+        thresholds[model["label"]] = (
+            next((levels[channel] for channel in SPIKING if channel in levels), None) if levels else None
+        )
+    return thresholds
 
 
 def _png(drawn: Figure) -> bytes:
-    made = io.BytesIO()
+    buffer = io.BytesIO()
     with drawing():
-        drawn.savefig(made, format="png", dpi=110)
-    return made.getvalue()
+        drawn.savefig(buffer, format="png", dpi=110)
+    return buffer.getvalue()

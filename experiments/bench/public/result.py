@@ -145,7 +145,7 @@ class Run(Record):
         return draw(self)
 
     def _json(self, name: str) -> Any:
-        """What a file holds; ``None`` where there is none."""
+        """Read what a file holds; ``None`` where there is none."""
         path = self.folder / name
         if not path.exists():
             return None
@@ -155,7 +155,7 @@ class Run(Record):
             raise UsageError(f"{self.folder}: {name} cannot be read ({short(error)})") from None
 
     def __str__(self) -> str:
-        changed, verdicts = (f"{said}; " if said else "" for said in (self.changed, self.verdicts))
+        changed, verdicts = (f"{text}; " if text else "" for text in (self.changed, self.verdicts))
         done = f"{self.done} of {self.planned} trials"
         seed = "" if self.seed is None else f", seed {self.seed}"
         return f"{self.folder}: {self.name}{seed}; {changed}{verdicts}{done}"
@@ -164,7 +164,10 @@ class Run(Record):
         return f"<Run {self}>"
 
     def _repr_html_(self) -> str:
-        rows = [(each.id, each.model, each.count.word, str(each.count), each.says) for each in self._verdicts]
+        rows = [
+            (verdict.id, verdict.model, verdict.count.word, str(verdict.count), verdict.says)
+            for verdict in self._verdicts
+        ]
         cells = "".join(f"<tr>{''.join(f'<td>{html.escape(str(cell))}</td>' for cell in row)}</tr>" for row in rows)
         return f"<p>{html.escape(str(self))}</p><table>{cells}</table>"
 

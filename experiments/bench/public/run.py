@@ -35,7 +35,7 @@ ONE_EYE, BOTH_EYES = "one", "both"
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class RunRequest:
     """How an experiment is to be run.
 
     Parameters
@@ -61,7 +61,8 @@ class Asked:
 
 
 def perform(
-    experiment: Experiment | OfflineExperiment, asked: Asked, folder: Path, resources: Resources, *, recordings: bool,
+    experiment: Experiment | OfflineExperiment, asked: RunRequest, folder: Path, resources: Resources, *,
+    recordings: bool,
 ) -> Report | OfflineReport:  # fmt: skip
     """Plan, run and conclude an experiment of either kind.
 
@@ -72,21 +73,21 @@ def perform(
     FileExistsError
         There are tables in ``folder``, and nothing that tells of which run.
     """
-    made = planned(experiment, asked)
-    for note in missing_models(made):
+    plan = planned(experiment, asked)
+    for note in missing_models(plan):
         error_console.print(note, soft_wrap=True, markup=False)
-    if isinstance(made, OfflinePlan):
+    if isinstance(plan, OfflinePlan):
         from experiments.bench.clips import run as clips_run  # not before: it draws, and a wrong use should be quick
 
         with resources.pool(rendering=False) as pool:
-            record = recordings and made.experiment.recorded
-            return clips_run.run(made, folder, pool, resources, record=record)
+            record = recordings and plan.experiment.recorded
+            return clips_run.run(plan, folder, pool, resources, record=record)
     from experiments.bench.robot import run as robot_run
 
-    return robot_run.run(made, folder, resources, recordings=recordings)
+    return robot_run.run(plan, folder, resources, recordings=recordings)
 
 
-def planned(experiment: Experiment | OfflineExperiment, asked: Asked) -> Plan | OfflinePlan:
+def planned(experiment: Experiment | OfflineExperiment, asked: RunRequest) -> Plan | OfflinePlan:
     """Check what is asked for, and list its trials or clips; nothing is written.
 
     Raises
@@ -108,13 +109,13 @@ def planned(experiment: Experiment | OfflineExperiment, asked: Asked) -> Plan | 
 def missing_models(plan: Plan | OfflinePlan) -> list[str]:
     """Return a line for each claim of a user's own that compares models of which some are not shown."""
     models = plan.showings[0].models if isinstance(plan, OfflinePlan) else plan.settings.models
-    shown, found = [model.label for model in models], []
+    labels, notes = [model.label for model in models], []
     for claim in plan.experiment.claims:
-        missing = sorted(getattr(claim, "models", frozenset()) - set(shown))
+        missing = sorted(getattr(claim, "models", frozenset()) - set(labels))
         if missing and isinstance(claim, Claim) and claim.own:
             needs = f"needs the models {', '.join(missing)}, which are not shown"
-            found.append(f"note: claim {claim.id} {needs}; shown are {', '.join(shown)}")
-    return found
+            notes.append(f"note: claim {claim.id} {needs}; shown are {', '.join(labels)}")
+    return notes
 
 
 def run(
@@ -196,7 +197,7 @@ def run(
     if cluster is not None and not isinstance(cluster, str):
         raise UsageError(f"cluster={short(cluster)}: legal is the address of a Dask scheduler, tcp://...")
     count = None if repeats is None else whole("repeats", repeats)
-    asked = Asked(
+    asked = RunRequest(
         model_texts(models), flag("only", only), assignments(settings), count, whole("seed", seed), eyes
     )  # fmt: skip
     place = new_folder(declared.name) if out is None else folder("out", out)
@@ -211,6 +212,6 @@ def run(
 
 def _name(experiment: Any) -> str:
     if not is_path(experiment):
-        said = "legal is a name, the path of a .py file, or an Experiment"
-        raise UsageError(f"experiment {short(experiment)}: {said}")
+        legal = "legal is a name, the path of a .py file, or an Experiment"
+        raise UsageError(f"experiment {short(experiment)}: {legal}")
     return str(os.fspath(experiment))

@@ -50,8 +50,8 @@ def of_clips(trials: pa.Table) -> pa.Table:
         {"model": model, "clip": clip, "quantity": quantity,
          **{name: known(value) if isinstance(value, float) else value
             for name, value in dataclasses.asdict(summarise(values)).items()}}
-        for (model, clip), own in group(trials.to_pylist(), "model", "clip").items()
+        for (model, clip), clip_rows in group(trials.to_pylist(), "model", "clip").items()
         for quantity in CLIP_QUANTITIES
-        if (values := [row[quantity] for row in own if row[quantity] is not None])
+        if (values := [row[quantity] for row in clip_rows if row[quantity] is not None])
     ]  # fmt: skip
     return pa.Table.from_pylist(rows, CLIP_SCHEMA)

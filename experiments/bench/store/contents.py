@@ -64,7 +64,7 @@ class Contents:
     parameters: Parameters = field(default_factory=dict)
 
     def trial(self, file: str, index: Any) -> Planned:
-        """What is planned of trial ``index``, of which ``file`` tells; `Misfit` if nothing is."""
+        """Return what is planned of trial ``index``, of which ``file`` tells; `Misfit` if nothing is."""
         if type(index) is not int:
             raise Misfit(f"{file}: {index!r} is no trial's number")
         if index not in self.trials:
@@ -73,7 +73,7 @@ class Contents:
 
 
 def read_table(path: Path, schema: pa.Schema) -> pa.Table:
-    """A table as it was written; `Misfit` in one line on a file that is none, or has other columns."""
+    """Return a table as it was written; `Misfit` in one line on a file that is none, or has other columns."""
     try:
         table = read_parquet(path)
     except OSError as error:
@@ -83,8 +83,8 @@ def read_table(path: Path, schema: pa.Schema) -> pa.Table:
     if table.schema.names != schema.names:
         odd = [name for name in table.schema.names if name not in schema.names]
         odd += [name for name in schema.names if name not in table.schema.names]
-        said = f"column {odd[0]!r} is {'unknown' if odd[0] in table.schema.names else 'missing'}" if odd else "order"
-        raise Misfit(f"{path.name} cannot be read (its columns are not those of this run: {said[:100]})")
+        problem = f"column {odd[0]!r} is {'unknown' if odd[0] in table.schema.names else 'missing'}" if odd else "order"
+        raise Misfit(f"{path.name} cannot be read (its columns are not those of this run: {problem[:100]})")
     for column in schema:
         there = table.schema.field(column.name).type
         if there != column.type:
@@ -95,7 +95,7 @@ def read_table(path: Path, schema: pa.Schema) -> pa.Table:
 def checked_rows(
     table: pa.Table, contents: Contents, codes: frozenset[str], file: str = "trials.parquet"
 ) -> dict[int, tuple[Row, ...]]:
-    """The rows by trial, in the order of its models; `Misfit` that names the first row that does not belong."""
+    """Return the rows by trial, in the order of its models; `Misfit` that names the first row that does not belong."""
     rows: dict[int, dict[str, Row]] = {}
     for row in table.to_pylist():
         check_row(row, contents, codes, file)
@@ -104,8 +104,8 @@ def checked_rows(
             raise Misfit(f"{file}: trial {row['trial']}: two rows of {model}")
         rows[row["trial"]][model] = row
     return {
-        trial: tuple(own[model] for model in contents.trials[trial].models if model in own)
-        for trial, own in sorted(rows.items())
+        trial: tuple(model_rows[model] for model in contents.trials[trial].models if model in model_rows)
+        for trial, model_rows in sorted(rows.items())
     }
 
 
@@ -134,15 +134,15 @@ def check_row(row: Row, contents: Contents, codes: Collection[str], file: str = 
         raise Misfit(f"{where}: model {model!r} is not in the plan, which has {', '.join(planned.models)}")
     if row["code"] not in codes:
         raise Misfit(f"{where}: code {row['code']!r} is none that experiment.json lists")
-    own = of_model(contents.parameters, model)
+    model_parameters = of_model(contents.parameters, model)
     for name, value in planned.columns.items():
         if row[name] != value:
             raise Misfit(f"{where}: {name} is {row[name]!r}, the plan says {value!r}")
-    for name, value in own.items():
+    for name, value in model_parameters.items():
         if row[name] != value:
             raise Misfit(f"{where}: {name} of {model} is {row[name]!r}, the plan says {value!r}")
     for name, value in row.items():
-        if name in planned.columns or name in own or (value is None and name in contents.may_be_null):
+        if name in planned.columns or name in model_parameters or (value is None and name in contents.may_be_null):
             continue
         if value is None or (isinstance(value, float) and not math.isfinite(value)):
             raise Misfit(f"{where}: {name} is {value!r}")
@@ -155,7 +155,7 @@ def check_row(row: Row, contents: Contents, codes: Collection[str], file: str = 
 def checked_frames(
     table: pa.Table, rows: Mapping[int, Sequence[Row]], contents: Contents, file: str = "frames.parquet"
 ) -> dict[int, pa.Table]:
-    """The frames by trial, in the order of its rows, of those trials that have rows.
+    """Return the frames by trial, in the order of its rows, of those trials that have rows.
 
     Frames are written before rows, so that those of a trial without rows are what a kill leaves: it will run again.
     Raises `Misfit` that names the first trial whose frames are not those of its rows.
@@ -173,15 +173,15 @@ def checked_frames(
     if np.any(np.diff(trials) < 0):
         order = np.argsort(trials, kind="stable")
         table, trials = table.take(order), trials[order]
-    found = {}
-    for trial, own in rows.items():
+    frames = {}
+    for trial, trial_rows in rows.items():
         low, high = np.searchsorted(trials, [trial, trial + 1])
-        found[trial] = _frames_of(table.slice(low, high - low), own, f"{file}: trial {trial}")
-    return found
+        frames[trial] = _frames_of(table.slice(low, high - low), trial_rows, f"{file}: trial {trial}")
+    return frames
 
 
 def _frames_of(frames: pa.Table, rows: Sequence[Row], where: str) -> pa.Table:
-    """One trial's frames, a row's after another's, each from 0 up."""
+    """Return one trial's frames, a row's after another's, each from 0 up."""
     models = np.asarray(frames["model"].to_pylist(), dtype=object)
     stranger = next((model for model in models.tolist() if model not in {row["model"] for row in rows}), None)
     if stranger is not None:
@@ -189,21 +189,21 @@ def _frames_of(frames: pa.Table, rows: Sequence[Row], where: str) -> pa.Table:
     parts = []
     for row in rows:
         part = frames.filter(pa.array(models == row["model"], pa.bool_()))
-        said = f"{where}: {row['model']}"
+        place = f"{where}: {row['model']}"
         if part.num_rows != row["frames"]:
-            raise Misfit(f"{said} has {part.num_rows} frames, its row in trials.parquet says {row['frames']}")
+            raise Misfit(f"{place} has {part.num_rows} frames, its row in trials.parquet says {row['frames']}")
         numbers = part["frame"].to_numpy()
         if np.any(np.diff(numbers) < 0):
             part = part.take(np.argsort(numbers, kind="stable"))
         if not np.array_equal(part["frame"].to_numpy(), np.arange(row["frames"])):
-            raise Misfit(f"{said}: its frames are not numbered from 0 to {row['frames'] - 1}, each once")
-        _check_values(part, row, said)
+            raise Misfit(f"{place}: its frames are not numbered from 0 to {row['frames'] - 1}, each once")
+        _check_values(part, row, place)
         parts.append(part)
     return pa.concat_tables(parts)
 
 
 def _check_values(part: pa.Table, row: Row, where: str) -> None:
-    """That the frames are those which the row was made of."""
+    """Raise `Misfit` unless the frames are those which the row was made of."""
     bodily = "x_cm" in part.column_names
     for name in part.column_names:
         if part[name].null_count and not (bodily and name in STEPS_MAY_LACK):
@@ -211,41 +211,43 @@ def _check_values(part: pa.Table, row: Row, where: str) -> None:
     for name, value in row.items():
         end, _, of = name.partition("_")
         if end in ("peak", "trough") and of in part.column_names:
-            own = float(getattr(part[of].to_numpy(), "max" if end == "peak" else "min")())
-            if own != value:
-                raise Misfit(f"{where}: its frames have a {name} of {own!r}, its row in trials.parquet says {value!r}")
+            extreme = float(getattr(part[of].to_numpy(), "max" if end == "peak" else "min")())
+            if extreme != value:
+                raise Misfit(
+                    f"{where}: its frames have a {name} of {extreme!r}, its row in trials.parquet says {value!r}"
+                )
     _check_counts(part, row, where)
     if "reward" in row and "reward" in part.column_names:
-        own = float(part["reward"].to_numpy().sum())
-        if not math.isclose(own, row["reward"], rel_tol=1e-9, abs_tol=1e-9):
-            said = row["reward"]
-            raise Misfit(f"{where}: its frames have a reward of {own!r}, its row in trials.parquet says {said!r}")
+        total = float(part["reward"].to_numpy().sum())
+        if not math.isclose(total, row["reward"], rel_tol=1e-9, abs_tol=1e-9):
+            stored = row["reward"]
+            raise Misfit(f"{where}: its frames have a reward of {total!r}, its row in trials.parquet says {stored!r}")
 
 
 def _check_counts(part: pa.Table, row: Row, where: str) -> None:
-    """That the row's spikes are those of its frames: of each channel, and of the one that counts."""
+    """Raise `Misfit` unless the row's spikes are those of its frames: of each channel, and of the one that counts."""
     counts = {name: int(np.abs(part[name].to_numpy()).sum()) for name in SPIKES
               if row.get(name) is not None and name in part.column_names and not part[name].null_count}  # fmt: skip
     for name, count in counts.items():
         if row[name] != count:
             raise Misfit(f"{where}: its frames have {count} {name}, its row in trials.parquet says {row[name]}")
     if counts and row.get("spikes") not in (None, *counts.values()):
-        shown = " or ".join(map(str, counts.values()))
-        raise Misfit(f"{where}: its frames have {shown} spikes, its row in trials.parquet says {row['spikes']}")
+        numbers = " or ".join(map(str, counts.values()))
+        raise Misfit(f"{where}: its frames have {numbers} spikes, its row in trials.parquet says {row['spikes']}")
 
 
 def checked_failures(
     listed: Any, rows: Mapping[int, Sequence[Row]], contents: Contents, make: Callable[..., Any],
     file: str = "failures.json",
 ) -> list[Any]:  # fmt: skip
-    """The failures of single models in trials that have rows, made by ``make``; others will run again.
+    """Return the failures of single models in trials that have rows, made by ``make``; others will run again.
 
     Raises `Misfit` that names the first that does not belong.
     """
     if not isinstance(listed, list):
         raise Misfit(f"{file} cannot be read (it holds a {type(listed).__name__}, expected a list)")
     kinds = {"trial": int, "model": str, "condition": str, "seed": int, "attempts": int, "reason": str}
-    found = []
+    failures = []
     for item in listed:
         if not isinstance(item, dict) or {name: type(value) for name, value in item.items()} != kinds:
             raise Misfit(f"{file} cannot be read (expected objects of {', '.join(kinds)})")
@@ -261,20 +263,20 @@ def checked_failures(
             continue
         if model in {row["model"] for row in rows[trial]}:
             raise Misfit(f"{file}: trial {trial}: {model} failed, but has a row in trials.parquet")
-        found.append(make(**item))
-    return found
+        failures.append(make(**item))
+    return failures
 
 
 def check_recordings(folder: Path, contents: Contents, name: Callable[[int], str]) -> None:
     """Raise `Misfit` on a recording of a trial that has none in the plan."""
-    planned = {name(trial) for trial, own in contents.trials.items() if own.recorded}
+    planned = {name(trial) for trial, trial_plan in contents.trials.items() if trial_plan.recorded}
     for path in sorted(folder.glob("trial-*.rrd")):
         if path.name not in planned:
             raise Misfit(f"recordings/{path.name} is of no trial that this run records")
 
 
 def is_recording(path: Path) -> bool:
-    """Whether a whole recording is there, as far as its first and last bytes tell."""
+    """Return whether a whole recording is there, as far as its first and last bytes tell."""
     try:
         with regular(path).open("rb") as file:
             begins = file.read(len(RRD_BEGINS))
@@ -290,20 +292,20 @@ def is_recording(path: Path) -> bool:
 def lacking(rows: Mapping[int, Sequence[Row]], failed: Iterable[tuple[int, str]], contents: Contents) -> Iterator[int]:
     """Trials that lack a model's row, where no failure tells why."""
     known = set(failed)
-    for trial, own in rows.items():
-        there = {row["model"] for row in own}
+    for trial, trial_rows in rows.items():
+        there = {row["model"] for row in trial_rows}
         if any(model not in there and (trial, model) not in known for model in contents.trials[trial].models):
             yield trial
 
 
 def same_rows(before: Sequence[Mapping[str, Any]], after: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether rows made again have the numbers of those ``before``: the time they took and their code aside."""
+    """Return whether rows made again have the numbers of those ``before``: the time they took and their code aside."""
     aside = ("wall_s", "code")
-    made = {row["model"]: {k: v for k, v in row.items() if k not in aside} for row in after}
-    return all(made.get(row["model"]) == {k: v for k, v in row.items() if k not in aside} for row in before)
+    by_model = {row["model"]: {k: v for k, v in row.items() if k not in aside} for row in after}
+    return all(by_model.get(row["model"]) == {k: v for k, v in row.items() if k not in aside} for row in before)
 
 
 def planned_trial(spec: Any, models: Iterable[str], recorded: bool, **columns: Any) -> Planned:
-    """What is planned of a trial; its experiment, repeat and seed, and more ``columns``."""
+    """Return what is planned of a trial; its experiment, repeat and seed, and more ``columns``."""
     shared = {"experiment": spec.experiment, "repeat": spec.repeat, "seed": spec.seed}
     return Planned({**shared, **columns}, tuple(models), recorded)

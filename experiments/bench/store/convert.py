@@ -53,13 +53,13 @@ def write(tables: Mapping[str, pa.Table], folder: Path, kind: str) -> list[Path]
     list of Path
         The files.
     """
-    made = []
+    paths = []
     for name, table in tables.items():
         path = folder / f"{name}.{kind}"
         path.parent.mkdir(parents=True, exist_ok=True)
         _WRITERS[kind](path, table)
-        made.append(path)
-    return made
+        paths.append(path)
+    return paths
 
 
 def array(column: pa.ChunkedArray) -> npt.NDArray[Any]:
@@ -85,23 +85,23 @@ def _mat(path: Path, table: pa.Table) -> None:
 
     columns = {}
     for name, field in zip(table.column_names, fields(table.column_names), strict=True):
-        own = array(table[name])
-        columns[field] = own.astype(object) if own.dtype.kind == "U" else own  # texts are a cell array
+        values = array(table[name])
+        columns[field] = values.astype(object) if values.dtype.kind == "U" else values  # texts are a cell array
     io.savemat(path, {re.sub(r"\W", "_", path.stem): columns}, long_field_names=True, oned_as="column")
 
 
 def fields(names: list[str]) -> list[str]:
     """Return names that MATLAB can have for fields: ``dsnn.n_con`` is ``dsnn_n_con``; no two are equal."""
-    found: list[str] = []
+    legal_names: list[str] = []
     for name in names:
         plain = re.sub(r"\W", "_", name)
-        own = plain = (plain if plain[:1].isalpha() else f"c_{plain}")[:LONGEST_FIELD]
+        candidate = plain = (plain if plain[:1].isalpha() else f"c_{plain}")[:LONGEST_FIELD]
         number = 1
-        while own in found:
+        while candidate in legal_names:
             number += 1
-            own = f"{plain[: LONGEST_FIELD - 4]}_{number}"
-        found.append(own)
-    return found
+            candidate = f"{plain[: LONGEST_FIELD - 4]}_{number}"
+        legal_names.append(candidate)
+    return legal_names
 
 
 _WRITERS = {"csv": _csv, "npz": _npz, "mat": _mat}

@@ -75,12 +75,12 @@ def to_json(value: Any) -> str:
 
 
 def begun(folder: Path) -> bool:
-    """Whether ``folder`` holds a run's description, readable or not."""
+    """Return whether ``folder`` holds a run's description, readable or not."""
     return os.path.lexists(folder / NAME)
 
 
 def vacant(folder: Path) -> bool:
-    """Whether all that ``folder`` holds, if it is there, is what a run that never began leaves."""
+    """Return whether all that ``folder`` holds, if it is there, is what a run that never began leaves."""
     if not folder.exists():
         return True
     kept = _kept_in(folder)
@@ -112,12 +112,12 @@ def check_own(folder: Path, asked: str) -> None:
 
 
 def holds_results(folder: Path) -> bool:
-    """Whether ``folder`` holds tables or recordings of a run, whatever it was."""
+    """Return whether ``folder`` holds tables or recordings of a run, whatever it was."""
     return any(os.path.lexists(folder / name) for name in OWN_FILES) or any(map(_filled, _kept_in(folder)))
 
 
 def _kept_in(folder: Path) -> list[Path]:
-    """The folders of recordings and of parts of tables."""
+    """Return the folders of recordings and of parts of tables."""
     return [folder / name for name in SUBFOLDERS]
 
 
@@ -151,7 +151,7 @@ def write_new(folder: Path, description: Mapping[str, Any]) -> None:
 
 
 def read_description(folder: Path) -> dict[str, Any]:
-    """The description in ``folder``; `UsageError` in one line that names the file where there is none, or no whole."""
+    """Read the description in ``folder``; `UsageError` in one line that names the file if it is absent or cut short."""
     try:
         value = json.loads(regular(folder / NAME).read_text(encoding="utf-8"))
     except OSError as error:
@@ -164,7 +164,7 @@ def read_description(folder: Path) -> dict[str, Any]:
 
 
 def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -> dict[str, Any]:
-    """The description in ``folder``, for a run that ``description`` tells of to go on with.
+    """Return the description in ``folder``, for a run that ``description`` tells of to go on with.
 
     Where other code goes on, as ``other_code`` allows it to, it is among those listed. A study may go on to more
     replicates than it has. Raises `UsageError` that names the first parameters that differ, or what computes otherwise.
@@ -193,10 +193,10 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
     others = there.setdefault(RESUMED, []) if RESUMED in there else []
     if not isinstance(others, list) or not all(isinstance(other, dict) for other in others):
         raise UsageError(f"{folder}: {NAME} cannot be read ({RESUMED} should be a list of objects)")
-    said = [provenance.difference(known, here) for known in (there, *others)]
-    if all(said):
+    code_differences = [provenance.difference(known, here) for known in (there, *others)]
+    if all(code_differences):
         if not other_code:
-            raise UsageError(f"{folder}: {said[0]}; --other-code goes on all the same, and marks the rows")
+            raise UsageError(f"{folder}: {code_differences[0]}; --other-code goes on all the same, and marks the rows")
         there[RESUMED] = [*others, {key: here[key] for key in provenance.KEYS}]
     return there
 
@@ -227,11 +227,11 @@ def stored_thresholds(description: Mapping[str, Any], model: Mapping[str, Any]) 
         model is no registered one.
     """
     stored = description.get(THRESHOLDS)
-    own = stored.get(model["label"]) if isinstance(stored, Mapping) else None
-    if isinstance(own, Mapping):
+    model_thresholds = stored.get(model["label"]) if isinstance(stored, Mapping) else None
+    if isinstance(model_thresholds, Mapping):
         return {
-            channel: float(own[channel]) if isinstance(own[channel], int | float) else None
-            for channel in CHANNELS if channel in own
+            channel: float(model_thresholds[channel]) if isinstance(model_thresholds[channel], int | float) else None
+            for channel in CHANNELS if channel in model_thresholds
         }  # fmt: skip
     source = model["source"]
     if not isinstance(source, str) or is_file(source):
@@ -245,15 +245,15 @@ def stored_thresholds(description: Mapping[str, Any], model: Mapping[str, Any]) 
 def noted(description: Mapping[str, Any], entry: str) -> list[str]:
     """Return what an entry of `NOTED` lists so far. Raises ``ValueError`` where it is no list of texts."""
     listed = description.get(entry, [])
-    if not isinstance(listed, list) or not all(isinstance(each, str) for each in listed):
+    if not isinstance(listed, list) or not all(isinstance(item, str) for item in listed):
         raise ValueError(f"{entry} should be a list of texts")
     return listed
 
 
 def codes(description: Mapping[str, Any]) -> frozenset[str]:
-    """The marks that rows of a run may have: of the code it was begun with, and of others that went on with it."""
+    """List the marks that rows of a run may have: of the code it was begun with, and of others that went on with it."""
     return frozenset(
-        code for each in (description, *description.get(RESUMED, ())) if isinstance(code := each.get("code", ""), str)
+        code for entry in (description, *description.get(RESUMED, ())) if isinstance(code := entry.get("code", ""), str)
     )
 
 
@@ -277,13 +277,13 @@ def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
 def _by_label(value: Any) -> Any:
     """Lists of models as tables, so that the models of two runs are compared by their labels."""
     if isinstance(value, dict):
-        return {key: _by_label(each) for key, each in value.items()}
+        return {key: _by_label(item) for key, item in value.items()}
     labels = (
-        [each.get("label") if isinstance(each, dict) else None for each in value] if isinstance(value, list) else []
+        [item.get("label") if isinstance(item, dict) else None for item in value] if isinstance(value, list) else []
     )
     if not labels or not all(isinstance(label, str) for label in labels) or len(set(labels)) < len(labels):
         return value
-    return {LABELS: labels, **{label: _by_label(each) for label, each in zip(labels, value, strict=True)}}
+    return {LABELS: labels, **{label: _by_label(item) for label, item in zip(labels, value, strict=True)}}
 
 
 def _differing(there: Any, here: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any, Any]]:
@@ -301,11 +301,11 @@ def _differing(there: Any, here: Any, path: tuple[str, ...]) -> Iterator[tuple[t
 
 
 def _nested(values: Sequence[Any]) -> bool:
-    return any(isinstance(each, dict | list) for each in values)
+    return any(isinstance(item, dict | list) for item in values)
 
 
 def _option(path: tuple[str, ...], here: Mapping[str, Any]) -> str:
-    """The option that sets what is at ``path``; the path itself where none does so alone."""
+    """Return the option that sets what is at ``path``; the path itself where none does so alone."""
     name = ".".join(path)
     match path[1:] if path[0] == "settings" else path:
         case ("experiment",) | ("experiment", "name"):
@@ -332,10 +332,10 @@ def _option(path: tuple[str, ...], here: Mapping[str, Any]) -> str:
 
 
 def _words(value: Any) -> str:
-    """A value in a few words: of a list its items, of objects their names."""
+    """Return a value in a few words: of a list its items, of objects their names."""
     if isinstance(value, list):
-        names = [next((each[key] for key in NAMES if key in each), each) if isinstance(each, dict) else each
-                 for each in value]  # fmt: skip
+        names = [next((item[key] for key in NAMES if key in item), item) if isinstance(item, dict) else item
+                 for item in value]  # fmt: skip
         text = ", ".join(name if isinstance(name, str) else _item(name) for name in names) or "none"
     elif isinstance(value, dict) and isinstance(value.get("name"), str):
         text = _item(value["name"])
@@ -345,17 +345,17 @@ def _words(value: Any) -> str:
 
 
 def _item(value: Any) -> str:
-    """A value as JSON, a whole number without a decimal point."""
+    """Return a value as JSON, a whole number without a decimal point."""
     return f"{value:.0f}" if isinstance(value, float) and value.is_integer() else json.dumps(value)
 
 
 def short(error: BaseException) -> str:
-    """What an error says, in one line that fits a terminal's."""
+    """Return what an error says, in one line that fits a terminal's."""
     return " ".join(str(error).split())[:200] or type(error).__name__
 
 
 def plain(value: Any) -> Any:
-    """What JSON does not know: dataclasses become objects, anything else text; of a claim its words, not its judge."""
+    """Turn what JSON does not know into what it does: dataclasses into objects, a claim into words, others to text."""
     if isinstance(value, Claim):
         return value.described()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):

@@ -98,7 +98,7 @@ def kind_of(folder: Path, description: Mapping[str, Any]) -> Kind:
 
 
 def _inferred(folder: Path, description: Mapping[str, Any]) -> Kind:
-    """The kind of a run whose description has no `KIND`: it is of a version before 0.3, or a whole of parts."""
+    """Return the kind of a run whose description has no `KIND`: it is of a version before 0.3, or a whole of parts."""
     if not description:
         return next((kind for name, kind in MARKS.items() if (folder / name).exists()), WHOLE)
     if "measured" in description:

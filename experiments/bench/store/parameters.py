@@ -40,21 +40,21 @@ def differing(
     keys: dict[str, None] = {}
     for section, default, model in zip(named, defaults, models, strict=True):
         keys |= dict.fromkeys(f"{section}.{name}" for name in _differing(default, model.network))
-    found: dict[str, dict[str, Any]] = {}
+    changed: dict[str, dict[str, Any]] = {}
     for key in keys:
         section, _, name = key.partition(".")
-        found[key] = {
-            model.label: getattr(model.network, name, None) if own == section else None
-            for own, model in zip(named, models, strict=True)
+        changed[key] = {
+            model.label: getattr(model.network, name, None) if model_section == section else None
+            for model_section, model in zip(named, models, strict=True)
         }
     for section, (default, value) in (others or {}).items():
         for name in _differing(default, value):
-            found[f"{section}.{name}"] = {model.label: getattr(value, name) for model in models}
-    return {key: _of_one_kind(values) for key, values in found.items()}
+            changed[f"{section}.{name}"] = {model.label: getattr(value, name) for model in models}
+    return {key: _of_one_kind(values) for key, values in changed.items()}
 
 
 def _differing(default: Any, value: Any) -> Iterable[str]:
-    """The fields of a dataclass that differ from those of another of its class."""
+    """Return the fields of a dataclass that differ from those of another of its class."""
     names = [field.name for field in dataclasses.fields(value) if field.init]
     return [name for name in names if getattr(default, name, None) != getattr(value, name)]
 
@@ -70,7 +70,7 @@ def _of_one_kind(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def _cell(value: Any) -> Any:
     if isinstance(value, tuple | list):
-        return ",".join(_number(each) for each in value)
+        return ",".join(_number(item) for item in value)
     return value if value is None or isinstance(value, bool | int | float | str) else str(value)
 
 
@@ -102,16 +102,16 @@ MOST_SAID = 8
 def in_title(parameters: Mapping[str, Any]) -> str:
     """Return what a figure's title says of the parameters that are not at their defaults; empty if all are."""
     keys = list(parameters)
-    shown = said({key: parameters[key] for key in keys[:MOST_SAID]})
+    listed = in_words({key: parameters[key] for key in keys[:MOST_SAID]})
     more = f" and {len(keys) - MOST_SAID} more" if len(keys) > MOST_SAID else ""
-    return f"; set: {shown}{more}" if keys else ""
+    return f"; set: {listed}{more}" if keys else ""
 
 
-def said(parameters: Mapping[str, Any]) -> str:
+def in_words(parameters: Mapping[str, Any]) -> str:
     """Return parameters, as ``experiment.json`` tells them, in a line: ``dsnn.n_con=4|6, camera.read_noise=0``."""
     parts = []
     for key, values in parameters.items():
         known = values.values() if isinstance(values, Mapping) else [values]
-        shown = dict.fromkeys(_number(value) for value in known if value is not None)
-        parts.append(f"{key}={'|'.join(shown)}")
+        texts = dict.fromkeys(_number(value) for value in known if value is not None)
+        parts.append(f"{key}={'|'.join(texts)}")
     return ", ".join(parts)

@@ -47,7 +47,7 @@ def pictures(recording: Path) -> dict[str, Images]:
     except Exception as error:  # bytes that are no recording can make the library raise anything
         raise UsageError(f"{recording}: no recording ({explained(error)})") from None
     sizes: dict[str, tuple[int, int]] = {}
-    found: dict[str, list[tuple[int, Any]]] = {}
+    images: dict[str, list[tuple[int, Any]]] = {}
     for entity, batch in chunks:
         if not _ENTITY.fullmatch(entity):
             continue
@@ -57,20 +57,20 @@ def pictures(recording: Path) -> dict[str, Images]:
                 sizes[entity] = form["height"], form["width"]
             elif name in ("Image:buffer", "EncodedImage:blob"):
                 numbers = batch["frame"].to_pylist()
-                found.setdefault(entity, []).extend(
+                images.setdefault(entity, []).extend(
                     (number, row.values[0].values.to_numpy())
                     for number, row in zip(numbers, batch[name], strict=True) if row.is_valid
                 )  # fmt: skip
-    return {entity: _stacked(recording, own, sizes.get(entity)) for entity, own in sorted(found.items())}
+    return {entity: _stacked(recording, numbered, sizes.get(entity)) for entity, numbered in sorted(images.items())}
 
 
-def _stacked(recording: Path, found: list[tuple[int, Any]], size: tuple[int, int] | None) -> Images:
-    pixels = [own for _, own in sorted(found, key=lambda each: each[0])]
+def _stacked(recording: Path, numbered: list[tuple[int, Any]], size: tuple[int, int] | None) -> Images:
+    pixels = [image for _, image in sorted(numbered, key=lambda pair: pair[0])]
     if size is None:
-        decoded = [cv2.imdecode(each, cv2.IMREAD_GRAYSCALE) for each in pixels]
+        decoded = [cv2.imdecode(image, cv2.IMREAD_GRAYSCALE) for image in pixels]
     else:
-        decoded = [each.reshape(size) for each in pixels]
-    whole = [np.asarray(each, np.uint8) for each in decoded if each is not None]
+        decoded = [image.reshape(size) for image in pixels]
+    whole = [np.asarray(image, np.uint8) for image in decoded if image is not None]
     if len(whole) < len(decoded):
         raise UsageError(f"{recording}: a picture in it cannot be decoded")
     return np.stack(whole)

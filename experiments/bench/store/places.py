@@ -173,14 +173,14 @@ def naming(path: Path) -> Iterator[None]:
 
 
 def told(error: BaseException) -> str:
-    """An error in one line; of an ``OSError`` the file and the reason."""
+    """Return an error in one line; of an ``OSError`` the file and the reason."""
     if isinstance(error, OSError) and error.filename and error.strerror:
         return f"{error.filename}: {error.strerror}"
     return explained(error)
 
 
 def _room(error: OSError, folder: Path) -> str:
-    """How much is free where a file found no room; empty of another error."""
+    """Tell how much is free where a file found no room; empty of another error."""
     if error.errno not in FULL:
         return ""
     with contextlib.suppress(OSError):
@@ -190,7 +190,7 @@ def _room(error: OSError, folder: Path) -> str:
 
 def _try(folder: Path, name: str, asked: str) -> None:
     # The folders that lack are tried under another name: another thread or process may be about to use these.
-    there = next((each for each in (folder, *folder.parents) if os.path.lexists(each)), Path())
+    there = next((parent for parent in (folder, *folder.parents) if os.path.lexists(parent)), Path())
     lacking = folder.relative_to(there).parts
     trial = there / f".colias-{uuid.uuid4().hex}.part"
     try:

@@ -40,7 +40,7 @@ class OtherCode(UsageError):
 
 
 def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]:
-    """What ``experiment.json`` holds about what computes a run.
+    """Return what ``experiment.json`` holds about what computes a run.
 
     Parameters
     ----------
@@ -66,17 +66,17 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
     for path in (*filter(is_own, sources), *_declaring(experiment)):
         if not any(Path(path).resolve().is_relative_to(folder) for folder in package_folders().values()):
             files |= _hashes(path)  # a file of the project's, asked for by its path, is part of its source
-    made: dict[str, Any] = {"files": files, "versions": versions(), "source": source(), "form": form()}
-    return {**made, "code": _code(made)}
+    record: dict[str, Any] = {"files": files, "versions": versions(), "source": source(), "form": form()}
+    return {**record, "code": _code(record)}
 
 
 def _hashes(path: str) -> Mapping[str, str]:
-    """Of a file and the modules that it imports: of a Python file that has been run, as it was then."""
+    """Return the digests of a file and of the modules it imports: of a Python file that has run, as it was then."""
     return as_loaded(path) or closure(Path(path))
 
 
 def _declaring(experiment: object) -> Iterator[str]:
-    """The user's files that declare the experiment, its design's class and its claims' judges; none need be one."""
+    """Yield the user's files that declare the experiment, its design's class and its claims' judges, if any do."""
     if experiment is None:
         return
     if file := getattr(experiment, "file", ""):
@@ -91,11 +91,11 @@ def _declaring(experiment: object) -> Iterator[str]:
             yield str(Path(file).resolve())
 
 
-def _code(made: Mapping[str, Any]) -> str:
-    """The mark of the rows."""
-    files = sorted((Path(path).name, digest) for path, digest in made["files"].items())
-    libraries = {name: version for name, version in made["versions"].items() if name != "python"}
-    text = json.dumps([made["source"]["digest"], made["form"], files, libraries], sort_keys=True)
+def _code(record: Mapping[str, Any]) -> str:
+    """Return the mark of the rows."""
+    files = sorted((Path(path).name, digest) for path, digest in record["files"].items())
+    libraries = {name: version for name, version in record["versions"].items() if name != "python"}
+    text = json.dumps([record["source"]["digest"], record["form"], files, libraries], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
@@ -108,7 +108,7 @@ def form() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Of Python and the libraries that compute the numbers; ``unknown`` where a library does not tell."""
+    """Return those of Python and the libraries that compute the numbers; ``unknown`` where a library does not tell."""
     return {"python": platform.python_version(), **{name: _version(name) for name in LIBRARIES}}
 
 
@@ -120,7 +120,7 @@ def _version(name: str) -> str:
 
 
 def source() -> dict[str, Any]:
-    """The project's own code: ``digest`` of its packages' files, git's ``commit``, and whether they differ from it.
+    """Name the project's code: ``digest`` of its packages' files, git's ``commit``, and whether they differ from it.
 
     ``commit`` and ``dirty`` are ``None`` where the packages are in no git checkout, or there is no git.
     """
@@ -147,7 +147,7 @@ def _computing(folder: Path) -> Iterator[Path]:
 
 @functools.cache
 def checkout() -> tuple[str | None, bool | None]:
-    """The commit that the packages are checked out of, and whether their files differ from it."""
+    """Return the commit that the packages are checked out of, and whether their files differ from it."""
     folders = package_folders()
     root = folders["experiments"].parent
     # A checkout may hold an environment with the packages in it: then they are not of its commit.
@@ -159,7 +159,7 @@ def checkout() -> tuple[str | None, bool | None]:
 
 
 def _git(root: Path, *arguments: str) -> str | None:
-    """What git says; ``None`` where it fails, or is not there."""
+    """Return what git says; ``None`` where it fails, or is not there."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     command = ["git", "--no-optional-locks", "-C", str(root), *arguments]
     try:
@@ -170,14 +170,14 @@ def _git(root: Path, *arguments: str) -> str | None:
 
 
 def difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
-    """What computes now otherwise than ``there``, in words; empty if nothing that numbers depend on does."""
-    files, own = _table(there, "files"), here["files"]
-    for path in sorted({*files, *own}):
+    """Say what computes now otherwise than ``there``; empty if nothing that numbers depend on does."""
+    files, files_here = _table(there, "files"), here["files"]
+    for path in sorted({*files, *files_here}):
         if path not in files:
             return f"{path} is new among its files"
-        if path not in own:
+        if path not in files_here:
             return f"{path} is no longer among its files"
-        if files[path] != own[path]:
+        if files[path] != files_here[path]:
             return f"{path} has changed"
     return _of_source(_table(there, "source"), here["source"]) or _of_versions(_table(there, "versions"), here)
 
@@ -203,7 +203,7 @@ def commit(source: Mapping[str, Any]) -> str | None:
 
 
 def _named(source: Mapping[str, Any]) -> str:
-    """A state of the source, for people."""
+    """Return a state of the source, for people."""
     of_commit = f", commit {name}" if (name := commit(source)) else ""
     return f"digest {str(source.get('digest'))[:12]}{of_commit}"
 
@@ -213,20 +213,20 @@ def _table(there: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def check(made: Mapping[str, Any]) -> None:
-    """In a worker: raise `OtherCode` where this process computes with other code than ``made`` tells of.
+def check(record: Mapping[str, Any]) -> None:
+    """Raise `OtherCode`, in a worker, where this process computes with other code than ``record`` tells of.
 
     Of the user's files those count that this process has loaded, as they were then, and policies, which are read
     again for every episode.
     """
-    if made["source"]["digest"] != digest():
+    if record["source"]["digest"] != digest():
         raise OtherCode("colias-sim's own source here is not that which the run was begun with")
-    if made["form"] != form():
-        raise OtherCode(f"the network's form is {form()} here, and {made['form']} where the run was begun")
-    for path in {path for loaded in map(as_loaded, made["files"]) for path in loaded} - made["files"].keys():
+    if record["form"] != form():
+        raise OtherCode(f"the network's form is {form()} here, and {record['form']} where the run was begun")
+    for path in {path for loaded in map(as_loaded, record["files"]) for path in loaded} - record["files"].keys():
         raise OtherCode(f"{path}: is loaded here, and was not where the run was begun")
-    for path, expected in made["files"].items():
-        if any(loaded.get(path, expected) != expected for loaded in map(as_loaded, made["files"])) or (
+    for path, expected in record["files"].items():
+        if any(loaded.get(path, expected) != expected for loaded in map(as_loaded, record["files"])) or (
             path.endswith(".npz") and sha256(Path(path)) != expected
         ):
             raise OtherCode(f"{path}: was edited after the run was begun, or a worker still has what it was before")

@@ -187,7 +187,7 @@ class Record:
     @property
     def changed(self) -> str:
         """The parameters that are not at their defaults: ``dsnn.n_con=6``; empty if none."""
-        return parameters.said(self.description.get("changed") or {})
+        return parameters.in_words(self.description.get("changed") or {})
 
     @property
     def provenance(self) -> str:

@@ -80,8 +80,8 @@ def schema_of(*rows: type) -> pa.Schema:
     columns: dict[str, pa.DataType] = {}
     for row in rows:
         for name, kind in get_type_hints(row).items():
-            own = [part for part in get_args(kind) or (kind,) if part is not type(None)]
-            columns[name] = getattr(pa, _ARROW[own[0]])()
+            kinds = [part for part in get_args(kind) or (kind,) if part is not type(None)]
+            columns[name] = getattr(pa, _ARROW[kinds[0]])()
     return pa.schema(columns)
 
 
@@ -142,7 +142,7 @@ def recording_name(index: int) -> str:
 
 
 def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...], list[Mapping[str, Any]]]:
-    """Rows by the values of ``keys``, groups in order of first appearance."""
+    """Return rows by the values of ``keys``, groups in order of first appearance."""
     groups: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
     for row in rows:
         groups.setdefault(tuple(row[key] for key in keys), []).append(row)
@@ -150,19 +150,20 @@ def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...]
 
 
 def known(value: float) -> float | None:
-    """The value for a table: empty instead of NaN."""
+    """Return the value for a table: empty instead of NaN."""
     return None if math.isnan(value) else value
 
 
 def mixture(rows: Iterable[Mapping[str, Any]]) -> str:
-    """In words, of how many trials each code computed the rows, if more than one did; otherwise empty."""
+    """Say of how many trials each code computed the rows, if more than one did; otherwise empty."""
     trials: dict[str, set[int]] = {}
     for row in rows:
         if "code" in row:
             trials.setdefault(row["code"], set()).add(row["trial"])
     if len(trials) < 2:
         return ""
-    return f"rows of {len(trials)} codes ({', '.join(f'{code}: {len(own)} trials' for code, own in trials.items())})"
+    counts = ", ".join(f"{code}: {len(indices)} trials" for code, indices in trials.items())
+    return f"rows of {len(trials)} codes ({counts})"
 
 
 def listed_trials(trials: Iterable[int]) -> str:

@@ -184,33 +184,33 @@ class RunFolder(Files):
         What those have left stays until then, but for trials that lack the row of a model.
         """
         check_recordings(self.recordings, contents, recording_name)
-        found: dict[int | None, pa.Table] = {
+        tables: dict[int | None, pa.Table] = {
             part: read_table(self.path(file_name("trials", part)), self._trial_schema) for part in sources(self.folder)
         }
         rows: dict[int | None, dict[int, tuple[dict[str, Any], ...]]] = {}
-        for part, table in found.items():  # of a trial the newest part counts
+        for part, table in tables.items():  # of a trial the newest part counts
             checked = checked_rows(table, contents, codes, file_name("trials", part))
-            rows[part] = {trial: own for trial, own in checked.items() if trial not in self._rows}
+            rows[part] = {trial: trial_rows for trial, trial_rows in checked.items() if trial not in self._rows}
             self._rows |= rows[part]
-        listed = self._listed_failures() if found else []
+        listed = self._listed_failures() if tables else []
         failures: list[Failure] = checked_failures(listed, self._rows, contents, Failure)
         gone = {t for t in self._rows if contents.trials[t].recorded and not is_recording(self.recording(t))}
         partly = set(lacking(self._rows, [(f.trial, f.model) for f in failures], contents))
         self._again = gone | partly
         self._before = {trial: self._rows[trial] for trial in sorted(self._again)}
-        self._rows = {trial: own for trial, own in self._rows.items() if trial not in partly}
+        self._rows = {trial: trial_rows for trial, trial_rows in self._rows.items() if trial not in partly}
         self._failures = [failure for failure in failures if failure.trial not in partly]
         for part, new in rows.items():
             name = file_name("frames", part)
             frames = read_table(self.path(name), self._frame_schema)
-            kept = {trial: own for trial, own in new.items() if trial not in partly}
+            kept = {trial: trial_rows for trial, trial_rows in new.items() if trial not in partly}
             self._frames |= checked_frames(frames, kept, contents, name)
             self._frames_bytes += self.path(name).stat().st_size
             # Rows in another order, or frames of trials without rows, are put right when the tables are joined.
             self._joined &= part is None and self.frames().equals(frames)
         self._joined &= len(listed) == len(self._failures) and not self.path(PARTS).exists()
-        self._joined &= self.rows() == [row for table in found.values() for row in table.to_pylist()]
-        self._next_part = max((part for part in found if part is not None), default=-1) + 1
+        self._joined &= self.rows() == [row for table in tables.values() for row in table.to_pylist()]
+        self._next_part = max((part for part in tables if part is not None), default=-1) + 1
 
     def _listed_failures(self) -> Any:
         path = self.path("failures.json")
@@ -244,11 +244,11 @@ class RunFolder(Files):
             self._lock = None
 
     def done(self) -> frozenset[int]:
-        """The trials that are finished."""
+        """Return the trials that are finished."""
         return frozenset(self._rows.keys() - self._again)
 
     def written(self) -> frozenset[int]:
-        """The finished trials that are on the disk: fewer than are done where that is full."""
+        """Return the finished trials that are on the disk: fewer than are done where that is full."""
         return self.done() - {*self._pending}
 
     def recording(self, trial: int) -> Path:
@@ -312,9 +312,9 @@ class RunFolder(Files):
     def _note(self, trial: TrialRecord) -> None:
         """Write down what drew a trial's frames, where nothing of this run was drawn by it before."""
         new = {
-            entry: [*self._noted[entry], said]
-            for entry, said in ((RENDERERS, trial.renderer), (PIXELS, trial.pixels))
-            if said and said not in self._noted[entry]
+            entry: [*self._noted[entry], mark]
+            for entry, mark in ((RENDERERS, trial.renderer), (PIXELS, trial.pixels))
+            if mark and mark not in self._noted[entry]
         }
         if not new:
             return
@@ -327,7 +327,7 @@ class RunFolder(Files):
         self._joined = False
 
     def failures(self) -> list[Failure]:
-        """What failed so far, in order of trial."""
+        """Return what failed so far, in order of trial."""
         return sorted(self._failures, key=lambda failure: (failure.trial, failure.model))
 
     def _write_part(self) -> None:
@@ -367,29 +367,29 @@ class RunFolder(Files):
             self.write_json("failures.json", [failure for failure in self.failures() if failure.trial not in but])
 
     def rows(self) -> list[dict[str, Any]]:
-        """The rows so far, in order of trial, then model."""
+        """Return the rows so far, in order of trial, then model."""
         return [row for trial in sorted(self._rows) for row in self._rows[trial]]
 
     def notes(self) -> list[str]:
-        """What is to be known of the tables beside their numbers, a line each."""
-        said = []
+        """Return what is to be known of the tables beside their numbers, a line each."""
+        notes = []
         if self._before:
             lost = "a part of what they left was gone"
-            said.append(f"{self.folder}: done again, since {lost}: {listed_trials(self._before)}")
+            notes.append(f"{self.folder}: done again, since {lost}: {listed_trials(self._before)}")
         if self._changed:
-            said.append(f"{self.folder}: done again with other numbers than before: {listed_trials(self._changed)}")
+            notes.append(f"{self.folder}: done again with other numbers than before: {listed_trials(self._changed)}")
         if len(frames := self._noted[PIXELS]) > 1:
-            said.append(
+            notes.append(
                 f"{self.folder}: its frames were drawn with pixels that differ (reference frames {', '.join(frames)}),"
                 " so trials of one machine may have other numbers on another; experiment.json tells what drew"
             )
-        said += [f"{self.folder}: {note}" for note in self._uncounted()]
+        notes += [f"{self.folder}: {note}" for note in self._uncounted()]
         mixed = mixture(self.rows())
-        return [*said, *([f"{self.folder}: {mixed}; experiment.json tells them apart"] if mixed else [])]
+        return [*notes, *([f"{self.folder}: {mixed}; experiment.json tells them apart"] if mixed else [])]
 
     def _uncounted(self) -> list[str]:
-        """A line for each model that spikes in a channel whose count is null, as far as frames are kept."""
-        found = {
+        """Return a line for each model that spikes in a channel whose count is null, as far as frames are kept."""
+        uncounted = {
             (row["model"], name): None
             for trial, rows in self._rows.items()
             for row in rows
@@ -399,11 +399,11 @@ class RunFolder(Files):
         }  # fmt: skip
         return [
             f"{model} returns {name} and has no threshold for them, so they are not counted: colias check says more"
-            for model, name in found
+            for model, name in uncounted
         ]
 
     def frames(self) -> pa.Table:
-        """The per-frame table so far, in the same order."""
+        """Return the per-frame table so far, in the same order."""
         return joined_frames(self._frames, self._frame_schema)
 
     def _write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -421,6 +421,6 @@ def _mb(size: int) -> str:
 
 
 def _any(frames: pa.Table, model: str, name: str) -> bool:
-    """Whether a model has a number other than 0 in a column of a trial's frames."""
-    own = frames.filter(np.asarray(frames["model"]) == model)
-    return bool(np.any(own[name].drop_null().to_numpy()))
+    """Return whether a model has a number other than 0 in a column of a trial's frames."""
+    model_frames = frames.filter(np.asarray(frames["model"]) == model)
+    return bool(np.any(model_frames[name].drop_null().to_numpy()))

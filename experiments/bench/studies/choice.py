@@ -61,8 +61,8 @@ def claims(
     for asked in study.claims:
         name = asked.id if isinstance(asked, Claim) else asked
         if isinstance(asked, Claim):
-            own = find(asked)
-            chosen[name] = (own, declared[name][1] if name in declared else experiments[0].name)
+            given = find(asked)
+            chosen[name] = (given, declared[name][1] if name in declared else experiments[0].name)
         elif name not in declared and name not in claim_ids(PAPER):
             raise UsageError(f"--claims {name}: unknown claim; declared there are {_listed(about)}")
         elif name not in declared:
@@ -110,7 +110,9 @@ def measures(
     chosen: list[tuple[Measure, str]] = []
     for name in dict.fromkeys((SPIKES,) if of_spikes else study.measures):
         if name == SPIKES and kind == "robot":
-            chosen += [(measure, each) for each, own in conditions.items() for measure in spikes_in(own)]
+            chosen += [
+                (measure, experiment) for experiment, offered in conditions.items() for measure in spikes_in(offered)
+            ]
             continue
         if name not in MEASURES:
             raise UsageError(f"--measure {name}: unknown measure; known are {', '.join((*MEASURES, SPIKES))}")
@@ -118,7 +120,11 @@ def measures(
         if "hs" not in channels:
             who = f"{', '.join(study.models)} {'do' if len(study.models) > 1 else 'does'} not"
             raise UsageError(f"--measure {name}: it is about models that answer by direction, and {who}")
-        giving = [each for each, own in conditions.items() if measure.kind == kind and measure.given_by(own)]
+        giving = [
+            experiment
+            for experiment, offered in conditions.items()
+            if measure.kind == kind and measure.given_by(offered)
+        ]
         if not giving:
             raise UsageError(f"--measure {name}: it needs {measure.needs}; {', '.join(conditions)} has none")
         chosen.append((measure, giving[0]))

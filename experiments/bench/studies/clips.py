@@ -16,7 +16,7 @@ from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.clips.rows import CLIP_SCHEMA
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import ConfiguredModel, Shown, look_up
+from experiments.bench.engine.models import ConfiguredModel, SelectedModel, look_up
 from experiments.bench.engine.settings import changed, check_counts, watchers
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters, differing
@@ -40,7 +40,7 @@ class Offline:
         The experiment.
     clips
         Its clips as ``--set`` has them.
-    shown, models
+    selected, models
         The model judged and those that its claims compare it with: what was asked of them, and what they are.
     base
         What the axes see of it.
@@ -48,7 +48,7 @@ class Offline:
 
     declared: OfflineExperiment
     clips: tuple[Clip, ...]
-    shown: tuple[Shown, ...]
+    selected: tuple[SelectedModel, ...]
     models: tuple[ConfiguredModel, ...]
     base: Base
 
@@ -90,84 +90,89 @@ def planned(study: Study, experiments: Sequence[OfflineExperiment], seed: int) -
     claims = choice.claims(experiments, study, find, lambda claim: _refused(claim, model))
     if SPIKES in study.measures:
         raise UsageError(f"--measure {SPIKES}: it needs trials with the robot; {experiments[0].name} has clips")
-    clips = {each.name: [clip.build(seed).params for clip in each.clips] for each in experiments}
+    clips = {experiment.name: [clip.build(seed).params for clip in experiment.clips] for experiment in experiments}
     measures = choice.measures(clips, study, "clips", model.channels)
-    answering = [each for each in experiments if each.name in {name for _, name in (*claims, *measures)}]
-    plain = [_offline(each, study, seed, claims, ()) for each in answering]
-    grid.check_assignments([each.base for each in plain], study.assignments)
-    made = [_offline(each, study, seed, claims, before.base.applying(study.assignments))
-            for each, before in zip(answering, plain, strict=True)]  # fmt: skip
-    bases = [each.base for each in made]
+    answering = [
+        experiment for experiment in experiments if experiment.name in {name for _, name in (*claims, *measures)}
+    ]
+    plain = [_offline(experiment, study, seed, claims, ()) for experiment in answering]
+    grid.check_assignments([part.base for part in plain], study.assignments)
+    parts = [_offline(experiment, study, seed, claims, before.base.applying(study.assignments))
+            for experiment, before in zip(answering, plain, strict=True)]  # fmt: skip
+    bases = [part.base for part in parts]
     grid.check_levels(study.axes, bases, study.name, CLIP_SCHEMA.names)
     axes = study.axes + (grid.axes_of(study.over, bases, study.assignments) if study.over else ())
     points = grid.points_of([(axis.name, axis.labels) for axis in axes])
-    renderings = [rendering for each in made for rendering in _renderings(each, axes, points)]
-    for each in renderings:
-        params = [clip.build(seed).params for clip in each.clips]
-        choice.check_given(measures, each.base.name, params, next(iter(each.watchers.values()))[0].label)
-    shown = sum(len(each.clips) for each in renderings)
-    check_counts(seed, study.replicates, "--replicates", shown, "clips")
+    renderings = [rendering for part in parts for rendering in _renderings(part, axes, points)]
+    for rendering in renderings:
+        params = [clip.build(seed).params for clip in rendering.clips]
+        choice.check_given(measures, rendering.base.name, params, next(iter(rendering.watchers.values()))[0].label)
+    clips_shown = sum(len(rendering.clips) for rendering in renderings)
+    check_counts(seed, study.replicates, "--replicates", clips_shown, "clips")
     specs: list[Showing] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate in range(study.replicates):
-        for each in renderings:
-            trials = range(len(specs), len(specs) + len(each.clips))
+        for rendering in renderings:
+            trials = range(len(specs), len(specs) + len(rendering.clips))
             specs += [
-                Showing(each.base.name, index, replicate, seed + replicate, clip, each.models)
-                for index, clip in zip(trials, each.clips, strict=True)
+                Showing(rendering.base.name, index, replicate, seed + replicate, clip, rendering.models)
+                for index, clip in zip(trials, rendering.clips, strict=True)
             ]
-            for point, own in each.watchers.items():
-                key = (point, model.label, each.base.name, replicate)
-                shares[key] = Share(each.base.name, replicate, trials, own)
+            for point, watching in rendering.watchers.items():
+                key = (point, model.label, rendering.base.name, replicate)
+                shares[key] = Share(rendering.base.name, replicate, trials, watching)
     called = [
-        (grid.label(point, axes, each.base, each.models[place].label if place else ""), point, each.base)
+        (grid.label(point, axes, part.base, part.models[place].label if place else ""), point, part.base)
         for point in points
-        for each in made
-        for place in range(len(each.models))
+        for part in parts
+        for place in range(len(part.models))
     ]
     parameters = grid.columns(called, axes)
     about = study_description(
-        _description(made, study, parameters, seed, len(specs)), axes, claims, measures, study.replicates
+        _description(parts, study, parameters, seed, len(specs)), axes, claims, measures, study.replicates
     )
     return StudyPlan(
-        study, claims, measures, axes, tuple(points), (made[0].models[0],),
-        tuple((point, model.label) for point in points), seed, study.replicates, (1,) * len(made), tuple(specs),
+        study, claims, measures, axes, tuple(points), (parts[0].models[0],),
+        tuple((point, model.label) for point in points), seed, study.replicates, (1,) * len(parts), tuple(specs),
         shares, about, parameters,
     )  # fmt: skip
 
 
-def points_of_run(study: Study, own: OfflinePlan) -> StudyPlan:
+def points_of_run(study: Study, run_plan: OfflinePlan) -> StudyPlan:
     """Return the plan of a study whose points are read off a run of an experiment, with the replicates of that run."""
-    by_label = {model.label: model for model in own.showings[0].models}
+    by_label = {model.label: model for model in run_plan.showings[0].models}
     model = by_label[study.models[0]]
-    claims = choice.claims([own.experiment], study, find, lambda _: "")
+    claims = choice.claims([run_plan.experiment], study, find, lambda _: "")
     axes = study.axes
     points = grid.points_of([(axis.name, axis.labels) for axis in axes])
-    size = len(own.experiment.clips)
+    size = len(run_plan.experiment.clips)
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for point in points:
         plays = {name: label for axis, (_, level) in zip(axes, point.values, strict=True)
                  for name, label in axis.level(level).plays.items()}  # fmt: skip
         for name, label in plays.items():
             if label not in by_label:
-                raise UsageError(f"study {study.name}: {name} is played by {label}, which {own.experiment.name} lacks")
+                raise UsageError(
+                    f"study {study.name}: {name} is played by {label}, which {run_plan.experiment.name} lacks"
+                )
         others = plays or {label: label for label in by_label if label != model.label}
         beside = (Watcher.of(by_label[label], name) for name, label in others.items())
         watching = (Watcher.of(model, model.label), *beside)
-        for replicate in range(own.repeats):
+        for replicate in range(run_plan.repeats):
             trials = range(replicate * size, (replicate + 1) * size)
-            shares[point, model.label, own.experiment.name, replicate] = Share(
-                own.experiment.name, replicate, trials, watching
+            shares[point, model.label, run_plan.experiment.name, replicate] = Share(
+                run_plan.experiment.name, replicate, trials, watching
             )
     return StudyPlan(
-        study, claims, (), axes, tuple(points), (model,), tuple((point, model.label) for point in points), own.seed,
-        own.repeats, (1,), own.showings, shares,
-        study_description({**own.describe(), "kind": "study"}, axes, claims, (), own.repeats), own.changed(),
+        study, claims, (), axes, tuple(points), (model,), tuple((point, model.label) for point in points),
+        run_plan.seed, run_plan.repeats, (1,), run_plan.showings, shares,
+        study_description({**run_plan.describe(), "kind": "study"}, axes, claims, (), run_plan.repeats),
+        run_plan.changed(),
     )  # fmt: skip
 
 
 def _refused(claim: ClipClaim, model: ConfiguredModel) -> str:
-    """Why a claim is not about the model judged, in words; empty if it is."""
+    """Say why a claim is not about the model judged, in words; empty if it is."""
     if model.label in claim.models:
         return ""
     return f"it is about {', '.join(sorted(claim.models))}, and not about {model.label}"
@@ -177,57 +182,59 @@ def _offline(
     experiment: OfflineExperiment, study: Study, seed: int, claims: choice.Chosen[ClipClaim],
     assignments: Sequence[str],
 ) -> Offline:  # fmt: skip
-    """One experiment with the values of ``--set``, and with the models that its claims compare."""
-    needed = {each for claim, name in claims if name == experiment.name for each in claim.models}
+    """Return one experiment with the values of ``--set``, and with the models that its claims compare."""
+    needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
     known = look_up(list(dict.fromkeys([*study.models, *experiment.models])), "offline")
-    texts = [*study.models, *(each.asked.text for each in known[1:] if each.chosen.label in needed)]
+    texts = [*study.models, *(model.asked.text for model in known[1:] if model.chosen.label in needed)]
     of_clips: dict[str, list[Any]] = {}
     for clip in experiment.clips:
         of_clips.setdefault(clip.stimulus, []).append(clip.build(seed).params)
-    models, texts_set = watchers(texts, assignments, {name: own[0] for name, own in of_clips.items()})
+    models, texts_set = watchers(texts, assignments, {name: params[0] for name, params in of_clips.items()})
     clips = tuple(_changed(clip, texts_set, "--set") for clip in experiment.clips)
-    shown = tuple(look_up(texts, "offline"))
-    values: dict[str, tuple[Any, ...]] = {each.section: (own.network,) for each, own in zip(shown, models, strict=True)}
+    selected = tuple(look_up(texts, "offline"))
+    values: dict[str, tuple[Any, ...]] = {
+        entry.section: (model.network,) for entry, model in zip(selected, models, strict=True)
+    }
     for name in of_clips:
         values[name] = tuple(clip.build(seed).params for clip in clips if clip.stimulus == name)
-    return Offline(experiment, clips, shown, models, Base(experiment.name, models[0].label, values))
+    return Offline(experiment, clips, selected, models, Base(experiment.name, models[0].label, values))
 
 
 def _changed(clip: Clip, texts: Texts, option: str) -> Clip:
-    """A clip with values for its stimulus, typed after ``option``; `UsageError` if one is not legal."""
-    own = texts.get(clip.stimulus, {})
-    if not own:
+    """Return a clip with values for its stimulus, typed after ``option``; `UsageError` if one is not legal."""
+    stimulus_texts = texts.get(clip.stimulus, {})
+    if not stimulus_texts:
         return clip
 
     def typed(name: str, text: str) -> str:
         return f"{option} {clip.stimulus}.{name}={text}"
 
-    params = changed(clip.stimulus, clip.build(0).params, own, typed)
-    values = {**dict(clip.changes), **{name: getattr(params, name) for name in own}}
+    params = changed(clip.stimulus, clip.build(0).params, stimulus_texts, typed)
+    values = {**dict(clip.changes), **{name: getattr(params, name) for name in stimulus_texts}}
     try:
         return dataclasses.replace(clip, changes=tuple(values.items()))
     except ValueError as error:
-        said = ", ".join(typed(*each) for each in own.items())
-        raise UsageError(f"{said}: {' '.join(str(error).split())}") from None
+        assignments = ", ".join(typed(*item) for item in stimulus_texts.items())
+        raise UsageError(f"{assignments}: {' '.join(str(error).split())}") from None
 
 
-def _renderings(made: Offline, axes: Sequence[Axis], points: Sequence[Point]) -> list[Rendering]:
-    """The points of one experiment by the clips that they share."""
-    inside = {each.section for each in made.shown}
-    values = {point: grid.expanded(point, axes, made.base) for point in points}
-    grid.check_settled(next(iter(values.values())), made.shown)
+def _renderings(part: Offline, axes: Sequence[Axis], points: Sequence[Point]) -> list[Rendering]:
+    """Return the points of one experiment by the clips that they share."""
+    inside = {model.section for model in part.selected}
+    values = {point: grid.expanded(point, axes, part.base) for point in points}
+    grid.check_settled(next(iter(values.values())), part.selected)
     renderings = []
     for outside, members in grid.by_rendering(values.values(), inside).items():
-        clips = _shown_once([_changed(clip, _texts(outside), "--over") for clip in made.clips])
+        clips = _shown_once([_changed(clip, _texts(outside), "--over") for clip in part.clips])
         models: dict[str, ConfiguredModel] = {}
         watching: dict[Point, tuple[Watcher, ...]] = {}
         labels: dict[Values, Point] = {}
-        for point in (each for each in points if values[each] in members):
+        for point in (point for point in points if values[point] in members):
             first = labels.setdefault(values[point], point)  # points that are alike here share their labels
-            variants = _variants(made, axes, first, values[point])
-            models |= {own.label: own for own, _ in variants}
-            watching[point] = tuple(Watcher.of(own, name) for own, name in variants)
-        renderings.append(Rendering(made.base, clips, tuple(models.values()), watching))
+            variants = _variants(part, axes, first, values[point])
+            models |= {variant.label: variant for variant, _ in variants}
+            watching[point] = tuple(Watcher.of(variant, name) for variant, name in variants)
+        renderings.append(Rendering(part.base, clips, tuple(models.values()), watching))
     return renderings
 
 
@@ -240,13 +247,13 @@ def _texts(values: Values) -> Texts:
 
 
 def _variants(
-    made: Offline, axes: Sequence[Axis], point: Point, values: Values
+    part: Offline, axes: Sequence[Axis], point: Point, values: Values
 ) -> list[tuple[ConfiguredModel, str]]:  # fmt: skip
-    """The models at a point, the one judged first, each with its name without the grid's values."""
+    """Return the models at a point, the one judged first, each with its name without the grid's values."""
     variants: list[tuple[ConfiguredModel, str]] = []
-    for shown, model in zip(made.shown, made.models, strict=True):
-        called = grid.label(point, axes, made.base, model.label if variants else "")
-        variants.append((grid.variant(model, called, grid.own_values(shown, values)), model.label))
+    for selected, model in zip(part.selected, part.models, strict=True):
+        called = grid.label(point, axes, part.base, model.label if variants else "")
+        variants.append((grid.variant(model, called, grid.own_values(selected, values)), model.label))
     return variants
 
 
@@ -255,23 +262,23 @@ def _shown_once(clips: Sequence[Clip]) -> tuple[Clip, ...]:
     alike: dict[Any, list[Clip]] = {}
     for clip in clips:
         alike.setdefault((clip.stimulus, clip.build(0).params, clip.jitter_px), []).append(clip)
-    return tuple(dataclasses.replace(own[0], name=", ".join(clip.name for clip in own)) for own in alike.values())
+    return tuple(dataclasses.replace(group[0], name=", ".join(clip.name for clip in group)) for group in alike.values())
 
 
 def _description(
-    made: Sequence[Offline], study: Study, parameters: Parameters, seed: int, clips: int
+    parts: Sequence[Offline], study: Study, parameters: Parameters, seed: int, clips: int
 ) -> dict[str, Any]:
-    """What ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
-    models = {model.label: model for each in made for model in each.models}
-    files = [path for each in made for path in provenance.of((), each.declared)["files"]]
+    """Return what ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
+    models = {model.label: model for part in parts for model in part.models}
+    files = [path for part in parts for path in provenance.of((), part.declared)["files"]]
     sources = [*(model.source for model in models.values()), *files, *filter(None, (study.file,))]
     return {
         "kind": "map" if study.over else "study",
-        "experiments": [dataclasses.replace(each.declared, clips=each.clips) for each in made],
-        "repeats": [1] * len(made),
+        "experiments": [dataclasses.replace(part.declared, clips=part.clips) for part in parts],
+        "repeats": [1] * len(parts),
         "seed": seed,
         "trials": clips,
         "models": tuple(models.values()),
         "changed": {**differing(tuple(models.values()), offline=True), **parameters},
-        **provenance.of(sources, made[0].declared),
+        **provenance.of(sources, parts[0].declared),
     }

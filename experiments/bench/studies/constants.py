@@ -59,7 +59,7 @@ def along(name: str, summary: str, claims: Sequence[str], other: str, variants: 
 
 
 def _on_one_speed(claim: ClipClaim) -> ClipClaim:
-    """A claim on the clips that its words mean: the experiments show the object at other speeds too."""
+    """Return a claim on the clips that its words mean: the experiments show the object at other speeds too."""
     if claim.id not in SPEED:
         return claim
     return replace(claim, conditions={**claim.conditions, "speed": (SPEED[claim.id],)})
@@ -76,11 +76,11 @@ def _told(counts: Counts) -> Tables:
     return {"With which constants each claim holds": rows}
 
 
-def said(found: Mapping[str, Outcome]) -> str:
+def said(by_constants: Mapping[str, Outcome]) -> str:
     """Return with which constants a claim holds and with which it does not, in words: a long list is only counted."""
-    holding = [constants for constants, outcome in found.items() if outcome.verdict == "holds"]
-    others = [constants for constants in found if constants not in holding]
-    parts = [f"{len(holding)} of {len(found)} choices of the constants tried let it hold"]
+    holding = [constants for constants, outcome in by_constants.items() if outcome.verdict == "holds"]
+    others = [constants for constants in by_constants if constants not in holding]
+    parts = [f"{len(holding)} of {len(by_constants)} choices of the constants tried let it hold"]
     for what, choices in (("it holds with", holding), ("it does not with", others)):
         if 0 < len(choices) <= LISTED:
             parts.append(f"{what} {_listed(choices)}")
@@ -88,7 +88,7 @@ def said(found: Mapping[str, Outcome]) -> str:
 
 
 def _listed(choices: Sequence[str]) -> str:
-    """Several choices; a name that all have in common is told once."""
+    """Return several choices; a name that all have in common is told once."""
     names = {text.partition("=")[0] for text in choices}
     if len(names) == 1 and all(text.count("=") == 1 for text in choices):
         return f"{names.pop()} = {', '.join(text.partition('=')[2] for text in choices)}"
@@ -96,5 +96,5 @@ def _listed(choices: Sequence[str]) -> str:
 
 
 def _constants(label: str) -> str:
-    """The constants in a label: ``spacing=4, tau_lp=50``."""
+    """Return the constants in a label: ``spacing=4, tau_lp=50``."""
     return label.partition(":")[2].replace(",", ", ") or "as assumed"

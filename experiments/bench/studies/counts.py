@@ -29,7 +29,7 @@ TOGETHER = "all"
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class ClaimCell:
     """One claim of one model at one point, or all claims together there.
 
     Parameters
@@ -96,7 +96,7 @@ class Number:
         What is to be known of the value, in a few words; empty if nothing is.
     unmeasured, replicates
         Replicates without a value, and all of them.
-    said
+    words
         What the value was found from, or why there is none.
     n, low, high
         Of a mean: the number of trials, and its 95 % interval.
@@ -112,7 +112,7 @@ class Number:
     mark: str
     unmeasured: int
     replicates: int
-    said: str
+    words: str
     n: int | None = None
     low: float | None = None
     high: float | None = None
@@ -173,39 +173,40 @@ class Counts:
         lost: Counter[tuple[str, str]] = Counter()
         for share in shares:
             for trial in share.trials:
-                for each in share.watchers:
-                    own = self._by_trial.get((trial, each.label), ())
-                    lost[share.experiment, each.name] += not own
-                    rows += ({**row, "model": each.name} for row in own)
-        watchers = [each for share in shares for each in share.watchers]
+                for watcher in share.watchers:
+                    trial_rows = self._by_trial.get((trial, watcher.label), ())
+                    lost[share.experiment, watcher.name] += not trial_rows
+                    rows += ({**row, "model": watcher.name} for row in trial_rows)
+        watchers = [watcher for share in shares for watcher in share.watchers]
         return Replicate(
             tuple(rows), {key: number for key, number in lost.items() if number},
-            {each.name: each.threshold for each in watchers}, {each.name: each.looming for each in watchers},
+            {watcher.name: watcher.threshold for watcher in watchers},
+            {watcher.name: watcher.looming for watcher in watchers},
         )  # fmt: skip
 
     @cached_property
-    def cells(self) -> list[Cell]:
+    def cells(self) -> list[ClaimCell]:
         """The counts of every claim, at every point and of every model; of a map then of all claims together."""
         plan, cells = self.plan, []
         seen: dict[tuple[int, str, str], Outcome] = {}
         for point, model in plan.judged:
-            own: list[Cell] = []
+            point_cells: list[ClaimCell] = []
             for claim, experiment in plan.claims:
                 asked = plan.study.claim_at(claim, dict(point.values)) if plan.study.claim_at else claim
                 outcomes = []
-                for each in self.replicates(point, model):
-                    key = (id(each), claim.id, model)
+                for replicate in self.replicates(point, model):
+                    key = (id(replicate), claim.id, model)
                     if key not in seen or plan.study.claim_at:
-                        seen[key] = _outcome(asked, each, model, experiment)
+                        seen[key] = _outcome(asked, replicate, model, experiment)
                     outcomes.append(seen[key])
-                own.append(Cell(point, model, claim.id, experiment, tuple(outcomes)))
-            cells += own
-            if len(own) > 1 and plan.study.over:
+                point_cells.append(ClaimCell(point, model, claim.id, experiment, tuple(outcomes)))
+            cells += point_cells
+            if len(point_cells) > 1 and plan.study.over:
                 whole = tuple(
                     Outcome(together([outcome.verdict for outcome in column]), "")
-                    for column in zip(*(cell.outcomes for cell in own), strict=True)
+                    for column in zip(*(cell.outcomes for cell in point_cells), strict=True)
                 )
-                cells.append(Cell(point, model, TOGETHER, "", whole))
+                cells.append(ClaimCell(point, model, TOGETHER, "", whole))
         return cells
 
     @cached_property
@@ -218,33 +219,33 @@ class Counts:
         ]
 
     def _number(self, measure: Measure, experiment: str, point: Point, model: str) -> Number:
-        """One measure at one point, on the replicates of which no trial is lost."""
+        """Compute one measure at one point, on the replicates of which no trial is lost."""
         every = self.replicates(point, model)
         threshold = every[0].thresholds[model]
         whole: list[Mapping[str, Any]] = []
         values, why = [], ""
-        for number, each in enumerate(every):
-            lost = each.lost.get((experiment, model), 0)
+        for number, replicate in enumerate(every):
+            lost = replicate.lost.get((experiment, model), 0)
             if lost:
                 of = len(self.plan.shares[point, model, experiment, number].trials)
                 why = f"{lost} of {of} {self.plan.things} have no rows"
                 if not measure.conditions:
                     continue
-            own = [row for row in each.of(model) if row["experiment"] == experiment]
-            value = measure.of(own, threshold).value
-            whole += own
+            rows = [row for row in replicate.of(model) if row["experiment"] == experiment]
+            value = measure.of(rows, threshold).value
+            whole += rows
             if value is not None:
                 values.append(value)
-        found = measure.of(whole, threshold) if whole else None
-        said = "; ".join(filter(None, (why, found.said if found else "")))
+        pooled = measure.of(whole, threshold) if whole else None
+        words = "; ".join(filter(None, (why, pooled.words if pooled else "")))
         lowest, highest = (min(values), max(values)) if values else (None, None)
         number_of = Number(
-            point, model, measure, experiment, found.value if found else None, lowest, highest,
-            found.mark if found else "", len(every) - len(values), len(every), said,
+            point, model, measure, experiment, pooled.value if pooled else None, lowest, highest,
+            pooled.mark if pooled else "", len(every) - len(values), len(every), words,
         )  # fmt: skip
-        return replace(number_of, n=found.n, low=found.low, high=found.high) if found else number_of
+        return replace(number_of, n=pooled.n, low=pooled.low, high=pooled.high) if pooled else number_of
 
-    def cell(self, claim: str, model: str = "", **levels: str) -> Cell:
+    def cell(self, claim: str, model: str = "", **levels: str) -> ClaimCell:
         """Return the cell of a claim; ``model`` and ``levels`` where there are several of these."""
         return next(
             cell
@@ -272,14 +273,15 @@ class Counts:
         ]  # fmt: skip
         of_measures = [
             {
-                **self._values(each.point), **({"model": each.model} if several else {}),
-                "measure": each.measure.name, "experiment": each.experiment, "value": each.value,
-                "unit": each.measure.unit, "lowest": each.lowest, "highest": each.highest,
-                **({} if each.n is None else {"n": each.n, "ci_low": each.low, "ci_high": each.high}),
-                "mark": each.mark, "replicates": each.replicates, "not shown": each.unmeasured, "measured": each.said,
-                **dict(each.measure.conditions),
+                **self._values(number.point), **({"model": number.model} if several else {}),
+                "measure": number.measure.name, "experiment": number.experiment, "value": number.value,
+                "unit": number.measure.unit, "lowest": number.lowest, "highest": number.highest,
+                **({} if number.n is None else {"n": number.n, "ci_low": number.low, "ci_high": number.high}),
+                "mark": number.mark, "replicates": number.replicates, "not shown": number.unmeasured,
+                "measured": number.words,
+                **dict(number.measure.conditions),
             }
-            for each in self.numbers
+            for number in self.numbers
         ]  # fmt: skip
         rows: list[dict[str, Any]] = [*of_claims, *of_measures]
         names = list(dict.fromkeys(name for row in rows for name in row))
@@ -311,29 +313,29 @@ class Counts:
         }  # fmt: skip
 
     def _values(self, point: Point) -> dict[str, float | str]:
-        """The values of the axes at a point."""
+        """Return the values of the axes at a point."""
         return {axis.name: axis.value(label) for axis, (_, label) in zip(self.plan.axes, point.values, strict=True)}
 
 
-def count_columns(own: Count) -> dict[str, Any]:
+def count_columns(counted: Count) -> dict[str, Any]:
     """Return a count as columns: ``holds``, ``fails``, each reason, all replicates, the interval and the word."""
-    low, high = own.interval or (None, None)
-    reasons = {str(reason): own.unjudged.get(reason, 0) for reason in REASONS}
-    return {"holds": own.holds, "fails": own.fails, **reasons, "replicates": own.replicates, "low": low, "high": high,
-            "word": own.word}  # fmt: skip
+    low, high = counted.interval or (None, None)
+    reasons = {str(reason): counted.unjudged.get(reason, 0) for reason in REASONS}
+    return {"holds": counted.holds, "fails": counted.fails, **reasons, "replicates": counted.replicates, "low": low,
+            "high": high, "word": counted.word}  # fmt: skip
 
 
-def _outcome(claim: Claim, own: Replicate, model: str, experiment: str) -> Outcome:
-    """One claim for one model in one replicate."""
+def _outcome(claim: Claim, replicate: Replicate, model: str, experiment: str) -> Outcome:
+    """Judge one claim for one model in one replicate."""
     if model == EVERY_MODEL:
-        return judged(claim, own, experiment)
+        return judged(claim, replicate, experiment)
     if isinstance(claim, ClipClaim):
-        return of_clips(claim, own, experiment)
+        return of_clips(claim, replicate, experiment)
     assert isinstance(claim, RobotClaim)
-    return of_model(claim, own, model, experiment)
+    return of_model(claim, replicate, model, experiment)
 
 
-def regions(cells: Sequence[Cell]) -> list[str]:
+def regions(cells: Sequence[ClaimCell]) -> list[str]:
     """Return how much of the grid each claim holds on, and all together, a line each."""
     lines = []
     for title, chosen in by_claim(cells).items():
@@ -350,10 +352,10 @@ def regions(cells: Sequence[Cell]) -> list[str]:
     return lines
 
 
-def by_claim(cells: Sequence[Cell]) -> dict[str, list[Cell]]:
+def by_claim(cells: Sequence[ClaimCell]) -> dict[str, list[ClaimCell]]:
     """Return the cells of each claim, in order; of several models those of each under a title that names it."""
     several = len({cell.model for cell in cells}) > 1
-    groups: dict[str, list[Cell]] = {}
+    groups: dict[str, list[ClaimCell]] = {}
     for cell in cells:
         groups.setdefault(f"{cell.claim}, {cell.model}" if several else cell.claim, []).append(cell)
     return groups
@@ -363,12 +365,12 @@ def reaches(numbers: Sequence[Number]) -> list[str]:
     """Return from where to where each measure goes over the grid, and at how many points what is to be known."""
     lines = []
     for name, chosen in by_measure(numbers).items():
-        values = [each.value for each in chosen if each.value is not None]
+        values = [number.value for number in chosen if number.value is not None]
         unit = f" {chosen[0].measure.unit}" if chosen[0].measure.unit else ""
         parts = [f"{name} is {min(values):.3g} to {max(values):.3g}{unit}" if values else f"{name} has no value"]
-        marks = [each.mark for each in chosen if each.mark]
+        marks = [number.mark for number in chosen if number.mark]
         parts += [f"{mark} at {marks.count(mark)} of {len(chosen)} points" for mark in dict.fromkeys(marks)]
-        without = sum(each.value is None for each in chosen)
+        without = sum(number.value is None for number in chosen)
         parts += [f"no value at {without} of {len(chosen)}"] if without and values else []
         lines.append("; ".join(parts))
     return lines
@@ -376,8 +378,10 @@ def reaches(numbers: Sequence[Number]) -> list[str]:
 
 def by_measure(numbers: Sequence[Number]) -> dict[str, list[Number]]:
     """Return the numbers of each measure, in order; of several models those of each under a title that names it."""
-    several = len({each.model for each in numbers}) > 1
+    several = len({number.model for number in numbers}) > 1
     groups: dict[str, list[Number]] = {}
-    for each in numbers:
-        groups.setdefault(f"{each.measure.name}, {each.model}" if several else each.measure.name, []).append(each)
+    for number in numbers:
+        groups.setdefault(f"{number.measure.name}, {number.model}" if several else number.measure.name, []).append(
+            number
+        )
     return groups

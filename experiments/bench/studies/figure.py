@@ -16,7 +16,7 @@ from matplotlib.patches import Rectangle
 from experiments.bench.engine.settings import PRESET
 from experiments.bench.figures.plotting import STYLE, headline, plain
 from experiments.bench.store.parameters import in_title
-from experiments.bench.studies.counts import TOGETHER, Cell, Counts, Number, by_claim, by_measure
+from experiments.bench.studies.counts import TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure
 from experiments.bench.studies.grid import Point
 from experiments.bench.studies.plan import StudyPlan
 from experiments.bench.studies.study import Axis, value_text
@@ -52,7 +52,7 @@ class Panel:
     title: str
     columns: tuple[str, ...]
     rows: tuple[str, ...]
-    cells: Mapping[tuple[int, int], Cell | Number]
+    cells: Mapping[tuple[int, int], ClaimCell | Number]
 
 
 def draw(counts: Counts) -> Figure:
@@ -104,13 +104,13 @@ def draw(counts: Counts) -> Figure:
 
 
 def _grids(counts: Counts) -> list[Panel]:
-    """A panel for each claim and measure over the axes, the first across and the second up."""
+    """Return a panel for each claim and measure over the axes, the first across and the second up."""
     across, up = (*counts.plan.axes, None)[:2]
     assert across is not None
     columns = tuple(value_text(value) for value in across.values())
     rows = tuple(value_text(value) for value in up.values()) if up else ("",)
 
-    def place(cell: Cell | Number) -> tuple[int, int]:
+    def place(cell: ClaimCell | Number) -> tuple[int, int]:
         labels = dict(cell.point.values)
         return up.labels.index(labels[up.name]) if up else 0, across.labels.index(labels[across.name])
 
@@ -121,12 +121,12 @@ def _grids(counts: Counts) -> list[Panel]:
     for title, numbers in by_measure(counts.numbers).items():
         unit = f", {numbers[0].measure.unit}" if numbers[0].measure.unit else ""
         about = f"{title}{unit}  ({numbers[0].experiment})"
-        panels.append(Panel(about, columns, rows, {place(each): each for each in numbers}))
+        panels.append(Panel(about, columns, rows, {place(number): number for number in numbers}))
     return panels
 
 
 def _matrix(counts: Counts) -> Panel:
-    """One panel of points with names: points and models down from the first, claims across."""
+    """Return one panel of points with names: points and models down from the first, claims across."""
     plan = counts.plan
     claims = tuple(dict.fromkeys(cell.claim for cell in counts.cells))
     several = len({model for _, model in plan.judged}) > 1
@@ -148,23 +148,24 @@ def _set(plan: StudyPlan) -> dict[str, Any]:
     return {
         key: values
         for key, values in plan.description.get("changed", {}).items()
-        if not key.startswith(ends) and not any(each == key or each.startswith(f"{key}.") for each in moved)
+        if not key.startswith(ends)
+        and not any(moved_key == key or moved_key.startswith(f"{key}.") for moved_key in moved)
     }
 
 
 def _counted(counts: Counts) -> str:
-    """What the cells have, and what a replicate has."""
+    """Say what the cells have, and what a replicate has."""
     plan = counts.plan
     number = f"{plan.replicates} replicate{'s' if plan.replicates > 1 else ''}"
     counted = f"held in n/{plan.replicates} replicates" if counts.cells else number
-    repeats = "/".join(str(each) for each in dict.fromkeys(plan.repeats))
+    repeats = "/".join(str(count) for count in dict.fromkeys(plan.repeats))
     return f"{counted}\n{'each clip once' if plan.things == 'clips' else f'{repeats} repeats each'}"
 
 
 def _claims(axes: Axes, panel: Panel) -> None:
     held = np.zeros((len(panel.rows), len(panel.columns)))
     for (row, column), cell in panel.cells.items():
-        assert isinstance(cell, Cell)
+        assert isinstance(cell, ClaimCell)
         held[row, column] = cell.count.holds / len(cell.outcomes)
         if cell.unjudged:
             axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNJUDGED, ec="#9a9078", hatch="///", lw=0))
@@ -176,33 +177,33 @@ def _claims(axes: Axes, panel: Panel) -> None:
 
 
 def _numbers(axes: Axes, panel: Panel) -> None:
-    """The cells of one measure; a second line has its spread over replicates, or its mark."""
+    """Draw the cells of one measure; a second line has its spread over replicates, or its mark."""
     values = np.full((len(panel.rows), len(panel.columns)), np.nan)
-    for (row, column), each in panel.cells.items():
-        assert isinstance(each, Number)
-        if each.value is None:
+    for (row, column), number in panel.cells.items():
+        assert isinstance(number, Number)
+        if number.value is None:
             axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNJUDGED, ec="#9a9078", hatch="///", lw=0))
         else:
-            values[row, column] = each.value
+            values[row, column] = number.value
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
-    for (row, column), each in panel.cells.items():
-        assert isinstance(each, Number)
-        dark = each.value is not None and high > low and (each.value - low) / (high - low) > 0.6
+    for (row, column), number in panel.cells.items():
+        assert isinstance(number, Number)
+        dark = number.value is not None and high > low and (number.value - low) / (high - low) > 0.6
         style: dict[str, Any] = {"ha": "center", "va": "center", "color": "white" if dark else "black", "zorder": 3}
-        notes = _notes(each)
-        axes.text(column, row + (0.16 if notes else 0.0), each.text(), fontsize=8, **style)
+        notes = _notes(number)
+        axes.text(column, row + (0.16 if notes else 0.0), number.text(), fontsize=8, **style)
         axes.text(column, row - 0.22, notes, fontsize=5.5, **style)
     axes.imshow(values, cmap=SCALE, vmin=low, vmax=high + 0.15 * (high - low), origin="lower", aspect="auto", zorder=0)
     _frame(axes, panel)
 
 
-def _notes(each: Number) -> str:
-    """The second line of a cell: the replicates' lowest and highest value where they differ, and the mark's words."""
+def _notes(number: Number) -> str:
+    """Say, as a cell's second line, the replicates' lowest and highest value if they differ, and the mark's words."""
     spread = ""
-    if each.lowest is not None and each.highest is not None and each.lowest != each.highest:
-        spread = f"{each.lowest:.3g}-{each.highest:.3g}"
-    return ", ".join(filter(None, (spread, SHORT.get(each.mark, each.mark))))
+    if number.lowest is not None and number.highest is not None and number.lowest != number.highest:
+        spread = f"{number.lowest:.3g}-{number.highest:.3g}"
+    return ", ".join(filter(None, (spread, SHORT.get(number.mark, number.mark))))
 
 
 def _frame(axes: Axes, panel: Panel) -> None:
@@ -230,7 +231,7 @@ def _mark_default(axes: Axes, across: Axis, up: Axis | None) -> None:
 
 
 def place(axis: Axis) -> float | None:
-    """Where the default lies among an axis's levels: 0 at the first, between two levels a fraction.
+    """Find where the default lies among an axis's levels: 0 at the first, between two levels a fraction.
 
     ``None`` where there is no default, or it is outside of the levels, or they are texts and it is none of them.
     """

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import PRESET, ConfiguredModel, Shown
+from experiments.bench.engine.models import PRESET, ConfiguredModel, SelectedModel
 from experiments.bench.engine.settings import changed, collect, names, preset_of, unit_of
 from experiments.bench.store.parameters import Parameters
 from experiments.bench.studies.study import Axis, Level
@@ -247,40 +247,40 @@ def columns(called: Iterable[tuple[str, Point, Base]], axes: Sequence[Axis]) -> 
 def by_rendering(values: Iterable[Values], sections: Collection[str]) -> dict[Values, list[Values]]:
     """Group what points set by their values outside of the models' ``sections``: those that share a rendering."""
     groups: dict[Values, list[Values]] = {}
-    for own in dict.fromkeys(values):
-        outside = tuple((key, value) for key, value in own if key.partition(".")[0] not in sections)
-        groups.setdefault(outside, []).append(own)
+    for point_values in dict.fromkeys(values):
+        outside = tuple((key, value) for key, value in point_values if key.partition(".")[0] not in sections)
+        groups.setdefault(outside, []).append(point_values)
     return groups
 
 
-def check_settled(values: Values, shown: Sequence[Shown]) -> None:
+def check_settled(values: Values, selected: Sequence[SelectedModel]) -> None:
     """Raise `UsageError` for a key of a point that the models have settled themselves, as ``dsnn:n_con=4`` does."""
     for key, value in values:
         section, _, name = key.partition(".")
-        if name == PRESET and section in {model.section for model in shown}:
+        if name == PRESET and section in {model.section for model in selected}:
             instead = f"--model {section}:{PRESET}={value} shows it"
             raise UsageError(f"--over {key}={value}: a preset of a model is not varied; {instead}")
-        owners = [model for model in shown if key.startswith(f"{model.section}.")]
+        owners = [model for model in selected if key.startswith(f"{model.section}.")]
         if owners and not any(own_values(model, values).get(key) for model in owners):
             raise UsageError(f"--over {key}={value}: --model {owners[0].asked.text} has settled that itself")
 
 
-def own_values(model: Shown, values: Values) -> dict[str, str]:
+def own_values(model: SelectedModel, values: Values) -> dict[str, str]:
     """Return those values of a point that a model takes: of its section, and not settled by ``--model`` itself."""
-    fields = {field.name for field in dataclasses.fields(model.chosen.network)} - model.asked.own.keys()
+    fields = {field.name for field in dataclasses.fields(model.chosen.network)} - model.asked.values.keys()
     return {key: value for key, value in values if key in {f"{model.section}.{name}" for name in fields}}
 
 
-def variant(base: ConfiguredModel, called: str, own: Mapping[str, str]) -> ConfiguredModel:
+def variant(base: ConfiguredModel, called: str, texts: Mapping[str, str]) -> ConfiguredModel:
     """Return a model under another label, with values typed after ``--over``; `UsageError` if one is not legal."""
-    changes = {key.partition(".")[2]: value for key, value in own.items()}
-    typed = {key.partition(".")[2]: f"--over {key}={value}" for key, value in own.items()}
+    changes = {key.partition(".")[2]: value for key, value in texts.items()}
+    typed = {key.partition(".")[2]: f"--over {key}={value}" for key, value in texts.items()}
     network = changed("", base.network, changes, lambda name, _: typed.get(name, name))
     return dataclasses.replace(base, label=called, network=network)
 
 
 def _default(key: str, bases: Sequence[Base]) -> float | str | None:
-    """What a key stands for in the experiments, as an axis has it; ``None`` where they differ or it has several."""
+    """Find what a key stands for in experiments, as an axis has it; ``None`` where they differ or it has several."""
     name, end = apart(key)
     values = {base.present(name) for base in bases if base.knows(name)}
     value = values.pop() if len(values) == 1 else None
@@ -294,7 +294,7 @@ def _default(key: str, bases: Sequence[Base]) -> float | str | None:
 
 
 def _unit(key: str, bases: Sequence[Base]) -> str:
-    """The unit that a parameter declares; empty where it has none."""
+    """Return the unit that a parameter declares; empty where it has none."""
     name, _ = apart(key)
     knowing = next(base for base in bases if base.knows(name))
     section, _, parameter = name.partition(".")

@@ -35,7 +35,7 @@ class Measured:
         The number; ``None`` where there is none.
     mark
         What is to be known of it, in a few words; empty if nothing is.
-    said
+    words
         What it was found from, or why there is none.
     n, low, high
         Of a mean: the number of trials, and its 95 % interval.
@@ -43,7 +43,7 @@ class Measured:
 
     value: float | None
     mark: str = ""
-    said: str = ""
+    words: str = ""
     n: int | None = None
     low: float | None = None
     high: float | None = None
@@ -91,11 +91,13 @@ class Measure:
 
 
 def _crossings(conditions: Sequence[Condition]) -> bool:
-    """Whether the rightward crossings among conditions differ in speed alone, and have enough speeds."""
-    own = [each for each in conditions if (each.motion, each.direction) == ("translation", "rightward")]
+    """Return whether the rightward crossings among conditions differ in speed alone, and have enough speeds."""
+    crossings = [
+        condition for condition in conditions if (condition.motion, condition.direction) == ("translation", "rightward")
+    ]
     others = [name for name in CONDITION_COLUMNS if name != "speed_cm_s"]
-    alike = {tuple(getattr(each, name) for name in others) for each in own}
-    return len(alike) == 1 and len({each.speed_cm_s for each in own}) >= LEAST_SPEEDS
+    alike = {tuple(getattr(condition, name) for name in others) for condition in crossings}
+    return len(alike) == 1 and len({condition.speed_cm_s for condition in crossings}) >= LEAST_SPEEDS
 
 
 def peak_speed(rows: Rows, _threshold: float | None, *, column: str) -> Measured:
@@ -114,17 +116,17 @@ def peak_speed(rows: Rows, _threshold: float | None, *, column: str) -> Measured
         In cm/s; of equal means the lowest speed. None where no mean is above 0, and where trials are not what their
         conditions say. ``mark`` says where it is at an end of the speeds shown: the true peak may lie beyond.
     """
-    own = [row for row in rows if (row["motion"], row["direction"]) == ("translation", "rightward")]
-    wrong = unreadable(own, [column]) or flaws(own)
-    if wrong or not own:
-        return Measured(None, said=f"of the trials {wrong}" if wrong else "no rightward crossings")
-    means = {speed: peaks.mean(values) for speed, values in sorted(peaks.curve(own, column).items())}
+    crossings = [row for row in rows if (row["motion"], row["direction"]) == ("translation", "rightward")]
+    wrong = unreadable(crossings, [column]) or flaws(crossings)
+    if wrong or not crossings:
+        return Measured(None, words=f"of the trials {wrong}" if wrong else "no rightward crossings")
+    means = {speed: peaks.mean(values) for speed, values in sorted(peaks.curve(crossings, column).items())}
     listed = ", ".join(f"{mean:.3g} at {speed:g}" for speed, mean in means.items())
-    said = f"mean over trials of {column}: {listed} cm/s"
-    found = peaks.peak(means)
-    if found.mean <= 0.0:
-        return Measured(None, said=f"none is above 0; {said}")
-    return Measured(found.speed, "at the end of the range" if found.end else "", said)
+    words = f"mean over trials of {column}: {listed} cm/s"
+    highest = peaks.peak(means)
+    if highest.mean <= 0.0:
+        return Measured(None, words=f"none is above 0; {words}")
+    return Measured(highest.speed, "at the end of the range" if highest.end else "", words)
 
 
 def _crossing_clips(params: Sequence[ClipParams]) -> bool:
@@ -132,7 +134,7 @@ def _crossing_clips(params: Sequence[ClipParams]) -> bool:
 
 
 def _rightward(params: ClipParams) -> bool:
-    """Whether a clip shows an object that moves rightward."""
+    """Return whether a clip shows an object that moves rightward."""
     return getattr(params, "motion", "") == "rightward" and getattr(params, "object", "") != "absent"
 
 
@@ -151,15 +153,17 @@ def least_peak(rows: Rows, threshold: float | None) -> Measured:
     Measured
         The potential. ``mark`` says where it does not pass T, as C6 asks of every crossing.
     """
-    own = [row for row in rows if row["motion"] == "rightward" and row["object"] != "absent"]
-    wrong = unreadable(own, POTENTIALS)
-    if wrong or not own:
-        return Measured(None, said=f"of the clips {wrong}" if wrong else "no rightward crossings")
-    peak = {clip: min(row["peak_hs"] for row in each) for clip, each in group(own, "clip", "seed").items()}
-    said = ", ".join(f"{clip} at seed {seed}: {value:.3f}" for (clip, seed), value in peak.items())
+    crossings = [row for row in rows if row["motion"] == "rightward" and row["object"] != "absent"]
+    wrong = unreadable(crossings, POTENTIALS)
+    if wrong or not crossings:
+        return Measured(None, words=f"of the clips {wrong}" if wrong else "no rightward crossings")
+    peak = {
+        clip: min(row["peak_hs"] for row in clip_rows) for clip, clip_rows in group(crossings, "clip", "seed").items()
+    }
+    listed = ", ".join(f"{clip} at seed {seed}: {value:.3f}" for (clip, seed), value in peak.items())
     least = float(min(peak.values()))
     below = threshold is not None and least <= threshold
-    return Measured(least, "below T" if below else "", f"peak HS of {said}")
+    return Measured(least, "below T" if below else "", f"peak HS of {listed}")
 
 
 _SPEEDS = f"rightward crossings at {LEAST_SPEEDS} speeds or more, all else equal"
@@ -184,15 +188,15 @@ def spikes_in(conditions: Sequence[Condition]) -> list[Measure]:
     Each is called by the columns in which conditions differ.
     """
     whole = list(dict.fromkeys(conditions))
-    names = [name for name in CONDITION_COLUMNS if len({getattr(each, name) for each in whole}) > 1]
+    names = [name for name in CONDITION_COLUMNS if len({getattr(condition, name) for condition in whole}) > 1]
     return [
         Measure(
-            f"{SPIKES}: {', '.join(f'{name}={_text(getattr(each, name))}' for name in names)}" if names else SPIKES,
-            "mean number of spikes in a trial", "", "robot", "that condition", lambda _: True,
-            partial(mean_spikes, condition=tuple((name, getattr(each, name)) for name in CONDITION_COLUMNS)),
-            (each.motion,), tuple((name, getattr(each, name)) for name in CONDITION_COLUMNS),
+            f"{SPIKES}: {', '.join(f'{name}={_text(getattr(condition, name))}' for name in names)}"
+            if names else SPIKES, "mean number of spikes in a trial", "", "robot", "that condition", lambda _: True,
+            partial(mean_spikes, condition=tuple((name, getattr(condition, name)) for name in CONDITION_COLUMNS)),
+            (condition.motion,), tuple((name, getattr(condition, name)) for name in CONDITION_COLUMNS),
         )
-        for each in whole
+        for condition in whole
     ]  # fmt: skip
 
 
@@ -215,9 +219,9 @@ def mean_spikes(rows: Rows, _threshold: float | None, *, condition: tuple[tuple[
     Measured
         None of a model that does not spike, and where no trial has that condition.
     """
-    own = [row for row in rows if all(row[name] == value for name, value in condition)]
-    spikes = [row["spikes"] for row in own if row["spikes"] is not None]
+    trials = [row for row in rows if all(row[name] == value for name, value in condition)]
+    spikes = [row["spikes"] for row in trials if row["spikes"] is not None]
     if not spikes:
-        return Measured(None, said="no trial there" if not own else "it does not spike", n=len(own))
+        return Measured(None, words="no trial there" if not trials else "it does not spike", n=len(trials))
     summary = summarise(spikes)
-    return Measured(summary.mean, n=len(own), low=known(summary.ci_low), high=known(summary.ci_high))
+    return Measured(summary.mean, n=len(trials), low=known(summary.ci_low), high=known(summary.ci_high))

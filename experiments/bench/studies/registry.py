@@ -44,5 +44,5 @@ def _of_file(path: Path) -> Study:
         raise UsageError(f"{path}: STUDY is a {type(study).__name__}, expected an experiments.Study")
     models = tuple(beside(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
     folder = path.resolve().parent
-    experiments = tuple(str(folder / each) if is_file(each) else each for each in study.experiments)
+    experiments = tuple(str(folder / name) if is_file(name) else name for name in study.experiments)
     return dataclasses.replace(study, models=models, experiments=experiments, file=str(path.resolve()))

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.engine.models import ConfiguredModel, Shown, look_up
+from experiments.bench.engine.models import ConfiguredModel, SelectedModel, look_up
 from experiments.bench.engine.settings import check_counts
 from experiments.bench.robot.claims import RobotClaim, find
 from experiments.bench.robot.experiment import Experiment, TrialSpec
@@ -69,42 +69,46 @@ def planned(
     """
     check_counts(seed, study.replicates, "--replicates")
     choice.check_names([experiment.name for experiment in experiments])
-    shown = {each.name: look_up(models_in.get(each.name, study.models)) for each in experiments}
+    selected = {experiment.name: look_up(models_in.get(experiment.name, study.models)) for experiment in experiments}
     models = tuple(model.chosen for model in look_up(study.models))
     claims = choice.claims(experiments, study, find, lambda claim: "" if models_in else _refused(claim, models),
                            counts_spikes=True)  # fmt: skip
     declared = {
-        (each.name, model.asked.text): _base(each, model.asked.text, sections(each, [model.asked.text]))
-        for each in experiments
-        for model in shown[each.name]
+        (experiment.name, model.asked.text): _base(
+            experiment, model.asked.text, sections(experiment, [model.asked.text])
+        )
+        for experiment in experiments
+        for model in selected[experiment.name]
     }
     grid.check_assignments(list(declared.values()), study.assignments)
     plans = {
-        (each.name, model.asked.text): plan(
-            each, [model.asked.text], declared[each.name, model.asked.text].applying(study.assignments), study.repeats,
-            seed,
+        (experiment.name, model.asked.text): plan(
+            experiment, [model.asked.text], declared[experiment.name, model.asked.text].applying(study.assignments),
+            study.repeats, seed,
         )
-        for each in experiments
-        for model in shown[each.name]
+        for experiment in experiments
+        for model in selected[experiment.name]
     }  # fmt: skip
-    bases = {key: _of_plan(own, key[1]) for key, own in plans.items()}
-    conditions = {name: own.experiment.conditions() for (name, _), own in plans.items()}
+    bases = {key: _of_plan(run_plan, key[1]) for key, run_plan in plans.items()}
+    conditions = {name: run_plan.experiment.conditions() for (name, _), run_plan in plans.items()}
     of_spikes = not claims and not study.measures
     channels = [channel for model in models for channel in model.channels]
     measures = choice.measures(conditions, study, "robot", channels, of_spikes=of_spikes)
     on = {name for _, name in (*claims, *measures)}
-    answering = [each for each in experiments if models_in or each.name in on]
-    there = {key: base for key, base in bases.items() if key[0] in {each.name for each in answering}}
+    answering = [experiment for experiment in experiments if models_in or experiment.name in on]
+    there = {key: base for key, base in bases.items() if key[0] in {experiment.name for experiment in answering}}
     grid.check_assignments([declared[key] for key in there], study.assignments)
-    _check_repeats(claims, {name: own.repeats for (name, _), own in plans.items()}, study)
+    _check_repeats(claims, {name: run_plan.repeats for (name, _), run_plan in plans.items()}, study)
     grid.check_levels(study.axes, list(there.values()), study.name, TRIAL_SCHEMA.names)
     axes = study.axes + (grid.axes_of(study.over, list(there.values()), study.assignments) if study.over else ())
     points = grid.points_of([(axis.name, axis.labels) for axis in axes])
     renderings: list[Rendering] = []
     called: list[tuple[str, Point, Base]] = []
-    for each in answering:
-        made, names = _renderings(each, shown[each.name], there, axes, points, study, seed, bool(models_in))
-        renderings += made
+    for experiment in answering:
+        added, names = _renderings(
+            experiment, selected[experiment.name], there, axes, points, study, seed, bool(models_in)
+        )
+        renderings += added
         called += names
     if any(measure.conditions for measure, _ in measures):  # an axis may move the conditions themselves
         every = {name: [c for part in renderings if part.plan.experiment.name == name
@@ -120,9 +124,9 @@ def planned(
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate in range(study.replicates):
         for part in renderings:
-            own = _specs(part.plan, replicate, len(specs), motions)
-            numbers = range(len(specs), len(specs) + len(own))
-            specs += own
+            replicate_specs = _specs(part.plan, replicate, len(specs), motions)
+            numbers = range(len(specs), len(specs) + len(replicate_specs))
+            specs += replicate_specs
             for (point, model), watchers in part.watchers.items():
                 name = part.plan.experiment.name
                 shares[point, model, name, replicate] = Share(name, replicate, numbers, watchers)
@@ -131,11 +135,15 @@ def planned(
     names_in_order = {model.label: place for place, model in enumerate(models)}
     judged = tuple(sorted(judged, key=lambda key: (order[key[0]], names_in_order.get(key[1], 0))))
     parameters = grid.columns(called, axes)
-    first = {name: own for (name, _), own in reversed(plans.items()) if name in {each.name for each in answering}}
-    own_plans = [first[each.name] for each in answering]
+    first = {
+        name: run_plan
+        for (name, _), run_plan in reversed(plans.items())
+        if name in {experiment.name for experiment in answering}
+    }
+    own_plans = [first[experiment.name] for experiment in answering]
     return StudyPlan(
         study, claims, measures, axes, tuple(points), models, judged, seed, study.replicates,
-        tuple(each.repeats for each in own_plans), tuple(specs), shares,
+        tuple(run_plan.repeats for run_plan in own_plans), tuple(specs), shares,
         study_description(_description(own_plans, study, renderings, parameters, len(specs)), axes, claims, measures,
                           study.replicates),
         parameters,
@@ -143,7 +151,7 @@ def planned(
 
 
 def _refused(claim: RobotClaim, models: Sequence[ConfiguredModel]) -> str:
-    """Why a claim is about none of the models judged, in words; empty if it is about one."""
+    """Say why a claim is about none of the models judged, in words; empty if it is about one."""
     labels = ", ".join(model.label for model in models)
     channel = "looming" if claim.about == "looming" else "hs"
     if not any(channel in model.channels for model in models):
@@ -158,23 +166,23 @@ def _base(experiment: Experiment, model: str, values: dict[str, Any]) -> Base:
     return Base(experiment.name, model, {section: (value,) for section, value in values.items()})
 
 
-def _of_plan(own: Plan, model: str) -> Base:
-    """An experiment before one model as its plan has it: with the values of ``--set``."""
-    settings = own.settings
-    (shown,) = look_up([model])
-    section = shown.section
+def _of_plan(run_plan: Plan, model: str) -> Base:
+    """Return an experiment before one model as its plan has it: with the values of ``--set``."""
+    settings = run_plan.settings
+    (selected,) = look_up([model])
+    section = selected.section
     values = {section: settings.models[0].network, "robot": settings.robot, "camera": settings.camera,
-              "scene": settings.scene, "experiment": own.experiment.design}  # fmt: skip
-    settled = frozenset(f"{section}.{name}" for name in shown.asked.own)
-    return dataclasses.replace(_base(own.experiment, settings.models[0].label, values), settled=settled)
+              "scene": settings.scene, "experiment": run_plan.experiment.design}  # fmt: skip
+    settled = frozenset(f"{section}.{name}" for name in selected.asked.values)
+    return dataclasses.replace(_base(run_plan.experiment, settings.models[0].label, values), settled=settled)
 
 
 def _renderings(
-    declared: Experiment, shown: Sequence[Shown], bases: Mapping[tuple[str, str], Base], axes: Sequence[Axis],
-    points: Sequence[Point], study: Study, seed: int, together: bool,
+    declared: Experiment, selected: Sequence[SelectedModel], bases: Mapping[tuple[str, str], Base],
+    axes: Sequence[Axis], points: Sequence[Point], study: Study, seed: int, together: bool,
 ) -> tuple[list[Rendering], list[tuple[str, Point, Base]]]:  # fmt: skip
-    """The renderings of one experiment; and every label in them, with its point and the experiment before it."""
-    texts = [model.asked.text for model in shown]
+    """Return the renderings of one experiment; and every label in them, with its point and the experiment before it."""
+    texts = [model.asked.text for model in selected]
     values = {
         (point, model): grid.expanded(point, axes, bases[declared.name, model])
         for point in points
@@ -182,13 +190,13 @@ def _renderings(
     }
     if study.over:
         whole = _base(declared, "", sections(declared, texts))
-        grid.check_settled(grid.expanded(points[0], axes, whole), shown)
-    inside = {model.section for model in shown}
+        grid.check_settled(grid.expanded(points[0], axes, whole), selected)
+    inside = {model.section for model in selected}
     renderings: list[Rendering] = []
     called: list[tuple[str, Point, Base]] = []
     for outside, members in grid.by_rendering(values.values(), inside).items():
-        keys = [key for key, own in values.items() if own in members]
-        here = [model for model in shown if any(model.asked.text == asked for _, asked in keys)]
+        keys = [key for key, point_values in values.items() if point_values in members]
+        here = [model for model in selected if any(model.asked.text == asked for _, asked in keys)]
         common = _planned(declared, here, study, outside, bases, seed)
         variants: dict[str, ConfiguredModel] = {}
         labels: dict[tuple[Point, str], Watcher] = {}
@@ -198,18 +206,18 @@ def _renderings(
             for point, asked in keys:
                 if asked != model.asked.text:
                     continue
-                own = values[point, asked]
-                prefix = "" if model is shown[0] else chosen.label
-                name = known.setdefault((asked, own), grid.label(point, axes, base, prefix))
+                point_values = values[point, asked]
+                prefix = "" if model is selected[0] else chosen.label
+                name = known.setdefault((asked, point_values), grid.label(point, axes, base, prefix))
                 called.append((name, point, base))
                 if name not in variants:
-                    variants[name] = grid.variant(chosen, name, grid.own_values(model, own))
+                    variants[name] = grid.variant(chosen, name, grid.own_values(model, point_values))
                 labels[point, chosen.label] = Watcher.of(variants[name], chosen.label)
         settings = dataclasses.replace(common.settings, models=tuple(variants.values()))
-        watchers: dict[tuple[Point, str], tuple[Watcher, ...]] = {key: (own,) for key, own in labels.items()}
+        watchers: dict[tuple[Point, str], tuple[Watcher, ...]] = {key: (watcher,) for key, watcher in labels.items()}
         if together:
             watchers = {
-                (point, EVERY_MODEL): tuple(own for (where, _), own in labels.items() if where == point)
+                (point, EVERY_MODEL): tuple(watcher for (where, _), watcher in labels.items() if where == point)
                 for point, _ in labels
             }
         renderings.append(Rendering(dataclasses.replace(common, settings=settings), watchers))
@@ -217,12 +225,12 @@ def _renderings(
 
 
 def _planned(
-    declared: Experiment, shown: Sequence[Shown], study: Study, outside: Values,
+    declared: Experiment, selected: Sequence[SelectedModel], study: Study, outside: Values,
     bases: Mapping[tuple[str, str], Base], seed: int,
 ) -> Plan:  # fmt: skip
-    """The plan of one rendering; a refusal names the option that its value came by."""
+    """Return the plan of one rendering; a refusal names the option that its value came by."""
     over = [f"{key}={value}" for key, value in outside]
-    texts = [model.asked.text for model in shown]
+    texts = [model.asked.text for model in selected]
     known = {text for model in texts for text in bases[declared.name, model].applying(study.assignments)}
     assignments = [text for text in study.assignments if text in known]
     try:
@@ -245,7 +253,7 @@ def _motions(claims: Claims, measures: Measures) -> Mapping[str, set[str]]:
 
 
 def _specs(part: Plan, replicate: int, first: int, motions: Mapping[str, set[str]] | None) -> list[TrialSpec]:
-    """The trials of a rendering in one replicate, numbered from ``first``; their seeds are those of a run alone.
+    """Return the trials of a rendering in one replicate, numbered from ``first``; their seeds are those of a run alone.
 
     Repeat r of replicate k counts as k times the number of repeats, plus r.
     """
@@ -270,17 +278,17 @@ def _check_repeats(claims: Claims, repeats: Mapping[str, int], study: Study) -> 
 def _description(
     plans: Sequence[Plan], study: Study, renderings: Sequence[Rendering], parameters: Mapping[str, Any], trials: int
 ) -> dict[str, Any]:
-    """What ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
+    """Return what ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
     first = plans[0]
-    models = {model.label: model for each in renderings for model in each.plan.settings.models}
+    models = {model.label: model for rendering in renderings for model in rendering.plan.settings.models}
     sources = [model.source for model in models.values()]
-    files = [path for each in plans for path in provenance.of((), each.experiment)["files"]]
-    changed = {key: values for each in plans for key, values in each.changed().items()}
+    files = [path for run_plan in plans for path in provenance.of((), run_plan.experiment)["files"]]
+    changed = {key: values for run_plan in plans for key, values in run_plan.changed().items()}
     return {
         **describe(first),
         "kind": "map" if study.over else "study",
-        "experiments": [each.experiment for each in plans],
-        "repeats": [each.repeats for each in plans],
+        "experiments": [run_plan.experiment for run_plan in plans],
+        "repeats": [run_plan.repeats for run_plan in plans],
         "trials": trials,
         "models": tuple(models.values()),
         "changed": {**changed, **parameters},

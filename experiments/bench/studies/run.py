@@ -53,8 +53,8 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         The experiments are of both kinds, or something that the study asks for is not legal.
     """
     experiments = [registry.find(name) for name in study.experiments or answering(study.claims)]
-    with_robot = [each for each in experiments if isinstance(each, Experiment)]
-    offline = [each for each in experiments if isinstance(each, OfflineExperiment)]
+    with_robot = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
+    offline = [experiment for experiment in experiments if isinstance(experiment, OfflineExperiment)]
     if with_robot and offline:
         both = f"{with_robot[0].name} has a robot and {offline[0].name} is off-line"
         raise UsageError(f"EXPERIMENT: {both}; a study has experiments of one kind")

@@ -18,14 +18,14 @@ def studies(folder: Path) -> dict[str, dict[str, Any]]:
 
     Of several of a name that in the folder itself counts, or else the first. A file that cannot be read is left out.
     """
-    found: dict[str, dict[str, Any]] = {}
+    tables: dict[str, dict[str, Any]] = {}
     for path in (*sorted(folder.glob("*.json")), *sorted(folder.glob("*/*.json"))):
-        if path.stem in found or path.stem in OTHERS:
+        if path.stem in tables or path.stem in OTHERS:
             continue
         table = read(path.parent, path.stem)
         if isinstance(table, dict) and table.get("form") == FORM and table.get("study") == path.stem:
-            found[path.stem] = table
-    return found
+            tables[path.stem] = table
+    return tables
 
 
 def read(folder: Path, name: str) -> Any:

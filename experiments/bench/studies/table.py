@@ -9,7 +9,7 @@ from typing import Any
 from rich.table import Table
 
 from experiments.bench.engine.terminal import out_console, show_line, show_places, show_table
-from experiments.bench.studies.counts import TOGETHER, Cell, Counts, Number, by_claim, by_measure, reaches, regions
+from experiments.bench.studies.counts import TOGETHER, ClaimCell, Counts, Number, by_claim, by_measure, reaches, regions
 from experiments.bench.studies.figure import row_label
 from experiments.bench.studies.run import TABLE
 
@@ -46,7 +46,7 @@ def show_counts(counts: Counts) -> None:
 
 
 def _show_grids(counts: Counts) -> None:
-    """A table over the axes for each claim and measure."""
+    """Print a table over the axes for each claim and measure."""
     for title, cells in by_claim(counts.cells).items():
         what = "all claims together" if cells[0].claim == TOGETHER else f"{title}, judged on {cells[0].experiment}"
         out_console.print(f"{what}: held in n of {len(cells[0].outcomes)}", markup=False, style="bold")
@@ -65,7 +65,7 @@ def _show_grids(counts: Counts) -> None:
     for line in (*regions(counts.cells), *reaches(counts.numbers)):
         out_console.print(line, markup=False)
     _show_marks(counts)
-    if any(each.mark for each in counts.numbers):
+    if any(number.mark for number in counts.numbers):
         out_console.print(f"*: what the lines above say of a number; {TABLE} has it for each point", markup=False)
 
 
@@ -76,8 +76,8 @@ def _show_marks(counts: Counts) -> None:
         out_console.print("v: kept in some replicate by a model that answers no translation either", markup=False)
 
 
-def _grid(counts: Counts, cells: Sequence[Cell] | Sequence[Number]) -> Table:
-    """The first axis across, the second down from its highest level, as in the figure."""
+def _grid(counts: Counts, cells: Sequence[ClaimCell] | Sequence[Number]) -> Table:
+    """Return the first axis across, the second down from its highest level, as in the figure."""
     across, up = (*counts.plan.axes, None)[:2]
     assert across is not None
     table = Table(box=None, header_style="bold", pad_edge=False)
@@ -91,7 +91,7 @@ def _grid(counts: Counts, cells: Sequence[Cell] | Sequence[Number]) -> Table:
 
 
 def _show_matrix(counts: Counts) -> None:
-    """A row for each point and model, a column for each claim."""
+    """Print a row for each point and model, a column for each claim."""
     plan, several = counts.plan, len({model for _, model in counts.plan.judged}) > 1
     claims = list(dict.fromkeys(cell.claim for cell in counts.cells))
     table = Table(box=None, header_style="bold", pad_edge=False, title=f"held in k of {plan.replicates} replicates")
@@ -107,12 +107,12 @@ def _show_matrix(counts: Counts) -> None:
     _show_marks(counts)
 
 
-def _mark(cell: Cell) -> str:
+def _mark(cell: ClaimCell) -> str:
     return f"{'v' if 'silent model' in cell.count.unjudged else ''}{'?' if cell.unjudged else ''}"
 
 
-def _marked(cell: Cell | Number) -> str:
-    """A cell with what marks it."""
+def _marked(cell: ClaimCell | Number) -> str:
+    """Return a cell with what marks it."""
     if isinstance(cell, Number):
         return f"{cell.text()}{'*' if cell.mark else ''}"
     return f"{cell.text()}{'?' if cell.unjudged else ''}"
@@ -134,7 +134,7 @@ def show_rows(title: str, rows: Sequence[Mapping[str, Any]]) -> None:
     show_table(table)
     for name in long:
         for row in (row for row in rows if row[name]):
-            first = [cell_text(row[each]) for each in short if isinstance(row[each], str)][:2]
+            first = [cell_text(row[column]) for column in short if isinstance(row[column], str)][:2]
             show_line(f"{', '.join(first)}: {row[name]}", 4)
 
 
@@ -145,5 +145,5 @@ def cell_text(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.3g}"
     if isinstance(value, list | tuple):
-        return ", ".join(cell_text(each) for each in value)
+        return ", ".join(cell_text(item) for item in value)
     return str(value)

@@ -40,7 +40,7 @@ class Steered(gym.Wrapper[Vector, Vector, Vector, Vector]):
 
 
 def steered(about: About) -> Steered:
-    """A new env of the kind that ``about`` names, with this process kept to one thread."""
+    """Return a new env of the kind that ``about`` names, with this process kept to one thread."""
     cv2.setNumThreads(1)
     threadpool_limits(1)
     return Steered(gym.make(about.env, observation="neural", model=about.model, **about.options), about.steering)

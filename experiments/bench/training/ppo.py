@@ -65,13 +65,13 @@ def train(about: About, progress: Progress) -> Learnt:
 
 
 def exported(model: PPO, about: About) -> Policy:
-    """The policy of a model, as plain arrays; it is about as many steps as the model has made."""
+    """Return the policy of a model, as plain arrays; it is about as many steps as the model has made."""
     net = model.policy.mlp_extractor.policy_net
     linear = [*(part for part in net if isinstance(part, torch.nn.Linear)), model.policy.action_net]
     layers: list[Layer] = [(_array(part.weight), _array(part.bias)) for part in linear]
-    made = {name: importlib.metadata.version(name) for name in ("stable-baselines3", "torch")}
+    libraries = {name: importlib.metadata.version(name) for name in ("stable-baselines3", "torch")}
     values = {name: getattr(about, name) for name in ("env", "options", "model", "seed", "envs", "hidden", "steering")}
-    return Policy(About(**values, steps=model.num_timesteps, versions=versions() | made), layers)
+    return Policy(About(**values, steps=model.num_timesteps, versions=versions() | libraries), layers)
 
 
 def _array(tensor: torch.Tensor) -> np.ndarray[Any, np.dtype[np.float32]]:
@@ -105,7 +105,7 @@ class _Watcher:
 
 @contextlib.contextmanager
 def _envs(about: About) -> Iterator[VecEnv]:
-    """One env in this process, several in one each; their processes are gone afterwards."""
+    """Yield one env in this process, several in one each; their processes are gone afterwards."""
     given: dict[str, Any] = {"env_kwargs": {"about": about}}
     if about.envs > 1:
         given |= {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}

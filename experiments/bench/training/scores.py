@@ -27,7 +27,7 @@ TRAINED = "PPO"
 
 
 def interquartile_mean(scores: npt.ArrayLike, seed: int) -> Score:
-    """The mean of the middle half of all scores, with its 95 % interval over training seeds.
+    """Return the mean of the middle half of all scores, with its 95 % interval over training seeds.
 
     Of N scores the int(N / 4) lowest and as many highest are left out: of five runs of one task, one each. The interval
     has the percentiles of resamples, in which runs are drawn with replacement within each task. It says how far the
@@ -64,8 +64,8 @@ def interquartile_mean(scores: npt.ArrayLike, seed: int) -> Score:
         raise ValueError(f"scores of shape {runs.shape}: legal are finite numbers of one run or more")
     tasks = runs.reshape(len(runs), -1).T
 
-    def aggregate(*each: npt.NDArray[np.float64], axis: int = -1) -> npt.NDArray[np.float64]:
-        return np.asarray(stats.trim_mean(np.concatenate(each, axis=axis), CUT, axis=axis))
+    def aggregate(*samples: npt.NDArray[np.float64], axis: int = -1) -> npt.NDArray[np.float64]:
+        return np.asarray(stats.trim_mean(np.concatenate(samples, axis=axis), CUT, axis=axis))
 
     value = float(aggregate(*tasks))
     if tasks.shape[1] < 2:
@@ -78,7 +78,7 @@ def interquartile_mean(scores: npt.ArrayLike, seed: int) -> Score:
 
 
 def of_runs(runs: Sequence[Standing], measure: str) -> list[float]:
-    """The score of each training seed by one of its env's measures: the mean over its episodes.
+    """Return the score of each training seed by one of its env's measures: the mean over its episodes.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def of_runs(runs: Sequence[Standing], measure: str) -> list[float]:
 
 
 def together(runs: Sequence[Standing], seed: int) -> Standing:
-    """All training seeds as one: the interquartile mean of each measure.
+    """Return all training seeds as one: the interquartile mean of each measure.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def together(runs: Sequence[Standing], seed: int) -> Standing:
 def rows(
     standings: Sequence[Standing], env: str, episodes: int, made_by: Mapping[str, object]
 ) -> list[dict[str, object]]:
-    """The rows of ``policies.csv``: one per behaviour and measure.
+    """Return the rows of ``policies.csv``: one per behaviour and measure.
 
     Parameters
     ----------

@@ -227,7 +227,7 @@ def _finished(study: Study, folder: Path, seed: int) -> bool:
 
 
 def _said(value: object) -> str:
-    """A value in few words: seeds by their ends."""
+    """Return a value in few words: seeds by their ends."""
     if isinstance(value, list) and len(value) > 2:
         return f"{value[0]} to {value[-1]}"
     return str(value)

@@ -40,7 +40,7 @@ def described(studied: Studied) -> str:
 
 
 def _table(studied: Studied) -> Table:
-    """Two lines a behaviour: the values, and below them their intervals."""
+    """Return two lines a behaviour: the values, and below them their intervals."""
     table = Table(box=None, header_style="bold", pad_edge=False)
     table.add_column("behaviour", no_wrap=True)
     measures = list(studied.standings[0].scores)

@@ -26,7 +26,7 @@ ANGLES_DEG = (10.0, 20.0, 40.0, 60.0)
 
 
 def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Sequence[str]]) -> Figure:
-    """A row for each shade, a panel for each measure, a line for each model with a looming potential."""
+    """Return a row for each shade, a panel for each measure, a line for each model with a looming potential."""
     models = [model for model in channels if family.shown_to(channels[model])]
     tints = marks(models)
     places = sorted({probe.x for probe in family.probes})
@@ -63,7 +63,7 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
 def _curve(
     given: Sequence[TuningPoint], model: str, line: str, value: Callable[[TuningPoint], float | None]
 ) -> list[tuple[float, float]]:
-    """A model's points (l / v, value) along one line; those without a value are left out."""
+    """Return a model's points (l / v, value) along one line; those without a value are left out."""
     points = sorted((a for a in given if (a.model, a.line) == (model, line)), key=lambda a: a.x)
     return [(a.x, values) for a in points if (values := value(a)) is not None]
 

@@ -91,7 +91,7 @@ class Selectivity:
 
 
 def moving(clip: Stimulus[ClipParams]) -> npt.NDArray[np.int64]:
-    """The frames in which something moves, by the clip's truth."""
+    """Return the frames in which something moves, by the clip's truth."""
     return np.array([i for i, frame in enumerate(clip) if frame.truth.motion != "still"], np.int64)
 
 
@@ -99,7 +99,7 @@ def answer(
     family: Family, probe: Probe, model: str, channels: Sequence[str], series: Mapping[str, Any], frames: Any,
     contact_s: npt.NDArray[np.float64] | None = None,
 ) -> TuningPoint:  # fmt: skip
-    """The response of a model that answers by ``channels``; ``series`` are its potentials (T,), ``frames`` move.
+    """Return the response of a model that answers by ``channels``; ``series`` are its potentials (T,), ``frames`` move.
 
     ``contact_s`` is the time to contact by frame (T,) of an approach.
     """
@@ -129,7 +129,7 @@ def projected(hs: float, vs: float, turn: float) -> float:
 def answers(
     probes: Iterable[tuple[int, Family, Probe]], channels: Mapping[str, Sequence[str]], frames: pa.Table, seed: int
 ) -> list[TuningPoint]:
-    """Every response in ``frames`` (rows of trial, model, hs, vs, looming, by frame), in order of trial, then model.
+    """Find the responses in ``frames`` (rows of trial, model, hs, vs, looming, by frame), by trial, then model.
 
     ``probes`` says what the trials showed, ``channels`` by what each model answers. What is not there is left out.
     """
@@ -177,7 +177,7 @@ def preferred(x: Sequence[float], response: Sequence[float]) -> Preferred | None
 
 
 def half_contrast(x: Sequence[float], response: Sequence[float]) -> float | None:
-    """The contrast of half the largest response, between points on a log axis; ``None`` without it among them."""
+    """Find the contrast of half the largest response, between points on a log axis; ``None`` without it among them."""
     largest = max(response, default=0.0)
     if not largest > NOTHING:
         return None

@@ -75,7 +75,7 @@ def undefined_peak(response: Sequence[float] | Floats) -> str:
 
 
 def order_p(response: Floats) -> float:
-    """The share of random orders of the points of a map (m, n) in which neighbours are as alike as in the one seen.
+    """Return the share of random orders of a map's points, (m, n), in which neighbours are as alike as in the one seen.
 
     Equal points, and maps with missing points, give 0: there is nothing to test.
     """
@@ -89,6 +89,6 @@ def order_p(response: Floats) -> float:
 
 
 def _roughness(maps: Floats) -> Floats:
-    """The sum of squared differences between neighbours, of maps (k, m, n)."""
+    """Return the sum of squared differences between neighbours, of maps (k, m, n)."""
     down, across = np.diff(maps, axis=1), np.diff(maps, axis=2)
     return np.asarray((down**2).sum((1, 2)) + (across**2).sum((1, 2)))

@@ -72,7 +72,7 @@ def _largest(given: Answers, model: str, family: Family) -> float:
 
 
 def _curves(family: Family, given: Answers, channels: Channels) -> Figure:
-    """A panel for each line: every model's response as a share of its largest in the family."""
+    """Return a panel for each line: every model's response as a share of its largest in the family."""
     lines, tints = family.lines, marks(channels)
     drawn = Figure(figsize=(max(5.6, 3.0 * len(lines) + 0.4), 3.9), layout="constrained")
     panels = drawn.subplots(1, len(lines), sharey=True, squeeze=False)[0]
@@ -107,7 +107,7 @@ def _alike(one: Sequence[float], other: Sequence[float]) -> bool:
 
 
 def _log(axes: Axes, ticks: Sequence[float]) -> None:
-    """A logarithmic axis, labelled at every second of the points shown."""
+    """Make an axis logarithmic, labelled at every second of the points shown."""
     axes.set_xscale("log")
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xticks(ticks[::2] if len(ticks) > 6 else ticks)
@@ -116,7 +116,7 @@ def _log(axes: Axes, ticks: Sequence[float]) -> None:
 
 
 def _maps(family: Family, given: Answers, channels: Channels) -> Figure:
-    """A heat map for each model: both axes in octaves, the best of each column marked, a scale of its own."""
+    """Return a heat map for each model: both axes in octaves, the best of each column marked, a scale of its own."""
     drawn, panels = _panels(len(channels), 2.5)
     tints = colours(channels)
     for axes, model in zip(panels, channels, strict=False):
@@ -158,7 +158,7 @@ def _edges(centres: Sequence[float]) -> list[float]:
 
 
 def _polars(family: Family, given: Answers, channels: Channels) -> Figure:
-    """A polar plot for each model: its projected response filled, each system's rectified lobe beside it."""
+    """Return a polar plot for each model: its projected response filled, each system's rectified lobe beside it."""
     drawn, panels = _panels(len(channels), 2.8, projection="polar")
     # The layout reckons the headings of polar panels a little too low: hence more room around them.
     drawn.set_layout_engine("constrained", h_pad=0.12)
@@ -230,7 +230,7 @@ def _compass(axes: PolarAxes) -> None:
 
 
 def _panels(count: int, side: float, **options: str) -> tuple[Figure, list[Axes]]:
-    """A figure with a square panel for each model, `ACROSS` a row; the rest of the last row is empty."""
+    """Return a figure with a square panel for each model, `ACROSS` a row; the rest of the last row is empty."""
     across = min(ACROSS, count)
     down = -(-count // across)
     drawn = Figure(figsize=(max(side * across, 5.6) + 0.9, side * down + 0.9), layout="constrained")

@@ -58,18 +58,18 @@ class Preferences:
 
     def row(self) -> dict[str, Any]:
         """Make a row for a table: ranges as their ends and whether it is a maximum inside what was shown."""
-        made: dict[str, Any] = {}
+        row: dict[str, Any] = {}
         for entry in dataclasses.fields(self):
             value = getattr(self, entry.name)
             if entry.name == "undefined":
-                made["not_defined"] = "; ".join(f"{name}: {why}" for name, why in value.items())
+                row["not_defined"] = "; ".join(f"{name}: {why}" for name, why in value.items())
             elif entry.type.startswith("Preferred"):
-                made[f"{entry.name}_low"] = None if value is None else value.low
-                made[f"{entry.name}_high"] = None if value is None else value.high
-                made[f"{entry.name}_inside"] = None if value is None else value.inside
+                row[f"{entry.name}_low"] = None if value is None else value.low
+                row[f"{entry.name}_high"] = None if value is None else value.high
+                row[f"{entry.name}_inside"] = None if value is None else value.inside
             else:
-                made[entry.name] = value
-        return made
+                row[entry.name] = value
+        return row
 
 
 def preferences(given: Sequence[TuningPoint], model: str, channels: Sequence[str]) -> Preferences:
@@ -100,7 +100,7 @@ def preferences(given: Sequence[TuningPoint], model: str, channels: Sequence[str
 
 
 def firing_angle(given: Sequence[TuningPoint], model: str) -> float | None:
-    """The full angle that a dark square subtends at the first spike, degrees: the median over l/v; or ``None``."""
+    """Find the full angle that a dark square subtends at the first spike, degrees: the median over l/v; or ``None``."""
     angles = [
         2 * math.degrees(math.atan(a.x / a.contact_s))
         for a in given
@@ -123,7 +123,7 @@ def direction_undefined(given: Sequence[TuningPoint], model: str, channels: Sequ
 
 
 def _first(given: Sequence[TuningPoint], model: str, tells: bool, repeat: int) -> Selectivity | None:
-    """The selectivity of HS, or of looming, at one phase; ``None`` where a direction is missing."""
+    """Return the selectivity of HS, or of looming, at one phase; ``None`` where a direction is missing."""
     responses = lobes(given, model, GRATING, repeat)["hs" if tells else "looming"]
     return selectivity(*responses) if len(responses[0]) == _directions() else None
 

@@ -174,12 +174,12 @@ CURVES = tuple(_DECLARED)
 
 @cache
 def curve_family(name: str) -> Family:
-    """The family called ``name``, one of `CURVES`; built when it is first asked for."""
+    """Return the family called ``name``, one of `CURVES`; built when it is first asked for."""
     return _DECLARED[name]()
 
 
 def families(names: Iterable[str]) -> tuple[Family, ...]:
-    """The families called ``names``, all of them for none; `UsageError` on an unknown name."""
+    """Return the families called ``names``, all of them for none; `UsageError` on an unknown name."""
     wanted = list(dict.fromkeys(names))
     for name in wanted:
         if name not in CURVES:

@@ -40,7 +40,7 @@ class TuningPlan:
     seed: int
 
     def shown(self) -> list[tuple[int, Family, Probe]]:
-        """Every clip in order, with its number and what it is a point of."""
+        """Return every clip in order, with its number and what it is a point of."""
         points = [(family, probe) for family in self.families for probe in family.probes if self._seen_by(family)]
         return [(index, family, probe) for index, (family, probe) in enumerate(points)]
 
@@ -92,7 +92,7 @@ class TuningReport:
 
 
 def plan(models: Sequence[str], curves: Sequence[str], assignments: Sequence[str], seed: int) -> TuningPlan:
-    """A checked plan from what a person typed; `UsageError` for what is not legal."""
+    """Return a checked plan from what a person typed; `UsageError` for what is not legal."""
     check_counts(seed)
     chosen, _ = watchers(models, assignments)
     tuning = TuningPlan(families(curves), chosen, seed)
@@ -154,7 +154,7 @@ def conclude(plan: TuningPlan, folder: RunFolder, failures: Sequence[Failure]) -
 
 
 def _row(given: TuningPoint) -> dict[str, Any]:
-    """A row of ``tuning.csv``, its axes by name; empty where the curve has no such axis."""
+    """Return a row of ``tuning.csv``, its axes by name; empty where the curve has no such axis."""
     family = curve_family(given.curve)
     names = ("speed_px_s", "size_px", "contrast", "cycles_px", "temporal_hz", "l_over_v_s")
     axes: dict[str, float | None] = dict.fromkeys(names)

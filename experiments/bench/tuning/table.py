@@ -35,7 +35,7 @@ NOTE = (
 
 
 def show(report: TuningReport) -> None:
-    """The table of preferences, what its columns mean, the paths."""
+    """Print the table of preferences, what its columns mean, the paths."""
     measured = {family.name for family in report.plan.families}
     columns = [column for column in COLUMNS if column[1] in measured]
     table = Table(title="tuning", title_justify="left", box=None, header_style="bold", pad_edge=False)
@@ -61,7 +61,7 @@ def _said(value: object) -> str:
 
 
 def _told(preferences: Preferences) -> float | None:
-    """The preferred direction, if it prefers one."""
+    """Return the preferred direction, if it prefers one."""
     if preferences.dsi is None or preferences.prefers_deg is None or preferences.dsi < SOME:
         return None
     return round(preferences.prefers_deg) % 360

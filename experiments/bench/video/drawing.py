@@ -135,7 +135,7 @@ class Drawer:
             cv2.circle(frame, tuple(centre.tolist()), radius, colour, -1, cv2.LINE_AA, _BITS)
 
     def _time(self, frame: Picture, time_s: float) -> None:
-        """The time and the spikes so far, at the top right."""
+        """Draw the time and the spikes so far, at the top right."""
         text = f"{self._spikes(time_s)}{time_s:7.2f} s"
         width, scale = round(self._font.getlength(text)) + 4, self._layout.scale
         left, high = max(frame.shape[1] - round(14 * scale) - width, 0), round(26 * scale)
@@ -151,7 +151,7 @@ class Drawer:
 
 
 def _view(part: Picture, panel: Panel, track: Track, time_s: float, view_deg: float) -> None:
-    """The observer's field of view, from its lens."""
+    """Draw the observer's field of view, from its lens."""
     x, y, heading = track.poses[max(_until(track.time_s, time_s), 1) - 1]
     if not np.isfinite(heading):
         return

@@ -125,7 +125,7 @@ def moves_on(reel: Reel) -> bool:
 def _upper(
     reel: Reel, aspects: Sequence[float], box: tuple[float, float, float, float], scale: float
 ) -> tuple[tuple[Panel, ...], Panel | None]:
-    """The eyes side by side and the plan, which is square, as large as the box allows."""
+    """Return the eyes side by side and the plan, which is square, as large as the box allows."""
     left, top, right, bottom = box
     every = [*aspects, *([1.0] if reel.tracks else [])]
     if not every:
@@ -147,7 +147,7 @@ def _upper(
 
 
 def ground(reel: Reel) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The square of ground in cm that a plan shows: an episode's whole arena, or what is near a trial's robots."""
+    """Find the square of ground in cm that a plan shows: an episode's whole arena, or what is near a trial's robots."""
     if "env" in reel.properties:
         half = ARENA_RADIUS_CM + 2.0
         return (-half, half), (-half, half)
@@ -206,7 +206,7 @@ def trace_panels(reel: Reel, box: tuple[float, float, float, float], scale: floa
 def _stacked(
     reel: Reel, whose: str, spiking: Sequence[str], box: tuple[float, float, float, float], scale: float
 ) -> dict[str, Panel]:
-    """A panel of potentials, ``whose`` being the end of its key, above a panel for the spikes of each model."""
+    """Return a panel of potentials, ``whose`` being the end of its key, above a panel for the spikes of each model."""
     left, top, right, bottom = box
     kinds = trace_kinds(reel)
     spikes = [f"spikes/{model}" if model else "spikes" for model in spiking]
@@ -224,7 +224,7 @@ def _stacked(
 
 
 def _range(reel: Reel, key: str) -> tuple[float, float]:
-    """The values that a panel shows: equal in all panels of a kind, but for potentials beyond -1 .. 1."""
+    """Return the values that a panel shows: equal in all panels of a kind, but for potentials beyond -1 .. 1."""
     kind, _, model = key.partition("/")
     traces, every = traces_of(reel, key), traces_of(reel, kind)
     levels = levels_of(reel, key)

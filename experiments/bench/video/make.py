@@ -66,14 +66,14 @@ class Film:
                 raise UsageError(f"{name} {value:g}: legal is {low:g} .. {high:g}")
 
     def frames_per_second(self, reel: Reel) -> float:
-        """The film's rate."""
+        """Return the film's rate."""
         if self.rate is not None:
             return self.rate
         rate = round(reel.rate * self.speed, 3)
         return min(rate, GIF_RATE) if self.out.suffix == ".gif" else min(max(rate, RATES_HZ[0]), 60.0)
 
     def times(self, reel: Reel) -> Floats:
-        """The time of the recording that each frame shows, (N,), in seconds."""
+        """Return the time of the recording that each frame shows, (N,), in seconds."""
         step = self.speed / self.frames_per_second(reel)
         first, last = float(reel.time_s[0]), float(reel.time_s[-1])
         times: Floats = first + step * np.arange(math.floor((last - first) / step + 1e-6) + 1, dtype=np.float64)
@@ -125,7 +125,7 @@ def aspects(reel: Reel) -> list[float]:
 
 
 def caption_of(reel: Reel, given: str | None) -> str:
-    """The caption that was given, or what the recording says it is, and how many models are not shown."""
+    """Return the caption that was given, or what the recording says it is, and how many models are not shown."""
     if given is not None:
         return given
     experiment = reel.properties.get("experiment")
@@ -152,13 +152,13 @@ class _Latest:
         self._next = next(source, None)
 
     def at(self, time_s: float) -> Picture | None:
-        """The picture of a time. Times never decrease."""
+        """Return the picture of a time. Times never decrease."""
         while self._next is not None and self._next[0] <= time_s + 1e-6:
             self._now, self._next = self._next[1], next(self._source, None)
         return self._now
 
 
 def pictures_at(reel: Reel, eye: str, times: Sequence[float]) -> list[Picture | None]:
-    """The picture of an eye at each of some increasing times."""
+    """Return the picture of an eye at each of some increasing times."""
     latest = _Latest(pictures(reel.path, eye))
     return [latest.at(time_s) for time_s in times]

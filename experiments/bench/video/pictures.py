@@ -75,7 +75,7 @@ def _as_rgb(picture: Any, conversion: int) -> Picture:
 
 
 def times_of(batch: pa.RecordBatch) -> Floats:
-    """The time of each row of a chunk in seconds, (N,): of the timeline that has durations, whatever its name."""
+    """Read the time of each row of a chunk in seconds, (N,): of the timeline that has durations, whatever its name."""
     for index, field in enumerate(batch.schema):
         if pa.types.is_duration(field.type):
             times: Floats = batch.column(index).cast(pa.int64()).to_numpy(zero_copy_only=False) / 1e9

@@ -154,15 +154,15 @@ def read(path: Path) -> Reel:
     UsageError
         If the file cannot be read, or has neither pictures nor traces nor robots.
     """
-    found = _Found()
+    contents = _Found()
     try:
         for chunk in rr.chunk.RrdReader(str(regular(path))).stream():
-            found.take(str(chunk.entity_path).lstrip("/"), chunk.is_static, chunk.to_record_batch())
+            contents.take(str(chunk.entity_path).lstrip("/"), chunk.is_static, chunk.to_record_batch())
     except OSError as error:
         raise UsageError(f"video {path}: {error.strerror or error}") from None
     except Exception as error:  # bytes that are no recording can make the library raise anything
         raise UsageError(f"video {path}: no recording that can be read ({explained(error)})") from None
-    return found.reel(path)
+    return contents.reel(path)
 
 
 class _Found:
@@ -233,12 +233,12 @@ class _Found:
     def reel(self, path: Path) -> Reel:
         """Put together what was found."""
         series = {entity: _joined(parts) for entity, parts in self._scalars.items()}
-        levels = {entity: float(own[1][0]) for entity, own in series.items() if entity.startswith(THRESHOLD)}
+        levels = {entity: float(joined[1][0]) for entity, joined in series.items() if entity.startswith(THRESHOLD)}
         owners = {level: self._owners[entity] for entity, level in levels.items() if entity in self._owners}
         traces = [
-            Trace(entity.partition("/")[0], *self._styles.get(entity, (entity, GREY)), *own, entity in self._dotted,
+            Trace(entity.partition("/")[0], *self._styles.get(entity, (entity, GREY)), *joined, entity in self._dotted,
                   _model(entity))
-            for entity, own in series.items() if not entity.startswith(THRESHOLD)
+            for entity, joined in series.items() if not entity.startswith(THRESHOLD)
         ]  # fmt: skip
         tracks = [
             Track(robot.rpartition("/")[2], self._colours.get(robot, GREY), *_joined(parts))
@@ -259,7 +259,7 @@ class _Found:
 
 
 def _model(entity: str) -> str:
-    """The label of the model whose answer is logged there: the second part of the path, which escapes some letters."""
+    """Read the label of the model whose answer is there: the second part of the path, which escapes some letters."""
     label = re.findall(r"(?:\\.|[^/])+", entity)[1]
     return re.sub(r"\\(.)", r"\1", label)
 
@@ -269,7 +269,7 @@ def _joined(parts: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
 
 
 def _flat(batch: pa.RecordBatch, column: str) -> Floats:
-    """All numbers of a column of lists, of any depth."""
+    """Return all numbers of a column of lists, of any depth."""
     values: Any = batch.column(column)
     while pa.types.is_list(values.type) or pa.types.is_fixed_size_list(values.type):
         values = values.flatten()
@@ -278,7 +278,7 @@ def _flat(batch: pa.RecordBatch, column: str) -> Floats:
 
 
 def _colour(batch: pa.RecordBatch, column: str) -> Colour | None:
-    """The first colour of a column, which has RGBA in 32 bits."""
+    """Return the first colour of a column, which has RGBA in 32 bits."""
     if column not in batch.schema.names:
         return None
     rgba = int(batch.column(column)[0].as_py()[0])

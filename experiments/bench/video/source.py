@@ -35,21 +35,21 @@ def recording(source: Path, trial: int | None) -> Path:
         return source
     if not source.is_dir():
         raise UsageError(f"{source}: no such file or folder")
-    found = {_number(path): path for path in recordings_in(source)}
-    if not found:
+    recordings = {_number(path): path for path in recordings_in(source)}
+    if not recordings:
         names = ", ".join(part.name for part in part_folders(source))
         parts = f"; its parts are: {names}" if names else ""
         raise UsageError(f"{source}: no .rrd recordings in it; runs make them unless told --no-recordings{parts}")
     if trial is None:
-        return next(iter(found.values()))
-    if trial not in found:
-        numbers = [number for number in found if isinstance(number, int)]
+        return next(iter(recordings.values()))
+    if trial not in recordings:
+        numbers = [number for number in recordings if isinstance(number, int)]
         legal = f"{min(numbers)} .. {max(numbers)}, {len(numbers)} of them" if numbers else "none: they have no numbers"
         raise UsageError(f"--trial {trial}: {source} has no recording of it (recorded: {legal})")
-    return found[trial]
+    return recordings[trial]
 
 
 def _number(path: Path) -> int | str:
-    """The number in a recording's name; its whole name where there is none."""
+    """Return the number in a recording's name; its whole name where there is none."""
     digits = re.fullmatch(r"\D*(\d+)", path.stem)
     return int(digits[1]) if digits else path.stem

@@ -114,16 +114,16 @@ class Still:
         panel, (kind, _, model) = panels[key], key.partition("/")
         axes, scale = self._axes(panel), self._scale
         axes.axhline(0.0, color="#c9c9c9", lw=0.8 * scale)
-        own = traces_of(reel, key)
+        traces = traces_of(reel, key)
         if kind == "potential":
-            for trace in own if not (faint and moves_on(reel)) else ():
+            for trace in traces if not (faint and moves_on(reel)) else ():
                 axes.plot(trace.time_s, trace.values, color=_hex(trace), ls=":" if trace.dotted else "-",
                           lw=1.4 * scale, alpha=FAINT if faint else 1.0)  # fmt: skip
             for level in levels_of(reel, key):
                 axes.axhline(level, color=LEVEL_COLOUR, lw=1.0 * scale, ls="--")
-            self._key(axes, reel, own, model)
+            self._key(axes, reel, traces, model)
         elif not faint:
-            for trace in own:
+            for trace in traces:
                 fired = trace.values != 0
                 if trace.dotted:
                     axes.plot(trace.time_s[fired], trace.values[fired], ".", color=_hex(trace), ms=5 * scale)

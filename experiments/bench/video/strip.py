@@ -71,9 +71,9 @@ def make_strip(
     picture = still.picture()
     drawer = Drawer(reel, Layout(width, height, (), None, {}, moves_on(reel), scale), picture)
     for eye, row in zip(reel.eyes, eyes, strict=True):
-        for panel, shown, time_s in zip(row, pictures_at(reel, eye, times.tolist()), times, strict=True):
-            if shown is not None:
-                drawer.picture(picture, panel, shown, float(time_s))
+        for panel, frame, time_s in zip(row, pictures_at(reel, eye, times.tolist()), times, strict=True):
+            if frame is not None:
+                drawer.picture(picture, panel, frame, float(time_s))
     for panel, time_s in zip(plans, times, strict=False):
         drawer.plan(picture, panel, float(time_s))
     for panel in traces.values():
@@ -87,7 +87,7 @@ def make_strip(
 def _panels(
     reel: Reel, shapes: list[float], count: int, width: int, scale: float
 ) -> tuple[list[list[Panel]], list[Panel], float]:
-    """A row of panels for each eye, one of plans, and where they end."""
+    """Return a row of panels for each eye, one of plans, and where they end."""
     pad, gap, top = 14.0 * scale, 8.0 * scale, 62.0 * scale
     across = (width - 2 * pad - gap * (count - 1)) / count
     rows = []

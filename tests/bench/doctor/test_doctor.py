@@ -71,7 +71,7 @@ def test_without_the_native_network_it_says_what_that_costs(monkeypatch):
     monkeypatch.delenv("DSNN_FORM", raising=False)
     found = {each.name: each for each in installed.network()}
     assert found["network, native"].status == "notice" and "make setup" in found["network, native"].remedy
-    assert found["network, chosen"].said == "numpy"
+    assert found["network, chosen"].result == "numpy"
     monkeypatch.setenv("DSNN_FORM", "native")
     assert installed.network()[-1].status == "fails"
 
@@ -94,8 +94,8 @@ def test_an_old_lock_names_what_differs(tmp_path, monkeypatch):
     lock = tmp_path / "requirements.lock"
     lock.write_text("numpy==1.0.0 \\\n    --hash=sha256:00\nnosuch==2 ; sys_platform == 'nowhere'\nnosuch-2==3\n")
     found = installed.lock()
-    assert found.status == "notice" and "2 of 2 differ" in found.said
-    assert f"numpy is {np.__version__}, locked is 1.0.0" in found.said and "nosuch-2 is missing" in found.said
+    assert found.status == "notice" and "2 of 2 differ" in found.result
+    assert f"numpy is {np.__version__}, locked is 1.0.0" in found.result and "nosuch-2 is missing" in found.result
     lock.write_text("numpy>=1\n")
     assert installed.lock().status == "fails"
 
@@ -104,14 +104,14 @@ def test_packages_outside_their_ranges_fail(monkeypatch):
     assert installed.packages().status == "ok"
     monkeypatch.setattr(installed.importlib.metadata, "requires", lambda _: ["numpy<1", "nosuch; extra == 'train'"])
     found = installed.packages()
-    assert found.status == "fails" and f"numpy is {np.__version__}" in found.said and "nosuch" not in found.said
+    assert found.status == "fails" and f"numpy is {np.__version__}" in found.result and "nosuch" not in found.result
 
 
 def test_a_check_that_breaks_is_a_finding(monkeypatch, tmp_path):
     monkeypatch.setattr(installed, "viewer", lambda: 1 / 0)
     monkeypatch.setattr("experiments.bench.doctor.picture.drawing", list)
     found = {each.name: each for each in examine(tmp_path)}
-    assert found["rerun viewer"].status == "fails" and "ZeroDivisionError" in found["rerun viewer"].said
+    assert found["rerun viewer"].status == "fails" and "ZeroDivisionError" in found["rerun viewer"].result
     assert found["cores"].status == "ok"
     with pytest.raises(ValueError, match="needs a remedy"):
         Finding("x", "fails", "broken")

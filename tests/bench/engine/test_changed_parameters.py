@@ -13,7 +13,7 @@ from experiments.bench.clips.plan import plan as clips_plan
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.plan import describe, plan
 from experiments.bench.robot.rows import TRIAL_SCHEMA
-from experiments.bench.store.parameters import of_model, said, with_columns
+from experiments.bench.store.parameters import in_words, of_model, with_columns
 
 SMALL = (("rows", 40), ("columns", 60), ("width", 9), ("height", 20), ("speed", 240.0))
 CLIPS = experiments.OfflineExperiment("small", "small", (experiments.Clip("right", "plain", SMALL),), ("dsnn", "emd"))
@@ -49,7 +49,7 @@ def test_by_set_and_by_model():
         pa.string(), pa.int64(), pa.float64(),
     ]  # fmt: skip
     assert of_model(changed, "emd")["dsnn.n_con"] is None
-    assert said(changed).startswith("dsnn.tau_s=200,10, dsnn.n_con=8|6, camera.read_noise=0.25")
+    assert in_words(changed).startswith("dsnn.tau_s=200,10, dsnn.n_con=8|6, camera.read_noise=0.25")
 
 
 @dataclass(frozen=True)

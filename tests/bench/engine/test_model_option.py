@@ -236,7 +236,7 @@ TEXTS = {
 @pytest.mark.parametrize("text", TEXTS)
 def test_a_text_is_taken_apart(text):
     asked = ask(text)
-    assert (asked.source, dict(asked.own)) == TEXTS[text]
+    assert (asked.source, dict(asked.values)) == TEXTS[text]
 
 
 def test_a_path_with_colons_is_found(colias):

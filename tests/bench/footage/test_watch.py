@@ -21,6 +21,7 @@ from experiments.bench.cli.entry import run as main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.settings import watchers
 from experiments.bench.footage import claims as footage_claims
+from experiments.bench.footage import flow as footage_flow
 from experiments.bench.footage.rows import SCHEMA
 from experiments.bench.footage.video import Footage, ahead, usual_size
 from experiments.bench.footage.watch import Tracker
@@ -94,6 +95,7 @@ def test_claim_12_is_judged_against_the_flow(watched):
     assert "C12 holds" in watched[1]
     assert "correlation of HS with the flow" in watched[1]
     assert "in the paper's stronger words " in watched[1] and "of these seconds" in watched[1]
+    assert "direction told: HS follows the flow by r = " in watched[1] and "threshold passed: in " in watched[1]
 
 
 def test_the_table_is_what_the_network_says_of_the_frames(watched):
@@ -456,5 +458,5 @@ def test_the_interval_of_claim_12_is_that_of_blocks_not_of_frames():
 
 def test_flow_is_rightward_positive():
     frames = [cv2.cvtColor(f, cv2.COLOR_BGR2GRAY) for f in street((Walker(4.0, enters=0),), 30)][-2:]
-    assert footage_claims.mean_flow(*frames) > 0.01
-    assert footage_claims.mean_flow(*(frame[:, ::-1].copy() for frame in frames)) < -0.01
+    assert footage_flow.mean_flow(*frames) > 0.01
+    assert footage_flow.mean_flow(*(frame[:, ::-1].copy() for frame in frames)) < -0.01

@@ -13,6 +13,7 @@ from experiments.bench.judging.statistics import (
     PERMUTATIONS,
     area_under_roc,
     contrast,
+    effective_number,
     paired,
     proportion_interval,
     summarise,
@@ -177,6 +178,26 @@ def test_the_area_s_interval_covers_at_small_n():
     true = stats.norm.cdf(2 / math.sqrt(2))
     found = [area_under_roc(rng.normal(2, 1, 5), rng.normal(0, 1, 8)) for _ in range(300)]
     assert 0.92 < np.mean([low <= true <= high for _, low, high in found]) < 0.995
+
+
+def test_the_interval_of_clusters_covers_where_that_of_single_values_does_not():
+    """Ten conditions of eight repeats each; the share of hits is a condition's own, 60 % on average."""
+    rng, clusters = np.random.default_rng(0), np.repeat(np.arange(10), 8)
+    covered = [0, 0]
+    for _ in range(300):
+        hits = rng.random(80) < rng.beta(0.9, 0.6, 10).repeat(8)
+        number = effective_number(hits, clusters.tolist())
+        assert 0 < number <= 80
+        for place, of in enumerate((number, 80)):
+            low, high = proportion_interval(hits.mean() * of, of)
+            covered[place] += low <= 0.6 <= high
+    assert covered[0] >= 0.92 * 300 and covered[1] < 0.85 * 300
+
+
+def test_values_that_are_clusters_of_their_own_count_in_full():
+    assert effective_number([0, 1, 1, 0, 1], list(range(5))) == 5
+    assert effective_number([1, 1, 1, 1], ["a", "a", "b", "b"]) == 2, "nothing tells how alike they are"
+    assert effective_number([0, 1, 1], ["a"] * 3) == 1
 
 
 def test_the_run_s_comparisons_name_an_exact_test(colias):

@@ -8,7 +8,7 @@ from experiments import Check, Claim, Clip, ClipClaim, Experiment, OfflineExperi
 from experiments.bench import registry
 from experiments.bench.clips import claims as clips_claims
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.public.run import Asked, missing_models, planned
+from experiments.bench.public.run import RunRequest, missing_models, planned
 from experiments.bench.robot.claims import judge
 from experiments.bench.store.description import to_json
 from tests.bench.robot.test_claims import rows
@@ -166,7 +166,7 @@ def test_a_judge_that_breaks_is_told_by_its_line_and_the_nearest_column(tmp_path
 
 def test_models_that_are_not_shown_are_told_before_the_first_trial():
     def told(made, *models):
-        return missing_models(planned(made, Asked(models, only=bool(models))))
+        return missing_models(planned(made, RunRequest(models, only=bool(models))))
 
     two = {"models": {"dsnn", "centroid2"}}
     note = "note: claim mine needs the models centroid2, which are not shown; shown are dsnn"

@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import math
+from itertools import count
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -41,12 +42,16 @@ from experiments.bench.leaderboard.scores import (
 from experiments.bench.leaderboard.stimuli import ROBOT, clip_experiments
 from experiments.bench.leaderboard.timing import ROUNDS, time_models
 from experiments.bench.robot.designs import Translation
+from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from tests.helpers.chapters import titled
+
+CLIPS = count()
 
 
 def clip(motion, hs=(0.0, 0.0), vs=(0.0, 0.0), spikes=0, looming=0.0, absent=False, vs_spikes=0, looming_spikes=None):
-    """A row of an off-line clip, with lowest and highest potentials."""
+    """A row of an off-line clip, with lowest and highest potentials; each is a clip of its own."""
     return {
+        "experiment": "clips", "clip": f"clip {next(CLIPS)}",
         "motion": motion, "object": "absent" if absent else "present", "peak_looming": looming,
         "spikes": spikes, "hs_spikes": spikes, "vs_spikes": vs_spikes, "looming_spikes": looming_spikes,
         "trough_hs": hs[0], "peak_hs": hs[1], "trough_vs": vs[0], "peak_vs": vs[1],
@@ -56,8 +61,8 @@ def clip(motion, hs=(0.0, 0.0), vs=(0.0, 0.0), spikes=0, looming=0.0, absent=Fal
 def trial(motion, direction, strength):
     """A row of a robot's trial that answers ``strength`` rightward."""
     row = clip(motion, hs=(0.0, strength))
-    del row["object"]
-    return {**row, "direction": direction}
+    del row["object"], row["clip"]
+    return {**row, **dict.fromkeys(CONDITION_COLUMNS), "motion": motion, "direction": direction}
 
 
 def right_answer(motion, strength=0.5):
@@ -83,16 +88,32 @@ def test_the_strongest_answer_of_both_systems_counts():
 
 
 def test_direction_accuracy_of_all_none_and_half():
-    good = [right_answer(motion) for motion in SIGNED] * 5
+    good = [right_answer(motion) for _ in range(5) for motion in SIGNED]
     perfect = direction_accuracy(good)
     assert (perfect.value, perfect.high, perfect.n) == (1.0, 1.0, 20)
     assert perfect.low == pytest.approx(0.025 ** (1 / 20)), "Clopper and Pearson's lower bound of 20 in 20"
-    silent = [clip(motion) for motion in SIGNED] * 5
+    silent = [clip(motion) for _ in range(5) for motion in SIGNED]
     assert direction_accuracy(silent).value == 0.0
     assert direction_accuracy(good + silent).value == 0.5
     rest = [clip("looming"), clip("rightward", absent=True)]
     assert direction_accuracy([*good, *rest]) == perfect, "of translations alone"
     assert direction_accuracy(rest) is None
+
+
+def test_repeats_of_a_condition_are_no_independent_trials():
+    """Four clips, five repeats each: where repeats agree they tell no more than four clips do."""
+    conditions = [right_answer(motion) for motion in SIGNED]
+    agree = direction_accuracy([row for row in conditions for _ in range(5)])
+    assert (agree.value, agree.n) == (1.0, 20)
+    assert (agree.low, agree.high) == (direction_accuracy(conditions).low, 1.0)
+    silent = [{**row, **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.0)} for row in conditions]
+    by_clip = direction_accuracy([*(conditions[:2] * 5), *(silent[2:] * 5)])
+    by_repeat = direction_accuracy([*(conditions * 2), *(silent * 2), *conditions[:2], *silent[2:]])
+    assert by_clip.high - by_clip.low > by_repeat.high - by_repeat.low, "all of the spread is between clips"
+    looms = [{**clip("looming", hs=(0.0, 0.1)), "repeat": repeat} for repeat in range(4)]
+    alone = separation([*conditions, *looms])
+    again = separation([*(conditions * 5), *(looms * 5)])
+    assert alone.value == again.value == 1.0 and again.low == pytest.approx(alone.low)
 
 
 @pytest.mark.parametrize(("across", "depth", "area"), [

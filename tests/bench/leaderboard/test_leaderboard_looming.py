@@ -1,6 +1,7 @@
 """The part of the leaderboard for looming models: which models stand where, alarms, and scores of made-up rows."""
 
 import math
+from itertools import count
 
 import numpy as np
 import pytest
@@ -28,9 +29,14 @@ from experiments.bench.leaderboard.looming_scores import (
 from experiments.bench.leaderboard.looming_stimuli import L_OVER_V_S, looming_experiments
 from experiments.bench.leaderboard.run import of_kinds
 
+CLIPS = count()
+
 
 def row(motion, peak=0.5, stimulus="looming", absent=False):
-    return {"stimulus": stimulus, "motion": motion, "object": "absent" if absent else "present", "peak_looming": peak}
+    return {
+        "experiment": "looming", "clip": f"clip {next(CLIPS)}", "stimulus": stimulus, "motion": motion,
+        "object": "absent" if absent else "present", "peak_looming": peak,
+    }  # fmt: skip
 
 
 def clip(motion, alarms=0, seconds=30.0, contact_s=None, shade="", **of):

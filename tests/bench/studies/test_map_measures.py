@@ -78,7 +78,7 @@ def test_what_has_no_peak_has_no_value():
     assert POTENTIAL.of(rows_of((-0.1, -0.5, -0.8, -0.7)), 0.2).value is None
     off = [{**row, "achieved_speed_cm_s": 1.5 * row["speed_cm_s"]} for row in rows_of((0.1, 0.5, 0.8, 0.7))]
     found = POTENTIAL.of(off, 0.2)
-    assert found.value is None and "off the commanded speed" in found.said
+    assert found.value is None and "off the commanded speed" in found.words
     leftward = [{**row, "direction": "leftward"} for row in rows_of((0.1, 0.5, 0.8, 0.7))]
     assert POTENTIAL.of(leftward, 0.2).value is None
 
@@ -135,7 +135,7 @@ def test_numbers_are_of_all_replicates_with_the_spread_of_each():
     assert reaches([one, two]) == ["peak-speed-potential is 6 to 30 cm/s; at the end of the range at 1 of 2 points"]
     lost = [row for row in rows if (row["trial"], row["model"]) != (made.specs[-1].index, "dsnn.d=1")]
     one, two = Counts(made, lost).numbers
-    assert (one.unmeasured, one.lowest, one.highest) == (1, 6.0, 6.0) and "1 of 50 trials have no rows" in one.said
+    assert (one.unmeasured, one.lowest, one.highest) == (1, 6.0, 6.0) and "1 of 50 trials have no rows" in one.words
     assert two.unmeasured == 0
     figure.draw(Counts(made, lost))
 

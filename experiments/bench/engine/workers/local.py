@@ -202,7 +202,7 @@ class _Processes(Executor):
                 self._workers[place].close()
 
     def _worker(self, place: int) -> _Worker:
-        """The living worker in a place: another where the last died."""
+        """Return the living worker in a place: another where the last died."""
         with self._lock:
             if self._closed:
                 raise WorkerDied("the pool was closed")
@@ -223,7 +223,7 @@ class LocalPool:
         self.executor: Executor = _Processes(workers)
 
     def look(self) -> None:
-        """A worker that dies is replaced."""
+        """Replace a worker that has died."""
 
     def close(self) -> None:
         """Kill the workers."""
