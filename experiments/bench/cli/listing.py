@@ -45,7 +45,10 @@ def list_all() -> None:
     kinds = {
         "experiments": experiments, "studies": named, "models": models, "scenes": ARENAS, "stimuli": stimuli,
         "envs": envs, "behaviours": behaviours,
-        "claims of the paper": {name: claim.title or claim.says for name, claim in paper_claims().items()},
+        "claims of the paper": {
+            name: f"{claim.title}{' (the equations imply it)' if claim.implied else ''}"
+            for name, claim in paper_claims().items()
+        },
     }  # fmt: skip
     for title, items in kinds.items():
         out_console.print(title, style="b")
