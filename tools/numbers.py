@@ -41,7 +41,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Clips of five greys: speed, contrast, slow objects": ("C9", "C10", "C11"),
     "Streets, filmed and rendered": ("C12", "C28"),
     "Robot: crossings tell the direction, straight motion in depth is silent": ("C13", "C14"),
-    "Robot: speed and distance of crossings": ("C15", "C16", "C29", "C30"),
+    "Robot: speed and distance of crossings": ("C15", "C16", "C29", "C30", "C31"),
     "Robot: angular approach and recession": ("C17", "C18", "C19", "C20"),
     "Robot: looming detectors on the same approaches": ("C21",),
     "What the mechanisms do": ("C22", "C23", "C24", "C25", "C26", "C27"),
@@ -83,7 +83,10 @@ def kept(verdict: Verdict) -> dict[str, Any]:
     """Return what is kept of a verdict, as its file has it."""
     (entry,) = stored.document([verdict])["claims"]
     outcome = {name: entry["outcome"][name] for name in OUTCOME_FIELDS}
-    return {"id": entry["id"], "word": entry["word"], "count": entry["count"], "outcome": outcome}
+    equal = entry["outcome"]["equal"]
+    beside = {name: equal[name] for name in OUTCOME_FIELDS} if equal else None
+    return {"id": entry["id"], "word": entry["word"], "count": entry["count"], "outcome": outcome,
+            "equal_terms": entry["equal_terms"], "equal_outcome": beside}  # fmt: skip
 
 
 def counted(count: Count) -> dict[str, Any]:
@@ -152,9 +155,17 @@ def _verdicts(results: Mapping[str, Any]) -> str:
     columns = "| claim | the paper says | word | in all replicates |"
     lines = [_totals(results), "", columns, "|---|---|---|---|"]
     for claim in results["claims"]:
-        says, count = words(claim["id"]).says, Count(**claim["count"])
-        lines.append(f"| {claim['id']} | {_cell(says)} | {count.word or '-'} | {_cell(count.sentence())} |")
+        asked, count = words(claim["id"]), Count(**claim["count"])
+        says = f"{asked.says} (the equations imply it: {asked.implied})" if asked.implied else asked.says
+        held = "; ".join(filter(None, (count.sentence(), _on_equal_terms(claim))))
+        lines.append(f"| {claim['id']} | {_cell(says)} | {count.word or '-'} | {_cell(held)} |")
     return "\n".join(lines) + "\n"
+
+
+def _on_equal_terms(claim: Mapping[str, Any]) -> str:
+    """What a claim came to with its rivals on equal terms; empty of a claim without."""
+    equal = claim.get("equal_terms")
+    return f"on equal terms {Count(**equal).sentence()}" if equal else ""
 
 
 def _groups(results: Mapping[str, Any]) -> str:
@@ -201,8 +212,9 @@ def _claims(results: Mapping[str, Any]) -> str:
     for claim in results["claims"]:
         outcome, count = Outcome(**claim["outcome"]), Count(**claim["count"])
         broken = f"; all replicates: {claim['rate']}" if claim["rate"] else ""
-        held = _cell(count.sentence())
-        lines.append(f"| {claim['id']} | {held} | {outcome.verdict} | {_cell(outcome.deciding + broken)} |")
+        held, equal = _cell(count.sentence()), claim.get("equal_outcome")
+        beside = f"; on equal terms {equal['verdict']}: {Outcome(**equal).deciding}" if equal else ""
+        lines.append(f"| {claim['id']} | {held} | {outcome.verdict} | {_cell(outcome.deciding + broken + beside)} |")
     lines += ["", "Used to choose a reading of the paper:", ""]
     readings: dict[str, list[str]] = {}
     for claim in results["claims"]:

@@ -13,7 +13,10 @@ from experiments.claims.readings import START_ACCELERATION
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:
-    """Judge motion along the optical axis, at any speed. Of motions without a spike, the higher potential decides."""
+    """Judge motion along the optical axis, at any speed: every such trial of a replicate, of all its experiments.
+
+    Of motions without a spike, the higher potential decides.
+    """
     kinds = {kind: paper_trials(rows, motion=kind, angle_deg=0.0) for kind in DEPTH}
     tested = {kind: trials for kind, trials in kinds.items() if trials}
     if not tested:
@@ -47,6 +50,7 @@ CLAIM = RobotClaim(
     motions=DEPTH,
     reads=("spikes", "peak_hs", "trough_hs"),
     of_every_trial=True,
+    pools=("general", "angular-approach", "angular-recession"),
     silent_passes=True,
     cause=(
         "w_i = 0.9 leaves a tenth of symmetric motion; when a recession starts sharply, that passes T in single trials."

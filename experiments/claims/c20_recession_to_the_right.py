@@ -19,6 +19,10 @@ CLAIM = RobotClaim(
     says="recession to the right elicits more than to the left",
     source="robot-sys-ar",
     motions=("recession",),
+    implied=(
+        "With w_i = 0.9 HS is from 0.9 times a part that changes sign with the direction and 0.1 times an excitation "
+        "that is always rightward; a recession to the right moves rightward."
+    ),
     mechanism=(
         "recession-mechanism",
         "excitation and inhibition over time, and what w_i = 0.9 leaves of symmetric motion",

@@ -48,7 +48,10 @@ def list_all() -> None:
         "presets of camera": CameraConfig.preset_summaries(), "presets of robot": RobotConfig.preset_summaries(),
         "stimuli": stimuli,
         "envs": envs, "behaviours": behaviours,
-        "claims of the paper": {name: claim.title or claim.says for name, claim in paper_claims().items()},
+        "claims of the paper": {
+            name: f"{claim.title}{' (the equations imply it)' if claim.implied else ''}"
+            for name, claim in paper_claims().items()
+        },
     }  # fmt: skip
     for title, items in kinds.items():
         out_console.print(title, style="b")

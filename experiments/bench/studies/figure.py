@@ -196,7 +196,7 @@ def _claims(axes: Axes, panel: Panel) -> None:
     held = np.zeros((len(panel.rows), len(panel.columns)))
     for (row, column), cell in panel.cells.items():
         assert isinstance(cell, ClaimCell)
-        held[row, column] = cell.count.holds / len(cell.outcomes)
+        held[row, column] = cell.drawn.holds / len(cell.outcomes)
         if cell.unjudged:
             axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNJUDGED, ec="#9a9078", hatch="///", lw=0))
         dark = held[row, column] > 0.6 and not cell.unjudged

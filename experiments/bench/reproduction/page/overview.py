@@ -14,7 +14,8 @@ from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.reproduce import Reproduction
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
-SILENT = "The model answers no translation either, so that it keeps the claim by being silent."
+SILENT = "The model hardly answers translations either, so that it keeps the claim by being silent."
+UNKNOWN = "The DSNN's half holds; the rest is about a model whose constants are not published."
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,8 @@ class Tile:
     def detail(self) -> str:
         """What the label leaves open: the count behind a word, or why replicates were not judged."""
         reasons = ", ".join(f"{reason} in {number}" for reason, number in self.count.unjudged.items())
+        if self.count.half is not None:
+            return f"unknown constants; the DSNN's half: {self.count.half.label}"
         if not self.count.judged:
             return ", ".join(self.count.unjudged)
         if not self.count.random:
@@ -174,8 +177,9 @@ def cause_of(own: Tile) -> str:
     count = own.count
     if count.word == "holds" or (not count.fails and set(count.unjudged) <= {"not shown"}):
         return ""
-    silent = not count.fails and "unknown constants" not in count.unjudged
-    return SILENT if silent else words(own.id).cause or NO_CAUSE
+    if count.half is not None and not count.fails:
+        return UNKNOWN
+    return SILENT if not count.fails else words(own.id).cause or NO_CAUSE
 
 
 def _worst_first(tiles: Sequence[Tile]) -> list[Tile]:
