@@ -2,7 +2,8 @@
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: run reproduce numbers train policies test test-train attack fuzz mutants docs lint types bench sizes setup lock clean
+# The figures that documentation quotes are checked by `release`, as `test` runs no hours of trials.
+.PHONY: run reproduce numbers release train policies test test-train attack fuzz mutants docs lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -29,6 +30,10 @@ test: $(READY) ## Every test; those that need Debian's chromium, gcc-arm-none-ea
 	sh tools/setup.sh --browser
 	sh tools/setup.sh --firmware
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
+
+release: $(READY) ## The package, into dist/; refused while measured figures of the documentation are stale
+	$(BIN)/python -m tools.numbers --check
+	$(BIN)/python -m pip wheel -q --no-deps --no-build-isolation -w dist .
 
 SITE := build/site
 docs: $(READY) ## The documentation, into build/site: tutorials executed, warnings are errors, links and search checked

@@ -10,6 +10,9 @@ from __future__ import annotations
 
 import argparse
 import csv
+import dataclasses
+import functools
+import hashlib
 import json
 import math
 import re
@@ -25,7 +28,9 @@ from experiments.bench.judging.claims import used_to_choose, words
 from experiments.bench.judging.count import Count, totals
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import eyes
+from experiments.bench.reproduction.plan import Scale, design, planned
 from experiments.bench.reproduction.replicates import rate
+from experiments.bench.store.files import read_parquet
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"
@@ -48,6 +53,9 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Closed loop, claims of our own": ("B1", "B2", "B3", "B4"),
 }
 """What claims are about -> their ids: the rows of the README's table."""
+UNREPEATABLE = ("wall_s", "code")
+"""Columns that differ between runs of equal numbers."""
+STALE = "The design has changed since: `make numbers` measures anew."
 OUTCOME_FIELDS = ("verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
 BEGIN, END = "<!-- measured: {} -->\n", "<!-- end of measured -->"
@@ -68,6 +76,7 @@ def taken(run: Path) -> dict[str, Any]:
     return {
         "design": {name: design[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": _commit(), **design["versions"]},
+        "rows": {table.parent.relative_to(run).as_posix(): rows_hash(table) for table in _tables(run)},
         "claims": [kept(verdict) | {"rate": _rate(verdict.id, pooled.get(verdict.id))} for verdict in claims],
         "behaviours": [kept(verdict) | {"says": verdict.says} for verdict in behaviours],
         "eyes": [
@@ -77,6 +86,21 @@ def taken(run: Path) -> dict[str, Any]:
         ],
         "scores": scores,
     }
+
+
+def _tables(run: Path) -> list[Path]:
+    """Return the tables of rows in a folder and in those one level below."""
+    return sorted(path for path in run.glob("*/trials.parquet") if path.is_file())
+
+
+def rows_hash(table: Path) -> str:
+    """Return the SHA-256 of a table's rows, times that they took aside: that of all figures drawn from it."""
+    rows = read_parquet(table)
+    kept_rows = rows.select([name for name in rows.schema.names if name not in UNREPEATABLE])
+    digest = hashlib.sha256()
+    for row in kept_rows.to_pylist():
+        digest.update(json.dumps(row, default=str).encode())
+    return digest.hexdigest()
 
 
 def kept(verdict: Verdict) -> dict[str, Any]:
@@ -138,6 +162,33 @@ def _commit() -> str:
     command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude=*"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     return done.stdout.strip() or "unknown"
+
+
+@functools.cache
+def _digest(scale: Scale, seed: int) -> str:
+    return str(design(planned(scale, seed))["digest"])
+
+
+def stale(results: Mapping[str, Any]) -> bool:
+    """Tell whether the figures are of another design than the code's."""
+    measured = results["design"]
+    known = {field.name for field in dataclasses.fields(Scale)}
+    if set(measured["scale"]) != known:
+        return True
+    scale = Scale(**{**measured["scale"], "offline": tuple(measured["scale"]["offline"])})
+    return bool(measured["digest"] != _digest(scale, measured["seed"]))
+
+
+def unfit(results: Mapping[str, Any]) -> str:
+    """Return why a release cannot have these figures; empty where it can."""
+    commit = results["measured_with"]["commit"]
+    if stale(results):
+        return f"the figures, measured by commit {commit}, are of another design than the code's: run make numbers"
+    if commit.endswith("-dirty") or commit == "unknown":
+        return f"the figures were measured by commit {commit}, which nobody can check out: run make numbers"
+    if not results.get("rows"):
+        return f"the figures, measured by commit {commit}, record no hash of their rows: run make numbers"
+    return ""
 
 
 def blocks(results: Mapping[str, Any]) -> dict[str, str]:
@@ -203,7 +254,8 @@ def _totals(results: Mapping[str, Any]) -> str:
     sentence = "; ".join(totals([(claim["id"], Count(**claim["count"])) for claim in claims]))
     return (
         f"{sentence}. A replicate has {scale['repeats']} repeats of each of the robot's conditions, or every clip, at "
-        f"one seed; replicate 0 has seed {seed}."
+        f"one seed; replicate 0 has seed {seed}. Measured by commit {results['measured_with']['commit']}."
+        f"{f' {STALE}' if stale(results) else ''}"
     )
 
 
@@ -278,10 +330,16 @@ def renewed(page: str, text: str, parts: Mapping[str, str]) -> str:
 def main() -> None:
     """Take over the figures of the folder on the command line."""
     parser = argparse.ArgumentParser(prog="python -m tools.numbers", description="Renew the measured figures of docs.")
-    parser.add_argument("run", type=Path, help="folder of a finished colias reproduce")
+    parser.add_argument("run", type=Path, nargs="?", help="folder of a finished colias reproduce")
+    parser.add_argument("--check", action="store_true", help="take nothing over: refuse figures that are stale")
     parser.add_argument("--root", type=Path, default=ROOT, help="folder of the pages, and of docs/results.json")
     given = parser.parse_args()
     root: Path = given.root
+    if given.check == (given.run is not None):
+        parser.error("give the folder of a run, or --check")
+    if given.check:
+        why = unfit(json.loads((root / RESULTS.relative_to(ROOT)).read_text(encoding="utf-8")))
+        sys.exit(_refuse(why) if why else 0)
     try:
         results = taken(given.run)
         parts = blocks(results)

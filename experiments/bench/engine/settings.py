@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -184,6 +185,12 @@ def _split(text: str, schema: Mapping[str, Any]) -> Any:
 
 
 def _properties(cls: type) -> dict[str, dict[str, Any]]:
+    return _properties_once(cls)
+
+
+@functools.cache
+def _properties_once(cls: type) -> dict[str, dict[str, Any]]:
+    """Return the schema of each field; pydantic takes its time to make it, and plans ask a hundred times."""
     schema = TypeAdapter(cls).json_schema()
     properties: dict[str, dict[str, Any]] = schema["properties"]
     return properties
