@@ -1,6 +1,8 @@
 # `make run` and `make test` do all set-up by themselves; see tools/setup.sh.
 BIN := .venv/bin
 READY := .venv/.ready
+# Some images set it. Every process, of which the tests start hundreds, would then compile all of the source anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 # The figures that documentation quotes are checked by `release`, as `test` runs no hours of trials.
 .PHONY: run reproduce numbers release train policies test test-train attack fuzz mutants docs lint types bench sizes setup lock clean
