@@ -37,12 +37,9 @@ WITHIN, TRIES = 1e-5, 50
 
 def crossing() -> Stimulus[ClipParams]:
     """Return the named plain crossing."""
-    from experiments.bench import registry
-    from experiments.bench.clips.experiment import OfflineExperiment
+    from experiments.clean import EXPERIMENT  # not before: it declares claims, and claims read this file
 
-    experiment = registry.find(CROSSING[0])
-    assert isinstance(experiment, OfflineExperiment)
-    return next(clip for clip in experiment.clips if clip.name == CROSSING[1]).build(0)
+    return next(clip for clip in EXPERIMENT.clips if clip.name == CROSSING[1]).build(0)
 
 
 def answer(model: ConfiguredModel, clip: Stimulus[ClipParams]) -> float:

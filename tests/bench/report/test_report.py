@@ -128,7 +128,8 @@ def test_tiles_claims_json_terminal_and_readme_show_the_same_verdicts(result, pa
     judged = {claim.id: claim.count for claim in result.claims if claim.experiment}
     assert in_table == {claim: count.label if count.kind != "counted" else "-" for claim, count in judged.items()}
     scale = dataclasses.asdict(result.scale)
-    results = {"design": {"scale": scale, "seed": 0}, "behaviours": [], "scores": [],
+    results = {"design": {"scale": scale, "seed": 0, "digest": ""}, "measured_with": {"commit": "0"},
+               "behaviours": [], "scores": [],
                "claims": [{**kept(claim), "rate": ""} for claim in result.claims]}  # fmt: skip
     readme = blocks(results)["verdicts"]
     rows = dict(re.findall(r"^\| (C\d+) \| .* \| (\w+|-) \| [^|]* \|$", readme, re.MULTILINE))
