@@ -36,6 +36,9 @@ params = st.builds(
     off=st.booleans(),
     dog=st.booleans(),
     fdsr=st.booleans(),
+    polarity=st.sampled_from(["common", "centre"]),
+    rectified=st.booleans(),
+    lowpass=st.sampled_from(["backward-euler", "exact"]),
 )
 
 
