@@ -75,7 +75,7 @@ class DSNNParams:
     )
     lowpass: Literal["backward-euler", "exact"] = Field(
         default="backward-euler",
-        description="gain of every low-pass: dt / (dt + tau), or the exact 1 - exp(-dt / tau) (the paper names neither)",
+        description="gain of every low-pass: dt / (dt + tau), or the exact 1 - exp(-dt / tau) (the paper: neither)",
     )
 
     @classmethod
