@@ -49,7 +49,8 @@ class Case:
             left = [1.0 - p.alpha(tau) for tau in (p.tau_fast, p.tau_slow)]
             parts = [
                 np.int32(0), film,
-                np.array([p.n_p, p.d, p.n_con, p.on, p.off, p.dog, p.fdsr, p.rectified, p.polarity == "common"], np.int32),
+                np.array([p.n_p, p.d, p.n_con, p.on, p.off, p.dog, p.fdsr, p.rectified], np.int32),
+                np.int32(p.polarity == "common"),
                 np.array([p.w_i, p.sigma_l, *left], np.float32),
                 np.array([p.alpha(p.tau_mp), rows * columns * p.k_sig, p.k_sp, p.t_sp]),
                 np.array([residue(p.u, i) for i in range(1, p.n_p + 1)], np.float32),
