@@ -191,20 +191,22 @@ def test_an_exact_lowpass_goes_as_far_in_two_frames_as_in_one_twice_as_long():
 
 @pytest.mark.parametrize("kind", [DSNN, ReferenceDSNN])
 def test_readings_of_la_differ_where_the_gaussians_differ_in_sign_alone(kind):
-    frames = crossing()
+    frames = np.random.default_rng(3).integers(0, 256, (5, 40, 50)).astype(np.uint8)
     la = {}
     for polarity in ("common", "centre"):
         model = kind(frames.shape[1:], DSNNParams(polarity=polarity))
-        for frame in frames[:5]:
+        for frame in frames:
             maps = model.step(frame, maps=True).maps
         la[polarity] = maps.la
     p = maps.p.astype(np.float64)
     centre, surround = (blur(p, gaussian_kernel(sigma)) for sigma in (1, 2))
-    differ = centre * surround < 0.0
-    assert differ.any() and (~differ & (np.abs(la["common"]) > 1.0)).any()
+    sure = np.minimum(np.abs(centre), np.abs(surround)) > 1e-3  # single precision may see another sign nearer 0
+    differ = sure & (centre * surround < 0.0)
+    alike = sure & ~differ
+    assert differ.mean() > 0.1 and alike.mean() > 0.1
     assert not la["common"][differ].any()
     np.testing.assert_allclose(la["centre"][differ], (centre - surround)[differ], atol=1e-3)
-    np.testing.assert_allclose(la["centre"][~differ], la["common"][~differ], atol=1e-3)
+    np.testing.assert_allclose(la["centre"][alike], la["common"][alike], atol=1e-3)
 
 
 @pytest.mark.parametrize(
