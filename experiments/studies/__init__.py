@@ -3,5 +3,14 @@
 A new study that ships is a file here that defines ``STUDY``, and its name in `NAMES`.
 """
 
-NAMES = ("fidelity", "detectors", "onboard", "sensitivity", "background", "constants-2017", "constants-emd")
+NAMES = (
+    "fidelity",
+    "detectors",
+    "onboard",
+    "sensitivity",
+    "sensitivity-clips",
+    "background",
+    "constants-2017",
+    "constants-emd",
+)
 """The studies, without ``model-claims``, whose claims are each about a model of its own."""

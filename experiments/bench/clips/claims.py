@@ -59,7 +59,7 @@ class ClipClaim(Claim):
         The condition that clips without an object have to meet, where it is about such clips too.
     least_greys
         How many grey levels of the object it needs.
-    title, cause, tried, mechanism, readings
+    title, cause, tried, mechanism
         What is told of it beside its words, as of an `experiments.Claim`.
 
     Raises
