@@ -1,8 +1,11 @@
 # `make run` and `make test` do all set-up by themselves; see tools/setup.sh.
 BIN := .venv/bin
 READY := .venv/.ready
+# Some images set it. Every process, of which the tests start hundreds, would then compile all of the source anew.
+unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run reproduce numbers train policies test test-train attack fuzz mutants docs lint types bench sizes setup lock clean
+# The figures that documentation quotes are checked by `release`, as `test` runs no hours of trials.
+.PHONY: run reproduce numbers release train policies test test-train attack fuzz mutants docs lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -13,6 +16,7 @@ reproduce: $(READY) ## The paper's robot experiments, and which of its claims ho
 NUMBERS := runs/numbers
 numbers: $(READY) ## The documentation's measured figures anew: the whole reproduction (NUMBERS=DIR goes on with one), then the text
 	$(BIN)/colias reproduce --full --out $(NUMBERS)
+	$(BIN)/colias study fidelity --out $(NUMBERS)/fidelity
 	$(BIN)/python -m tools.numbers $(NUMBERS)
 
 train: $(READY) ## A policy by PPO on neural observations, after setting up the extra [train]
@@ -28,6 +32,10 @@ test: $(READY) ## Every test; those that need Debian's chromium, gcc-arm-none-ea
 	sh tools/setup.sh --browser
 	sh tools/setup.sh --firmware
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
+
+release: $(READY) ## The package, into dist/; refused while measured figures of the documentation are stale
+	$(BIN)/python -m tools.numbers --check
+	$(BIN)/python -m pip wheel -q --no-deps --no-build-isolation -w dist .
 
 SITE := build/site
 docs: $(READY) ## The documentation, into build/site: tutorials executed, warnings are errors, links and search checked

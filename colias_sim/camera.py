@@ -14,11 +14,12 @@ import numpy.typing as npt
 from colias_sim.config import CameraConfig
 from colias_sim.exposure import LAG_SDS, WHOLE, FramePlan, Render, next_exposure, plan_frame, settle
 from colias_sim.lamps import Lamps
-from colias_sim.lens import point_spread
+from colias_sim.lens import falloff, point_spread
 from colias_sim.noise import Noise
 from colias_sim.offscreen import Offscreen
 from colias_sim.scene import OWN_BODY_GROUP, FrameClock
 from colias_sim.sensor import Sensor, render_shape, slots_of
+from colias_sim.tone import Tone
 from colias_sim.tuning import check_tunable
 
 Floats = npt.NDArray[np.float32]
@@ -128,8 +129,12 @@ class Camera:
         self._set_optics()
 
     def _set_optics(self) -> None:
-        """Compute what noise and lens need of the settings."""
+        """Compute what lens, noise and tone need of the settings."""
         config = self.config
+        shape = config.height, config.width
+        self._falloff = falloff(*shape, config.focal_px, config.vignetting) if config.vignetting > 0.0 else None
+        tone = Tone(config)
+        self._tone = tone if tone.on else None
         self._noise = Noise(config)
         self._kernel = point_spread(config.blur_px) if config.blur_px > 0.0 else None
 
@@ -209,17 +214,18 @@ class Camera:
         config, light = self.config, self._averaged()
         luma = np.empty(light.shape, np.uint8)
         noise = self._noise.draw(light, rng)
-        if config.luma_range == "full":
+        if config.luma_range == "full" and self._tone is None:
             cv2.add(light, noise, dst=luma, dtype=cv2.CV_8U)  # rounds and saturates
         else:
-            scale = (VIDEO_WHITE - VIDEO_BLACK) / 255.0
-            cv2.convertScaleAbs(np.clip(light + noise, 0.0, 255.0), dst=luma, alpha=scale, beta=VIDEO_BLACK)
+            grey = np.clip(light + noise, 0.0, 255.0) if self._tone is None else self._tone.of(light + noise)
+            black, white = (VIDEO_BLACK, VIDEO_WHITE) if config.luma_range == "video" else (0.0, 255.0)
+            cv2.convertScaleAbs(grey, dst=luma, alpha=(white - black) / 255.0, beta=black)
         # An array over immutable bytes: no model can make it writable again.
         picture = np.frombuffer(luma.tobytes(), np.uint8).reshape(luma.shape)
         age_ms = self.plan.early_steps * 1000.0 / (self._steps * config.fps)
         frame = Frame(picture, time, self.plan.exposure_ms, config.row_time_us, age_ms)
         if config.auto_exposure:
-            mean = float(light.mean(dtype=np.float64))  # OpenCV's last bits go by where the array lies
+            mean = float(self._metered(light).mean(dtype=np.float64))  # OpenCV's last bits go by where the array lies
             self._exposure_ms = next_exposure(config, self._exposure_ms, mean, self.plan.exposure_ms)
         self.discard()
         # Parts that are off draw nothing, so that the noise of the others stays the same.
@@ -259,11 +265,22 @@ class Camera:
         """Mean grey of the present scene at an exposure time, all rows at this moment."""
         assert self._lamps is not None
         with self._lamps.scaled(plan_frame(self.config, self._steps, exposure_ms, 0).light):
-            return self._sensor.mean(data)
+            if self._falloff is None and self._tone is None:
+                return self._sensor.mean(data)
+            light = self._sensor.still(data)
+        if self._falloff is not None:
+            light *= self._falloff
+        return float(self._metered(light).mean(dtype=np.float64))
+
+    def _metered(self, light: Floats) -> Floats:
+        """What the exposure loop sees of the light behind the lens: that itself, or the luma that it becomes."""
+        return light if self._tone is None or self.config.ae_meter == "light" else self._tone.of(light)
 
     def _averaged(self) -> Floats:
         """Return the light of the frame under way, behind the lens."""
         light = self._sensor.average(self.plan.samples)
+        if self._falloff is not None:
+            light *= self._falloff
         if self._kernel is None:
             return light
         blurred = cv2.sepFilter2D(light, cv2.CV_32F, self._kernel, self._kernel, borderType=cv2.BORDER_REPLICATE)

@@ -8,16 +8,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim.field_docs import unit, with_field_docs
-from colias_sim.presets import COLIAS4, OV7670, find
+from colias_sim.presets import CAMERAS, COLIAS4, OV7670, ROBOTS, find
+from colias_sim.registers import CONTRAS_CENTER_RESET, GAMMA_RESET, UNIT_CONTRAS
 from scenes import arena_path
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+_Register = Annotated[int, Field(ge=0, le=255)]
+
+
+def known_picture(path: str) -> str:
+    """Check the path of a picture, which may be empty; return it, or raise ``ValueError``."""
+    if path and not Path(path).is_file():
+        raise ValueError(f"there is no such file: {path}")
+    return path
 
 
 def known_arena(name: str) -> str:
@@ -108,6 +119,17 @@ class RobotConfig:
         return {"default": cls(), "colias4": cls(**COLIAS4)}
 
     @classmethod
+    def preset_summaries(cls) -> Mapping[str, str]:
+        """Say what each of the `presets` is.
+
+        Returns
+        -------
+        mapping of str to str
+            Name -> a few words.
+        """
+        return ROBOTS
+
+    @classmethod
     def preset(cls, name: str) -> RobotConfig:
         """Look up one of the `presets`; ``--set robot.preset=NAME`` does the same.
 
@@ -139,9 +161,12 @@ class CameraConfig:
 
     By default the eye is ideal apart from noise: a global shutter, a fixed exposure and no lens. `preset` has others.
 
+    Light passes the stages in this order: the lens's falloff and blur, exposure and gain, noise, clipping at 0 and 255,
+    the gamma curve, contrast, brightness, the range of the luma, and rounding to 8 bits.
+
     References
     ----------
-    OmniVision: data sheet of the OV7670. Public firmware of the Colias (ColiasSenseV4).
+    OmniVision: data sheets of the OV7670 and the OV7675. Public firmware of the Colias (ColiasSenseV4).
     """
 
     width: Annotated[int, unit("px")] = Field(default=99, ge=8, le=1920, description="columns of a frame")
@@ -226,6 +251,11 @@ class CameraConfig:
         description="exposure time at which, with gain 1, the exposure loop's picture is as bright as a fixed"
         " exposure's (assumed)",
     )  # fmt: skip
+    ae_meter: Literal["light", "luma"] = Field(
+        default="light",
+        description="grey whose mean the exposure loop judges: light, behind the lens and before gamma, contrast and"
+        " brightness, or luma, after them (assumed: no source says which)",
+    )
     ae_start: Literal["settled", "cold"] = Field(
         default="settled",
         description="whether the exposure loop has settled on the still scene at a reset, or starts cold",
@@ -235,6 +265,33 @@ class CameraConfig:
         ge=0.0,
         le=8.0,
         description="standard deviation of the lens's Gaussian point spread (OV7670 on Colias: 0.31)",
+    )
+    vignetting: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=8.0,
+        description="exponent n of the lens's falloff, the cosine of the angle to the axis to the power n (natural"
+        " falloff: 4); the sensor's correction of lens shading is off",
+    )
+    gamma: bool = Field(default=False, description="whether the sensor's gamma curve is on (OV7670 after a reset: on)")
+    gamma_points: tuple[_Register, ...] = Field(
+        default=GAMMA_RESET,
+        min_length=len(GAMMA_RESET),
+        max_length=len(GAMMA_RESET),
+        description="GAM1 to GAM15, the outputs of the gamma curve at inputs 4, 8, 16, 32, 40, 48, 56, 64, 72, 80, 96,"
+        " 112, 144, 176 and 208; they do not fall",
+    )
+    contrast: int = Field(
+        default=UNIT_CONTRAS, ge=0, le=255, description="CONTRAS, the contrast of luma times 64 (OV7670: 64)"
+    )
+    contrast_center: Annotated[int, unit("grey levels")] = Field(
+        default=CONTRAS_CENTER_RESET,
+        ge=0,
+        le=255,
+        description="CONTRAS_CENTER, the luma that contrast leaves as it is (OV7670: 128)",
+    )
+    brightness: Annotated[int, unit("grey levels")] = Field(
+        default=0, ge=-127, le=127, description="BRIGHT with its sign, an offset of luma after contrast (OV7670: 0)"
     )
     luma_range: Literal["full", "video"] = Field(
         default="full", description="range of the luma: full, 0..255, or video, 16..235"
@@ -265,6 +322,9 @@ class CameraConfig:
                     f"row_time_us={self.row_time_us:g}: {self.height} rows have to be read within a frame, so legal "
                     f"is up to {longest:g}"
                 )
+        if any(after < before for before, after in pairwise(self.gamma_points)):
+            values = ",".join(map(str, self.gamma_points))
+            raise ValueError(f"gamma_points={values}: legal are 15 values that do not fall")
         if self.auto_exposure:
             self._check_loop()
         return self
@@ -300,10 +360,9 @@ class CameraConfig:
 
     @classmethod
     def presets(cls) -> Mapping[str, CameraConfig]:
-        """Make the presets. ``ov7670`` is the robot's own camera as far as data sheets and firmware say.
+        """Make the presets. ``ov7670`` is a model of the robot's camera, from data sheets and firmware.
 
-        What no source gives, the preset takes from the defaults: among these the lamps' strength (``ae_unit_ms``),
-        and no frames dropped, no jitter.
+        What no source gives it assumes; docs/eye.md lists the assumptions. No frame of a robot was held against it.
 
         Returns
         -------
@@ -311,6 +370,17 @@ class CameraConfig:
             Name -> camera: ``default``, ``ideal`` and ``ov7670``.
         """
         return {"default": cls(), "ideal": cls.ideal(), "ov7670": cls(**OV7670)}
+
+    @classmethod
+    def preset_summaries(cls) -> Mapping[str, str]:
+        """Say what each of the `presets` is.
+
+        Returns
+        -------
+        mapping of str to str
+            Name -> a few words.
+        """
+        return CAMERAS
 
     @classmethod
     def preset(cls, name: str) -> CameraConfig:
@@ -346,4 +416,7 @@ class SceneConfig:
     light_sd: float = Field(default=0.03, ge=0.0, le=0.5, description="spread of the lamps' strength between trials")
     turn_wall: bool = Field(default=True, description="turn the wall's texture to a random phase in each trial")
     shell_grey: float = Field(default=0.02, ge=0.0, le=1.0, description="reflectance of the stimulus's shell")
+    wall: Annotated[str, AfterValidator(known_picture)] = Field(
+        default="", description="path of a picture around the wall, beside its mirror image; empty: the arena's texture"
+    )
     wall_contrast: float = Field(default=1.0, ge=0.0, le=4.0, description="contrast of the wall's texture")

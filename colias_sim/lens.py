@@ -1,4 +1,4 @@
-"""The blur of a camera's lens."""
+"""The blur and the falloff of a camera's lens."""
 
 from __future__ import annotations
 
@@ -33,3 +33,26 @@ def point_spread(sd_px: float) -> Floats:
     weights = np.roll(np.fft.irfft(transfer, 256), half)[: 2 * half + 1]
     kernel: Floats = (weights / weights.sum()).astype(np.float32)
     return kernel
+
+
+def falloff(rows: int, columns: int, focal_px: float, exponent: float) -> Floats:
+    """Compute which share of the light on the axis a lens passes to each pixel: the cosine of its angle, to a power.
+
+    Parameters
+    ----------
+    rows, columns
+        Of the picture, whose middle is on the axis.
+    focal_px
+        Focal length, px.
+    exponent
+        The power: 4 is the natural falloff of a lens without mechanical vignetting, 0 none.
+
+    Returns
+    -------
+    ndarray
+        Shares, 0 to 1, (R, C) float32, at the pixels' middles.
+    """
+    y, x = np.arange(rows) - (rows - 1) / 2, np.arange(columns) - (columns - 1) / 2
+    tangent_squared = (x**2 + y[:, np.newaxis] ** 2) / focal_px**2
+    share: Floats = ((1.0 + tangent_squared) ** (-exponent / 2)).astype(np.float32)
+    return share

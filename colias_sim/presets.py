@@ -34,8 +34,24 @@ OV7670: Mapping[str, Any] = {
     "blur_px": 0.31,
     # Data sheet: COM15 is 0xC0 after a reset, the range 0x00..0xFF; Colias's firmware leaves it.
     "luma_range": "full",
+    # Data sheet: COM13 is 0x88 after a reset, gamma on, and Colias's firmware leaves it. It is off here, as no source
+    # says whether the loop meters before the curve, which nearly doubles HS, or after it, which hardly changes it.
+    "gamma": False,
 }
-"""The robot's own camera."""
+"""A model of the robot's camera: docs/eye.md lists what it assumes."""
+
+CAMERAS: Mapping[str, str] = {
+    "default": "noise, a fixed exposure, a global shutter and no lens",
+    "ideal": "no noise, no exposure time and 16 times the samples",
+    "ov7670": "a model of the robot's camera with assumptions, not validated against a robot (docs/eye.md)",
+}
+"""Preset of the camera -> what it is."""
+
+ROBOTS: Mapping[str, str] = {
+    "default": "wheels without steps, under feedback of the pose",
+    "colias4": "the robot's own wheels in open loop, as public firmware says; the dead band is assumed",
+}
+"""Preset of the robot -> what it is."""
 
 
 def find(presets: Mapping[str, Settings], section: str, name: str) -> Settings:

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from scenes import ARENA_RADIUS_CM, ROBOTS, WALL_PANELS, arena_path
+from scenes import ARENA_RADIUS_CM, ROBOTS, WALL_HEIGHT_CM, WALL_PANELS, arena_path
 
 DRAWN_GROUP, COLLISION_GROUP = 0, 3
 FENCE_DEPTH, FENCE_HEIGHT = 0.01, 0.03  # half extents, metres
@@ -20,6 +21,9 @@ OWN_BODY_GROUP = 1
 """The group of the drawn geoms of the robot whose camera is used. Its own camera does not render this group, as its
 lens stands in front of the whole body.
 """
+
+WALL_TEXELS = 384, 2048
+"""Texels up and around a wall that shows a picture: twice as fine as the arenas' own."""
 
 COMMAND_RATE = 60.0
 """Wheel commands per second. The true rate is the nearest at which a frame has a whole number of commands."""
@@ -92,6 +96,8 @@ def compose(
     """
     spec = mujoco.MjSpec.from_file(str(arena_path(scene.arena)))
     spec.option.timestep = FrameClock(camera.fps).timestep
+    if scene.wall:
+        set_wall(spec, scene.wall)
     if eye_of not in list(robots) or any(variant not in list(ROBOTS) for variant in robots.values()):
         raise ValueError(f"robots are {dict(robots)}, camera of '{eye_of}': variants are {', '.join(ROBOTS)}")
     for name, variant in robots.items():
@@ -126,6 +132,44 @@ def compile_model(
         wall = texels(model, "wall")
         wall[:] = contrasted(wall, scene.wall_contrast)
     return model
+
+
+def set_wall(spec: mujoco.MjSpec, path: str) -> None:
+    """Put a picture around the wall of an arena, as grey as it is, in place of the arena's texture.
+
+    The picture is as high as the wall and keeps about its proportions: with its mirror image beside it, it is repeated
+    as often as comes nearest to them.
+
+    Parameters
+    ----------
+    spec
+        The arena.
+    path
+        A file that OpenCV decodes.
+
+    Raises
+    ------
+    ValueError
+        It is no picture; one line that begins with the path.
+    """
+    try:
+        data = np.fromfile(path, np.uint8)
+        picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if data.size else None
+    except (OSError, cv2.error):
+        picture = None
+    if picture is None:
+        raise ValueError(f"{path}: no picture that can be read")
+    wide = WALL_HEIGHT_CM * picture.shape[1] / picture.shape[0]
+    pairs = max(round(math.pi * ARENA_RADIUS_CM / wide), 1)
+    columns = max(round(WALL_TEXELS[1] / (2 * pairs)), 1)
+    shrinks = picture.shape[0] > WALL_TEXELS[0]
+    one = cv2.resize(picture, (columns, WALL_TEXELS[0]), interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
+    around = np.tile(np.concatenate([one, one[:, ::-1]], axis=1), pairs)
+    texture = spec.texture("wall")
+    texture.file = ""
+    texture.height, texture.width = around.shape
+    texture.nchannel = 3
+    texture.data = np.repeat(around[:, :, np.newaxis], 3, axis=2).tobytes()
 
 
 def _add_fence(spec: mujoco.MjSpec) -> None:

@@ -107,6 +107,13 @@ class Sensor:
         self._render(data)
         return float(cv2.mean(self._grey)[0])
 
+    def still(self, data: mujoco.MjData) -> Floats:
+        """Grey levels of the present scene, all rows at this moment, (R, C) float32; no exposure takes part."""
+        self._render(data)
+        grey = self._grey.astype(np.float32)
+        height, width = self._light.shape
+        return np.asarray(cv2.resize(grey, (width, height), interpolation=cv2.INTER_AREA), np.float32)
+
     def _render(self, data: mujoco.MjData) -> Box:
         """Render the whole picture, or the box of it that has changed."""
         if self._background is not None:

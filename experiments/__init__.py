@@ -25,6 +25,7 @@ NAMES = (
     "distance-mechanism",
     "approach-mechanism",
     "recession-mechanism",
+    "speed-steps",
 )
 """The experiments with the robot."""
 

@@ -15,7 +15,13 @@ EXPERIMENT = OfflineExperiment(
         Clip(f"alone at {behind:g}", "cluttered", (("object", "absent"), ("background_speed", behind)))
         for behind in BACKGROUNDS
     ),
-    models=("dsnn", "dsnn:dog=false", "dsnn:fdsr=false"),
+    models=(
+        "dsnn",
+        "dsnn:dog=false",
+        "dsnn:fdsr=false",
+        "dsnn:dog=false,k_sig=0.3056",  # these two with their gain matched
+        "dsnn:fdsr=false,k_sig=33.22",
+    ),
     claims=("C27",),
     repeats=5,
     figure=Figure("background"),

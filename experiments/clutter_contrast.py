@@ -20,7 +20,15 @@ EXPERIMENT = OfflineExperiment(
         ),
         Clip("background alone", "cluttered", (("object", "absent"), ("speed", 40.0))),
     ),
-    models=("dsnn", "emd", "dsnn:n_con=1", "dsnn:n_con=2"),
+    models=(
+        "dsnn",
+        "emd",
+        "dsnn:n_con=1",
+        "dsnn:n_con=2",
+        "emd:gain=0.7732",  # its gain matched
+        "dsnn:n_con=1,k_sig=0.00125",  # as a mean per correlator
+        "dsnn:n_con=2,k_sig=0.0025",
+    ),
     claims=("C9", "C10", "C11", "C24", "C26"),
     repeats=2,
     recorded=False,

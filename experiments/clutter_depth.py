@@ -18,7 +18,7 @@ EXPERIMENT = OfflineExperiment(
         for shade, grey in GREYS.items()
         for motion in ("looming", "receding")
     ),
-    models=("dsnn", "dsn2017"),
+    models=("dsnn", "dsn2017", "dsn2017:k_sig=33.22"),  # the last with its gain matched
     claims=("C5",),
     repeats=5,
 )

@@ -34,7 +34,7 @@ EXPERIMENT = OfflineExperiment(
     name="clutter-frames",
     summary="the clips before clutter with speeds read as px per frame, as the paper writes them, and not as px/s",
     clips=tuple(_per_frame(experiment, clip) for experiment in OF for clip in experiment.clips),
-    models=tuple(dict.fromkeys(model for experiment in OF for model in experiment.models)),
+    models=("dsnn", "dsn2017", "emd", "dsnn:n_con=1", "dsnn:n_con=2", "dsnn:dog=false", "dsnn:fdsr=false"),
     repeats=2,
     figure=Figure("ranges"),
     recorded=False,

@@ -23,7 +23,7 @@ EXPERIMENT = OfflineExperiment(
         for behind in BACKGROUNDS
         for speed in SPEEDS
     ),
-    models=("dsnn", "dsn2017"),
+    models=("dsnn", "dsn2017", "dsn2017:k_sig=33.22"),  # the last with its gain matched
     claims=("C7", "C8"),
     repeats=2,
     recorded=False,

@@ -15,7 +15,7 @@ EXPERIMENT = OfflineExperiment(
         Clip(f"{shade} rightward", "cluttered", (("grey", grey), ("background_speed", -8.0)))
         for shade, grey in GREYS.items()
     ),
-    models=("dsnn", "dsn2017"),
+    models=("dsnn", "dsn2017", "dsn2017:k_sig=33.22"),  # the last with its gain matched
     claims=("C6",),
     repeats=5,
 )

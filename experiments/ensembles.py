@@ -34,6 +34,8 @@ EXPERIMENT = Experiment(
         "dsnn:tau_s=100,100",
         "dsnn:tau_s=200,200",
         "dsnn:tau_s=200,10",  # falling with spacing: the other reading of the paper's words
+        "dsnn:n_con=1,k_sig=0.00125",  # as a mean per correlator: C24
+        "dsnn:n_con=2,k_sig=0.0025",
     ),
     figure="mechanism",
 )

@@ -9,7 +9,7 @@ from scenes.hints import nearest
 FOLDER = Path(__file__).parent
 """Folder of the files."""
 
-ARENA_RADIUS_CM = 45.0
+ARENA_RADIUS_CM, WALL_HEIGHT_CM = 45.0, 40.0
 WALL_PANELS = 24  # flat panels around
 
 ARENAS = {

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from scenes import ARENA_RADIUS_CM, WALL_PANELS
+from scenes import ARENA_RADIUS_CM, WALL_HEIGHT_CM, WALL_PANELS
 
 ASSETS = Path(__file__).parent / "assets"
 SEEDS = {"clutter": 2018, "leaves": 2019}
@@ -20,7 +20,7 @@ SEEDS = {"clutter": 2018, "leaves": 2019}
 WIDTH, HEIGHT = 1024, 192  # texels around and up the wall: about three per camera pixel
 STRIPES = 12
 FINER, LEAVES, SMALLEST, LARGEST = 2, 9000, 4.0, 90.0  # texels, two per millimetre and more, of the leaves
-RADIUS, WALL_HEIGHT, PANELS = ARENA_RADIUS_CM / 100, 0.40, WALL_PANELS  # metres, metres
+RADIUS, WALL_HEIGHT, PANELS = ARENA_RADIUS_CM / 100, WALL_HEIGHT_CM / 100, WALL_PANELS  # metres, metres
 
 
 def clutter() -> npt.NDArray[np.uint8]:

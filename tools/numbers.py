@@ -10,20 +10,27 @@ from __future__ import annotations
 
 import argparse
 import csv
+import dataclasses
+import functools
+import hashlib
 import json
 import math
 import re
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from experiments.bench import registry
 from experiments.bench.judging import stored
 from experiments.bench.judging.claims import used_to_choose, words
 from experiments.bench.judging.count import Count, totals
 from experiments.bench.judging.verdict import Outcome, Verdict
+from experiments.bench.reproduction import eyes
+from experiments.bench.reproduction.plan import Scale, design, planned
 from experiments.bench.reproduction.replicates import rate
+from experiments.bench.store.files import read_parquet
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"
@@ -39,13 +46,16 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Clips of five greys: speed, contrast, slow objects": ("C9", "C10", "C11"),
     "Streets, filmed and rendered": ("C12", "C28"),
     "Robot: crossings tell the direction, straight motion in depth is silent": ("C13", "C14"),
-    "Robot: speed and distance of crossings": ("C15", "C16", "C29", "C30"),
+    "Robot: speed and distance of crossings": ("C15", "C16", "C29", "C30", "C31"),
     "Robot: angular approach and recession": ("C17", "C18", "C19", "C20"),
     "Robot: looming detectors on the same approaches": ("C21",),
     "What the mechanisms do": ("C22", "C23", "C24", "C25", "C26", "C27"),
     "Closed loop, claims of our own": ("B1", "B2", "B3", "B4"),
 }
 """What claims are about -> their ids: the rows of the README's table."""
+UNREPEATABLE = ("wall_s", "code")
+"""Columns that differ between runs of equal numbers."""
+STALE = "The design has changed since: `make numbers` measures anew."
 OUTCOME_FIELDS = ("verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
 BEGIN, END = "<!-- measured: {} -->\n", "<!-- end of measured -->"
@@ -66,17 +76,46 @@ def taken(run: Path) -> dict[str, Any]:
     return {
         "design": {name: design[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": _commit(), **design["versions"]},
+        "rows": {table.parent.relative_to(run).as_posix(): rows_hash(table) for table in _tables(run)},
         "claims": [kept(verdict) | {"rate": _rate(verdict.id, pooled.get(verdict.id))} for verdict in claims],
         "behaviours": [kept(verdict) | {"says": verdict.says} for verdict in behaviours],
+        "eyes": [
+            {"eye": eye, "drive": drive, "claim": claim, "count": counted(count)}
+            for claim, cells in eyes.by_eye(run).items()
+            for (eye, drive), count in cells.items()
+        ],
         "scores": scores,
     }
+
+
+def _tables(run: Path) -> list[Path]:
+    """Return the tables of rows in a folder and in those one level below."""
+    return sorted(path for path in run.glob("*/trials.parquet") if path.is_file())
+
+
+def rows_hash(table: Path) -> str:
+    """Return the SHA-256 of a table's rows, times that they took aside: that of all figures drawn from it."""
+    rows = read_parquet(table)
+    kept_rows = rows.select([name for name in rows.schema.names if name not in UNREPEATABLE])
+    digest = hashlib.sha256()
+    for row in kept_rows.to_pylist():
+        digest.update(json.dumps(row, default=str).encode())
+    return digest.hexdigest()
 
 
 def kept(verdict: Verdict) -> dict[str, Any]:
     """Return what is kept of a verdict, as its file has it."""
     (entry,) = stored.document([verdict])["claims"]
     outcome = {name: entry["outcome"][name] for name in OUTCOME_FIELDS}
-    return {"id": entry["id"], "word": entry["word"], "count": entry["count"], "outcome": outcome}
+    equal = entry["outcome"]["equal"]
+    beside = {name: equal[name] for name in OUTCOME_FIELDS} if equal else None
+    return {"id": entry["id"], "word": entry["word"], "count": entry["count"], "outcome": outcome,
+            "equal_terms": entry["equal_terms"], "equal_outcome": beside}  # fmt: skip
+
+
+def counted(count: Count) -> dict[str, Any]:
+    """Return a count as `Count` takes it."""
+    return {"holds": count.holds, "fails": count.fails, "unjudged": dict(count.unjudged), "random": count.random}
 
 
 def _rate(claim: str, pooled: Mapping[str, Any] | None) -> str:
@@ -125,6 +164,33 @@ def _commit() -> str:
     return done.stdout.strip() or "unknown"
 
 
+@functools.cache
+def _digest(scale: Scale, seed: int) -> str:
+    return str(design(planned(scale, seed))["digest"])
+
+
+def stale(results: Mapping[str, Any]) -> bool:
+    """Tell whether the figures are of another design than the code's."""
+    measured = results["design"]
+    known = {field.name for field in dataclasses.fields(Scale)}
+    if set(measured["scale"]) != known:
+        return True
+    scale = Scale(**{**measured["scale"], "offline": tuple(measured["scale"]["offline"])})
+    return bool(measured["digest"] != _digest(scale, measured["seed"]))
+
+
+def unfit(results: Mapping[str, Any]) -> str:
+    """Return why a release cannot have these figures; empty where it can."""
+    commit = results["measured_with"]["commit"]
+    if stale(results):
+        return f"the figures, measured by commit {commit}, are of another design than the code's: run make numbers"
+    if commit.endswith("-dirty") or commit == "unknown":
+        return f"the figures were measured by commit {commit}, which nobody can check out: run make numbers"
+    if not results.get("rows"):
+        return f"the figures, measured by commit {commit}, record no hash of their rows: run make numbers"
+    return ""
+
+
 def blocks(results: Mapping[str, Any]) -> dict[str, str]:
     """Return the measured parts of the pages by name, as Markdown."""
     return {
@@ -140,22 +206,47 @@ def _verdicts(results: Mapping[str, Any]) -> str:
     columns = "| claim | the paper says | word | in all replicates |"
     lines = [_totals(results), "", columns, "|---|---|---|---|"]
     for claim in results["claims"]:
-        says, count = words(claim["id"]).says, Count(**claim["count"])
-        lines.append(f"| {claim['id']} | {_cell(says)} | {count.word or '-'} | {_cell(count.sentence())} |")
+        asked, count = words(claim["id"]), Count(**claim["count"])
+        says = f"{asked.says} (the equations imply it: {asked.implied})" if asked.implied else asked.says
+        held = "; ".join(filter(None, (count.sentence(), _on_equal_terms(claim))))
+        lines.append(f"| {claim['id']} | {_cell(says)} | {count.word or '-'} | {_cell(held)} |")
     return "\n".join(lines) + "\n"
+
+
+def _on_equal_terms(claim: Mapping[str, Any]) -> str:
+    """What a claim came to with its rivals on equal terms; empty of a claim without."""
+    equal = claim.get("equal_terms")
+    return f"on equal terms {Count(**equal).sentence()}" if equal else ""
 
 
 def _groups(results: Mapping[str, Any]) -> str:
-    """Tell what claims came to by `GROUPS`: which hold, hold sometimes, fail, and which have no word."""
+    """Tell what claims came to by `GROUPS`, under each eye and drive: which hold, hold sometimes, fail."""
     counts = {claim["id"]: Count(**claim["count"]) for claim in (*results["claims"], *results["behaviours"])}
-    lines = [_totals(results), "", "| about | holds | sometimes | fails | no word |", "|---|---|---|---|---|"]
+    under: dict[str, dict[eyes.Cell, Count]] = {}
+    for row in results.get("eyes", ()):
+        under.setdefault(row["claim"], {})[row["eye"], row["drive"]] = Count(**row["count"])
+    first, *others = eyes.CELLS.values()
+    columns = f"| about | clips, or {first} | {' | '.join(others)} |"
+    lines = [_totals(results), "", columns, "|---" * (len(eyes.CELLS) + 1) + "|"]
     for about, claims in GROUPS.items():
         ids = [claim for claim in claims if claim in counts]
-        cells = {word: ", ".join(claim for claim in ids if counts[claim].word == word)
-                 for word in ("holds", "sometimes", "fails")}  # fmt: skip
-        without = ", ".join(f"{claim}: {counts[claim]}" for claim in ids if not counts[claim].word)
-        lines.append(f"| {' | '.join(_cell(cell) for cell in (about, *cells.values(), without))} |")
+        sides = [eyes.side_by_side(claim, counts[claim], under) for claim in ids]
+        cells = [_kinds(ids, column) for column in zip(*sides, strict=True)] if ids else [""] * len(eyes.CELLS)
+        lines.append(f"| {' | '.join(_cell(cell) for cell in (about, *cells))} |")
     return "\n".join(lines) + "\n"
+
+
+def _kinds(claims: Sequence[str], counts: Sequence[Count | None]) -> str:
+    """Say which claims hold, hold sometimes, fail, and of those without a word their counts; empty: none was shown."""
+    pairs = [(claim, count) for claim, count in zip(claims, counts, strict=True) if count is not None]
+    parts = []
+    for word, heading in (("holds", "hold"), ("sometimes", "sometimes"), ("fails", "fail")):
+        ids = [claim for claim, count in pairs if count.word == word]
+        parts += [f"{heading}: {', '.join(ids)}"] if ids else []
+    parts += [f"{claim}: {count}" for claim, count in pairs if not count.word]
+    without = [claim for claim, count in zip(claims, counts, strict=True) if count is None]
+    missing = [claim for claim in without if claim in registry.answering()]
+    return "; ".join([*parts, *([f"not shown: {', '.join(missing)}"] if missing else [])])
 
 
 def _totals(results: Mapping[str, Any]) -> str:
@@ -163,7 +254,8 @@ def _totals(results: Mapping[str, Any]) -> str:
     sentence = "; ".join(totals([(claim["id"], Count(**claim["count"])) for claim in claims]))
     return (
         f"{sentence}. A replicate has {scale['repeats']} repeats of each of the robot's conditions, or every clip, at "
-        f"one seed; replicate 0 has seed {seed}."
+        f"one seed; replicate 0 has seed {seed}. Measured by commit {results['measured_with']['commit']}."
+        f"{f' {STALE}' if stale(results) else ''}"
     )
 
 
@@ -172,8 +264,9 @@ def _claims(results: Mapping[str, Any]) -> str:
     for claim in results["claims"]:
         outcome, count = Outcome(**claim["outcome"]), Count(**claim["count"])
         broken = f"; all replicates: {claim['rate']}" if claim["rate"] else ""
-        held = _cell(count.sentence())
-        lines.append(f"| {claim['id']} | {held} | {outcome.verdict} | {_cell(outcome.deciding + broken)} |")
+        held, equal = _cell(count.sentence()), claim.get("equal_outcome")
+        beside = f"; on equal terms {equal['verdict']}: {Outcome(**equal).deciding}" if equal else ""
+        lines.append(f"| {claim['id']} | {held} | {outcome.verdict} | {_cell(outcome.deciding + broken + beside)} |")
     lines += ["", "Used to choose a reading of the paper:", ""]
     readings: dict[str, list[str]] = {}
     for claim in results["claims"]:
@@ -237,10 +330,16 @@ def renewed(page: str, text: str, parts: Mapping[str, str]) -> str:
 def main() -> None:
     """Take over the figures of the folder on the command line."""
     parser = argparse.ArgumentParser(prog="python -m tools.numbers", description="Renew the measured figures of docs.")
-    parser.add_argument("run", type=Path, help="folder of a finished colias reproduce")
+    parser.add_argument("run", type=Path, nargs="?", help="folder of a finished colias reproduce")
+    parser.add_argument("--check", action="store_true", help="take nothing over: refuse figures that are stale")
     parser.add_argument("--root", type=Path, default=ROOT, help="folder of the pages, and of docs/results.json")
     given = parser.parse_args()
     root: Path = given.root
+    if given.check == (given.run is not None):
+        parser.error("give the folder of a run, or --check")
+    if given.check:
+        why = unfit(json.loads((root / RESULTS.relative_to(ROOT)).read_text(encoding="utf-8")))
+        sys.exit(_refuse(why) if why else 0)
     try:
         results = taken(given.run)
         parts = blocks(results)

@@ -22,17 +22,23 @@ from colias_sim.metrology.noise import (
     photon_transfer,
     unsteadiness,
 )
+from colias_sim.metrology.tone import LumaLine, falloff_exponent, gamma_points, grey_steps, luma_line
 
 __all__ = [
     "ExposureLoop",
+    "LumaLine",
     "MetrologyError",
     "NoiseLevels",
     "PhotonTransfer",
     "edge_columns",
     "edge_rows",
     "exposure_loop",
+    "falloff_exponent",
     "fixed_pattern",
+    "gamma_points",
+    "grey_steps",
     "lean",
+    "luma_line",
     "noise_levels",
     "photon_transfer",
     "row_time_us",

@@ -40,6 +40,12 @@ class EMDParams:
     log: bool = Field(
         default=True, description="whether potentials are logarithmic, as the paper plots them; false: linear"
     )
+    gain: float = Field(
+        default=1.0,
+        gt=0.0,
+        le=1e3,
+        description="gain of the output, behind the logarithm where there is one",
+    )
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
 
@@ -50,7 +56,7 @@ class EMD(NonCopyable):
     two arms subtracted. With H the high-passed luminance and D its
     delayed copy, ``R = D(x) H(x+s) - H(x) D(x+s)``; pairs that leave the image are dropped. Channels: ``hs`` and
     ``vs``, the mean r of R in squared grey levels as a share of the full scale F = 255^2 (linear) or, by default,
-    ``sgn(r) ln(1 + |r|) / ln(1 + F)``. Neither has spikes: the paper reads the potential's peak.
+    ``sgn(r) ln(1 + |r|) / ln(1 + F)``, times ``gain``. Neither has spikes: the paper reads the potential's peak.
 
     Assumed, because the paper only speaks of "the logarithmic output" and Iida's constants could not be read: both
     time constants and the spacing; a first-order high-pass, ``H(t) = (1 - alpha) (H(t-1) + L(t) - L(t-1))``; the 1
@@ -130,6 +136,5 @@ class EMD(NonCopyable):
         return float(d[:-shift] @ h[shift:] - h[:-shift] @ d[shift:]) / (self.shape[0] * self.shape[1])
 
     def _potential(self, r: float) -> float:
-        if not self.params.log:
-            return r / FULL_SCALE
-        return math.copysign(math.log1p(abs(r)) / math.log1p(FULL_SCALE), r)
+        share = math.log1p(abs(r)) / math.log1p(FULL_SCALE) if self.params.log else abs(r) / FULL_SCALE
+        return math.copysign(self.params.gain * share, r)

@@ -14,12 +14,16 @@ light over its square. Time runs in steps of one frame, without motion blur.
 
 from dsnn.stimuli.jitter import Jittered
 from dsnn.stimuli.registry import STIMULI, StimulusEntry, stimulus, stimulus_entry
+from dsnn.stimuli.scene_statistics import Contrasts, amplitude_spectrum, contrasts, spectrum_slope
+from dsnn.stimuli.scenes import SCENES, scene
 from dsnn.stimuli.stimulus import Box, ClipParams, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
 
 __all__ = [
+    "SCENES",
     "STIMULI",
     "Box",
     "ClipParams",
+    "Contrasts",
     "Jittered",
     "Stimulus",
     "StimulusEntry",
@@ -27,6 +31,10 @@ __all__ = [
     "TimedParams",
     "Truth",
     "Velocity",
+    "amplitude_spectrum",
+    "contrasts",
+    "scene",
+    "spectrum_slope",
     "stimulus",
     "stimulus_entry",
 ]

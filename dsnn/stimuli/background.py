@@ -3,8 +3,8 @@
 ``photograph`` is ``photograph.png`` beside this file: palm leaves and the feet of a raccoon, rows 427 to 768 of
 ``raccoon-procyon-lotor.jpg`` from www.public-domain-image.com, a photograph in the public domain that SciPy
 shipped as ``scipy.misc.face`` up to its version 1.9. Its luma was blurred (Gaussian, sigma half a pixel of the
-result) and reduced to 540x180 px. ``pink`` is noise whose amplitude falls as one over spatial frequency, as
-it does in natural images (Field 1987, J. Opt. Soc. Am. A 4:2379).
+result) and reduced to 540x180 px. The others are the scenes of `dsnn.stimuli.scenes`, each made by a seed, and any
+picture of a user's own.
 """
 
 from __future__ import annotations
@@ -12,16 +12,18 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from importlib import resources
-from typing import Literal
+from pathlib import Path
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
+from dsnn.stimuli.scenes import SCENES, scene
 from dsnn.stimuli.stimulus import Luma
-from dsnn.stimuli.streams import stream
 
-Image = Literal["photograph", "pink"]
+PHOTOGRAPH = "photograph"
+SMALLEST_PX = 16
+"""Least side of a user's own picture."""
 Floats = npt.NDArray[np.float32]
 
 PHASES = 8
@@ -30,9 +32,6 @@ PHASES = 8
 The interpolation then takes at most 2 % off the finest detail a pixel grid holds, where interpolating between
 whole pixels would take all of it, and make a slowly shifting texture flicker from sharp to blurred.
 """
-
-PINK_MEAN, PINK_SD = 110.0, 45.0
-"""Grey levels: near the photograph's own, 103 and 57, with room for the tails."""
 
 
 class Panorama:
@@ -62,17 +61,29 @@ class Panorama:
         return self._shifted[phase][:, column : column + self._columns]
 
 
-def panorama(image: Image, shape: tuple[int, int], seed: int) -> Panorama:
-    """Make background ``image`` for frames of ``shape`` (R, C). The seed makes the noise; the photograph has none."""
-    return _panorama(image, shape, seed if image == "pink" else 0)
+def known_background(name: str) -> str:
+    """Check the name of a background, or the path of a picture; return it, or raise ``ValueError``."""
+    if name != PHOTOGRAPH and name not in SCENES and not Path(name).is_file():
+        raise ValueError(f"legal is {PHOTOGRAPH}, {', '.join(SCENES)}, or the path of a picture")
+    return name
+
+
+def panorama(image: str, shape: tuple[int, int], seed: int) -> Panorama:
+    """Return a background for frames of ``shape`` (R, C): `PHOTOGRAPH`, one of `SCENES` or the path of a picture.
+
+    The seed makes a scene, twice as wide as the frame. A picture has none. ``ValueError`` says why one cannot be read.
+    """
+    made = image in SCENES
+    changed_ns = 0 if made or image == PHOTOGRAPH else Path(image).stat().st_mtime_ns
+    return _panorama(image, shape, seed if made else 0, changed_ns)
 
 
 @lru_cache(maxsize=4)
-def _panorama(image: Image, shape: tuple[int, int], seed: int) -> Panorama:
+def _panorama(image: str, shape: tuple[int, int], seed: int, changed_ns: int) -> Panorama:
     rows, columns = shape
-    noise = stream("background.pink", seed)
-    whole = _photograph(rows) if image == "photograph" else pink((rows, 2 * columns), noise)
-    return Panorama(whole, columns)
+    if image in SCENES:
+        return Panorama(scene(image, (rows, 2 * columns), seed).astype(np.float32), columns)
+    return Panorama(_photograph(rows) if image == PHOTOGRAPH else _beside_mirror(read_picture(image), rows), columns)
 
 
 def _photograph(rows: int) -> Floats:
@@ -84,10 +95,45 @@ def _photograph(rows: int) -> Floats:
     return np.asarray(whole[:rows], np.float32)
 
 
-def pink(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
-    """Noise of 1/f amplitude in 0..255, (R, C) float32, that repeats along x and y without a seam."""
-    rows, columns = shape
-    frequency = np.hypot(np.fft.fftfreq(rows)[:, np.newaxis], np.fft.rfftfreq(columns))
-    frequency[0, 0] = np.inf  # no constant part
-    noise = np.fft.irfft2(np.fft.rfft2(rng.standard_normal(shape)) / frequency, shape)
-    return np.asarray(np.clip(PINK_MEAN + PINK_SD * noise / noise.std(), 0.0, 255.0), np.float32)
+def _beside_mirror(picture: Luma, rows: int) -> Floats:
+    """Return a picture as high as ``rows``, its sides in proportion, beside its mirror image."""
+    height, width = picture.shape
+    size = max(round(width * rows / height), 1), rows
+    scaled = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if rows < height else cv2.INTER_LINEAR)
+    return np.pad(np.asarray(scaled, np.float32), ((0, 0), (0, size[0])), mode="symmetric")
+
+
+def read_picture(path: str | Path) -> Luma:
+    """Read a picture as grey levels, whatever its colours.
+
+    Parameters
+    ----------
+    path
+        A file that OpenCV decodes: PNG, JPEG, TIFF, BMP, ...
+
+    Returns
+    -------
+    numpy.ndarray
+        (R, C) uint8: the luma of Rec. 601 where it has colours.
+
+    Raises
+    ------
+    ValueError
+        It cannot be read, is no picture, or is smaller than 16 px along a side; one line that begins with the path.
+    """
+    try:
+        data = np.fromfile(path, np.uint8) if Path(path).is_file() else None
+    except OSError as error:
+        raise ValueError(f"{path}: cannot be read ({error.strerror})") from None
+    if data is None:
+        raise ValueError(f"{path}: there is no such file")
+    try:
+        picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if data.size else None
+    except cv2.error:  # a header that tells of more pixels than OpenCV takes
+        picture = None
+    if picture is None:
+        raise ValueError(f"{path}: no picture that can be read")
+    if min(picture.shape) < SMALLEST_PX:
+        height, width = picture.shape
+        raise ValueError(f"{path}: {width}x{height} px; legal is {SMALLEST_PX} px or more along each side")
+    return np.asarray(picture, np.uint8)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 from pydantic.dataclasses import dataclass as validated
 
 from dsnn.field_docs import unit, with_field_docs
-from dsnn.stimuli.background import Image, Panorama, panorama
+from dsnn.stimuli.background import PHOTOGRAPH, Panorama, known_background, panorama
 from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint, per_second
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, Velocity
 from dsnn.stimuli.streams import stream
@@ -30,8 +30,10 @@ class ClutteredParams(ObjectParams):
     grey: Annotated[float, unit("grey levels")] = Field(
         default=0.0, ge=0.0, le=255.0, description="grey level of the object; black is darker than all that it passes"
     )
-    background: Image = Field(
-        default="photograph", description="what is behind the object: palm leaves, or noise of 1/f amplitude"
+    background: Annotated[str, AfterValidator(known_background)] = Field(
+        default=PHOTOGRAPH,
+        description="what is behind the object: photograph (palm leaves); dead-leaves, pink, foliage or street, scenes"
+        " that the seed makes; or the path of a picture. In replicate r of an experiment that names none, scene r",
     )
     background_speed: Annotated[float, unit("speed_unit")] = Field(
         default=-8.0, ge=-10_000.0, le=10_000.0, description="speed of the background, rightward positive"
@@ -47,10 +49,11 @@ class ClutteredParams(ObjectParams):
 
 
 class Cluttered(Stimulus[ClutteredParams]):
-    """The seed chooses which part of the background the clip starts at, unless ``start`` does, and makes the noise.
+    """The seed makes the scene behind the object, and chooses which part of it the clip starts at, unless ``start``
+    does.
 
-    The photograph repeats every 1,080 px: 540 columns, then their mirror image. The background shifts from the first
-    frame to the last, through the object's rest.
+    A scene repeats after twice the frame's width, the photograph every 1,080 px: 540 columns, then their mirror image.
+    The background shifts from the first frame to the last, through the object's rest.
     """
 
     def __init__(self, params: ClutteredParams, seed: int = 0) -> None:

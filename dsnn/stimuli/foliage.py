@@ -12,7 +12,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
 from dsnn.field_docs import unit, with_field_docs
-from dsnn.stimuli.background import pink
+from dsnn.stimuli.scenes import pink
 from dsnn.stimuli.stimulus import CONFIG, Stimulus, StimulusFrame, TimedParams, Truth
 from dsnn.stimuli.streams import stream
 

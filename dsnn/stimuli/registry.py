@@ -129,5 +129,6 @@ def stimulus(name: str, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
     except ValidationError as error:
         problem = error.errors()[0]
         where = ".".join([name, *(str(part) for part in problem["loc"])])
-        reason = f"{problem['msg'][0].lower()}{problem['msg'][1:]}"
+        text = problem["msg"].removeprefix("Value error, ")
+        reason = f"{text[0].lower()}{text[1:]}"
         raise ValueError(f"{where}={problem['input']!r}: {reason}") from None

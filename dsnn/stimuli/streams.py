@@ -23,6 +23,9 @@ KEYS: Mapping[str, int] = MappingProxyType(
         "street.ground": 10,  # what stands still in a street
         "street.leaves": 11,  # its leaves, and how they sway
         "street.movers": 12,  # who walks in a group
+        "scene.dead-leaves": 20,  # discs
+        "scene.foliage": 21,  # leaves that hang
+        "scene.street": 22,  # houses
     }
 )
 """Name -> the number that tells its numbers from the others'. A new name takes a new number."""

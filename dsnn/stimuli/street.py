@@ -17,10 +17,10 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass as validated
 
 from dsnn.field_docs import unit, with_field_docs
-from dsnn.stimuli.background import PINK_MEAN, PINK_SD, pink
 from dsnn.stimuli.foliage import Amplitude, Sway, check_band
 from dsnn.stimuli.movers import WHEEL_GREY, Kind, Mover, group
 from dsnn.stimuli.moving import paint
+from dsnn.stimuli.scenes import PINK_MEAN, PINK_SD, pink
 from dsnn.stimuli.stimulus import CONFIG, Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
 from dsnn.stimuli.streams import stream
 

@@ -39,6 +39,10 @@ CLAIM = ClipClaim(
     models=frozenset({DSNN, *BLOCKED}),
     conditions={"motion": tuple(SIGNED)},
     of_every_clip=True,
+    implied=(
+        "HS is the sum of f(ON) and f(OFF), so both pathways alone add up to the whole, whatever is shown. That each "
+        "leaves about half is not implied."
+    ),
     mechanism=(
         "edges",
         "which pathway one edge in view drives",

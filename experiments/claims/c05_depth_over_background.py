@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from experiments.bench.clips.claims import ClipClaim
+from experiments.bench.clips.equal_terms import MATCHED
 from experiments.bench.clips.judging import (
     DSNN,
     EARLIER,
@@ -33,6 +34,8 @@ CLAIM = ClipClaim(
     says="looming and receding over a background shifting at +8: HS and VS inside +-T; the 2017 DSN model passes T",
     source="simu-nature-depth, simu-nature-trans, simu-sys-speed",
     models=frozenset({DSNN, EARLIER}),
+    equal_terms={EARLIER: MATCHED[EARLIER]},
+    of_dsnn="looming and receding over a background shifting at +8: HS and VS inside +-T",
     conditions={"motion": ("looming", "receding"), "background_speed": (8.0,)},
     of_every_clip=True,
     silent_passes=True,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from experiments.bench.clips.claims import ClipClaim
+from experiments.bench.clips.equal_terms import MATCHED
 from experiments.bench.clips.judging import (
     CROSSING,
     DSNN,
@@ -39,6 +40,8 @@ CLAIM = ClipClaim(
     ),
     source="simu-nature-depth, simu-nature-trans, simu-sys-speed",
     models=frozenset({DSNN, EARLIER}),
+    equal_terms={EARLIER: MATCHED[EARLIER]},
+    of_dsnn="right translation over a background shifting at -8: HS > T, VS inside +-T",
     conditions={**CROSSING, "background_speed": (-8.0,)},
     of_every_clip=True,
     cause="The black object's contrast depends on how dark the leaves are that it passes, which the seed decides.",

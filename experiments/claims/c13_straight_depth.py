@@ -12,7 +12,10 @@ from experiments.bench.robot.judging import DEPTH, Rows, mean_text, outcome_of, 
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:
-    """Judge motion along the optical axis, at any speed. Of motions without a spike, the higher potential decides."""
+    """Judge motion along the optical axis, at any speed: every such trial of a replicate, of all its experiments.
+
+    Of motions without a spike, the higher potential decides.
+    """
     kinds = {kind: paper_trials(rows, motion=kind, angle_deg=0.0) for kind in DEPTH}
     tested = {kind: trials for kind, trials in kinds.items() if trials}
     if not tested:
@@ -40,11 +43,13 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 CLAIM = RobotClaim(
     id="C13",
     title="Straight motion in depth: silent",
+    eye="Open loop, nothing corrects the start pose: a straight approach ends beside the camera, and fires.",
     says="straight approach and recession: no spikes",
     source="robot-general-tests",
     motions=DEPTH,
     reads=("spikes", "peak_hs", "trough_hs"),
     of_every_trial=True,
+    pools=("general", "angular-approach", "angular-recession"),
     silent_passes=True,
     cause=(
         "w_i = 0.9 leaves a tenth of symmetric motion; when a recession starts sharply, that passes T in single trials."

@@ -65,6 +65,10 @@ def _where(row: Row) -> str:
 CLAIM = RobotClaim(
     id="C14",
     title="Rightward past +T, leftward past -T",
+    eye=(
+        "Automatic exposure takes the arena to a middle grey: "
+        "the steps in grey are less than half, HS is about a quarter, below T."
+    ),
     says="right translation: HS > +T; left translation: HS < -T",
     source="robot-general-tests",
     motions=ACROSS,

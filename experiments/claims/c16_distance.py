@@ -29,6 +29,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 CLAIM = RobotClaim(
     id="C16",
     title="Spike count falls with distance",
+    eye="At 6 cm/s crossings are silent at every distance.",
     says="at 6 cm/s: spikes fall 5 > 10 > 15 cm, by at least half from 5 to 15",
     source="robot-sys-trans",
     motions=ACROSS,

@@ -15,6 +15,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 CLAIM = RobotClaim(
     id="C17",
     title="Approach: fewest straight ahead",
+    eye="Oblique approaches are as silent as straight ones.",
     says="approach: fewest spikes at 0; more at 30 than at 15 on each side",
     source="robot-sys-ar",
     motions=("approach",),

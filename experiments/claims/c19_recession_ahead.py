@@ -15,6 +15,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 CLAIM = RobotClaim(
     id="C19",
     title="Recession: fewest straight ahead",
+    eye="Recession at -15 degrees is as silent as straight recession.",
     says="recession: fewest at 0; more at 30 than at 15 on each side",
     source="robot-sys-ar",
     motions=("recession",),

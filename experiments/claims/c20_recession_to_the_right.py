@@ -15,9 +15,14 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 CLAIM = RobotClaim(
     id="C20",
     title="Recession to the right counts more",
+    eye="The weight of inhibition favours one direction at any contrast.",
     says="recession to the right elicits more than to the left",
     source="robot-sys-ar",
     motions=("recession",),
+    implied=(
+        "With w_i = 0.9 HS is from 0.9 times a part that changes sign with the direction and 0.1 times an excitation "
+        "that is always rightward; a recession to the right moves rightward."
+    ),
     mechanism=(
         "recession-mechanism",
         "excitation and inhibition over time, and what w_i = 0.9 leaves of symmetric motion",

@@ -15,7 +15,10 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 CLAIM = RobotClaim(
     id="C21",
     title="Looming detectors: most ahead",
-    says="looming detectors (LGMD1, LGMD2) in the same approach trials show the opposite pattern: most at 0",
+    says=(
+        "looming detectors (LGMD1 of Yue and Rind 2006, LGMD2 of Fu, Hu and Yue 2018, with their papers' constants) in "
+        "the same approach trials, in the bright arena, show the opposite pattern: most at 0"
+    ),
     source="robot-sys-ar",
     about="looming",
     motions=("approach",),

@@ -60,6 +60,9 @@ CLAIM = ClipClaim(
     models=frozenset({DSNN, *BLOCKED}),
     conditions={"stimulus": ("edge",), "motion": ("rightward", "leftward"), "polarity": ("on", "off")},
     of_every_clip=True,
+    implied=(
+        "The half-wave split hands a change of one sign to one pathway alone, and one edge makes changes of one sign."
+    ),
     mechanism=(
         "edges",
         "which edge drives which pathway",

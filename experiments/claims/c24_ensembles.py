@@ -5,13 +5,14 @@ from __future__ import annotations
 from experiments.bench.clips import judging as clips
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.judging import CONTRAST_GRID, LEAST_GREYS, shown
-from experiments.bench.judging.checks import Check
+from experiments.bench.judging.checks import Check, exceeds
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import ACROSS, DSNN, Rows
 from experiments.bench.robot.mechanism import peaks
 from experiments.bench.robot.mechanism.variants import (
     CONNECTIONS,
+    PER_CORRELATOR,
     ROBOT_SPEEDS,
     common_speeds,
     crossings,
@@ -23,6 +24,8 @@ from experiments.bench.robot.mechanism.variants import (
 
 FEWER = (CONNECTIONS[1], CONNECTIONS[2])
 """The DSNN with smaller ensembles, of one and of two connected cells."""
+MEANS = {CONNECTIONS[n]: PER_CORRELATOR[n] for n in (1, 2)}
+"""The same as means per correlator, beside the sums."""
 
 
 def on_robot(rows: Rows, threshold: float) -> Outcome:
@@ -53,8 +56,7 @@ def on_clips(rows: Rows, threshold: float) -> Outcome:
     """Judge the off-line part: every clip of the contrast grid."""
     grid = {model: {row["clip"]: float(row["peak_hs"]) for row in shown(rows, model)} for model in (DSNN, *FEWER)}
     checks = [
-        Check(f"{clip}: peak HS {peak:.3f}", peak, grid[model][clip], scale=threshold,
-              asks=f"more than {grid[model][clip]:.3f} of {model}")
+        exceeds(f"{clip}: peak HS {peak:.3f}", peak, grid[model][clip], f"of {model}", "potential", scale=threshold)
         for model in FEWER
         for clip, peak in grid[DSNN].items()
     ]  # fmt: skip
@@ -83,6 +85,7 @@ ROBOT = RobotClaim(
     motions=ACROSS,
     reads=("peak_hs",),
     models=frozenset({DSNN, *FEWER}),
+    equal_terms=MEANS,
     mechanism=(
         "ensembles",
         "count, time in view, firing rate and potential, 2 to 30 cm/s, beside variants of the DSNN",
@@ -96,6 +99,7 @@ CLIPS = ClipClaim(
     says=ROBOT.says,
     source=ROBOT.source,
     models=frozenset({DSNN, *FEWER}),
+    equal_terms=MEANS,
     conditions=CONTRAST_GRID,
     least_greys=LEAST_GREYS,
     mechanism=ROBOT.mechanism,

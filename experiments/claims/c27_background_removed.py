@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from experiments.bench.clips.claims import ClipClaim
+from experiments.bench.clips.equal_terms import MATCHED
 from experiments.bench.clips.judging import BACKGROUNDS, DSNN, Rows, outcome_of, rows_of, strongest
 from experiments.bench.judging.checks import Check
 from experiments.bench.judging.verdict import Outcome
@@ -43,6 +44,7 @@ CLAIM = ClipClaim(
         "simu-clean-dth and its text; motion-models; the text on ensembles and dynamic delays; simu-sys-grayscale (c)"
     ),
     models=frozenset({DSNN, *WITHOUT}),
+    equal_terms={label: MATCHED[label] for label in WITHOUT},
     conditions={"object": ("absent",), "background_speed": BACKGROUNDS},
     of_every_clip=True,
     mechanism=(

@@ -51,6 +51,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
 CLAIM = RobotClaim(
     id="C29",
     title="Count peaks in one window too",
+    eye="It fails by the default eye too: in one time window the count rises to 10 cm/s.",
     says=(
         "read with one time window for all speeds (the paper: 'a nearly identical translating time window'), "
         "centred on the axis and as long as the fastest crossing: spikes rise 2 < 4 < 6 cm/s and are fewer at "

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 
-from experiments.bench.judging.checks import Check
+from experiments.bench.judging.checks import Check, exceeds
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import ACROSS, DSNN, Rows
@@ -19,21 +20,25 @@ from experiments.bench.robot.mechanism.variants import (
     outcome_of,
 )
 
+USUAL = "d = 1, N_con = 8"
+"""The DSNN as it is."""
+
 
 def judge(rows: Rows, threshold: float) -> Outcome:
     """Judge the speed, of all those shown, at which mean HS near the axis is largest.
 
     It moves with d if it is another at d = 2 than at d = 1. It moves with N_con if over N_con = 1, 2, 4, 8 it goes
     one way, up or down, and ends elsewhere than it began. The paper's text gives neither a direction nor an amount.
+    Of two speeds each has to be that of a larger potential in its own case, by the margin of potentials.
     """
-    labels = {"d = 1, N_con = 8": DSNN, "d = 2": WIDER, **{f"N_con = {n}": CONNECTIONS[n] for n in (1, 2, 4)}}
+    labels = {USUAL: DSNN, "d = 2": WIDER, **{f"N_con = {n}": CONNECTIONS[n] for n in (1, 2, 4)}}
     curves = {name: crossings(rows, label, POTENTIAL) for name, label in labels.items()}
     speeds = common_speeds(curves)
     if not set(ROBOT_SPEEDS) < set(speeds):
         return Outcome.unjudged("needs rightward translations at 8 cm, 2, 4, 6, 10 cm/s and others")
     means = {name: {speed: peaks.mean(curve[speed]) for speed in speeds} for name, curve in curves.items()}
     top = {name: peaks.peak(mean).speed for name, mean in means.items()}
-    usual, wide = top["d = 1, N_con = 8"], top["d = 2"]
+    usual, wide = top[USUAL], top["d = 2"]
     over = [*(top[f"N_con = {n}"] for n in (1, 2, 4)), usual]
     steps = [after - before for before, after in itertools.pairwise(over)]
     one_way = all(step >= 0 for step in steps) or all(step <= 0 for step in steps)
@@ -44,6 +49,7 @@ def judge(rows: Rows, threshold: float) -> Outcome:
         Check(wider, abs(wide - usual), 0.0, unit="cm/s", asks=f"another than at d = 1: {usual:g}"),
         Check(f"{connected} over N_con = 1, 2, 4, 8", moved, 0.0, unit="cm/s",
               asks="to go one way, and to end elsewhere"),
+        *(_leads(means, top, *pair) for pair in (("d = 2", USUAL), ("N_con = 1", USUAL)) if top[pair[0]] != usual),
     ]  # fmt: skip
     texts = "; ".join(
         f"{name}: largest at {top[name]:g} cm/s ({mean[top[name]]:.2f}), at 6 cm/s {mean[6.0]:.2f}"
@@ -51,6 +57,15 @@ def judge(rows: Rows, threshold: float) -> Outcome:
     )
     measured = f"rightward at 8 cm, {', '.join(f'{speed:g}' for speed in speeds)} cm/s, mean HS near the axis, {texts}"
     return outcome_of(checks, curves, measured, "")
+
+
+def _leads(means: Mapping[str, Mapping[float, float]], top: Mapping[str, float], one: str, other: str) -> Check:
+    """Return the check that both potentials are larger at their own speed than at the other's, the lesser lead."""
+    ways = ((one, other), (other, one))
+    pairs = [(means[name][top[name]], means[name][top[than]], name, than) for name, than in ways]
+    value, less, name, than = min(pairs, key=lambda pair: pair[0] - pair[1])
+    text = f"{name}: mean HS {value:.4f} at {top[name]:g} cm/s"
+    return exceeds(text, value, less, f"at {top[than]:g}, the speed at {than}", "potential")
 
 
 CLAIM = RobotClaim(

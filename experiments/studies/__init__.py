@@ -5,6 +5,7 @@ A new study that ships is a file here that defines ``STUDY``, and its name in `N
 
 NAMES = (
     "fidelity",
+    "eye-range",
     "detectors",
     "onboard",
     "sensitivity",

@@ -67,10 +67,10 @@ def breaks(counts: "Counts") -> Tables:
         decided = f"{first:.2g} px a frame: {failing[first].outcomes[0].decided}" if failing else ""
         rows.append(
             {
-                "claim": name,
+                "claim": f"{name}, the DSNN's half" if any(cell.count.half for cell in cells.values()) else name,
                 "holds at (px a frame)": _listed(speed for speed, cell in cells.items() if cell.holds),
                 "fails at": _listed(failing),
-                "not judged at": _listed(speed for speed, cell in cells.items() if not cell.count.judged),
+                "not judged at": _listed(speed for speed, cell in cells.items() if not cell.drawn.judged),
                 "breaks first": decided,
             }
         )
@@ -83,7 +83,7 @@ def _listed(speeds: Iterable[float]) -> str:
 
 STUDY = Study(
     name="background",
-    summary="C5 to C11 before a background that shifts at 0.07 to 10 px a frame; of C7 without the 2017 model",
+    summary="C5 to C11 before a background that shifts at 0.07 to 10 px a frame; of the DSNN alone",
     claims=tuple(find(f"C{number}") for number in range(5, 12)),
     experiments=("background",),
     axes=(BACKGROUND,),

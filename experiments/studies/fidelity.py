@@ -1,4 +1,4 @@
-"""C13 to C20 and C29 with the robot's true eye and wheels."""
+"""C13 to C20 and C29 with the model of the robot's eye, and with its wheels."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -17,7 +17,19 @@ import pytest
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
 from colias_sim.camera import point_spread
 from colias_sim.exposure import next_exposure, plan_frame
-from colias_sim.metrology import edge_columns, lean, noise_levels, photon_transfer, transfer
+from colias_sim.metrology import (
+    MetrologyError,
+    edge_columns,
+    falloff_exponent,
+    gamma_points,
+    grey_steps,
+    lean,
+    luma_line,
+    noise_levels,
+    photon_transfer,
+    transfer,
+)
+from colias_sim.registers import GAMMA_RESET, GAMMA_VENDOR, bright, slop
 from colias_sim.scene import FrameClock
 
 LENS = CameraConfig().forward_cm / 100
@@ -273,11 +285,19 @@ def slanted_edge(shape: tuple[int, int] = (72, 99)) -> npt.NDArray[np.uint8]:
     return np.repeat(np.rint(20 + 200 * covered).astype(np.uint8)[::-1, :, None], 3, axis=2)
 
 
+def photographs(camera: CameraConfig, render: npt.NDArray[np.uint8], count: int) -> npt.NDArray[np.uint8]:
+    """What the camera makes of a render, ``count`` times."""
+    rng, frames = np.random.default_rng(0), []
+    with Simulation(camera=camera) as sim, patch.object(sim.camera._offscreen, "render", return_value=render):
+        for _ in range(count):
+            sim.camera.expose(sim.data)
+            frames.append(sim.camera.develop(rng, 0.0).luma)
+    return np.stack(frames)
+
+
 def photograph(camera: CameraConfig, render: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     """What the camera makes of a render."""
-    with Simulation(camera=camera) as sim, patch.object(sim.camera._offscreen, "render", return_value=render):
-        sim.camera.expose(sim.data)
-        return sim.camera.develop(np.random.default_rng(0), 0.0).luma
+    return photographs(camera, render, 1)[0]
 
 
 def check_lens(nominal: float) -> Callable[[CameraConfig], None]:
@@ -308,3 +328,132 @@ def test_the_point_spread_has_its_variance_at_any_width(sd):
     at = np.arange(len(weights)) - len(weights) // 2
     assert weights.min() > -1e-7 and weights.sum() == pytest.approx(1.0, abs=1e-6)
     assert (weights * at**2).sum() == pytest.approx(sd**2, rel=0.01)
+
+
+# Falloff, gamma curve, contrast and brightness.
+
+SHEET = {
+    4: 0x04, 8: 0x07, 16: 0x10, 32: 0x28, 40: 0x36, 48: 0x44, 56: 0x52, 64: 0x60, 72: 0x6C, 80: 0x78, 96: 0x8C,
+    112: 0x9E, 144: 0xBB, 176: 0xD2, 208: 0xE5,
+}  # fmt: skip
+"""Input of the gamma curve -> its output, of the data sheet's table after a reset."""
+BETWEEN = {20: 22.0, 92: 0x8C - 5.0, 232: 0xE5 + 24 * 0x24 / 64}
+"""The same within a segment; the highest has the slope SLOP / 64."""
+STEPS_OF_CHART = np.unique([0.0, *SHEET, *BETWEEN, *range(6, 254, 20), 255])
+FLAT = np.full((72, 99, 3), 200, np.uint8)
+CURVED = CameraConfig(gamma=True)
+
+
+def chart(camera: CameraConfig) -> Floats:
+    """Luma of a chart of grey steps, 3 columns each, as a test bench measures it."""
+    width = 3 * len(STEPS_OF_CHART)
+    render = np.zeros((72, 99, 3), np.uint8)
+    render[:, :width] = np.repeat(STEPS_OF_CHART, 3).astype(np.uint8)[None, :, None]
+    frames = photographs(camera, render, 16)
+    return grey_steps([frames[:, :, 3 * step : 3 * step + 3] for step in range(len(STEPS_OF_CHART))])
+
+
+def check_curve(camera: CameraConfig) -> None:
+    luma = chart(camera)
+    assert gamma_points(STEPS_OF_CHART, luma) == pytest.approx(list(SHEET.values()), abs=0.3)
+    assert luma[np.isin(STEPS_OF_CHART, list(BETWEEN))] == pytest.approx(list(BETWEEN.values()), abs=0.3)
+
+
+def test_a_chart_of_grey_steps_gives_the_gamma_curve_of_the_data_sheet_back():
+    check_curve(CURVED)
+    for place in (0, 7, 14):
+        wrong = list(GAMMA_RESET)
+        wrong[place] += 1
+        with pytest.raises(AssertionError):
+            check_curve(dataclasses.replace(CURVED, gamma_points=tuple(wrong)))
+
+
+def test_a_gamma_curve_that_is_off_measures_as_none():
+    luma = chart(dataclasses.replace(CURVED, gamma=False))
+    assert gamma_points(STEPS_OF_CHART, luma) == pytest.approx(list(SHEET), abs=0.3)
+
+
+def test_registers_of_the_curve_s_slope_and_of_brightness():
+    """SLOP after a reset, and of the Linux driver; BRIGHT of the vendor's application note at -1 and +1."""
+    assert (slop(GAMMA_RESET), slop(GAMMA_VENDOR)) == (0x24, 0x20)
+    assert (bright(-0x18), bright(0x18), bright(0)) == (0x98, 0x18, 0x00)
+
+
+REGISTERS = CameraConfig(contrast=0x50, contrast_center=0x80, brightness=-24)
+
+
+def check_line(camera: CameraConfig) -> None:
+    """Luma is (grey - CENTER) CONTRAS / 0x40 + CENTER + BRIGHT: slope and offset of the chart give the registers."""
+    line = luma_line(STEPS_OF_CHART, chart(camera))
+    assert line.contrast == pytest.approx(0x50, abs=0.4)
+    assert line.brightness(0x80) == pytest.approx(-24, abs=0.15)
+
+
+def test_slope_and_offset_of_a_chart_give_contrast_and_brightness_back():
+    check_line(REGISTERS)
+    line = luma_line(STEPS_OF_CHART, chart(CameraConfig()))
+    assert (line.contrast, line.offset) == (pytest.approx(0x40, abs=0.4), pytest.approx(0.0, abs=0.15)), "after a reset"
+
+
+@pytest.mark.parametrize("constant", ["contrast", "contrast_center", "brightness"])
+def test_contrast_or_brightness_off_by_one_is_noticed(constant):
+    off_by_a_tenth(check_line, REGISTERS, constant)
+
+
+def check_falloff(camera: CameraConfig) -> None:
+    assert falloff_exponent(photographs(camera, FLAT, 16), CameraConfig().focal_px) == pytest.approx(4.0, rel=0.01)
+
+
+def test_a_flat_field_gives_the_lens_s_falloff_back():
+    camera = CameraConfig(vignetting=4.0)
+    check_falloff(camera)
+    off_by_a_tenth(check_falloff, camera, "vignetting")
+    sides = math.tan(math.radians(35.0)) / 49.5 * np.array([49.0, 35.5])
+    corner = math.cos(math.atan(math.hypot(*sides))) ** 4
+    quiet = photograph(dataclasses.replace(QUIET, vignetting=4.0), FLAT)
+    assert quiet[[0, 0, -1, -1], [0, -1, 0, -1]] == pytest.approx(np.full(4, 200 * corner), abs=0.5)
+    off = photographs(dataclasses.replace(camera, vignetting=0.0), FLAT, 16)
+    assert falloff_exponent(off, camera.focal_px) == pytest.approx(0.0, abs=0.01)
+
+
+def test_the_light_falls_off_before_noise_and_the_curve_bends_noise_too():
+    """Photon noise is that of the light behind the lens; the curve's slope at grey 68 is (0x6C - 0x60) / 8."""
+    noisy = CameraConfig(shot_noise=4.0, read_noise=0.0, vignetting=4.0)
+    levels = [noise_levels(photographs(noisy, FLAT, 200))]
+    assert photon_transfer(levels).shot_noise(1.0) == pytest.approx(4.0, rel=0.03)
+    render = np.full_like(FLAT, 68)
+    for gamma, slope in ((False, 1.0), (True, 1.5)):
+        camera = CameraConfig(shot_noise=0.0, read_noise=1.0, gamma=gamma)
+        variance = photographs(camera, render, 60).var(0, ddof=1).mean()
+        assert variance == pytest.approx(slope**2 + 1 / 12, rel=0.03)
+
+
+def settled(**changes: object) -> tuple[float, float]:
+    """Exposure and mean luma of a small eye whose loop has settled."""
+    loop = dataclasses.replace(QUIET, width=33, height=24, auto_exposure=True)
+    with Simulation(camera=dataclasses.replace(loop, **changes), scene=PLAIN) as sim:
+        sim.reset({"stimulus": AWAY}, np.random.default_rng(0))
+        frame = sim.step(np.random.default_rng(0))
+    return frame.exposure_ms, float(frame.luma.mean())
+
+
+def test_the_exposure_loop_meters_behind_the_lens_and_before_or_after_the_curve():
+    zone = pytest.approx(TARGET, abs=ZONE + 0.5)
+    exposure, luma = settled()
+    assert luma == zone
+    for changes in ({"gamma": True}, {"brightness": 30}):
+        before, after = (settled(ae_meter=meter, **changes) for meter in ("light", "luma"))
+        assert before[0] == exposure and before[1] > TARGET + 2 * ZONE, "the loop sees none of it"
+        assert after[1] == zone and after[0] < 0.8 * exposure
+    longer, luma = settled(vignetting=4.0)
+    assert luma == zone and longer > 1.2 * exposure
+
+
+def test_a_chart_or_a_field_that_tells_nothing_is_refused():
+    grey = np.array([10.0, 100.0, 250.0])
+    with pytest.raises(MetrologyError, match="span grey 10 to 250: a gamma curve takes 4 to 208"):
+        gamma_points(grey, grey)
+    with pytest.raises(MetrologyError, match="1 steps of the chart"):
+        luma_line(grey, np.array([0.0, 100.0, 255.0]))
+    with pytest.raises(MetrologyError, match="clipped at 0 or 255"):
+        falloff_exponent(np.full((2, 8, 8), 255, np.uint8), 70.0)

@@ -13,6 +13,7 @@ import pytest
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
 from colias_sim.exposure import LAG_SDS
 from colias_sim.offscreen import shared_contexts
+from colias_sim.registers import GAMMA_VENDOR
 from colias_sim.scene import FrameClock
 from experiments import run
 from experiments.bench import registry
@@ -26,6 +27,10 @@ PARTS = {
     "exposure loop": {"auto_exposure": True, "exposure_samples": 4},
     "gain": {"gain": 0.5},
     "lens": {"blur_px": 0.31},
+    "falloff": {"vignetting": 4.0},
+    "gamma": {"gamma": True},
+    "contrast": {"contrast": 72},
+    "brightness": {"brightness": -8},
     "luma": {"luma_range": "video"},
     "drops": {"drop_probability": 0.3},
     "jitter": {"jitter_ms": 1.0},
@@ -69,7 +74,8 @@ def test_parts_that_are_off_change_nothing(usual):
     """With every part explicitly off, whatever its other settings, the frames are the default's."""
     off = CameraConfig(
         row_time_us=0.0, row_bands=3, gain=1.0, auto_exposure=False, ae_target=50.0, ae_steps=3, ae_start="cold",
-        ae_unit_ms=4.0, blur_px=0.0, luma_range="full", drop_probability=0.0, jitter_ms=0.0,
+        ae_unit_ms=4.0, ae_meter="luma", blur_px=0.0, vignetting=0.0, gamma=False, gamma_points=GAMMA_VENDOR,
+        contrast=64, contrast_center=50, brightness=0, luma_range="full", drop_probability=0.0, jitter_ms=0.0,
     )  # fmt: skip
     with Simulation(camera=off) as sim:
         assert same(crossing(sim), usual)
@@ -226,6 +232,12 @@ def test_set_takes_a_preset_first_and_then_the_others():
         (["camera.preset=ov"], "camera.preset=ov: legal is default, ideal, ov7670"),
         (["camera.preset=ov7670", "camera.ae_zone=1"], "jump over the control zone 107..109"),
         (["camera.preset=ov7670", "camera.exposure_ms=100"], "with auto_exposure legal is 0.0627..32"),
+        (["camera.gamma_points=4,8,16"], "camera.gamma_points=4,8,16: legal is 15 values, separated by commas, each"),
+        ([f"camera.gamma_points=9{',8' * 14}"], "legal are 15 values that do not fall"),
+        (["camera.contrast=256"], "camera.contrast=256: legal is a whole number from 0 to 255"),
+        (["camera.brightness=-128"], "camera.brightness=-128: legal is a whole number from -127 to 127"),
+        (["camera.vignetting=9"], "camera.vignetting=9: legal is a number from 0 to 8"),
+        (["camera.ae_meter=raw"], "camera.ae_meter=raw: legal is light, luma"),
         (["camera.row_time_us=600"], "legal is up to 462.9"),
         (["camera.row_time_us=100", "camera.row_bands=80"], "legal is up to the 72 rows"),
         (["robot.preset=ov7670"], "legal is default, colias4"),

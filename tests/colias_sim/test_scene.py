@@ -10,7 +10,7 @@ import pytest
 import scenes
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
 from colias_sim.offscreen import Offscreen
-from colias_sim.scene import OWN_BODY_GROUP, compose
+from colias_sim.scene import OWN_BODY_GROUP, compile_model, compose, texels
 from scenes import ARENAS, FOLDER, ROBOTS, generate
 
 
@@ -100,6 +100,48 @@ def test_wall_contrast_scales_the_clutter():
             spreads.append(sim.step(np.random.default_rng(0)).luma[:30].std())
     assert spreads[0] < spreads[1] < spreads[2]
     assert spreads[1] == pytest.approx(spreads[2] / 2, rel=0.2)
+
+
+def test_a_picture_on_the_wall_stands_as_the_arena_s_own_texture_does():
+    """The arena's own picture, given as a user's, is upright and not mirrored; the wall goes once around."""
+    parts = RobotConfig(), CameraConfig(), {"observer": "colias"}, "observer"
+
+    def wall(scene):
+        model = compile_model(scene, *parts)
+        tex = model.tex("wall").id
+        return texels(model, "wall").reshape(model.tex_height[tex], model.tex_width[tex], -1)[..., 0].astype(float)
+
+    own = wall(SceneConfig())
+    given = wall(SceneConfig(wall=str(FOLDER / "assets" / "clutter.png")))
+    half = cv2.resize(given[:, : given.shape[1] // 2], own.shape[::-1], interpolation=cv2.INTER_AREA)
+    assert np.corrcoef(half.ravel(), own.ravel())[0, 1] > 0.9
+    assert (
+        np.corrcoef(half[::-1].ravel(), own.ravel())[0, 1] < 0.5 > np.corrcoef(half[:, ::-1].ravel(), own.ravel())[0, 1]
+    )
+    assert given.mean() == pytest.approx(own.mean(), abs=1.0)
+    np.testing.assert_array_equal(given[:, 0], given[:, -1])  # where it meets itself
+
+
+def test_a_wall_keeps_about_the_proportions_of_its_picture(tmp_path):
+    """40 cm high and 283 cm around, it has a square picture and its mirror image 3.5 times, so 4 times."""
+    square = np.tile(np.linspace(0, 255, 64).astype(np.uint8), (64, 1))
+    cv2.imwrite(str(tmp_path / "own.png"), square)
+    model = compile_model(
+        SceneConfig(wall=str(tmp_path / "own.png")), RobotConfig(), CameraConfig(), {"observer": "colias"}, "observer"
+    )
+    tex = model.tex("wall").id
+    row = texels(model, "wall").reshape(model.tex_height[tex], model.tex_width[tex], -1)[10, :, 0].astype(float)
+    assert np.abs(np.fft.rfft(row - row.mean())).argmax() == 4
+
+
+def test_a_wall_of_no_picture_is_refused_in_a_line(tmp_path):
+    with pytest.raises(ValueError, match="no such file"):
+        SceneConfig(wall="nowhere.png")
+    (tmp_path / "a.png").write_text("import os")
+    with pytest.raises(ValueError, match=r"a\.png: no picture that can be read$"):
+        compile_model(
+            SceneConfig(wall=str(tmp_path / "a.png")), RobotConfig(), CameraConfig(), {"observer": "colias"}, "observer"
+        )
 
 
 def test_an_unknown_arena_is_answered_with_the_nearest():

@@ -63,7 +63,10 @@ SKIPPED = {
         "needs PyTorch and half an hour: tests/bench/training/test_training_seeds.py",
         "needs a screen",
     ),
-    "eye.md": ("takes half an hour: tests/bench/studies/test_studies.py",),
+    "eye.md": (
+        "takes half an hour: tests/bench/studies/test_studies.py",
+        "takes twenty minutes: tests/bench/studies/test_studies.py",
+    ),
     "footage.md": (
         "needs a screen",
         "needs a camera",

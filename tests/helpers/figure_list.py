@@ -29,7 +29,7 @@ from experiments.bench.training.study import Studied, Study
 from experiments.bench.tuning import figure as tuning_figure
 from experiments.bench.tuning.curves import TuningPoint
 from experiments.bench.tuning.probes import CURVES, curve_family
-from tests.helpers.figure_others import atlas, budget, budgets_of, eyes_and_wheels, sensitivity, video
+from tests.helpers.figure_others import atlas, budget, budgets_of, eyes_and_wheels, range_of_eyes, sensitivity, video
 from tests.helpers.figure_rows import (
     FRAMES,
     OWN,
@@ -186,11 +186,12 @@ FIGURES: dict[str, Callable[[Sequence[str]], Figure]] = {
     "training": training,
     "maps": maps,
     "eyes and drives": eyes_and_wheels,
+    "range of eyes": range_of_eyes,
     "sensitivity": sensitivity,
     "chip's budget": budget,
     "video": video,
 }
-OF_ONE_MODEL = ("excitation", "maps", "eyes and drives", "sensitivity")
+OF_ONE_MODEL = ("excitation", "maps", "eyes and drives", "range of eyes", "sensitivity")
 """Figures that are the same whatever models there are."""
 
 

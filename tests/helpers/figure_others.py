@@ -93,6 +93,11 @@ def eyes_and_wheels(models: Sequence[str]) -> Figure:
     return study_figure.draw(studied("fidelity"))
 
 
+def range_of_eyes(models: Sequence[str]) -> Figure:
+    """Points with names that are too many for rows: a map for each claim."""
+    return study_figure.draw(studied("eye-range"))
+
+
 def studied(name: str) -> Counts:
     """A study whose cells come to every word in turn."""
     words = get_args(Judged)

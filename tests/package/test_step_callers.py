@@ -25,7 +25,7 @@ wiring serves envs."""
 OF_OTHERS: Mapping[str, frozenset[str]] = {
     "bench/robot/trial.py": frozenset({"sim"}),
     "bench/doctor/picture.py": frozenset({"simulation"}),
-    "bench/closed_loop/episode.py": frozenset({"made", "keep"}),
+    "bench/closed_loop/episode.py": frozenset({"wrapped", "keep"}),
     "bench/training/env.py": frozenset({"self.env"}),
     "bench/footage/watch.py": frozenset({"watcher"}),
     "bench/firmware/budget.py": frozenset({"chip"}),

@@ -1,5 +1,6 @@
 """The measured figures of README.md and docs/ are those of docs/results.json, of the design that the code has now."""
 
+import copy
 import functools
 import json
 import re
@@ -7,22 +8,26 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging import statistics
 from experiments.bench.judging.claim_files import PAPER, claim_ids
 from experiments.bench.judging.claims import words
-from experiments.bench.judging.count import LEAST_JUDGED
 from experiments.bench.judging.stored import document, outcome_entry
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.leaderboard import stimuli
-from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, Scale, design, planned
+from experiments.bench.reproduction.eyes import CELLS
+from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned
 from experiments.bench.robot.claims import paper_claims
 from experiments.bench.store.description import to_json
+from experiments.bench.studies.counts import FORM
 from experiments.bench.tuning.probes import families
+from experiments.studies.fidelity import EYE, WHEELS
 from tests.helpers.chapters import PAGES as EVERY_PAGE
-from tools.numbers import GROUPS, PAGES, RESULTS, ROOT, blocks, renewed
+from tools.numbers import GROUPS, PAGES, RESULTS, ROOT, STALE, blocks, renewed, rows_hash, stale, unfit
 
 CLAIMS = paper_claims()
 
@@ -51,13 +56,36 @@ def test_every_measured_part_has_a_page():
     assert marked == set(PAGES)
 
 
-def test_what_was_measured_is_of_the_design_that_the_code_has():
+def test_figures_of_another_design_say_so_and_are_no_release():
     """Other replicates, repeats or frames, another parameter or bound: the figures are of something else."""
-    design = results()["design"]
-    scale = Scale(**{**design["scale"], "offline": tuple(design["scale"]["offline"])})
-    now = described(scale)
-    assert design == {name: now[name] for name in ("seed", "scale", "digest")}, "run 'make numbers'"
-    assert scale.whole and scale.replicates >= LEAST_JUDGED, "whole replicates, and enough of them for a word"
+    measured = results()
+    said = [STALE in blocks(measured)[name] for name in ("groups", "verdicts")]
+    assert said == [stale(measured)] * 2
+    fresh = copy.deepcopy(measured)
+    fresh["design"] = {name: described(USUAL)[name] for name in ("seed", "scale", "digest")}
+    fresh |= {"rows": {"speed": "hash"}, "measured_with": {**measured["measured_with"], "commit": "abc"}}
+    assert not stale(fresh) and not unfit(fresh) and STALE not in blocks(fresh)["groups"]
+    changed = copy.deepcopy(fresh)
+    changed["design"]["scale"]["repeats"] -= 1
+    assert stale(changed) and "of another design" in unfit(changed)
+    assert "nobody can check out" in unfit(fresh | {"measured_with": {"commit": "abc-dirty"}})
+    assert "no hash of their rows" in unfit(fresh | {"rows": {}})
+
+
+def test_the_hash_of_rows_is_of_what_they_say_and_not_of_the_time_they_took(tmp_path):
+    def written(name, **columns):
+        pq.write_table(pa.table({"spikes": [1, 2], "wall_s": [0.1, 0.2]} | columns), tmp_path / name)
+        return rows_hash(tmp_path / name)
+
+    first = written("a")
+    assert written("b", wall_s=[9.0, 9.0]) == first != written("c", spikes=[1, 3])
+
+
+def test_a_release_is_refused_while_figures_are_stale():
+    done = subprocess.run([sys.executable, "-m", "tools.numbers", "--check"], cwd=ROOT, capture_output=True, text=True,
+                          timeout=120, check=False)  # fmt: skip
+    why = unfit(results())
+    assert (done.returncode, done.stderr) == ((2, f"numbers: {why}\n") if why else (0, ""))
 
 
 def test_every_claim_is_in_one_group_of_the_readme():
@@ -66,7 +94,8 @@ def test_every_claim_is_in_one_group_of_the_readme():
 
 
 def test_every_claim_has_a_figure_and_every_scale_a_design():
-    assert [claim["id"] for claim in results()["claims"]] == list(claim_ids(PAPER))
+    if not stale(results()):
+        assert [claim["id"] for claim in results()["claims"]] == list(claim_ids(PAPER))
     assert len({described(scale)["digest"] for scale in (QUICK, USUAL, FULL)}) == 3
 
 
@@ -125,7 +154,7 @@ def test_the_command_takes_figures_over(run):
     assert f"{counted}. A replicate has 7" in readme
     held = "held in 2 of 3 replicates; not judged in 1: what it needs was not shown"
     group = next(about for about, claims in GROUPS.items() if "C1" in claims)
-    assert f"| {group} |  |  |  | C1: 2 of 3 (not shown in 1), C2: not judged: not shown in 1 |" in readme
+    assert f"| {group} | C1: 2 of 3 (not shown in 1); C2: not judged: not shown in 1 |  |  |  |" in readme
     assert f"| C1 | {words('C1').says} | - | {held} |" in claims
     assert rf"| C1 | {held} | holds | \|VS\| 0.1 (needs below 0.2) |" in claims
     assert "| C2 | not judged; what it needs was not shown | not shown | needs more |" in claims
@@ -230,3 +259,20 @@ def test_the_figures_of_design_in_prose_are_those_of_the_code():
         f"of a mean of fewer than {statistics.LEAST_FOR_BOOTSTRAP} trials is Student's",
     ):
         assert said in text, said
+
+
+def test_the_readme_has_claims_about_the_robot_under_each_eye_and_drive(run):
+    """The study of eyes inside the folder gives the columns; all counts of a claim are then its own."""
+    (run / "fidelity").mkdir()
+    counts = [
+        {"point": {EYE.name: eye, WHEELS.name: wheels}, "claim": "C14", "holds": holds, "fails": 20 - holds}
+        for (eye, wheels), holds in zip(CELLS, (20, 20, 0, 0), strict=True)
+    ]
+    study = {"form": FORM, "study": "fidelity", "counts": counts}
+    (run / "fidelity" / "fidelity.json").write_text(json.dumps(study))
+    shown = json.loads((run / "claims.json").read_text())
+    shown["claims"] += document([made("C14", *[Outcome("holds", "m")] * 40)])["claims"]
+    (run / "claims.json").write_text(json.dumps(shown))
+    assert take(run).returncode == 0
+    group = next(about for about, claims in GROUPS.items() if "C14" in claims)
+    assert f"| {group} | hold: C14 | hold: C14 | fail: C14 | fail: C14 |" in pages(run)["README.md"]

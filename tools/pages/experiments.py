@@ -123,11 +123,15 @@ def _change(change: tuple[str, Any]) -> str:
     return code(f"{change[0]}={written(change[1])}")
 
 
+def _says(claim: Claim) -> str:
+    return f"{claim.says} (the equations imply it: {claim.implied})" if claim.implied else claim.says
+
+
 def _claims(claims: Sequence[str | Claim]) -> str:
     if not claims:
         return ""
     rows = [
-        (code(claim), prose(words(claim).says)) if isinstance(claim, str) else (code(claim.id), prose(claim.says))
+        (code(claim), prose(_says(words(claim)))) if isinstance(claim, str) else (code(claim.id), prose(_says(claim)))
         for claim in claims
     ]
     text = "[What the numbers mean](../../what-the-numbers-mean.md) explains the verdicts."

@@ -12,12 +12,13 @@ from pathlib import Path
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-from tools.pages import commands, envs, experiments, gallery, models, stimuli
+from tools.pages import commands, envs, experiments, gallery, models, scenes, stimuli
 
 WRITERS: dict[str, Callable[[Path], None]] = {
     "commands": commands.write,
     "models": models.write,
     "stimuli": stimuli.write,
+    "scenes": scenes.write,
     "experiments": experiments.write,
     "envs": envs.write,
     "gallery": gallery.write,

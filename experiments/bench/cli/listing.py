@@ -22,7 +22,8 @@ def register(app: typer.Typer) -> None:
 
 
 def list_all() -> None:
-    """Name what there is to run: experiments, studies, vision models, arenas, stimuli, envs, behaviours, claims."""
+    """Name what there is to run: experiments, studies, models, arenas, presets, stimuli, envs, behaviours, claims."""
+    from colias_sim.config import CameraConfig, RobotConfig
     from colias_sim.envs import ENVS
     from dsnn import MODELS
     from dsnn.stimuli import STIMULI
@@ -43,9 +44,14 @@ def list_all() -> None:
     groups = {name: f"a group: {', '.join(members)}" for name, members in GROUPS.items()}
     behaviours = {name: entry.summary for name, entry in BEHAVIOURS.items()} | groups
     kinds = {
-        "experiments": experiments, "studies": named, "models": models, "scenes": ARENAS, "stimuli": stimuli,
+        "experiments": experiments, "studies": named, "models": models, "scenes": ARENAS,
+        "presets of camera": CameraConfig.preset_summaries(), "presets of robot": RobotConfig.preset_summaries(),
+        "stimuli": stimuli,
         "envs": envs, "behaviours": behaviours,
-        "claims of the paper": {name: claim.title or claim.says for name, claim in paper_claims().items()},
+        "claims of the paper": {
+            name: f"{claim.title}{' (the equations imply it)' if claim.implied else ''}"
+            for name, claim in paper_claims().items()
+        },
     }  # fmt: skip
     for title, items in kinds.items():
         out_console.print(title, style="b")

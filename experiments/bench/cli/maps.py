@@ -12,9 +12,11 @@ from experiments.bench.cli.options import (
     Cluster,
     OtherCode,
     Out,
+    OwnPictures,
     Quiet,
     Seed,
     Workers,
+    own_pictures,
     resources,
     run_folder,
 )
@@ -80,6 +82,7 @@ def map_claims(
             help="A model judged, otherwise dsnn: a name or a .py file, or dsnn:w_i=1. Repeatable.",
         ),
     ] = None,
+    pictures: OwnPictures = None,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -114,7 +117,7 @@ def map_claims(
         experiments=tuple(names), over=tuple(over), models=tuple(dict.fromkeys(model or ("dsnn",))),
         assignments=tuple(assignments or ()), repeats=repeats, replicates=replicates, every_trial=False,
     )  # fmt: skip
-    plan = run.planned(study, seed)
+    plan = run.planned(study, seed, pictures=own_pictures(pictures))
     folder = run_folder(out, f"map-{'-'.join(entry.name for entry in declared)}")
     counts = run.run(plan, folder, resources(workers, cluster, quiet, other_code))
     if not quiet:

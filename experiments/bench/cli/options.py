@@ -9,6 +9,7 @@ import typer
 
 if TYPE_CHECKING:
     from experiments.bench.engine.batch import Resources
+    from experiments.bench.engine.pictures import Pictures
 
 EXIT_FAILED = 1
 """Exit status of a command some of whose jobs failed."""
@@ -44,6 +45,15 @@ Out = Annotated[
         " what is missing is done."
     ),
 ]
+OwnPictures = Annotated[
+    Path | None,
+    typer.Option(
+        "--pictures",
+        metavar="FOLDER",
+        help="Your own pictures, replicate r the r-th by name: behind the objects of clips that name no background, in"
+        " place of the scenes, and on the arena's wall.",
+    ),
+]
 Repeats = Annotated[int | None, typer.Option(help="Trials of each condition; otherwise the experiment's own number.")]
 
 
@@ -59,6 +69,13 @@ def resources(workers: int | None, cluster: str | None, quiet: bool, other_code:
     from experiments.bench.engine.batch import Resources, worker_count
 
     return Resources(worker_count(workers), cluster, quiet, other_code)
+
+
+def own_pictures(folder: Path | None) -> Pictures | None:
+    """Return the pictures of a folder, where one is given; `UsageError` in one line for a bad one."""
+    from experiments.bench.engine.pictures import folder_pictures
+
+    return None if folder is None else folder_pictures(folder)
 
 
 def results_folder(out: Path | None, name: str) -> Path:

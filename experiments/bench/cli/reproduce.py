@@ -13,9 +13,11 @@ from experiments.bench.cli.options import (
     Models,
     Only,
     OtherCode,
+    OwnPictures,
     Quiet,
     Seed,
     Workers,
+    own_pictures,
     resources,
     results_folder,
 )
@@ -50,6 +52,7 @@ def reproduce(
     experiment: Annotated[
         list[str] | None, typer.Option(help="An experiment to add: a name or a .py file. Repeatable.")
     ] = None,
+    pictures: OwnPictures = None,
     fidelity: Annotated[bool, typer.Option("--fidelity", hidden=True)] = False,
     detectors: Annotated[bool, typer.Option("--detectors", hidden=True)] = False,
     onboard: Annotated[bool, typer.Option("--onboard", hidden=True)] = False,
@@ -90,8 +93,8 @@ def reproduce(
 
     scale = plan.QUICK if quick else plan.FULL if full else plan.USUAL
     models_shown = whole.models_shown(model, only)
-    folder = results_folder(out, "reproduce")
-    result = whole.reproduce(folder, scale, seed, models_shown, means, experiment or (), robot_only, only)
+    folder, own = results_folder(out, "reproduce"), own_pictures(pictures)
+    result = whole.reproduce(folder, scale, seed, models_shown, means, experiment or (), robot_only, only, own)
     page = report.write(result)
     if not quiet:
         table.show_claims(result.claims, result.pooled, result.scale.name)

@@ -14,11 +14,13 @@ from experiments.bench.cli.options import (
     Only,
     OtherCode,
     Out,
+    OwnPictures,
     Quiet,
     Repeats,
     Seed,
     Workers,
     experiment_names,
+    own_pictures,
     resources,
     run_folder,
 )
@@ -48,8 +50,9 @@ def run_experiment(
     only: Only = False,
     eyes: Annotated[
         str,
-        typer.Option(help="both: each model sees the same physics through the robot's true eye too (MODEL@ov7670)."),
+        typer.Option(help="both: each model sees the same physics by the robot's modelled eye too (MODEL@ov7670)."),
     ] = "one",
+    pictures: OwnPictures = None,
     recordings: Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")] = True,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Check everything, say what would be done, and write nothing.")
@@ -77,7 +80,7 @@ def run_experiment(
     declared = registry.find(experiment)
     means = resources(workers, cluster, quiet, other_code)
     folder = run_folder(out, declared.name)
-    asked = RunRequest(model or (), only, assignments or (), repeats, seed, eyes)
+    asked = RunRequest(model or (), only, assignments or (), repeats, seed, eyes, own_pictures(pictures))
     if dry_run:
         from experiments.bench.cli.dry_run import say
 

@@ -12,9 +12,11 @@ from experiments.bench.cli.options import (
     Cluster,
     OtherCode,
     Out,
+    OwnPictures,
     Quiet,
     Seed,
     Workers,
+    own_pictures,
     resources,
     results_folder,
     run_folder,
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 
 MODEL_CLAIMS = "model-claims"
 QUICK = (2, 5)
-"""Replicates, and trials of each condition in one, of ``--quick``."""
+"""Most replicates, and trials of each condition in one, of ``--quick``. It has at most half of a study's replicates."""
 
 
 def register(app: typer.Typer) -> None:
@@ -35,7 +37,7 @@ def register(app: typer.Typer) -> None:
 
 def study(
     name: Annotated[str, typer.Argument(help="A study that [b]colias list[/b] shows, or the path of a .py file.")],
-    quick: Annotated[bool, typer.Option("--quick", help="A taste: two short replicates.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="A taste: one or two short replicates.")] = False,
     replicates: Annotated[
         int | None, typer.Option(help="Replicates, each with a seed of its own; otherwise the study's own number.")
     ] = None,
@@ -48,6 +50,7 @@ def study(
         list[str] | None,
         typer.Option("--model", metavar="MODEL", help="Of model-claims: judge this model's. Repeatable."),
     ] = None,
+    pictures: OwnPictures = None,
     other_code: OtherCode = False,
     workers: Workers = None,
     cluster: Cluster = None,
@@ -68,6 +71,7 @@ def study(
     means = resources(workers, cluster, quiet, other_code)
     if name == MODEL_CLAIMS:
         given = {"--quick": quick, "--replicates": replicates, "--repeats": repeats}
+        given["--pictures"] = pictures is not None
         for option in (option for option, used in given.items() if used):
             raise UsageError(f"{MODEL_CLAIMS} and {option}: its clips are shown once, or at the seeds that they need")
         return _model_claims(model or ["all"], results_folder(out, MODEL_CLAIMS), seed, means)
@@ -77,14 +81,14 @@ def study(
     if repeats is not None and asked.repeats is None:
         raise UsageError(f"--repeats {repeats}: a replicate has each clip once; --replicates has more seeds")
     if quick:
-        asked = dataclasses.replace(asked, replicates=min(QUICK[0], asked.replicates),
+        asked = dataclasses.replace(asked, replicates=min(QUICK[0], max(asked.replicates // 2, 1)),
                                     repeats=asked.repeats and QUICK[1])  # fmt: skip
     asked = dataclasses.replace(
         asked,
         replicates=asked.replicates if replicates is None else replicates,
         repeats=asked.repeats if repeats is None else repeats,
     )
-    plan = run.planned(asked, seed)
+    plan = run.planned(asked, seed, pictures=own_pictures(pictures))
     folder = run_folder(out, asked.name)
     counts = run.run(plan, folder, means)
     if not quiet:

@@ -4,8 +4,8 @@ A claim is judged on the clips that its words are about, at one seed. It never b
 fails, and the verdict says by how much.
 
 A claim's least number is every combination of `CONDITIONS`, each once: the same clip gives the same answer, so a
-repeat adds nothing. Where a background is random, a seed is one photograph's one part, as the paper shows one; how
-many seeds agree is reported beside the verdict.
+repeat adds nothing. Where there is a background, a seed is one scene, as the paper shows one; in how many scenes it
+holds is reported beside the verdict.
 """
 
 from __future__ import annotations
@@ -59,7 +59,11 @@ class ClipClaim(Claim):
         The condition that clips without an object have to meet, where it is about such clips too.
     least_greys
         How many grey levels of the object it needs.
-    title, cause, tried, mechanism
+    of_dsnn
+        What it says of the DSNN alone, where the rest is about a model whose constants are not known.
+    settled
+        Whether the constants of the models that it compares with count as known: those that are shown.
+    title, cause, tried, mechanism, implied, equal_terms
         What is told of it beside its words, as of an `experiments.Claim`.
 
     Raises
@@ -84,6 +88,8 @@ class ClipClaim(Claim):
     of_potentials: bool = False
     alone: str = ""
     least_greys: int = 0
+    of_dsnn: str = ""
+    settled: bool = False
 
     def __post_init__(self) -> None:
         Claim.__post_init__(self)
@@ -131,13 +137,53 @@ def judge(
     asked = find(claim)
     found = _judged(asked, rows, thresholds)
     threshold = thresholds.get(asked.spiking)
-    if not asked.silent_passes or found.verdict != "holds" or threshold is None:
+    if asked.silent_passes and threshold is not None:
+        found = found.against_silence(_answers(asked, rows if shown is None else shown, threshold), "clip")
+    again = asked.on_equal_terms(rows)
+    if not again:
         return found
-    across = [row for row in (rows if shown is None else shown)
-              if row["model"] == asked.spiking and row["motion"] in SIGNED and row["object"] != "absent"]  # fmt: skip
-    reached = [[abs(row[name]) for name in POTENTIALS if is_number(row[name])] for row in across]
-    answering = sum(max(potentials, default=0.0) > threshold for potentials in reached)
-    return found.against_silence(answering, len(across), "clip")
+    equal = judge(replace(asked, settled=True, equal_terms={}), again, thresholds, shown)
+    return replace(found, equal=equal)
+
+
+def _answers(claim: ClipClaim, shown: Rows, threshold: float) -> dict[str, list[bool]]:
+    """Whether a model answers the crossings that the paper has it answer; without any, whether it does translations.
+
+    See `ANSWERED`. An answer is a potential past T in the direction of the motion.
+    """
+    across = [row for row in shown
+              if row["model"] == claim.spiking and row["motion"] in SIGNED and row["object"] != "absent"]  # fmt: skip
+    kinds = {name: [row for row in across if is_of(row)] for name, is_of in ANSWERED.items()}
+    named = kinds if any(kinds.values()) else {"translation": across}
+    return {name: [_reached(row) > threshold for row in rows] for name, rows in named.items()}
+
+
+def _reached(row: Row) -> float:
+    """How far the potential of a translation's direction goes to its side; 0 where it is no number."""
+    name, sign = SIGNED[row["motion"]]
+    return sign * float(row[name]) if is_number(row[name]) else 0.0
+
+
+def _at_paper_speed(row: Row) -> bool:
+    return bool(row["speed"] == PAPER_SPEED and row["speed_unit"] == "px/s")
+
+
+def _plain(row: Row) -> bool:
+    return row["stimulus"] == "plain" and _at_paper_speed(row)
+
+
+def _cluttered(row: Row) -> bool:
+    extreme = row["grey"] in (0.0, 255.0) and row["background_speed"] == -8.0 and row["motion"] == "rightward"
+    return row["stimulus"] == "cluttered" and extreme and _at_paper_speed(row)
+
+
+PAPER_SPEED = 120.0
+"""Of the crossings that the paper has HS or VS answer past T, px/s."""
+ANSWERED: Mapping[str, Callable[[Row], bool]] = {
+    f"a plain object at {PAPER_SPEED:g} px/s": _plain,
+    f"a dark or light object at {PAPER_SPEED:g} px/s before -8 px/s": _cluttered,
+}
+"""The crossings that a model has to answer so as not to count as silent: those of C1 and C6."""
 
 
 def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]) -> Outcome:
@@ -159,6 +205,7 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
         return Outcome.unjudged(lacking)
     found = asked.ask(own, 0.0 if threshold is None else threshold)
     told = replace(found, measured="; ".join(filter(None, (found.measured, "" if asked.own else _shift(asked, own)))))
+    told = told.settled() if asked.settled else told
     return told.withheld(lacking) if lacking and told.verdict in ("holds", "unknown constants") else told
 
 

@@ -6,18 +6,23 @@ What an experiment of clips is, what one clip comes to, and the rows it leaves.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
+from pathlib import Path
 from typing import Any, Literal
 
-from dsnn.stimuli import ClipParams, Jittered, Stimulus, stimulus, stimulus_entry
+from dsnn.stimuli import SCENES, ClipParams, Jittered, Stimulus, stimulus, stimulus_entry
+from dsnn.stimuli.background import PHOTOGRAPH
 from experiments.bench.engine.errors import check_declared, plain
 from experiments.bench.engine.models import ConfiguredModel
+from experiments.bench.engine.pictures import Pictures
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.declared import check_claims
 
 DRAWN = ("speed", "grey", "background_speed")
 """Names of the changes that a figure of peaks may be drawn against."""
+BACKGROUND = "background"
+"""The parameter that names what is behind an object."""
 CLIP = "experiments.Clip(name, stimulus, changes, jitter_px)"
 
 
@@ -88,6 +93,16 @@ class Clip:
         clip = stimulus(self.stimulus, seed, **dict(self.changes))
         return Jittered(clip, self.jitter_px, seed) if self.jitter_px else clip
 
+    def takes_scene(self) -> bool:
+        """Tell whether a replicate chooses the background: the stimulus has one, and the clip names none.
+
+        Returns
+        -------
+        bool
+            Whether it does.
+        """
+        return hasattr(stimulus_entry(self.stimulus).params, BACKGROUND) and BACKGROUND not in dict(self.changes)
+
     def label(self) -> str:
         """Return the clip's name, as tables show it.
 
@@ -152,7 +167,8 @@ class OfflineExperiment:
     claims
         Ids of the paper's claims about clips, and claims of your own (`experiments.ClipClaim`).
     repeats
-        How often, each time with another seed. Where nothing in the clips is random, one repeat is enough.
+        How often, each time with another seed and before another scene: a repeat is a replicate. Where nothing in the
+        clips is random, one is enough.
     figure
         How it is drawn.
     recorded
@@ -247,11 +263,43 @@ def _fps(clip: Clip) -> float:
 
 
 def showings(
-    experiment: OfflineExperiment, models: tuple[ConfiguredModel, ...], repeats: int, seed: int
-) -> list[Showing]:
+    experiment: OfflineExperiment, models: tuple[ConfiguredModel, ...], repeats: int, seed: int,
+    pictures: Pictures | None = None,
+) -> list[Showing]:  # fmt: skip
     """Every clip of every repeat. Repeat r has the seed ``seed + r`` throughout: one background for all its clips."""
-    clips = experiment.clips
+    whole = [(repeat, clip) for repeat in range(repeats) for clip in clips_of(experiment.clips, repeat, pictures)]
     return [
-        Showing(experiment.name, index, index // len(clips), seed + index // len(clips), clip, models)
-        for index, clip in enumerate(clips * repeats)
+        Showing(experiment.name, index, repeat, seed + repeat, clip, models)
+        for index, (repeat, clip) in enumerate(whole)
     ]
+
+
+def clips_of(clips: Sequence[Clip], replicate: int, pictures: Pictures | None = None) -> list[Clip]:
+    """Return clips as a replicate shows them: replicate r has scene r.
+
+    Replicate 0 has the stimulus's own background, the photograph. Those from 1 on go through the kinds of
+    `dsnn.stimuli.SCENES`, one after another and again, and the replicate's seed makes the scene. With ``pictures``
+    each has one of those instead, replicate 0 too. A clip that names its background keeps it.
+    """
+    if pictures is None and not replicate:
+        return list(clips)
+    image = (BACKGROUND, _image(replicate, pictures))
+    return [replace(clip, changes=(*clip.changes, image)) if clip.takes_scene() else clip for clip in clips]
+
+
+def _image(replicate: int, pictures: Pictures | None) -> str:
+    """Return the background of a replicate's clips that name none."""
+    if pictures:
+        return pictures.of(replicate)
+    return list(SCENES)[(replicate - 1) % len(SCENES)] if replicate else PHOTOGRAPH
+
+
+def described_scenes(clips: Iterable[Clip], replicates: int, pictures: Pictures | None) -> dict[str, list[str]]:
+    """Return what ``experiment.json`` has of the scenes of clips; nothing where none of them takes one.
+
+    ``backgrounds`` has the background of each replicate, ``pictures`` each of a user's own with its digest.
+    """
+    if not any(clip.takes_scene() for clip in clips):
+        return {}
+    names = [Path(_image(replicate, pictures)).name for replicate in range(replicates)]
+    return {"backgrounds": names, **({"pictures": pictures.described()} if pictures else {})}

@@ -11,7 +11,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-from experiments.bench.judging.checks import Check, decide, weakest
+from experiments.bench.judging.checks import Check, decide, exceeds
 from experiments.bench.judging.verdict import Outcome
 
 Row = Mapping[str, Any]
@@ -53,7 +53,8 @@ ASSUMED: Mapping[str, str] = {
 """Model -> what is not known of it, and what is assumed.
 
 The paper compares the DSNN with its forerunner of 2017 and with the elementary motion detectors of Iida. It gives the
-constants of neither. What is assumed of them decides how such a claim comes out, so that it cannot be refuted by them.
+constants of neither. What is assumed of them decides how such a claim comes out, so that it can neither be refuted nor
+borne out by them.
 """
 
 
@@ -125,8 +126,8 @@ def rises(rows: Rows, threshold: float, what: str) -> list[Check]:
     """Return the checks of more peak HS at each speed than at the next lower one."""
     peaks = peaks_by_speed(rows)
     return [
-        Check(f"{what}: peak HS {peaks[fast]:.3f} at {fast:g} px/s", peaks[fast], peaks[slow], scale=threshold,
-              asks=f"more than at {slow:g}: {peaks[slow]:.3f}")
+        exceeds(f"{what}: peak HS {peaks[fast]:.3f} at {fast:g} px/s", peaks[fast], peaks[slow], f"at {slow:g}",
+                "potential", scale=threshold)
         for slow, fast in pairwise(peaks)
     ]  # fmt: skip
 
@@ -155,25 +156,16 @@ def compared(
     Returns
     -------
     Outcome
-        ``fails`` where the DSNN's part does, whatever the other model does. Where the other part alone does, it cannot
-        be judged, as it may hold with that model's own constants. Otherwise ``holds``, with the constants assumed.
+        ``fails`` where the DSNN's half does, whatever the other model does. Otherwise it cannot be judged, whichever
+        way the other half comes out with the constants assumed; `Outcome.settled` is what it comes to with them.
     """
     checks = (*of_dsnn, *of_other)
-    holds, decided = decide(checks)
-    if holds:
-        return outcome_of(checks, measured, effect, n)
-    alone, _ = decide(of_dsnn)
+    alone, decided = decide(of_dsnn)
     if not alone:
         return replace(outcome_of(of_dsnn, measured, effect, n), checks=checks)
-    why = f"the DSNN's part holds; the rest needs constants of {model} that are not known"
-    return Outcome.unjudged(
-        f"{why}, and with those assumed fails: {decided}; measured: {measured}",
-        reason="unknown constants", effect=effect, n=n, each=n, checks=checks,
-    )  # fmt: skip
-
-
-def deciding(outcome: Outcome) -> str:
-    """Return the number that decides with the constants given, of a claim that hangs on them too."""
-    if outcome.decided or not outcome.checks:
-        return outcome.decided or outcome.measured.partition("; measured:")[0]
-    return weakest(outcome.checks).text
+    rest, by = decide(of_other)
+    why = (
+        f"the DSNN's half holds: {decided}; the rest hangs on constants of {model} that are not known, and with those "
+        f"assumed {'holds' if rest else 'fails'}: {by}"
+    )
+    return Outcome("unknown constants", measured, effect, n, why, n, checks=checks)

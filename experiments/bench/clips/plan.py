@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, showings
+from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, described_scenes, showings
 from experiments.bench.engine.models import shown_models
+from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.settings import check_counts, watchers
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
@@ -23,6 +24,7 @@ class OfflinePlan:
     showings: tuple[Showing, ...]
     repeats: int
     seed: int
+    pictures: Pictures | None = None
 
     @property
     def thresholds(self) -> dict[str, float | None]:
@@ -48,7 +50,10 @@ class OfflinePlan:
             "models": models,
             **({"changed": changed} if changed else {}),
             THRESHOLDS: {model.label: model.thresholds for model in models},
-            "clips": {clip.name: clip.build(self.seed).params for clip in self.experiment.clips},
+            **described_scenes(self.experiment.clips, self.repeats, self.pictures),
+            "clips": {
+                each.condition.name: each.condition.build(each.seed).params for each in self.showings if not each.repeat
+            },
             **provenance.of((model.source for model in models), self.experiment),
         }
 
@@ -60,18 +65,18 @@ class OfflinePlan:
 
 def plan(
     experiment: OfflineExperiment, models: Sequence[str], assignments: Sequence[str], repeats: int | None, seed: int,
-    *, only: bool = False,
+    *, only: bool = False, pictures: Pictures | None = None,
 ) -> OfflinePlan:  # fmt: skip
     """Return a checked plan from what a person typed.
 
-    ``models`` are shown the clips beside the experiment's own, or, with ``only``, instead of them. Raises `UsageError`
-    for what cannot be run.
+    ``models`` are shown the clips beside the experiment's own, or, with ``only``, instead of them. ``pictures`` are
+    shown in place of the scenes. Raises `UsageError` for what cannot be run.
     """
     count = experiment.repeats if repeats is None else repeats
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
     check_counts(seed, count, option, len(experiment.clips), "clips")
     chosen, _ = watchers(shown_models(experiment.models, models, only), assignments)
-    return OfflinePlan(experiment, tuple(showings(experiment, chosen, count, seed)), count, seed)
+    return OfflinePlan(experiment, tuple(showings(experiment, chosen, count, seed, pictures)), count, seed, pictures)
 
 
 def pixels(showing: Showing) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,14 +13,15 @@ import pyarrow as pa
 
 from dsnn import ResponseSeries
 from dsnn.stimuli import ClipParams, Stimulus, Truth
-from experiments.bench.clips.experiment import Showing
+from experiments.bench.clips.experiment import BACKGROUND, Showing
 from experiments.bench.engine.model_runner import spike_counts
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.store.contents import Contents, planned_trial
 from experiments.bench.store.rows import FrameRow, JobRow, ModelRow, ResponseRow, optional, schema_of
 
 SHOWN = (
-    "motion", "grey", "speed", "speed_unit", "background_speed", "object", "movers", "foliage", "polarity", "fps",
+    "motion", "grey", "speed", "speed_unit", "background", "background_speed", "object", "movers", "foliage",
+    "polarity", "fps",
 )  # fmt: skip
 """Parameters of clips that their rows show; null where a stimulus has no such parameter."""
 
@@ -33,6 +35,8 @@ class ClipRow(JobRow):
     grey: float | None
     speed: float | None
     speed_unit: str | None
+    background: str | None
+    """What is behind the object: the photograph, a scene, or the name of a user's own picture."""
     background_speed: float | None
     object: str | None
     movers: str | None
@@ -80,11 +84,18 @@ def clip_contents(showings: Sequence[Showing], recorded: Iterable[int] = (), *, 
         if id(clip) not in known:
             params = clip.build(showing.seed).params
             known[id(clip)] = {
-                "stimulus": clip.stimulus, "clip": clip.name, **{name: getattr(params, name, None) for name in SHOWN}
+                "stimulus": clip.stimulus, "clip": clip.name, **_settings(params)
             }  # fmt: skip
         labels = (model.label for model in showing.models)
         trials[showing.index] = planned_trial(showing, labels, showing.index in with_recording, **known[id(clip)])
     return Contents(trials, optional(ClipRow, ModelRow, ShownRow), frames)
+
+
+def _settings(params: ClipParams) -> dict[str, Any]:
+    """Return the parameters of a clip that its rows show; of a picture the file's name."""
+    settings = {name: getattr(params, name, None) for name in SHOWN}
+    background = settings[BACKGROUND]
+    return settings if background is None else {**settings, BACKGROUND: Path(background).name}
 
 
 def _row(
@@ -92,7 +103,6 @@ def _row(
     series: ResponseSeries, wall_s: float,
 ) -> dict[str, Any]:  # fmt: skip
     """The row of one model; ``motions`` is the truth's word for each frame."""
-    settings: Mapping[str, Any] = {name: getattr(clip.params, name, None) for name in SHOWN}
     return {
         "experiment": showing.experiment,
         "trial": showing.index,
@@ -101,7 +111,7 @@ def _row(
         "model": model.label,
         "stimulus": showing.condition.stimulus,
         "clip": showing.condition.name,
-        **settings,
+        **_settings(clip.params),
         "background_mean": _background_mean(clip),
         **spike_counts(model, series),
         **{

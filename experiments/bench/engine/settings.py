@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -184,6 +185,12 @@ def _split(text: str, schema: Mapping[str, Any]) -> Any:
 
 
 def _properties(cls: type) -> dict[str, dict[str, Any]]:
+    return _properties_once(cls)
+
+
+@functools.cache
+def _properties_once(cls: type) -> dict[str, dict[str, Any]]:
+    """Return the schema of each field; pydantic takes its time to make it, and plans ask a hundred times."""
     schema = TypeAdapter(cls).json_schema()
     properties: dict[str, dict[str, Any]] = schema["properties"]
     return properties
@@ -195,7 +202,9 @@ def _legal(schema: Mapping[str, Any]) -> str:
         return _legal(schema["anyOf"][0])
     if schema.get("type") == "array":
         parts = schema.get("prefixItems") or [schema["items"]]
-        count = f"{len(parts)} values" if "prefixItems" in schema else "one or more values"
+        number = len(parts) if "prefixItems" in schema else schema.get("minItems", 0)
+        exact = number > 0 and number == schema.get("maxItems")
+        count = f"{number} values" if exact else "one or more values"
         return f"{count}, separated by commas, each {_legal(parts[0])}"
     if "enum" in schema:
         return ", ".join(map(str, schema["enum"]))
@@ -271,6 +280,8 @@ def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
     for section, value in values.items():
         if _presets(value):
             meaning = f"named set of values for several parameters of {section}; a parameter set beside it counts more"
+            summaries = value.preset_summaries() if hasattr(value, "preset_summaries") else {}
+            meaning += "".join(f"; {name}: {summary}" for name, summary in summaries.items())
             yield Parameter(f"{section}.{PRESET}", preset_of(value) or "", ", ".join(_presets(value)), "", meaning)
         properties = _properties(type(value))
         for field in dataclasses.fields(value):

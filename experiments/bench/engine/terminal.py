@@ -173,6 +173,9 @@ def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None
     if count.kind != "counted":
         out_console.print(f"    {count.sentence()}", markup=False)
     show_outcome(verdict.outcome, "replicate 0, " if count.replicates > 1 else "")
+    if verdict.equal is not None and verdict.outcome.equal is not None:
+        equal = verdict.outcome.equal
+        out_console.print(f"    on equal terms: {verdict.equal.sentence()}; {equal.deciding}", markup=False)
 
 
 def show_outcome(outcome: Outcome, where: str = "") -> None:

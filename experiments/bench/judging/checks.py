@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from numbers import Real
+from types import MappingProxyType
 from typing import Literal, get_args
 
 from experiments.bench.engine.errors import UsageError, short
 
 Needs = Literal["above", "at least", "below", "at most", "within"]
 """Where a reading has to lie: on which side of its bound, or between two of them, ends included."""
+Quantity = Literal["spikes", "potential"]
+"""What claims compare: means of counts, spikes a trial, or peak potentials."""
+MARGIN: Mapping[Quantity, float] = MappingProxyType({"spikes": 1.0, "potential": 0.002})
+"""The smallest difference that "more", "rises", "falls", "fewer", "highest" and "lowest" may rest on.
+
+1 spike a trial between means of counts; 0.002 between peak potentials, about 1 % of T. Stated before any claim was
+judged by it; no claim has a margin of its own.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +100,60 @@ class Check:
         if isinstance(self.bound, tuple):
             return f"{self.bound[0]:g} to {self.bound[1]:g}{unit}"
         return f"{self.needs} {self.bound:g}{unit}"
+
+
+def exceeds(
+    says: str, value: float, other: float, than: str, quantity: Quantity, *, scale: float = 1.0
+) -> Check:  # fmt: skip
+    """Return the check that a mean count, or a potential, is more than another, by `MARGIN` or farther.
+
+    Parameters
+    ----------
+    says
+        The larger one in words, with its number.
+    value, other
+        Both; the reading of the check is their difference.
+    than
+        What the other one is, in words.
+    quantity
+        What both are.
+    scale
+        As of a `Check`.
+
+    Examples
+    --------
+    >>> check = exceeds("0.3 spikes at 15 degrees", 0.3, 0.0, "at 0", "spikes")
+    >>> check.passes, check.text
+    (False, '0.3 spikes at 15 degrees, +0.3 against 0.0 at 0 (needs +1 or more)')
+    """
+    difference = _difference(value, other)
+    asks = f"{MARGIN[quantity]:+g} or more"
+    return Check(_beside(says, difference, other, than, quantity), difference, MARGIN[quantity], "at least",
+                 unit=_UNIT[quantity], scale=scale, asks=asks)  # fmt: skip
+
+
+def does_not_exceed(
+    says: str, value: float, other: float, than: str, quantity: Quantity, *, scale: float = 1.0
+) -> Check:  # fmt: skip
+    """Return the check that a number is not more than another, as `exceeds` has it, with the same parameters."""
+    difference = _difference(value, other)
+    return Check(_beside(says, difference, other, than, quantity), difference, MARGIN[quantity], "below",
+                 unit=_UNIT[quantity], scale=scale, asks=f"below {MARGIN[quantity]:+g}")  # fmt: skip
+
+
+_UNIT: Mapping[Quantity, str] = {"spikes": "spikes", "potential": ""}
+_FORM: Mapping[Quantity, tuple[str, str]] = {"spikes": ("+.1f", ".1f"), "potential": ("+.4f", ".4f")}
+_PLACES = 9
+"""Decimal places of a difference: means of counts that differ by 1 do so by a last bit less in floating point."""
+
+
+def _difference(value: float, other: float) -> float:
+    return round(float(value) - float(other), _PLACES)
+
+
+def _beside(says: str, difference: float, other: float, than: str, quantity: Quantity) -> str:
+    signed, plain = _FORM[quantity]
+    return f"{says}, {difference:{signed}} against {other:{plain}} {than}"
 
 
 def weakest(checks: Iterable[Check]) -> Check:

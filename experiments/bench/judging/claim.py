@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from experiments.bench.engine import interrupts
@@ -68,12 +68,19 @@ class Claim:
         The same in a few words.
     cause
         In one line why it fails, or holds in some replicates only.
+    eye
+        Of a claim about the robot: in one line what the robot's own eye and wheels make of it.
     tried
         What was tried to make it hold, or what limits it.
     mechanism
         The experiment whose figure shows why it comes out as it does, and what that figure draws.
     silent_passes
         Whether a model that never answers anything would keep it.
+    implied
+        Why the model's equations imply it, whatever it is shown; empty where they do not.
+    equal_terms
+        Label of a model that it compares with -> that of the same model on equal terms. With these in place of those
+        it is judged a second time, and that stands beside: see `experiments.bench.clips.equal_terms`.
 
     Raises
     ------
@@ -87,15 +94,18 @@ class Claim:
     source: str = ""
     title: str = ""
     cause: str = ""
+    eye: str = ""
     tried: str = ""
     mechanism: tuple[str, str] = ("", "")
     silent_passes: bool = False
+    implied: str = ""
+    equal_terms: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_name("claim", self.id)
         if not callable(self.judge):
             raise ValueError(f"claim {self.id}: judge={short(self.judge)}: legal is a function")
-        for name in ("says", "source", "title", "cause", "tried"):
+        for name in ("says", "source", "title", "cause", "eye", "tried", "implied"):
             if not isinstance(getattr(self, name), str):
                 raise ValueError(f"claim {self.id}: {name}={short(getattr(self, name))}: legal is a text")
         pair = self.mechanism
@@ -111,6 +121,25 @@ class Claim:
     def own(self) -> bool:
         """Whether it is none of those that ship, in `experiments.claims`."""
         return self.id not in claim_ids()
+
+    def on_equal_terms(self, rows: Sequence[Any]) -> list[Any]:
+        """Return the rows that it is judged on a second time; none where no model was shown on equal terms.
+
+        Parameters
+        ----------
+        rows
+            Rows of a run's table.
+
+        Returns
+        -------
+        list
+            The same rows, those of the models on equal terms under the labels of the ones that they stand for.
+        """
+        labels = {equal: label for label, equal in self.equal_terms.items()}
+        if not labels or not labels.keys() <= {row["model"] for row in rows}:
+            return []
+        plain = (row for row in rows if row["model"] not in {*labels, *labels.values()})
+        return [*plain, *({**row, "model": labels[row["model"]]} for row in rows if row["model"] in labels)]
 
     def described(self) -> dict[str, str]:
         """Describe the claim as ``experiment.json`` does.

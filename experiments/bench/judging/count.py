@@ -17,9 +17,10 @@ Reason = Literal["judge failed", "not shown", "silent model", "unknown constants
 """Why a claim cannot be judged in a replicate.
 
 ``judge failed``: a user's own judge raised an error, or returned no outcome. ``not shown``: trials, clips, models or
-columns that it needs are missing, too few or flawed. ``silent model``: it is kept, but by a model that answers no
-translation either, so that a network that is always silent would keep it too.
-``unknown constants``: what it says of the DSNN holds; the rest hangs on constants of another model that are not known.
+columns that it needs are missing, too few or flawed. ``silent model``: it is kept, but by a model that does not
+answer the crossings that the paper has it answer, so that a network that is always silent would keep it too.
+``unknown constants``: what it says of the DSNN holds; the rest hangs on constants of another model that are not known,
+whichever way it comes out with those assumed.
 """
 Word = Literal["holds", "fails", "sometimes", ""]
 """What a claim comes to over its replicates; empty where too few could be judged for a word."""
@@ -29,7 +30,7 @@ Kind = Literal["holds", "sometimes", "fails", "counted", "unjudged"]
 REASONS: Mapping[Reason, str] = MappingProxyType({
     "judge failed": "its judge went wrong",
     "not shown": "what it needs was not shown",
-    "silent model": "the model keeps it, but answers no translation either",
+    "silent model": "the model keeps it, but does not answer the paper's own crossings either",
     "unknown constants": "what it says of the DSNN holds, and another model's constants are not known",
 })  # fmt: skip
 """Reason -> what it means."""
@@ -123,13 +124,29 @@ class Count:
         return proportion_interval(self.holds, self.judged) if self.judged and self.random else None
 
     @property
+    def half(self) -> Count | None:
+        """The count of what a claim says of the DSNN alone; ``None`` where it hangs on no unknown constants.
+
+        Where that fails the claim fails; where it holds the claim cannot be judged.
+        """
+        held = self.unjudged.get("unknown constants", 0)
+        others: dict[Reason, int] = {
+            reason: number for reason, number in self.unjudged.items() if reason != "unknown constants"
+        }
+        return Count(held, self.fails, others, self.random) if held and not self.holds else None
+
+    @property
     def word(self) -> Word:
         """What the count comes to.
 
         Where nothing is random: ``holds`` or ``fails``. Otherwise, from `LEAST_JUDGED` judged replicates up: ``holds``
         where the lower end of the interval is at least `HOLDS_FROM`, ``fails`` where its upper end is at most
-        `FAILS_TO`, else ``sometimes``. Below, or where none was judged, there is no word.
+        `FAILS_TO`, else ``sometimes``. Below, or where none was judged, there is no word. A claim that hangs on unknown
+        constants fails where its `half` does, and has no other word: the replicates in which that half holds would
+        leave the count, and those that are left all fail.
         """
+        if self.half is not None:
+            return "fails" if self.half.word == "fails" else ""
         if not self.judged:
             return ""
         if not self.random:
@@ -142,12 +159,12 @@ class Count:
     @property
     def kind(self) -> Kind:
         """The word; or whether it lacks one for too few replicates, or for none that could be judged."""
-        return self.word or ("counted" if self.judged else "unjudged")
+        return self.word or ("counted" if self.judged and self.half is None else "unjudged")
 
     @property
     def label(self) -> str:
         """The word; without one ``4 of 5``, or ``not judged``."""
-        return self.word or (f"{self.holds} of {self.judged}" if self.judged else "not judged")
+        return self.word or (f"{self.holds} of {self.judged}" if self.kind == "counted" else "not judged")
 
     def sentence(self, name: str = "replicate") -> str:
         """Say in how many replicates the claim held, and why others could not be judged.
@@ -165,6 +182,9 @@ class Count:
         'held; nothing in it is random'
         """
         reasons = [f"not judged in {number}: {REASONS[reason]}" for reason, number in self.unjudged.items()]
+        if self.half is not None:
+            constants = "another model's constants are not known"
+            return f"not judged, as {constants}; the DSNN's half {self.half.sentence(name)}"
         if not self.judged:
             whole = "not judged" if self.replicates == 1 else f"not judged in any of {self.replicates} {name}s"
             return "; ".join([whole, *(REASONS[reason] for reason in self.unjudged)])
@@ -177,6 +197,8 @@ class Count:
     def __str__(self) -> str:
         """Say in how many of the judged replicates it held, and what of others: ``17 of 19 (silent model in 1)``."""
         reasons = ", ".join(f"{reason} in {number}" for reason, number in self.unjudged.items())
+        if self.half is not None:
+            return f"not judged: unknown constants; the DSNN's half {self.half}"
         if not self.judged:
             return f"not judged: {reasons}"
         return f"{self.holds} of {self.judged}" + (f" ({reasons})" if reasons else "")
@@ -228,9 +250,14 @@ def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
     ):
         own = kinds[kind]
         if own:
-            names = _shares(own) if kind == "counted" else ", ".join(claim for claim, _ in own)
+            names = _shares(own) if kind == "counted" else ", ".join(_with_half(claim, each) for claim, each in own)
             phrases.append(f"{len(own)} {one if len(own) == 1 else many}: {names}")
     return phrases
+
+
+def _with_half(claim: str, own: Count) -> str:
+    """A claim's id; of one that hangs on unknown constants what the DSNN's half comes to beside it."""
+    return claim if own.half is None else f"{claim} (the DSNN's half: {own.half.label})"
 
 
 def _shares(counts: list[tuple[str, Count]]) -> str:

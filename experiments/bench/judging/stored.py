@@ -7,7 +7,9 @@ An object with ``version`` and ``claims``. Each claim has ``id``, ``says``, ``so
 - ``count``: the numbers ``holds`` and ``fails`` of replicates, ``unjudged`` (reason -> number), and ``random``, which
   is false where nothing differs between replicates;
 - ``interval``: the two ends of the exact 95 % interval of the share of judged replicates in which it holds, or null;
-- ``outcome``: what was found in the first replicate, as an `Outcome` has it.
+- ``outcome``: what was found in the first replicate, as an `Outcome` has it;
+- ``equal_terms``: the count where the models that it compares with are on equal terms, or null. ``equal`` in
+  ``outcome`` is the outcome there. Files from before have neither.
 
 Files of version 1, a bare list with ``verdict``, ``standing`` and ``overall``, are read too.
 """
@@ -63,7 +65,9 @@ def verdicts(content: Any) -> list[Verdict]:
 
 def outcome_entry(outcome: Outcome) -> dict[str, Any]:
     """Return an outcome as a file has it; JSON has no number for one that is not finite, which stands as a text."""
-    entry = dataclasses.asdict(outcome)
+    entry = {field.name: getattr(outcome, field.name) for field in dataclasses.fields(outcome)}
+    entry |= {"equal": outcome_entry(outcome.equal) if outcome.equal else None}
+    entry["checks"] = [dataclasses.asdict(check) for check in outcome.checks]
     return entry | {"checks": [{name: _number(value) for name, value in check.items()} for check in entry["checks"]]}
 
 
@@ -80,19 +84,26 @@ def _entry(verdict: Verdict) -> dict[str, Any]:
         "id": verdict.id, "says": verdict.says, "source": verdict.source, "model": verdict.model,
         "experiment": verdict.experiment, "word": verdict.count.word, "count": dataclasses.asdict(verdict.count),
         "interval": verdict.count.interval, "outcome": outcome_entry(verdict.outcome), "trouble": verdict.trouble,
+        "equal_terms": dataclasses.asdict(verdict.equal) if verdict.equal else None,
     }  # fmt: skip
 
 
 def _verdict(row: Mapping[str, Any]) -> Verdict:
     try:
-        outcome = dict(row["outcome"])
-        checks = tuple(_check(check) for check in outcome.pop("checks"))
+        equal = row.get("equal_terms")
         return Verdict(
-            row["id"], row["says"], row["source"], Outcome(**outcome, checks=checks), Count(**row["count"]),
-            row["model"], row["experiment"], row["trouble"],
+            row["id"], row["says"], row["source"], _outcome(row["outcome"]), Count(**row["count"]), row["model"],
+            row["experiment"], row["trouble"], Count(**equal) if equal else None,
         )  # fmt: skip
     except (KeyError, TypeError, AttributeError, IndexError) as error:
         raise ValueError(f"claim {row.get('id')}: a field lacks or is not of its kind ({error})") from None
+
+
+def _outcome(entry: Mapping[str, Any]) -> Outcome:
+    fields = dict(entry)
+    checks = tuple(_check(check) for check in fields.pop("checks"))
+    equal = fields.pop("equal", None)
+    return Outcome(**fields, checks=checks, equal=_outcome(equal) if equal else None)
 
 
 def _check(entry: Mapping[str, Any]) -> Check:

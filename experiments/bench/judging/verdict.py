@@ -11,6 +11,9 @@ from experiments.bench.judging.checks import Check as Check
 from experiments.bench.judging.checks import decide as decide
 from experiments.bench.judging.count import REASONS, Count, Reason, count
 
+LEAST_ANSWERED = 0.5
+"""Share of the translations of one kind that a model answers, below which it counts as silent there."""
+
 Judged = Literal["holds", "fails", "judge failed", "not shown", "silent model", "unknown constants"]
 """What a claim comes to in one replicate: it holds, it fails, or the `Reason` why it cannot be judged."""
 
@@ -56,6 +59,9 @@ class Outcome:
         What went wrong in a user's own judge; empty if nothing did.
     checks
         Everything that was asked, each with its reading, its bound and its slack; empty where nothing could be.
+    equal
+        What it comes to where the models that it compares with are on equal terms (`Claim.equal_terms`); ``None`` of a
+        claim without, and where these were not shown.
 
     Raises
     ------
@@ -72,6 +78,7 @@ class Outcome:
     broken: int | None = None
     trouble: str = ""
     checks: tuple[Check, ...] = ()
+    equal: Outcome | None = None
 
     def __post_init__(self) -> None:
         if self.verdict not in get_args(Judged):
@@ -143,6 +150,7 @@ class Outcome:
             Their verdict together. Its texts name each part; ``decided`` is of the parts that decided.
         """
         verdict = together([part.verdict for part in parts.values()])
+        equal = {name: part.equal for name, part in parts.items() if part.equal}
         return cls(
             verdict,
             "; ".join(f"{name} {part.verdict}: {part.measured}" for name, part in parts.items()),
@@ -153,7 +161,21 @@ class Outcome:
             min(part.each for part in parts.values()),
             trouble=next((part.trouble for part in parts.values() if part.trouble), ""),
             checks=tuple(check for part in parts.values() for check in part.checks),
+            equal=cls.together(equal) if len(equal) == len(parts) else None,
         )  # fmt: skip
+
+    def settled(self) -> Outcome:
+        """Return what the claim comes to with the constants that were assumed.
+
+        Returns
+        -------
+        Outcome
+            The verdict of all its checks, where unknown constants left it unjudged; otherwise the same.
+        """
+        if self.verdict != "unknown constants":
+            return self
+        holds, decided = decide(self.checks)
+        return replace(self, verdict="holds" if holds else "fails", decided=decided)
 
     @property
     def judged(self) -> bool:
@@ -178,7 +200,8 @@ class Outcome:
         Outcome
             The same, ``not shown``; ``measured`` has the reason.
         """
-        return replace(self, verdict="not shown", measured=f"{why}; measured: {self.measured}", decided="")
+        equal = self.equal.withheld(why) if self.equal else None
+        return replace(self, verdict="not shown", measured=f"{why}; measured: {self.measured}", decided="", equal=equal)
 
     def noting(self, notes: Iterable[str]) -> Outcome:
         """Add notes to what was measured.
@@ -195,27 +218,30 @@ class Outcome:
         """
         return replace(self, measured="; ".join([self.measured, *filter(None, notes)]))
 
-    def against_silence(self, answering: int, of: int, what: str) -> Outcome:
+    def against_silence(self, answers: Mapping[str, Sequence[bool]], what: str) -> Outcome:
         """Return the outcome of a claim that a silent network would keep, held against the answers to translation.
 
         Parameters
         ----------
-        answering, of
-            How many of how many translations the model answers past its threshold.
+        answers
+            Which translations -> whether the model answers each of them past its threshold.
         what
             What shows a translation: ``trial`` or ``clip``.
 
         Returns
         -------
         Outcome
-            ``silent model`` where the claim holds and no translation is answered. Without translations it holds
-            unchecked.
+            ``silent model`` where the claim holds, and of some of these the model answers less than half. Without
+            translations it holds unchecked.
         """
-        if self.verdict != "holds" or answering:
+        if self.verdict not in ("holds", "unknown constants"):
             return self
-        if not of:
+        shown = {name: listed for name, listed in answers.items() if listed}
+        if not shown:
             return replace(self, measured=f"{self.measured}; not checked against translation (no {what} shows one)")
-        return self.silent(f"silent in all {of} {what}s of translation too")
+        silent = [f"{sum(listed)} of {len(listed)} {what}s of {name} answered"
+                  for name, listed in shown.items() if sum(listed) < LEAST_ANSWERED * len(listed)]  # fmt: skip
+        return self.silent(", ".join(silent)) if silent else self
 
     def silent(self, why: str) -> Outcome:
         """Return the outcome of a model that keeps the claim by never answering.
@@ -251,6 +277,9 @@ class Verdict:
         The experiments, or the env, whose trials answer for it; empty where nothing here judges it.
     trouble
         What went wrong in a user's own judge, in any replicate; empty if nothing did.
+    equal
+        In how many replicates it held with the models that it compares with on equal terms; ``None`` of a claim that
+        compares with none, or where these were not shown.
 
     Raises
     ------
@@ -266,6 +295,7 @@ class Verdict:
     model: str = ""
     experiment: str = ""
     trouble: str = ""
+    equal: Count | None = None
 
     def __post_init__(self) -> None:
         counted: dict[str, int] = {"holds": self.count.holds, "fails": self.count.fails}
@@ -298,4 +328,6 @@ class Verdict:
         """
         trouble = next((outcome.trouble for outcome in outcomes if outcome.trouble), "")
         counted = count([outcome.verdict for outcome in outcomes], random=random)
-        return cls(*words, outcomes[0], counted, model, experiment, trouble)
+        again = [outcome.equal for outcome in outcomes]
+        equal = count([each.verdict if each else "not shown" for each in again], random=random) if any(again) else None
+        return cls(*words, outcomes[0], counted, model, experiment, trouble, equal)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from experiments.bench.clips.experiment import Clip, OfflineExperiment
-from experiments.bench.leaderboard.stimuli import JITTER_PX, REPEATS, SHIFT_PX_S
+from experiments.bench.leaderboard.stimuli import JITTER_PX, PHOTOGRAPH, REPEATS, SHIFT_PX_S
 
 Changes = tuple[tuple[str, Any], ...]
 
@@ -68,7 +68,7 @@ def moving_clips() -> tuple[Clip, ...]:
         for motion in MOTIONS
         for s in L_OVER_V_S
     ]
-    ground = (*FRAME, ("background_speed", -SHIFT_PX_S))
+    ground = (*FRAME, PHOTOGRAPH, ("background_speed", -SHIFT_PX_S))
     clutter = [
         Clip(f"{shade} {motion} before clutter", "cluttered",
              (*ground, *SQUARE, ("motion", motion), ("speed", SPEED_PX_S), *grey))
@@ -91,8 +91,8 @@ def _backgrounds() -> tuple[Clip, ...]:
     """Return a panning camera, a trembling one, and leaves in the wind, `BACKGROUND_S` each."""
     alone = (*FRAME, ("object", "absent"), ("motion", "looming"), ("duration_s", BACKGROUND_S), ("rest_s", 0.0))
     return (
-        Clip("shift left", "cluttered", (*alone, ("background_speed", -SHIFT_PX_S))),
-        Clip("shift right", "cluttered", (*alone, ("background_speed", SHIFT_PX_S))),
-        Clip("jitter", "cluttered", (*alone, ("background_speed", 0.0)), JITTER_PX),
+        Clip("shift left", "cluttered", (*alone, PHOTOGRAPH, ("background_speed", -SHIFT_PX_S))),
+        Clip("shift right", "cluttered", (*alone, PHOTOGRAPH, ("background_speed", SHIFT_PX_S))),
+        Clip("jitter", "cluttered", (*alone, PHOTOGRAPH, ("background_speed", 0.0)), JITTER_PX),
         Clip("foliage", "foliage", (*FRAME, ("duration_s", BACKGROUND_S), ("rest_s", 0.0))),
     )

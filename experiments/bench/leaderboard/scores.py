@@ -86,9 +86,9 @@ def area(positives: Sequence[Row], negatives: Sequence[Row], value: Callable[[Ro
     """
     if not positives or not negatives:
         return None
-    sides = positives, negatives
-    values, clusters = ([[read(row) for row in side] for side in sides] for read in (value, condition))
-    return Score(*area_under_roc(*values, (clusters[0], clusters[1])), len(positives) + len(negatives))
+    above, below = ([value(row) for row in side] for side in (positives, negatives))
+    clusters = [condition(row) for row in positives], [condition(row) for row in negatives]
+    return Score(*area_under_roc(above, below, clusters), len(positives) + len(negatives))
 
 
 def false_alarms(rows: Iterable[Row]) -> Score | None:

@@ -28,6 +28,8 @@ DEPTH_S = (1.0, 2.0)
 SHIFT_PX_S = 8.0
 """Speed of the background, px/s, to either side: within the paper's -2 .. -10."""
 JITTER_PX = 0.3
+PHOTOGRAPH = ("background", "photograph")
+"""The boards' ground, in all repeats: windows of one photograph. The boards that are published were run so."""
 DEPTH = ("looming", "receding")
 
 
@@ -87,7 +89,7 @@ def clutter_clips() -> tuple[Clip, ...]:
     """Make the clips before a natural image shifting left: 12 clips of objects as on the even ground; then 4 of
     backgrounds alone.
     """
-    before = {"columns": 320, "background_speed": -SHIFT_PX_S}
+    before = {"columns": 320, "background_speed": -SHIFT_PX_S, "background": "photograph"}
     objects = tuple(
         _clip(f"{shade} {motion}", "cluttered", motion, grey=grey, **before)
         for shade, grey in EXTREME.items()
@@ -100,7 +102,7 @@ def _backgrounds() -> tuple[Clip, ...]:
     """Make clips of backgrounds alone. Nothing in these crosses, looms or recedes: what a model answers to them is a
     false alarm.
     """
-    alone = (("columns", 320), ("object", "absent"))
+    alone = (("columns", 320), ("object", "absent"), PHOTOGRAPH)
     return (
         Clip("shift left", "cluttered", (*alone, ("background_speed", -SHIFT_PX_S))),
         Clip("shift right", "cluttered", (*alone, ("background_speed", SHIFT_PX_S))),

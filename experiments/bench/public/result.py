@@ -34,6 +34,7 @@ CLAIM_SCHEMA = pa.schema(
         **dict.fromkeys(("says", "source", "experiment", "outcome", "measured", "decided", "effect"), pa.string()),
         "n": pa.int64(),
         "trouble": pa.string(),
+        "equal_terms": pa.string(),
         "provenance": pa.string(),
     }
 )
@@ -82,7 +83,8 @@ class Run(Record):
         ``id``, ``model``; ``word`` and ``count``: what all replicates came to; ``holds``, ``fails``, ``unjudged``: in
         how many replicates; ``random``: whether anything differs between them; ``interval_low``, ``interval_high``:
         the exact 95 % interval of the share in which it holds; ``says``, ``source``, ``experiment``; ``outcome``,
-        ``measured``, ``decided``, ``effect``, ``n``: of the first replicate; ``trouble``; ``provenance``: of the run.
+        ``measured``, ``decided``, ``effect``, ``n``: of the first replicate; ``trouble``; ``equal_terms``: the count
+        with the models that it compares with on equal terms, empty without; ``provenance``: of the run.
         """
         rows = [_claim_row(verdict) | {"provenance": self.provenance} for verdict in self._verdicts]
         return pa.Table.from_pylist(rows, CLAIM_SCHEMA)
@@ -181,6 +183,7 @@ def _claim_row(verdict: Verdict) -> dict[str, Any]:
         "interval_high": high, "says": verdict.says, "source": verdict.source, "experiment": verdict.experiment,
         "outcome": outcome.verdict, "measured": outcome.measured, "decided": outcome.decided,
         "effect": outcome.effect, "n": outcome.n, "trouble": verdict.trouble,
+        "equal_terms": str(verdict.equal) if verdict.equal else "",
     }  # fmt: skip
 
 

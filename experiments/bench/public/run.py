@@ -15,6 +15,7 @@ from experiments.bench.clips.plan import plan as clips_plan
 from experiments.bench.engine.batch import Resources, worker_count
 from experiments.bench.engine.errors import UsageError, short
 from experiments.bench.engine.models import shown_models
+from experiments.bench.engine.pictures import Pictures, folder_pictures
 from experiments.bench.engine.terminal import error_console, tell_troubles
 from experiments.bench.judging.claim import Claim
 from experiments.bench.public.arguments import assignments, flag, folder, is_path, model_texts, whole
@@ -49,7 +50,9 @@ class RunRequest:
     seed
         Of the whole run.
     eyes
-        ``one``: the camera as it is set. ``both``: each model sees through the robot's true eye too.
+        ``one``: the camera as it is set. ``both``: each model sees through the model of the robot's eye too.
+    pictures
+        A user's own, behind the objects of clips in place of the scenes, or on the arena's wall.
     """
 
     models: Sequence[str] = ()
@@ -58,6 +61,7 @@ class RunRequest:
     repeats: int | None = None
     seed: int = 0
     eyes: str = ONE_EYE
+    pictures: Pictures | None = None
 
 
 def perform(
@@ -101,8 +105,12 @@ def planned(experiment: Experiment | OfflineExperiment, asked: RunRequest) -> Pl
     if isinstance(experiment, OfflineExperiment):
         if asked.eyes == BOTH_EYES:
             raise UsageError(f"--eyes {BOTH_EYES}: {experiment.name} shows clips, which no camera sees")
-        return clips_plan(experiment, models, asked.assignments, asked.repeats, asked.seed, only=True)
-    trials = robot_plan(experiment, models, asked.assignments, asked.repeats, asked.seed)
+        if asked.pictures and not any(clip.takes_scene() for clip in experiment.clips):
+            raise UsageError(f"--pictures: no clip of {experiment.name} has a background to show them")
+        return clips_plan(
+            experiment, models, asked.assignments, asked.repeats, asked.seed, only=True, pictures=asked.pictures
+        )
+    trials = robot_plan(experiment, models, asked.assignments, asked.repeats, asked.seed, asked.pictures)
     return both(trials) if asked.eyes == BOTH_EYES else trials
 
 
@@ -127,6 +135,7 @@ def run(
     models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     only: bool = False,
     settings: Mapping[str, Any] | None = None,
+    pictures: str | os.PathLike[str] | None = None,
     out: str | os.PathLike[str] | None = None,
     recordings: bool = True,
     workers: int | None = None,
@@ -148,7 +157,7 @@ def run(
     repeats
         Trials of each condition; otherwise the experiment's own number.
     eyes
-        ``"both"``: each model sees the same physics through the robot's true eye too, as ``dsnn@ov7670``.
+        ``"both"``: each model sees the same physics through the model of the robot's eye too, as ``dsnn@ov7670``.
     models
         Models to show beside those that the experiment declares, which is ``dsnn`` for most: names, or paths of .py
         files that declare ``MODEL``; with settings of their own as ``"dsnn:w_i=1,n_con=6"``.
@@ -157,6 +166,9 @@ def run(
     settings
         Parameter -> value, as ``{"dsnn.n_con": 6, "experiment.speeds_cm_s": [4, 6]}``. ``colias parameters`` lists
         them all.
+    pictures
+        A folder of your own pictures. Repeat r of a clip has picture r behind its object; of trials with the robot,
+        which are one replicate, the arena's wall has the first.
     out
         The folder for the results; otherwise a new one, ``runs/NAME-TIME``. Where this run was begun there, only what
         is missing is done.
@@ -198,7 +210,8 @@ def run(
         raise UsageError(f"cluster={short(cluster)}: legal is the address of a Dask scheduler, tcp://...")
     count = None if repeats is None else whole("repeats", repeats)
     asked = RunRequest(
-        model_texts(models), flag("only", only), assignments(settings), count, whole("seed", seed), eyes
+        model_texts(models), flag("only", only), assignments(settings), count, whole("seed", seed), eyes,
+        None if pictures is None else folder_pictures(folder("pictures", pictures)),
     )  # fmt: skip
     place = new_folder(declared.name) if out is None else folder("out", out)
     check_own(place, f"out={place}")

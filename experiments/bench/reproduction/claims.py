@@ -15,7 +15,7 @@ from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import replicates
 from experiments.bench.robot.claims import find
 from experiments.bench.store.rows import mixture
-from experiments.bench.studies.replicates import Replicate
+from experiments.bench.studies.replicates import Replicate, places_of
 
 
 def verdicts(every: Sequence[Replicate], shows: Sequence[OfflineReport]) -> list[Verdict]:
@@ -81,5 +81,6 @@ def _of_both(clips: Verdict, place: str, every: Sequence[Replicate]) -> Verdict:
 
 def _of_robot(claim: str, place: str, every: Sequence[Replicate]) -> Verdict:
     first, *others = [replicates.judged(claim, replicate) for replicate in every]
-    mixed = mixture([row for replicate in every for row in replicate.rows if row["experiment"] == place])
-    return find(claim).verdict(first.noting([mixed]), *others, experiment=place)
+    places = places_of(find(claim), place, {row["experiment"] for replicate in every for row in replicate.rows})
+    mixed = mixture([row for replicate in every for row in replicate.rows if row["experiment"] in places])
+    return find(claim).verdict(first.noting([mixed]), *others, experiment=", ".join(places))

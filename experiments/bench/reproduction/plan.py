@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +19,7 @@ from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.closed_loop import claims as closed_loop_claims
 from experiments.bench.closed_loop.run import BehaviourPlan
 from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.pictures import Pictures
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging.claims import paper_claims
 from experiments.bench.reproduction.replicates import SHOWN, asked_models, models_in
@@ -25,7 +27,7 @@ from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
 from experiments.bench.store import provenance
-from experiments.bench.store.description import THRESHOLDS, to_json
+from experiments.bench.store.description import THRESHOLDS, plain
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.plan import StudyPlan
 from experiments.bench.studies.replicates import MODEL
@@ -128,30 +130,36 @@ class Planned:
 
 def planned(
     scale: Scale, seed: int, models: Sequence[str] = BESIDE, extra: Sequence[str] = (), robot_only: bool = False,
-    only: bool = False,
+    only: bool = False, pictures: Pictures | None = None,
 ) -> Planned:  # fmt: skip
     """What `experiments.bench.reproduction.reproduce.reproduce` runs; `UsageError` for what cannot be run."""
     shown = [MODEL, *(name for name in models if name != MODEL)]
     plans = [
-        plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed)
+        plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed, pictures)
         for name in (*registry.paper_experiments(), *SHOWN, *extra)
     ]
     _check_names(plans)
     return Planned(
         scale, seed, plans,
-        offline=[_offline_plan(name, scale, seed) for name in scale.offline if not robot_only],
+        offline=[_offline_plan(name, scale, seed, pictures) for name in scale.offline if not robot_only],
         loops=[] if robot_only else closed_loop_claims.plans(scale.episodes, seed, scale.steps),
         others=replicates_plan(
-            scale.replicates - 1, scale.repeats, seed + 1, shown if only else None, onboard=scale.onboard
+            scale.replicates - 1, scale.repeats, seed + 1, shown if only else None, onboard=scale.onboard,
+            pictures=pictures and dataclasses.replace(pictures, first=1),
         ) if scale.replicates > 1 else None,
-        moves=study_run.planned(dataclasses.replace(SENSITIVE, repeats=scale.repeats), seed) if scale.moves else None,
-        clip_moves=study_run.planned(SENSITIVE_ON_CLIPS, seed) if scale.moves and not robot_only else None,
+        moves=study_run.planned(
+            dataclasses.replace(SENSITIVE, repeats=scale.repeats), seed, pictures=pictures
+        ) if scale.moves else None,
+        clip_moves=study_run.planned(
+            SENSITIVE_ON_CLIPS, seed, pictures=pictures
+        ) if scale.moves and not robot_only else None,
     )  # fmt: skip
 
 
 def replicates_plan(
-    replicates: int, repeats: int, seed: int, among: Sequence[str] | None = None, *, onboard: bool = False
-) -> StudyPlan:
+    replicates: int, repeats: int, seed: int, among: Sequence[str] | None = None, *, onboard: bool = False,
+    pictures: Pictures | None = None,
+) -> StudyPlan:  # fmt: skip
     """Return the plan of replicates of the paper's experiments with the robot: a study without a grid.
 
     Parameters
@@ -162,6 +170,8 @@ def replicates_plan(
         Models to be shown; ``None``: all that the claims are about.
     onboard
         Whether the network in the robot's own arithmetic watches too, and its potentials are kept.
+    pictures
+        The wall of the arena has one of them in each replicate.
     """
     study = Study(
         REPLICATES,
@@ -173,7 +183,7 @@ def replicates_plan(
         replicates=replicates,
         probe=series_of((MODEL, BEST.label)) if onboard else None,
     )
-    return study_run.planned(study, seed, models_in(among, (BEST.label,) if onboard else ()))
+    return study_run.planned(study, seed, models_in(among, (BEST.label,) if onboard else ()), pictures)
 
 
 def design(made: Planned) -> dict[str, Any]:
@@ -195,7 +205,8 @@ def design(made: Planned) -> dict[str, Any]:
                   LEAST_GREYS, footage_claims.LEAST_SECONDS, closed_loop_claims.LEAST_SEEDS],
         "bounds": [SPEED_TOLERANCE, PATH_TOLERANCE_MM],
     }  # fmt: skip
-    digest = hashlib.sha256(to_json(parts).encode()).hexdigest()
+    text = json.dumps(parts, default=plain)  # without indents: C writes that, twenty times as fast
+    digest = hashlib.sha256(text.encode()).hexdigest()
     return {
         "seed": made.seed,
         "scale": dataclasses.asdict(made.scale),
@@ -215,12 +226,12 @@ def _models(experiment: str, shown: Sequence[str]) -> list[str]:
     return list(dict.fromkeys([*own, *shown, *asked_models(experiment)]))
 
 
-def _offline_plan(name: str, scale: Scale, seed: int) -> OfflinePlan:
+def _offline_plan(name: str, scale: Scale, seed: int, pictures: Pictures | None) -> OfflinePlan:
     experiment = registry.find(name)
     assert isinstance(experiment, OfflineExperiment)
     # Where one repeat says it all, nothing in the clips is random.
     repeats = scale.offline_replicates if experiment.repeats > 1 else None
-    return clips_plan.plan(experiment, (), (), repeats, seed)
+    return clips_plan.plan(experiment, (), (), repeats, seed, pictures=pictures)
 
 
 def _check_names(plans: Sequence[Plan]) -> None:

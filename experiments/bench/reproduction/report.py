@@ -11,6 +11,7 @@ from experiments.bench.figures import plotting
 from experiments.bench.judging.claims import readings_of_all
 from experiments.bench.judging.count import LEAST_JUDGED, REASONS
 from experiments.bench.judging.paper import cited
+from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.page.cards import cards, limits
 from experiments.bench.reproduction.page.drawn import drawing
 from experiments.bench.reproduction.page.overview import overview, tile
@@ -48,6 +49,9 @@ def _context(result: Reproduction) -> dict[str, Any]:
     return {
         "result": result,
         "first": overview(result),
+        "eye_headings": list(eyes.CELLS.values()),
+        "eyes_command": eyes.SHOWN,
+        "not_validated": eyes.NOT_VALIDATED,
         "cards": evidence,
         "own": [(tile(claim), claim, limits(claim, result.folder)) for claim in result.own_claims],
         "runs": runs,

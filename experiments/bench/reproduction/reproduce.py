@@ -17,6 +17,7 @@ from experiments.bench.closed_loop.run import BehaviourPlan, Played
 from experiments.bench.engine.batch import Resources
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import shown_models
+from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.pool import Pool
 from experiments.bench.engine.terminal import error_console
 from experiments.bench.judging import stored
@@ -110,7 +111,7 @@ def models_shown(given: Sequence[str] | None, only: bool) -> list[str]:
 
 def reproduce(
     folder: Path, scale: Scale, seed: int, models: Sequence[str], resources: Resources, extra: Sequence[str] = (),
-    robot_only: bool = False, only: bool = False,
+    robot_only: bool = False, only: bool = False, pictures: Pictures | None = None,
 ) -> Reproduction:  # fmt: skip
     """Run what is missing of it all into ``folder``, then judge. Goes on where an earlier call stopped.
 
@@ -130,8 +131,10 @@ def reproduce(
         Whether to leave out clips and behaviours.
     only
         Whether to leave out the looming detectors; the claim about them is then not judged.
+    pictures
+        One for each replicate, behind the objects of clips and on the arena's wall; not in the envs of behaviours.
     """
-    made = planned(scale, seed, models, extra, robot_only, only)
+    made = planned(scale, seed, models, extra, robot_only, only, pictures)
     if not resources.quiet:
         _announce(made, folder, resources)
     with ExitStack() as locks:

@@ -50,6 +50,7 @@ def show_claims(claims: Sequence[Verdict], pooled: Mapping[str, Outcome], name: 
             alone = [reading.name for reading in used_to_choose(claim.id) if not reading.of_all]
             lines = (
                 f"replicate 0, {claim.outcome.verdict}: {claim.outcome.deciding}",
+                f"on equal terms: {claim.equal.sentence(name)}" if claim.equal else "",
                 rate(claim.id, pooled[claim.id]) if claim.id in pooled else "",
                 f"used to choose: {', '.join(alone)}" if alone else "",
             )

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.bench.judging.checks import Check
+from experiments.bench.judging.checks import Check, exceeds
 from experiments.bench.judging.numbers import is_number
 from experiments.bench.judging.statistics import contrast, summarise, trend
 from experiments.bench.judging.verdict import Outcome
@@ -69,8 +69,7 @@ def means_text(groups: ByLevel, unit: str) -> str:
 
 def more_spikes(mean: Mapping[float, float], more: float, less: float, unit: str) -> Check:
     """Return the check that mean spikes at level ``more`` are above those at ``less``."""
-    text = f"{mean[more]:.1f} spikes at {more:g} {unit}"
-    return Check(text, mean[more], mean[less], unit="spikes", asks=f"more than at {less:g}: {mean[less]:.1f}")
+    return exceeds(f"{mean[more]:.1f} spikes at {more:g} {unit}", mean[more], mean[less], f"at {less:g}", "spikes")
 
 
 def outcome_of(checks: Sequence[Check], groups: Mapping[Any, Sequence[float]], measured: str, effect: str) -> Outcome:
@@ -128,8 +127,7 @@ def more_on_one_side(rows: Rows, motion: str, more: float, name: str) -> Outcome
 
     def checks(groups: ByLevel) -> list[Check]:
         here, there = (float(np.mean(side)) for side in split(groups))
-        text = f"{name}: {here:.1f} spikes a trial"
-        return [Check(text, here, there, unit="spikes", asks=f"more than {there:.1f}")]
+        return [exceeds(f"{name}: {here:.1f} spikes a trial", here, there, "on the other side", "spikes")]
 
     def effect(groups: ByLevel) -> str:
         here, there = split(groups)

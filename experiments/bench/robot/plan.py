@@ -11,6 +11,7 @@ from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.motors import TOP_POWER, Motors
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import look_up
+from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.settings import Parameter, applied, changed, check_counts, collect, described
 from experiments.bench.robot.experiment import Condition, Design, Experiment, Settings, TrialSpec, trial_specs
 from experiments.bench.robot.trajectory import clearance_cm, nominal, reach_cm
@@ -36,6 +37,18 @@ class Plan:
     seed: int
     declared: Design | None = None
     """The experiment's design before ``--set`` changed it."""
+    pictures: Pictures | None = None
+    """The wall of the arena has one of them in each replicate; a run is replicate 0."""
+
+    def replicate(self, number: int) -> Plan:
+        """Return the plan of another replicate: its seed, and the picture on its wall."""
+        return dataclasses.replace(self, seed=self.seed + number, settings=self._walled(number))
+
+    def _walled(self, replicate: int) -> Settings:
+        if self.pictures is None:
+            return self.settings
+        scene = dataclasses.replace(self.settings.scene, wall=self.pictures.of(replicate))
+        return dataclasses.replace(self.settings, scene=scene)
 
     def specs(self) -> list[TrialSpec]:
         """Every trial of the run."""
@@ -47,7 +60,7 @@ class Plan:
         others = {
             "robot": (RobotConfig(), settings.robot),
             "camera": (CameraConfig(), settings.camera),
-            "scene": (SceneConfig(), settings.scene),
+            "scene": (SceneConfig(wall=settings.scene.wall if self.pictures else ""), settings.scene),
             "experiment": (self.declared or design, design),
         }
         return differing(settings.models, others=others)
@@ -130,6 +143,7 @@ def describe(plan: Plan) -> dict[str, Any]:
         "seed": plan.seed,
         "trials": len(plan.specs()),
         "settings": plan.settings,
+        **({"pictures": plan.pictures.described()} if plan.pictures else {}),
         **({"changed": changed_ones} if changed_ones else {}),
         THRESHOLDS: {model.label: model.thresholds for model in plan.settings.models},
         **provenance.of((model.source for model in plan.settings.models), plan.experiment),
@@ -174,11 +188,15 @@ def configure(experiment: Experiment, models: Sequence[str], assignments: Iterab
 
 
 def plan(
-    experiment: Experiment, models: Sequence[str], assignments: Iterable[str], repeats: int | None, seed: int
-) -> Plan:
+    experiment: Experiment, models: Sequence[str], assignments: Iterable[str], repeats: int | None, seed: int,
+    pictures: Pictures | None = None,
+) -> Plan:  # fmt: skip
     """A checked plan from what a person typed; `UsageError` for what cannot be run."""
     count = experiment.repeats if repeats is None else repeats
-    made = Plan(*configure(experiment, models, assignments), count, seed, experiment.design)
+    made = Plan(*configure(experiment, models, assignments), count, seed, experiment.design, pictures)
+    if pictures and made.settings.scene.wall:
+        raise UsageError(f"--set scene.wall={made.settings.scene.wall}: --pictures sets the wall; give one of them")
+    made = made.replicate(0)
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
     check_counts(seed, count, option, len(made.experiment.conditions()))
     check(made)

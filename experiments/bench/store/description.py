@@ -59,11 +59,11 @@ OF_BEHAVIOUR = {"behaviour": "the behaviour", "env": "--env", "options": "--set"
 """The same of each behaviour of a run."""
 OPTIONS = {
     "repeats": "--repeats", "seed": "--seed", "recordings": "--recordings", "replicates": "--replicates",
-    "claims": "--claims", "measures": "--measure", "curves": "--curve",
+    "claims": "--claims", "measures": "--measure", "curves": "--curve", "pictures": "--pictures",
 }  # fmt: skip
 """Entry of a description -> the option that sets it."""
-DERIVED = ("trials", "changed", "clips")
-OF_REPLICATES = ("replicates", "trials")
+DERIVED = ("trials", "changed", "clips", "backgrounds")
+OF_REPLICATES = ("replicates", "trials", "backgrounds")
 """Entries of a study that grow where it goes on to more replicates: its trials are in the order of these."""
 DERIVED_SETTINGS = (("settings", "pose_sd_mm"), ("settings", "heading_sd_deg"))
 """Entries that follow from others."""
@@ -171,7 +171,7 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
     """
     there, here = read_description(folder), json.loads(to_json(description))
     if _has_more_replicates(here, there):
-        there |= {name: here[name] for name in OF_REPLICATES}
+        there |= {name: here[name] for name in OF_REPLICATES if name in here}
     try:
         differing = differences(_parameters(there), _parameters(here))
     except RecursionError:

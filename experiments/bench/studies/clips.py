@@ -1,8 +1,8 @@
 """A study of off-line experiments: clips of stimuli.
 
-A replicate has each clip once, at one seed. The keys are those of the models, and those of the clips' stimuli:
-``cluttered.grey`` is the grey of every ``cluttered`` clip. Points that differ in the network alone share their clips.
-Clips that a point makes alike are shown once.
+A replicate has each clip once, at one seed and before one scene. The keys are those of the models, and those of the
+clips' stimuli: ``cluttered.grey`` is the grey of every ``cluttered`` clip. Points that differ in the network alone
+share their clips. Clips that a point makes alike are shown once.
 """
 
 from __future__ import annotations
@@ -12,11 +12,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from experiments.bench.clips.claims import ClipClaim, find
-from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing
+from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, clips_of, described_scenes
 from experiments.bench.clips.plan import OfflinePlan
 from experiments.bench.clips.rows import CLIP_SCHEMA
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import ConfiguredModel, SelectedModel, look_up
+from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.settings import changed, check_counts, watchers
 from experiments.bench.store import provenance
 from experiments.bench.store.parameters import Parameters, differing
@@ -71,7 +72,9 @@ class Rendering:
     watchers: Mapping[Point, tuple[Watcher, ...]]
 
 
-def planned(study: Study, experiments: Sequence[OfflineExperiment], seed: int) -> StudyPlan:
+def planned(
+    study: Study, experiments: Sequence[OfflineExperiment], seed: int, pictures: Pictures | None = None
+) -> StudyPlan:
     """Check and list all that a study of clips shows.
 
     Parameters
@@ -82,6 +85,8 @@ def planned(study: Study, experiments: Sequence[OfflineExperiment], seed: int) -
         Those whose clips answer for claims and measures. One that answers for none of them is not shown.
     seed
         Of replicate 0.
+    pictures
+        Shown in place of the scenes.
 
     Raises
     ------
@@ -124,7 +129,7 @@ def planned(study: Study, experiments: Sequence[OfflineExperiment], seed: int) -
             trials = range(len(specs), len(specs) + len(rendering.clips))
             specs += [
                 Showing(rendering.base.name, index, replicate, seed + replicate, clip, rendering.models)
-                for index, clip in zip(trials, rendering.clips, strict=True)
+                for index, clip in zip(trials, clips_of(rendering.clips, replicate, pictures), strict=True)
             ]
             for point, watching in rendering.watchers.items():
                 key = (point, model.label, rendering.base.name, replicate)
@@ -137,7 +142,7 @@ def planned(study: Study, experiments: Sequence[OfflineExperiment], seed: int) -
     ]
     parameters = grid.columns(called, axes)
     about = study_description(
-        _description(parts, study, parameters, seed, len(specs)), axes, claims, measures, study.replicates
+        _description(parts, study, parameters, seed, len(specs), pictures), axes, claims, measures, study.replicates
     )
     return StudyPlan(
         study, claims, measures, axes, tuple(points), (parts[0].models[0],),
@@ -274,12 +279,12 @@ def _shown_once(clips: Sequence[Clip]) -> tuple[Clip, ...]:
     """Clips, those that are alike once, under the names of all of them."""
     alike: dict[Any, list[Clip]] = {}
     for clip in clips:
-        alike.setdefault((clip.stimulus, clip.build(0).params, clip.jitter_px), []).append(clip)
+        alike.setdefault((clip.stimulus, clip.build(0).params, clip.jitter_px, clip.takes_scene()), []).append(clip)
     return tuple(dataclasses.replace(group[0], name=", ".join(clip.name for clip in group)) for group in alike.values())
 
 
 def _description(
-    parts: Sequence[Offline], study: Study, parameters: Parameters, seed: int, clips: int
+    parts: Sequence[Offline], study: Study, parameters: Parameters, seed: int, clips: int, pictures: Pictures | None
 ) -> dict[str, Any]:
     """Return what ``experiment.json`` holds beside the grid: every parameter, and what computes it."""
     models = {model.label: model for part in parts for model in part.models}
@@ -290,6 +295,7 @@ def _description(
         "experiments": [dataclasses.replace(part.declared, clips=part.clips) for part in parts],
         "repeats": [1] * len(parts),
         "seed": seed,
+        **described_scenes([clip for part in parts for clip in part.clips], study.replicates, pictures),
         "trials": clips,
         "models": tuple(models.values()),
         "changed": {**differing(tuple(models.values()), offline=True), **parameters},

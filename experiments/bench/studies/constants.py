@@ -53,16 +53,18 @@ def along(name: str, summary: str, claims: Sequence[str], other: str, variants: 
     """
     levels = tuple(Level(_constants(label), plays={other: label}) for label in variants)
     return Study(
-        name, summary, claims=tuple(_on_one_speed(find(claim)) for claim in claims), experiments=(name,),
+        name, summary, claims=tuple(_with_constants_given(find(claim)) for claim in claims), experiments=(name,),
         axes=(Axis(f"constants of {other}", levels),), repeats=None, replicates=1, as_run=True, tables=_told,
     )  # fmt: skip
 
 
-def _on_one_speed(claim: ClipClaim) -> ClipClaim:
-    """Return a claim on the clips that its words mean: the experiments show the object at other speeds too."""
-    if claim.id not in SPEED:
-        return claim
-    return replace(claim, conditions={**claim.conditions, "speed": (SPEED[claim.id],)})
+def _with_constants_given(claim: ClipClaim) -> ClipClaim:
+    """Return a claim with the other model's constants given, and on the clips that its words mean.
+
+    The experiments show the object at other speeds too.
+    """
+    speed = {"speed": (SPEED[claim.id],)} if claim.id in SPEED else {}
+    return replace(claim, settled=True, equal_terms={}, conditions={**claim.conditions, **speed})
 
 
 def outcomes(counts: Counts, claim: str) -> dict[str, Outcome]:

@@ -56,9 +56,14 @@ class ClaimCell:
         return count(outcome.verdict for outcome in self.outcomes)
 
     @property
+    def drawn(self) -> Count:
+        """The count that figure and table show: of a claim that hangs on unknown constants that of the DSNN's half."""
+        return self.count.half or self.count
+
+    @property
     def holds(self) -> bool:
-        """Whether it holds in every replicate."""
-        return self.count.holds == len(self.outcomes)
+        """Whether what is shown of it holds in every replicate."""
+        return self.drawn.holds == len(self.outcomes)
 
     @property
     def trouble(self) -> str:
@@ -66,14 +71,18 @@ class ClaimCell:
         return next((outcome.trouble for outcome in self.outcomes if outcome.trouble), "")
 
     def text(self) -> str:
-        """Return the count as figure and table show it; ``v`` marks a model that is silent in a replicate."""
-        silent = "v" if self.count.unjudged.get("silent model") else ""
-        return f"{self.count.holds}/{len(self.outcomes)}{silent}"
+        """Return the count as figure and table show it.
+
+        ``v`` marks a model that is silent in a replicate, ``h`` the DSNN's half of a claim that hangs on unknown
+        constants.
+        """
+        silent, half = "v" if self.count.unjudged.get("silent model") else "", "h" if self.count.half else ""
+        return f"{self.drawn.holds}/{len(self.outcomes)}{silent}{half}"
 
     @property
     def unjudged(self) -> int:
-        """The number of replicates that could not be judged as trials, clips or constants are missing."""
-        return sum(number for reason, number in self.count.unjudged.items() if reason != "silent model")
+        """The number of replicates in which what is shown of it could not be judged, as trials or clips are missing."""
+        return sum(number for reason, number in self.drawn.unjudged.items() if reason != "silent model")
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,6 +332,12 @@ def count_columns(counted: Count) -> dict[str, Any]:
     reasons = {str(reason): counted.unjudged.get(reason, 0) for reason in REASONS}
     return {"holds": counted.holds, "fails": counted.fails, **reasons, "replicates": counted.replicates, "low": low,
             "high": high, "word": counted.word}  # fmt: skip
+
+
+def count_of(columns: Mapping[str, Any]) -> Count:
+    """Return the count whose columns these are: see `count_columns`."""
+    unjudged = {reason: columns[reason] for reason in REASONS if columns.get(reason)}
+    return Count(columns["holds"], columns["fails"], unjudged)
 
 
 def _outcome(claim: Claim, replicate: Replicate, model: str, experiment: str) -> Outcome:

@@ -28,6 +28,8 @@ DEFAULT = "#c0392b"
 """Of what marks the default's place."""
 SHORT = {"at the end of the range": "at end"}
 """Marks that are too long for a cell."""
+MOST_ROWS = 16
+"""Points with names, of two axes and more: above so many, they make a map for each claim and not the rows of one."""
 MOST_COLUMNS = 3
 WIDTH, HEIGHT = 0.55, 0.42
 """Of a cell, inches."""
@@ -70,12 +72,14 @@ def draw(counts: Counts) -> Figure:
         are hatched where a replicate could not be judged. Cells of a measure have its value, its lowest and highest in
         a replicate where they differ, and what is to be known of it; they are hatched where there is no value. The
         scale of each measure goes from its lowest to its highest value. Triangles at the axes mark the defaults; a
-        frame marks the cell where both are. Of points with names, one panel has them down and the claims across.
+        frame marks the cell where both are. Of points with names, one panel has them down and the claims across; of
+        more than `MOST_ROWS` of several axes, each claim has a panel with the last axis down and the others across.
     """
     plan = counts.plan
     across, up = (*plan.axes, None, None)[:2]
     gridded = bool(plan.axes) and all(axis.of_keys for axis in plan.axes)
-    panels = _grids(counts) if gridded and across else [_matrix(counts)]
+    mapped = not gridded and len(plan.axes) > 1 and len(plan.points) > MOST_ROWS
+    panels = _grids(counts) if gridded and across else _maps(counts) if mapped else [_matrix(counts)]
     wide = max(len(panel.columns) for panel in panels)
     high = max(len(panel.rows) for panel in panels)
     number = len(panels)
@@ -92,12 +96,17 @@ def draw(counts: Counts) -> Figure:
             axes.set_title(plain(panel.title), fontsize=9, loc="left")
             if gridded and across:
                 _mark_default(axes, across, up)
+            if mapped:
+                _frame_default(axes, plan, panel)
         for axes in places.flat[number:]:
             axes.set_axis_off()
         if gridded and across:
             drawn.supxlabel(plain(" ".join(across.words())), fontsize=8)
             if up:
                 drawn.supylabel(plain("\n".join(up.words())), fontsize=8)
+        if mapped:
+            drawn.supxlabel(plain(", ".join(axis.name for axis in plan.axes[:-1])), fontsize=8)
+            drawn.supylabel(plain(plan.axes[-1].name), fontsize=8)
         title = f"{plan.models[0].label if len(plan.models) == 1 else plan.study.name}: {_counted(counts)}"
         headline(drawn, f"{title}, from seed {plan.seed}{in_title(_set(plan))}", 9)
     return drawn
@@ -123,6 +132,27 @@ def _grids(counts: Counts) -> list[Panel]:
         about = f"{title}{unit}  ({numbers[0].experiment})"
         panels.append(Panel(about, columns, rows, {place(number): number for number in numbers}))
     return panels
+
+
+def _maps(counts: Counts) -> list[Panel]:
+    """A panel for each claim over points with names: the last axis down from its first level, the others across."""
+    plan = counts.plan
+    columns = tuple(dict.fromkeys(_across(point) for point in plan.points))
+    rows = tuple(reversed(plan.axes[-1].labels))
+
+    def place(point: Point) -> tuple[int, int]:
+        return rows.index(point.values[-1][1]), columns.index(_across(point))
+
+    return [
+        Panel("all together" if cells[0].claim == TOGETHER else title, columns, rows,
+              {place(cell.point): cell for cell in cells})
+        for title, cells in by_claim(counts.cells).items()
+    ]  # fmt: skip
+
+
+def _across(point: Point) -> str:
+    """Return what a column of a map of points with names is called: by all levels but the last axis's."""
+    return ", ".join(label for _, label in point.values[:-1])
 
 
 def _matrix(counts: Counts) -> Panel:
@@ -166,7 +196,7 @@ def _claims(axes: Axes, panel: Panel) -> None:
     held = np.zeros((len(panel.rows), len(panel.columns)))
     for (row, column), cell in panel.cells.items():
         assert isinstance(cell, ClaimCell)
-        held[row, column] = cell.count.holds / len(cell.outcomes)
+        held[row, column] = cell.drawn.holds / len(cell.outcomes)
         if cell.unjudged:
             axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fc=UNJUDGED, ec="#9a9078", hatch="///", lw=0))
         dark = held[row, column] > 0.6 and not cell.unjudged
@@ -227,6 +257,14 @@ def _mark_default(axes: Axes, across: Axis, up: Axis | None) -> None:
     if y is not None and up:
         axes.plot(1.0, y, marker="<", transform=axes.get_yaxis_transform(), **style)
     if x is not None and y is not None and x == round(x) and y == round(y):
+        axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, ec=DEFAULT, lw=1.6, zorder=4, clip_on=False))
+
+
+def _frame_default(axes: Axes, plan: StudyPlan, panel: Panel) -> None:
+    """Frame the cell of a map of points with names at which every axis has its default, where there is one."""
+    default = tuple((axis.name, axis.default) for axis in plan.axes)
+    for point in (each for each in plan.points if each.values == default):
+        x, y = panel.columns.index(_across(point)), panel.rows.index(point.values[-1][1])
         axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, ec=DEFAULT, lw=1.6, zorder=4, clip_on=False))
 
 

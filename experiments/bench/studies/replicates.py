@@ -6,7 +6,7 @@ A claim is judged on the trials of one experiment in every replicate.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -100,8 +100,30 @@ def of_model(claim: RobotClaim, own: Replicate, model: str, place: str) -> Outco
     if claim.about == "looming" and own.looming.get(model) is not None:
         shown = [{**row, "spikes": row.get("looming_spikes", row["spikes"])} for row in shown]
         threshold = own.looming[model]
-    rows = [row for row in shown if row["experiment"] == place]
-    return _unless_lost(outcome(claim, rows, threshold, shown), own.lost.get((place, model), 0), place)
+    places = places_of(claim, place, {row["experiment"] for row in shown})
+    rows = [row for row in shown if row["experiment"] in places]
+    lost = {name: own.lost[name, model] for name in places if own.lost.get((name, model))}
+    return _unless_lost(outcome(claim, rows, threshold, shown), sum(lost.values()), ", ".join(lost))
+
+
+def places_of(claim: RobotClaim, place: str, there: Collection[str]) -> tuple[str, ...]:
+    """Return the experiments whose trials a claim is judged on.
+
+    Parameters
+    ----------
+    claim
+        The claim.
+    place
+        The experiment that answers for it.
+    there
+        The experiments that the replicate has.
+
+    Returns
+    -------
+    tuple of str
+        ``place`` alone, unless the claim pools experiments: then those of them that are there.
+    """
+    return tuple(name for name in claim.pools if name in there) or (place,)
 
 
 def _unless_lost(found: Outcome, lost: int, place: str) -> Outcome:

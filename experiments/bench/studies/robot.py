@@ -12,6 +12,7 @@ from typing import Any
 
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import ConfiguredModel, SelectedModel, look_up
+from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.settings import check_counts
 from experiments.bench.robot.claims import RobotClaim, find
 from experiments.bench.robot.experiment import Experiment, TrialSpec
@@ -45,8 +46,9 @@ class Rendering:
 
 
 def planned(
-    study: Study, experiments: Sequence[Experiment], seed: int, models_in: Mapping[str, Sequence[str]]
-) -> StudyPlan:
+    study: Study, experiments: Sequence[Experiment], seed: int, models_in: Mapping[str, Sequence[str]],
+    pictures: Pictures | None = None,
+) -> StudyPlan:  # fmt: skip
     """Check and list all that a study of trials with the robot runs.
 
     Parameters
@@ -61,6 +63,8 @@ def planned(
     models_in
         Experiment -> the models shown there, all judged together, in place of the study's; empty: the study's models
         are judged one by one.
+    pictures
+        The wall of the arena has one of them in each replicate.
 
     Raises
     ------
@@ -84,7 +88,7 @@ def planned(
     plans = {
         (experiment.name, model.asked.text): plan(
             experiment, [model.asked.text], declared[experiment.name, model.asked.text].applying(study.assignments),
-            study.repeats, seed,
+            study.repeats, seed, pictures,
         )
         for experiment in experiments
         for model in selected[experiment.name]
@@ -106,7 +110,7 @@ def planned(
     called: list[tuple[str, Point, Base]] = []
     for experiment in answering:
         added, names = _renderings(
-            experiment, selected[experiment.name], there, axes, points, study, seed, bool(models_in)
+            experiment, selected[experiment.name], there, axes, points, study, seed, bool(models_in), pictures
         )
         renderings += added
         called += names
@@ -180,6 +184,7 @@ def _of_plan(run_plan: Plan, model: str) -> Base:
 def _renderings(
     declared: Experiment, selected: Sequence[SelectedModel], bases: Mapping[tuple[str, str], Base],
     axes: Sequence[Axis], points: Sequence[Point], study: Study, seed: int, together: bool,
+    pictures: Pictures | None,
 ) -> tuple[list[Rendering], list[tuple[str, Point, Base]]]:  # fmt: skip
     """Return the renderings of one experiment; and every label in them, with its point and the experiment before it."""
     texts = [model.asked.text for model in selected]
@@ -197,7 +202,7 @@ def _renderings(
     for outside, members in grid.by_rendering(values.values(), inside).items():
         keys = [key for key, point_values in values.items() if point_values in members]
         here = [model for model in selected if any(model.asked.text == asked for _, asked in keys)]
-        common = _planned(declared, here, study, outside, bases, seed)
+        common = _planned(declared, here, study, outside, bases, seed, pictures)
         variants: dict[str, ConfiguredModel] = {}
         labels: dict[tuple[Point, str], Watcher] = {}
         known: dict[tuple[str, Values], str] = {}
@@ -226,7 +231,7 @@ def _renderings(
 
 def _planned(
     declared: Experiment, selected: Sequence[SelectedModel], study: Study, outside: Values,
-    bases: Mapping[tuple[str, str], Base], seed: int,
+    bases: Mapping[tuple[str, str], Base], seed: int, pictures: Pictures | None,
 ) -> Plan:  # fmt: skip
     """Return the plan of one rendering; a refusal names the option that its value came by."""
     over = [f"{key}={value}" for key, value in outside]
@@ -234,7 +239,7 @@ def _planned(
     known = {text for model in texts for text in bases[declared.name, model].applying(study.assignments)}
     assignments = [text for text in study.assignments if text in known]
     try:
-        return plan(declared, texts, [*assignments, *over], study.repeats, seed)
+        return plan(declared, texts, [*assignments, *over], study.repeats, seed, pictures)
     except UsageError as error:
         message = str(error)
         if any(message.startswith(f"--set {text}:") for text in over):
@@ -257,7 +262,7 @@ def _specs(part: Plan, replicate: int, first: int, motions: Mapping[str, set[str
 
     Repeat r of replicate k counts as k times the number of repeats, plus r.
     """
-    whole = dataclasses.replace(part, seed=part.seed + replicate).specs()
+    whole = part.replicate(replicate).specs()
     if motions is not None:
         whole = [spec for spec in whole if spec.condition.motion in motions[part.experiment.name]]
     return [

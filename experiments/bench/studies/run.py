@@ -20,6 +20,7 @@ from experiments.bench.clips.rows import clip_contents
 from experiments.bench.clips.show import show_without_frames
 from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.pictures import Pictures
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.claim_files import claim_ids
 from experiments.bench.robot import run as robot_run
@@ -35,7 +36,9 @@ from experiments.bench.studies.study import Study
 TABLE = "counts.csv"
 
 
-def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None) -> StudyPlan:
+def planned(
+    study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, pictures: Pictures | None = None
+) -> StudyPlan:
     """Check and list all that a study runs.
 
     Parameters
@@ -46,6 +49,8 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         Of replicate 0; replicate k has ``seed`` + k.
     models_in
         Experiment -> the models shown there, all judged together, in place of the study's.
+    pictures
+        One for each replicate, behind the objects of clips in place of the scenes, or on the arena's wall.
 
     Raises
     ------
@@ -59,8 +64,12 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         both = f"{with_robot[0].name} has a robot and {offline[0].name} is off-line"
         raise UsageError(f"EXPERIMENT: {both}; a study has experiments of one kind")
     if study.as_run:
-        return clips.points_of_run(study, clips_plan.plan(offline[0], (), (), study.replicates, seed))
-    return clips.planned(study, offline, seed) if offline else robot.planned(study, with_robot, seed, models_in or {})
+        return clips.points_of_run(
+            study, clips_plan.plan(offline[0], (), (), study.replicates, seed, pictures=pictures)
+        )
+    if offline:
+        return clips.planned(study, offline, seed, pictures)
+    return robot.planned(study, with_robot, seed, models_in or {}, pictures)
 
 
 def answering(claims: Sequence[str | Claim]) -> list[str]:

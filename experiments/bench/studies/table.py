@@ -74,6 +74,9 @@ def _show_marks(counts: Counts) -> None:
         out_console.print(f"?: not judged in some replicate; {TABLE} says why", markup=False)
     if any("silent model" in cell.count.unjudged for cell in counts.cells):
         out_console.print("v: kept in some replicate by a model that answers no translation either", markup=False)
+    if any(cell.count.half for cell in counts.cells):
+        out_console.print("h: the DSNN's half; the rest hangs on another model's constants, which are not known",
+                          markup=False)  # fmt: skip
 
 
 def _grid(counts: Counts, cells: Sequence[ClaimCell] | Sequence[Number]) -> Table:

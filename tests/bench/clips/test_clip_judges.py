@@ -57,6 +57,11 @@ def street(alone=None, **changed):
     return rows
 
 
+def at_best(claim):
+    """What a claim comes to of which everything is as it says: one about unknown constants cannot be judged."""
+    return "unknown constants" if CLAIMS[claim].of_dsnn else "holds"
+
+
 def without(rows, **values):
     """Those that have other values."""
     return [each for each in rows if any(each[name] != value for name, value in values.items())]
@@ -65,7 +70,7 @@ def without(rows, **values):
 @pytest.mark.parametrize("claim", CLAIMS)
 def test_what_holds_says_what_decided(claim):
     found = judge(claim, enough(claim), T)
-    assert found.verdict == "holds" and "(needs" in found.decided and found.n > 0
+    assert found.verdict == at_best(claim) and "(needs" in found.decided and found.n > 0
 
 
 @pytest.mark.parametrize("claim", CLAIMS)
@@ -124,7 +129,7 @@ def test_clips_that_the_words_are_not_about_do_not_count(claim):
     elsewhere = [{**each, "clip": f"else {each['clip']}", "background_speed": -33.0, "peak_vs": 0.9, "peak_hs": 0.01}
                  for each in rows]  # fmt: skip
     found = judge(claim, rows + elsewhere, T)
-    assert (found.verdict, found.n) == ("holds", judge(claim, rows, T).n)
+    assert (found.verdict, found.n) == (at_best(claim), judge(claim, rows, T).n)
     assert judge(claim, elsewhere, T).verdict == "not shown"
 
 
@@ -175,8 +180,8 @@ def test_what_failed_is_what_decided():
     assert shares.verdict == "fails" and "ON blocked leaves 34.8% (needs 40% to 60%)" in shares.decided
     flat = grid("dsn2017", lambda s, b: 1.0)
     varied = judge("C7", grid("dsnn", lambda s, b: s / 400 - b / 1000) + flat, T)
-    assert (varied.verdict, varied.decided) == ("unknown constants", "")
-    assert "over background speeds peak HS varies by 0.0080 (needs less than dsn2017's 0.0000)" in varied.measured
+    assert varied.verdict == "unknown constants"
+    assert "with those assumed fails: over background speeds dsn2017's peak HS varies by 0.0000" in varied.decided
 
 
 def test_c7_means_the_variation_over_objects_and_speeds():
@@ -184,7 +189,7 @@ def test_c7_means_the_variation_over_objects_and_speeds():
     steady = {(80.0, -10.0): 0.09}
     rows = grid("dsnn", lambda s, b: s / 400 + steady.get((s, b), 0.0)) + grid("dsn2017", lambda s, b: -b / 200)
     found = judge("C7", rows, T)
-    assert found.verdict == "holds" and "varies by 0.0300, dsn2017's by 0.0400" in found.measured
+    assert "with those assumed holds" in found.decided and "varies by 0.0300, dsn2017's by 0.0400" in found.measured
 
 
 # The street.

@@ -113,21 +113,27 @@ def test_a_claim_about_two_models_needs_both():
 
 
 @pytest.mark.parametrize(
-    ("own", "earlier", "verdict"), [(0.1, 0.9, "holds"), (0.17, 0.9, "fails"), (0.1, 0.15, "unknown constants")]
+    ("own", "earlier", "verdict", "rest"),
+    [
+        (0.1, 0.9, "unknown constants", "holds"),
+        (0.17, 0.9, "fails", "fails"),
+        (0.1, 0.15, "unknown constants", "fails"),
+    ],
 )
-def test_depth_over_clutter(own, earlier, verdict):
+def test_depth_over_clutter(own, earlier, verdict, rest):
     rows = [
         row(motion, model, motion=motion, background_speed=8.0, **peak)
         for motion in ("looming", "receding")
         for model, peak in (("dsnn", {"peak_hs": own}), ("dsn2017", {"peak_vs": earlier}))
     ]
-    assert judge("C5", rows, T).verdict == verdict
+    found = judge("C5", rows, T)
+    assert (found.verdict, found.settled().verdict) == (verdict, rest)
 
 
 @pytest.mark.parametrize(
     ("hs", "vs", "earlier", "verdict"),
     [
-        (0.2, 0.1, 0.5, "holds"),
+        (0.2, 0.1, 0.5, "unknown constants"),
         (0.1, 0.1, 0.5, "fails"),
         (0.2, 0.17, 0.5, "fails"),
         (0.2, 0.1, 0.1, "unknown constants"),
@@ -150,10 +156,11 @@ def grid(model, peak, vs=0.0):
 def test_speed_over_clutter():
     wavering = grid("dsn2017", lambda s, b: s / 400 - b / 20)
     steady = grid("dsnn", lambda s, b: s / 400 - b / 1000)
-    assert judge("C7", steady + wavering, T).verdict == "holds"
+    assert judge("C7", steady + wavering, T).settled().verdict == "holds"
     flat = grid("dsn2017", lambda s, b: 1.0)
     failed = judge("C7", steady + flat, T)
     assert failed.verdict == "unknown constants" and "varies by 0.0080, dsn2017's by 0.0000" in failed.measured
+    assert failed.settled().verdict == "fails"
     assert judge("C7", grid("dsnn", lambda s, b: min(s, 80) / 400) + wavering, T).verdict == "fails"
     assert judge("C8", steady, T).verdict == "holds"
     assert judge("C8", grid("dsnn", lambda s, b: 0.2, vs=0.16), T).verdict == "fails"
@@ -172,16 +179,26 @@ def test_contrast_over_clutter():
     assert judge("C9", valley, T).verdict == judge("C10", valley, T).verdict == "holds"
     assert judge("C9", greys(lambda g, s: abs(g - 128) + 1), T).verdict == "fails"
     assert judge("C10", greys(lambda g, s: abs(g - 64) + s), T).verdict == "fails", "lowest beside the nearest"
+    at_one = greys(lambda g, s: abs(g - (64 if s == 60.0 else 128)) / 1e3)
+    assert judge("C10", at_one, T).verdict == "fails", "at one speed of five, whatever the means over speeds do"
+    at_one = judge("C10", at_one, T)
+    assert at_one.effect == "4 of 5 speeds" and at_one.decided.startswith("60 px/s: ")
 
 
 @pytest.mark.parametrize(
-    ("emd", "dsnn", "verdict"), [(0.30, 0.05, "holds"), (0.40, 0.05, "unknown constants"), (0.30, 0.005, "fails")]
+    ("emd", "dsnn", "verdict", "rest"),
+    [
+        (0.30, 0.05, "unknown constants", "holds"),
+        (0.40, 0.05, "unknown constants", "fails"),
+        (0.30, 0.005, "fails", "fails"),
+    ],
 )
-def test_separation_from_background(emd, dsnn, verdict):
+def test_separation_from_background(emd, dsnn, verdict, rest):
     rows = [row("alone", "emd", object="absent", trough_hs=-0.35), row("alone", "dsnn", object="absent", peak_hs=0.01)]
     for speed in (40.0, 60.0, 80.0, 100.0, 120.0):
         rows += [row(f"{speed}", model, speed=speed, peak_hs=hs) for model, hs in (("emd", emd), ("dsnn", dsnn))]
-    assert judge("C11", rows, T).verdict == verdict
+    found = judge("C11", rows, T)
+    assert (found.verdict, found.settled().verdict) == (verdict, rest)
 
 
 CLIP = Clip("c", "plain", (("rows", 60), ("columns", 80), ("width", 20), ("height", 30), ("speed", 240.0)))

@@ -376,13 +376,14 @@ def test_a_camera_that_hangs_can_be_left():
     def hang():
         yield 1
         stop.set()
-        release.wait(30)
+        release.wait(120)
+        left.append(release.is_set())
         yield 2
 
-    began = time.monotonic()
+    left = []
     assert list(ahead(hang(), stop)) in ([], [1])
+    assert not left, "it still hangs when it is left"
     release.set()
-    assert time.monotonic() - began < 20  # not the 30 it hangs for
 
 
 def test_what_decoding_raises_on_its_thread_is_raised_here():

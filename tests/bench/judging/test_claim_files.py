@@ -50,7 +50,7 @@ CLAIM = Claim(id="C99", title="A new one", says="it spikes", judge=judge)
 
 
 def test_the_claims_are_those_of_the_paper_and_four_of_ours():
-    assert claim_ids(PAPER) == tuple(f"C{number}" for number in range(1, 31))
+    assert claim_ids(PAPER) == tuple(f"C{number}" for number in range(1, 32))
     assert claim_ids(BEHAVIOURS) == tuple(f"B{number}" for number in range(1, 5))
     assert claim_ids() == (*claim_ids(PAPER), *claim_ids(BEHAVIOURS))
 

@@ -62,6 +62,24 @@ def test_outcomes_are_counted_each_once():
     assert own.unjudged == {"judge failed": 1, "not shown": 1, "silent model": 2, "unknown constants": 1}
 
 
+@pytest.mark.parametrize(
+    ("held", "failed", "word", "half"),
+    [(40, 0, "", "holds"), (35, 5, "", "sometimes"), (15, 5, "", "sometimes"), (4, 1, "", "4 of 5"),
+     (2, 38, "fails", "fails"), (10, 30, "", "sometimes")],
+)  # fmt: skip
+def test_a_claim_about_unknown_constants_has_the_word_of_the_dsnns_half_where_that_fails_and_else_none(
+    held, failed, word, half
+):
+    """Replicates in which the half holds leave the count, so those that are left would all fail."""
+    own = Count(0, failed, {"unknown constants": held})
+    assert own.word == word and own.half.label == half and (own.half.holds, own.half.fails) == (held, failed)
+    assert own.kind == (word or "unjudged") and (own.label == "not judged") == (not word)
+    assert f"the DSNN's half held in {held} of {held + failed} replicates" in own.sentence()
+    (phrase,) = [each for each in totals([("C26", own)]) if "C26" in each]
+    assert f"C26 (the DSNN's half: {half})" in phrase or word == "fails"
+    assert Count(0, failed or 1).half is None and Count(3, unjudged={"not shown": 1}).half is None
+
+
 def test_every_kind_has_a_sign_and_a_meaning():
     assert set(SIGNS) == set(MEANINGS) and len(set(SIGNS.values())) == len(MEANINGS)
 

@@ -14,6 +14,7 @@ CHECKS = (Check("3 spikes", 3.0, 2.0, unit="spikes"), Check("no number", math.na
 OUTCOMES = {
     "many": [Outcome("holds", "3 spikes", "delta 1", 9, "3 (needs 2)", 3, 0, checks=CHECKS)] * 20,
     "mixed": [Outcome("fails", "m"), Outcome("holds", "m"), *(Outcome.unjudged("w", reason=each) for each in REASONS)],
+    "on equal terms": [Outcome("fails", "m", equal=Outcome("holds", "again", checks=CHECKS)), Outcome("holds", "m")],
     "broken": [Outcome("not shown", "its judge failed", trouble="line 3")],
 }
 
@@ -28,6 +29,8 @@ def test_what_is_written_is_read_back(name, random):
     first, second = verdicts(content)
     for again in (first, second):
         assert str(again) == str(made), "NaN is not equal to itself"
+    if name == "on equal terms":
+        assert made.equal == Count(1, 0, {"not shown": 1}, random)
 
 
 BEFORE = {

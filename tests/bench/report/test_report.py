@@ -1,6 +1,7 @@
 """The report's page: every claim has its tile and evidence, links lead somewhere, and its colours can be read."""
 
 import dataclasses
+import html
 import json
 import re
 from html.parser import HTMLParser
@@ -134,7 +135,8 @@ def test_tiles_claims_json_terminal_and_readme_show_the_same_verdicts(result, pa
     rows = dict(re.findall(r"^\| (C\d+) \| .* \| (\w+|-) \| [^|]* \|$", readme, re.MULTILINE))
     assert rows == {claim.id: claim.count.word or "-" for claim in result.claims}
     (total,) = {readme.partition(". A replicate")[0], " ".join(shown.partition("\n\n")[2].split("\n\n")[0].split())}
-    lead = " ".join(re.sub("<[^>]*>", "", re.search(r'<p class="lead">(.*?)</p>', report.page(result))[1]).split())
+    first = re.search(r'<p class="lead">(.*?)</p>', html.unescape(report.page(result)))[1]
+    lead = " ".join(re.sub("<[^>]*>", "", first).split())
     assert lead == f"{total}."
 
 

@@ -18,7 +18,7 @@ from experiments.bench.reproduction import replicates
 from experiments.bench.reproduction.plan import QUICK, planned
 from experiments.bench.robot.claims import paper_claims
 from experiments.bench.robot.experiment import Condition
-from experiments.bench.robot.mechanism.variants import CONNECTIONS, FALLING, FIXED, VARIANTS, WIDER
+from experiments.bench.robot.mechanism.variants import CONNECTIONS, FALLING, FIXED, PER_CORRELATOR, VARIANTS, WIDER
 from experiments.bench.robot.mechanism.windows import measure, windows
 from experiments.bench.robot.plan import plan
 
@@ -103,6 +103,7 @@ def test_the_variants_differ_in_what_they_say_and_in_nothing_else():
     said = {
         **{label: {"n_con": n} for n, label in CONNECTIONS.items()}, WIDER: {"d": 2}, FALLING: {"tau_s": (200.0, 10.0)},
         **{label: {"tau_s": (float(delay), float(delay))} for delay, label in FIXED.items()},
+        **{label: {"n_con": n, "k_sig": 0.01 * n / 8} for n, label in PER_CORRELATOR.items()},
     }  # fmt: skip
     assert {label: dataclasses.replace(usual, **changes) for label, changes in said.items()} == models
     assert all(len(set(models[label].delays())) == 1 for label in FIXED.values())

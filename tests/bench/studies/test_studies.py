@@ -62,6 +62,40 @@ def test_fidelity_changes_eye_and_wheels_alone():
     }
 
 
+def test_the_range_of_eyes_has_the_fixed_ones_and_moves_what_is_not_known():
+    """The eyes ``default`` and ``ov7670`` are there to the last setting; no other than what the study names moves."""
+    plan = planned("eye-range", 3, replicates=1, repeats=1)
+    cameras = {}
+    for point in plan.points:
+        (settings,) = {(spec.settings.camera, spec.settings.scene.light) for spec, _ in trials(plan, point)}
+        cameras[tuple(label for _, label in point.values)] = settings
+    fixed = {"default": CameraConfig(), "ov7670": CameraConfig.preset("ov7670")}
+    for name, camera in fixed.items():
+        assert cameras["1", "108", name] == (camera, 1.0)
+    assert {target: cameras["0.1", target, "default"] for target in ("60", "150")} == {
+        target: (fixed["default"], 0.1) for target in ("60", "150")
+    }, "it has no target"
+    unknown = {"ae_target", "exposure_samples", "row_bands", "gamma", "gamma_points", "ae_meter", "vignetting"}
+    for (light, target, eye), (camera, strength) in cameras.items():
+        if eye != "default":
+            base = fixed["ov7670"]
+            moved = {f.name for f in dataclasses.fields(base) if getattr(camera, f.name) != getattr(base, f.name)}
+            assert moved <= unknown and (camera.ae_target, strength) == (float(target), float(light))
+    assert len(set(cameras.values())) == len(cameras) - 4, "the default's three targets are one"
+
+
+def test_many_points_with_names_make_a_map_for_each_claim():
+    counts = Counts(planned("eye-range", replicates=1, repeats=1))
+    drawn = figure.draw(counts)
+    assert [axes.get_title(loc="left") for axes in drawn.axes if axes.axison] == [
+        *(f"C{number}" for number in range(13, 21))
+    ]
+    axes = drawn.axes[0]
+    assert [label.get_text() for label in axes.get_yticklabels()] == [*reversed(counts.plan.axes[-1].labels)]
+    assert len(axes.texts) == len(counts.plan.points) == 36
+    assert len(figure.draw(Counts(planned("fidelity", replicates=1, repeats=1))).axes) == 1, "few are rows"
+
+
 def test_the_first_point_is_the_reproduction_s_own_replicate():
     plan = planned("fidelity", 3, replicates=1, repeats=2)
     own = {(s.experiment, s.seed): s for s in design(1, 2, 3).specs}
@@ -231,6 +265,7 @@ def test_a_study_whose_trials_failed_says_so_by_its_status(tmp_path, monkeypatch
     [
         (["fidelity"], 20, 10),
         (["fidelity", "--quick"], 2, 5),
+        (["eye-range", "--quick"], 1, 5),
         (["sensitivity", "--quick"], 1, 5),
         (["constants-emd", "--quick"], 1, None),
         (["fidelity", "--quick", "--replicates", "3"], 3, 5),

@@ -15,7 +15,8 @@ import pytest
 import dsnn.stimuli
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import STIMULI, Box, Jittered, stimulus, stimulus_entry
-from dsnn.stimuli.background import panorama, pink
+from dsnn.stimuli.background import panorama
+from dsnn.stimuli.scenes import pink
 
 SMALL = {"rows": 48, "columns": 80}
 DIRECTIONS = {"rightward": (1, 0), "leftward": (-1, 0), "downward": (0, 1), "upward": (0, -1)}
@@ -447,7 +448,11 @@ def test_jitter_of_nothing_changes_nothing():
         ("plain", {"width": 400, "enters": False}, ["width=400", "below the frame's 320"]),
         ("plain", {"motion": "looming", "far_scale": 2}, ["far_scale=2", "below near_scale, 1.8"]),
         ("plain", {"speeed": 3}, ["no parameter 'speeed'", "nearest: speed"]),
-        ("cluttered", {"background": "wall"}, ["cluttered.background='wall'", "'pink'"]),
+        (
+            "cluttered",
+            {"background": "wall"},
+            ["cluttered.background='wall'", "legal is photograph, dead-leaves, pink"],
+        ),
         ("grating", {"period_px": 1}, ["grating.period_px=1", "greater than or equal to 2"]),
         ("dots", {"coherence": 1.2}, ["dots.coherence=1.2", "less than or equal to 1"]),
         ("edge", {"dark_grey": 220}, ["dark_grey=220", "below light_grey, 200"]),

@@ -6,7 +6,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.bench.clips.judging import ASSUMED, deciding
+from experiments.bench.clips.claims import ClipClaim
+from experiments.bench.clips.judging import ASSUMED
 from experiments.bench.judging.claim import Reading
 from experiments.bench.judging.claims import used_to_choose, words
 from experiments.bench.judging.count import Count
@@ -70,6 +71,12 @@ class Card:
         What it comes to on the trials of all replicates together; empty of one replicate.
     rate
         Of a claim about every single trial: the share of the trials of all replicates that break it.
+    implied
+        Why the model's equations imply it; empty where they do not.
+    half
+        Of a claim that hangs on unknown constants: its half about the DSNN, in how many replicates that held.
+    equal
+        What it comes to with the models that it compares with on equal terms, and the number that decided.
     """
 
     tile: Tile
@@ -87,6 +94,9 @@ class Card:
     tried: str
     pooled: str
     rate: str
+    implied: str
+    half: str
+    equal: str
 
 
 def cards(result: Reproduction) -> list[Card]:
@@ -119,14 +129,34 @@ def _card(claim: Verdict, result: Reproduction) -> Card:
         ),
         assumed=assumptions_text(claim.id, choices),
         choices=tuple(
-            Choice(name, "holds" if outcome.verdict == "holds" else "does not hold", deciding(outcome))
+            Choice(name, "holds" if outcome.verdict == "holds" else "does not hold", outcome.deciding)
             for name, outcome in choices.items()
         ),
         cause=cause_of(glance),
         tried=limits(claim, result.folder),
         pooled=f"{whole.verdict}: {whole.measured}" if whole and count.replicates > 1 else "",
         rate=_rate(claim.id, whole),
+        implied=words(claim.id).implied,
+        half=half_text(claim, result.scale.name),
+        equal=equal_text(claim, result.scale.name),
     )
+
+
+def half_text(claim: Verdict, name: str = "replicate") -> str:
+    """Say what the DSNN's half of a claim is, and in how many replicates it held; empty of a claim without halves."""
+    half, asked = claim.count.half, words(claim.id)
+    if half is None or not isinstance(asked, ClipClaim):
+        return ""
+    return f"{asked.of_dsnn}: {half.label}; {half.sentence(name)}"
+
+
+def equal_text(claim: Verdict, name: str = "replicate") -> str:
+    """Say what a claim comes to with its rivals on equal terms; empty of a claim without, and where none was shown."""
+    if claim.equal is None or claim.outcome.equal is None:
+        return ""
+    terms = ", ".join(f"{equal} for {label}" for label, equal in words(claim.id).equal_terms.items())
+    decided = f"replicate 0, {claim.outcome.equal.verdict}: {claim.outcome.equal.deciding}"
+    return f"{terms}: {claim.equal.label}; {claim.equal.sentence(name)}; {decided}"
 
 
 def limits(claim: Verdict, folder: Path) -> str:
@@ -135,7 +165,8 @@ def limits(claim: Verdict, folder: Path) -> str:
     if not claim.experiment or count.word == "holds" or count.holds == count.replicates:
         return ""
     detectors = detectors_text(folder) if claim.id == OF_DETECTORS else ""
-    return " ".join(filter(None, (words(claim.id).tried or NOTHING_TRIED, detectors)))
+    nothing = "" if count.half is not None and not count.fails else NOTHING_TRIED
+    return " ".join(filter(None, (words(claim.id).tried or nothing, detectors)))
 
 
 def detectors_text(folder: Path) -> str:

@@ -10,10 +10,12 @@ from experiments.bench.judging.claim_files import claim_ids
 from experiments.bench.judging.claims import words
 from experiments.bench.judging.count import MEANINGS, SIGNS, Count, Kind, totals
 from experiments.bench.judging.verdict import Verdict
+from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.reproduce import Reproduction
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
-SILENT = "The model answers no translation either, so that it keeps the claim by being silent."
+SILENT = "The model hardly answers translations either, so that it keeps the claim by being silent."
+UNKNOWN = "The DSNN's half holds; the rest is about a model whose constants are not published."
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,8 @@ class Tile:
     def detail(self) -> str:
         """What the label leaves open: the count behind a word, or why replicates were not judged."""
         reasons = ", ".join(f"{reason} in {number}" for reason, number in self.count.unjudged.items())
+        if self.count.half is not None:
+            return f"unknown constants; the DSNN's half: {self.count.half.label}"
         if not self.count.judged:
             return ", ".join(self.count.unjudged)
         if not self.count.random:
@@ -60,6 +64,26 @@ class Reason:
     """Why a claim does not hold, in one line."""
 
     tile: Tile
+    cause: str
+
+
+@dataclass(frozen=True, slots=True)
+class EyeRow:
+    """A claim about the robot under each eye and drive.
+
+    Parameters
+    ----------
+    id, title
+        The claim's.
+    tiles
+        One for each of `eyes.CELLS`; ``None`` where the claim was not shown.
+    cause
+        In one line what the robot's own eye and wheels make of it.
+    """
+
+    id: str
+    title: str
+    tiles: tuple[Tile | None, ...]
     cause: str
 
 
@@ -107,6 +131,8 @@ class Overview:
         The ids of the claims whose trials or clips were not shown.
     amount
         On how much this rests.
+    eyes
+        The claims about the robot under each eye and drive.
     legend
         The kinds of tiles that this page has, each with its sign and what it means.
     """
@@ -117,6 +143,7 @@ class Overview:
     reasons: list[Reason]
     unjudged: list[str]
     amount: Amount
+    eyes: list[EyeRow]
     legend: list[tuple[Kind, str, str]]
 
 
@@ -137,6 +164,7 @@ def overview(result: Reproduction) -> Overview:
         [Reason(each, cause) for each in _worst_first([*tiles, *own]) if (cause := cause_of(each))],
         [each.id for each in (*tiles, *own) if set(each.count.unjudged) == {"not shown"} and not each.count.judged],
         _amount(result),
+        _eyes(result),
         [(kind, SIGNS[kind], meaning) for kind, meaning in MEANINGS.items() if kind in kinds],
     )
 
@@ -149,13 +177,25 @@ def cause_of(own: Tile) -> str:
     count = own.count
     if count.word == "holds" or (not count.fails and set(count.unjudged) <= {"not shown"}):
         return ""
-    silent = not count.fails and "unknown constants" not in count.unjudged
-    return SILENT if silent else words(own.id).cause or NO_CAUSE
+    if count.half is not None and not count.fails:
+        return UNKNOWN
+    return SILENT if not count.fails else words(own.id).cause or NO_CAUSE
 
 
 def _worst_first(tiles: Sequence[Tile]) -> list[Tile]:
     order: tuple[Kind, ...] = ("fails", "sometimes", "counted", "unjudged")
     return [each for kind in order for each in tiles if each.kind == kind]
+
+
+def _eyes(result: Reproduction) -> list[EyeRow]:
+    under, rows = eyes.by_eye(result.folder), []
+    for claim in result.claims:
+        if claim.id not in registry.answering():
+            continue
+        title, counts = tile(claim).title, eyes.side_by_side(claim.id, claim.count, under)
+        tiles = tuple(None if count is None else Tile(claim.id, title, count) for count in counts)
+        rows.append(EyeRow(claim.id, title, tiles, words(claim.id).eye))
+    return rows
 
 
 def _amount(result: Reproduction) -> Amount:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from experiments.bench.judging.checks import Check
+from experiments.bench.judging.checks import Check, exceeds
 from experiments.bench.judging.statistics import paired
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.judging import DSNN, Rows, paper_trials
@@ -23,7 +23,10 @@ FALLING = "dsnn:tau_s=200,10"
 """Delays that fall with spacing: the other reading of "a linearly decaying function"."""
 WIDER = "dsnn:d=2"
 """Twice the sampling distance."""
-VARIANTS = (*(CONNECTIONS[n] for n in (1, 2, 4)), WIDER, *FIXED.values(), FALLING)
+PER_CORRELATOR = {n: f"{CONNECTIONS[n]},k_sig={0.01 * n / 8:g}" for n in (1, 2)}
+"""N_con -> label of fewer connections read as means per correlator, beside the eight of `DSNN`: a sum over n counts
+8 / n times, ahead of the sigmoid."""
+VARIANTS = (*(CONNECTIONS[n] for n in (1, 2, 4)), WIDER, *FIXED.values(), FALLING, *PER_CORRELATOR.values())
 """Every variant that a claim names, to be shown beside `DSNN`."""
 
 ROBOT_SPEEDS = (2.0, 4.0, 6.0, 10.0)
@@ -43,8 +46,7 @@ def common_speeds(curves: Mapping[Any, Curve]) -> list[float]:
 
 def higher(value: float, name: str, bound: float, other: str, speed: float, what: str) -> Check:
     """Return the check that a mean potential of ``name`` is above that of the ``other`` at a speed."""
-    text = f"{what} of {name} {value:.3f} at {speed:g} cm/s"
-    return Check(text, value, bound, asks=f"more than of {other}: {bound:.3f}")
+    return exceeds(f"{what} of {name} {value:.3f} at {speed:g} cm/s", value, bound, f"of {other}", "potential")
 
 
 def means_text(means: Mapping[float, float]) -> str:

@@ -1,4 +1,4 @@
-"""Two eyes on the same physics: models that see a trial through the robot's true eye beside those that see it as set.
+"""Two eyes on the same physics: models that see a trial by a model of the robot's eye, and those that see it as set.
 
 A model whose label ends with ``@NAME`` sees the frames of the camera preset ``NAME``. The trial is then simulated once
 for each eye. A camera changes nothing in the physics, and that is checked.
@@ -19,7 +19,7 @@ from experiments.bench.robot.plan import Plan
 
 MARK = "@"
 TRUE = "ov7670"
-"""The preset that is the robot's own eye."""
+"""The preset that is a model of the robot's eye."""
 GEOMETRY = ("width", "height", "hfov_deg", "fps", "forward_cm", "up_cm")
 """Settings that both eyes have in common: size, field of view, clock and place."""
 
@@ -47,7 +47,7 @@ def models_by_eye(models: Sequence[ConfiguredModel]) -> Mapping[str, list[Config
 
 
 def both(plan: Plan) -> Plan:
-    """Return the plan with each of its models seeing through the robot's true eye too.
+    """Return the plan with each of its models seeing through the model of the robot's eye too.
 
     Raises
     ------

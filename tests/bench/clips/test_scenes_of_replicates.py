@@ -1,0 +1,147 @@
+"""Which scene a replicate stands before: the photograph, a scene of the family, or a picture of a user's own."""
+
+import dataclasses
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from dsnn.stimuli import SCENES
+from experiments import Clip, Study
+from experiments.bench import registry
+from experiments.bench.clips.experiment import clips_of, showings
+from experiments.bench.clips.plan import plan
+from experiments.bench.clips.show import show_without_frames
+from experiments.bench.engine.errors import UsageError
+from experiments.bench.engine.models import choose
+from experiments.bench.engine.pictures import folder_pictures
+from experiments.bench.reproduction.plan import replicates_plan
+from experiments.bench.robot.plan import plan as robot_plan
+from experiments.bench.store.description import differences, to_json
+from experiments.bench.studies import run as studies
+
+DEPTH = registry.find("clutter-depth")
+
+
+def pictures_in(folder, *names, grey=120):
+    folder.mkdir(exist_ok=True)
+    for number, name in enumerate(names):
+        cv2.imwrite(str(folder / name), np.full((40, 60), grey + number, np.uint8))
+    return folder
+
+
+def backgrounds(clips):
+    return {clip.build(0).params.background for clip in clips}
+
+
+def test_replicate_0_has_the_photograph_and_the_others_go_through_the_scenes():
+    assert clips_of(DEPTH.clips, 0) == list(DEPTH.clips)
+    assert backgrounds(clips_of(DEPTH.clips, 0)) == {"photograph"}
+    kinds = list(SCENES)
+    for replicate in range(1, 10):
+        assert backgrounds(clips_of(DEPTH.clips, replicate)) == {kinds[(replicate - 1) % 4]}
+
+
+def test_a_clip_that_names_its_background_and_one_without_any_keep_theirs():
+    named, plain = Clip("a", "cluttered", {"background": "pink"}), Clip("b", "plain")
+    assert clips_of([named, plain], 3) == [named, plain]
+
+
+def test_a_study_s_replicates_have_the_scenes_and_seeds_of_a_run_s():
+    made = studies.planned(
+        Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=6), 3
+    )
+    ran = plan(DEPTH, (), (), 6, 3)
+    assert [(s.seed, s.condition) for s in made.specs] == [(s.seed, s.condition) for s in ran.showings]
+    assert [s.seed for s in ran.showings] == [3 + k for k in range(6) for _ in DEPTH.clips]
+
+
+def test_scenes_of_one_kind_differ_by_the_replicate_s_seed():
+    models = (choose("emd", "offline"),)
+    shown = showings(DEPTH, models, 10, 0)
+    first = {s.repeat: s.condition.build(s.seed)[0].luma for s in shown if s.index % len(DEPTH.clips) == 0}
+    assert (first[1] != first[5]).mean() > 0.5 and (first[4] != first[8]).mean() > 0.5
+
+
+def test_a_run_s_description_has_the_scene_of_each_replicate():
+    """So that a run before windows of one photograph is not gone on with before scenes."""
+    assert plan(DEPTH, (), (), 3, 0).describe()["backgrounds"] == ["photograph", "dead-leaves", "pink"]
+    assert "backgrounds" not in plan(registry.find("clean"), (), (), None, 0).describe()
+    study = Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=2)
+    assert studies.planned(study).description["backgrounds"] == ["photograph", "dead-leaves"]
+
+
+def test_rows_say_what_is_behind_the_object(tmp_path):
+    small = [("rows", 32), ("columns", 64), ("width", 8.0), ("height", 8.0), ("duration_s", 0.2)]
+    experiment = dataclasses.replace(DEPTH, clips=[Clip("a", "cluttered", [*small, ("motion", "looming")])])
+    models = (choose("emd", "offline"),)
+    own = folder_pictures(pictures_in(tmp_path / "own", "mine.png"))
+    for pictures, expected in ((None, ["photograph", "dead-leaves"]), (own, ["mine.png", "mine.png"])):
+        rows = [show_without_frames(s).rows[0] for s in showings(experiment, models, 2, 0, pictures)]
+        assert [row["background"] for row in rows] == expected
+
+
+# --- a user's own pictures --------------------------------------------------------------------------------------------
+
+
+def test_replicate_r_has_picture_r_in_the_order_of_names(tmp_path):
+    own = folder_pictures(pictures_in(tmp_path / "own", "p10.png", "p2.png", "p1.png"))
+    order = ["p1.png", "p2.png", "p10.png", "p1.png"]
+    for replicate, name in enumerate(order):
+        (path,) = backgrounds(clips_of(DEPTH.clips, replicate, own))
+        assert path == str(tmp_path / "own" / name)
+
+
+def test_the_wall_has_picture_r_in_replicate_r(tmp_path):
+    own = folder_pictures(pictures_in(tmp_path / "own", "1.png", "2.png", "3.png"))
+    made = robot_plan(registry.load("general"), ["dsnn"], (), 2, 5, own)
+    assert {spec.settings.scene.wall for spec in made.specs()} == {own.files[0]}
+    assert "scene.wall" not in made.changed()  # as a replicate's wall is no setting of all trials
+    study = Study("s", "", claims=("C13",), experiments=("general",), repeats=10, replicates=4)
+    specs = studies.planned(study, 5, pictures=own).specs
+    walls = [next(s.settings.scene.wall for s in specs if s.repeat // 10 == k) for k in range(4)]
+    assert walls == [own.files[k % 3] for k in range(4)]
+    others = replicates_plan(2, 3, 6, pictures=dataclasses.replace(own, first=1)).specs
+    assert [s.settings.scene.wall for s in (others[0], others[-1])] == [own.files[1], own.files[2]]
+    with pytest.raises(UsageError, match="give one of them"):
+        robot_plan(registry.load("general"), ["dsnn"], [f"scene.wall={own.files[0]}"], 2, 5, own)
+
+
+def test_a_run_is_not_gone_on_with_where_a_picture_has_changed(tmp_path):
+    told = []
+    for grey in (100, 101):
+        own = folder_pictures(pictures_in(tmp_path / "own", "1.png", grey=grey))
+        told.append(json.loads(to_json(plan(DEPTH, (), (), 2, 0, pictures=own).describe())))
+    (said,) = differences(*told)
+    assert said.startswith("--pictures is 1.png")
+    assert differences(told[0], told[0]) == []
+
+
+def test_a_bad_folder_is_named_in_a_line(tmp_path, colias):
+    done = colias("run", "clutter-depth", "--pictures", "nowhere", "--out", "out")
+    assert done.returncode and done.stderr.strip().count("\n") == 0
+    assert "--pictures nowhere: there is no such folder" in done.stderr
+    assert not (tmp_path / "out").exists()
+    (tmp_path / "file").write_text("a")
+    (tmp_path / "empty").mkdir()
+    mixed = pictures_in(tmp_path / "mixed", "1.png")
+    (mixed / "notes.txt").write_text("not a picture")
+    (mixed / ".hidden").write_text("is left out")
+    for name, words in (("file", "not a folder"), ("empty", "no pictures in it"), ("mixed", "notes.txt: no picture")):
+        with pytest.raises(UsageError, match=words) as raised:
+            folder_pictures(tmp_path / name)
+        assert f"--pictures {tmp_path / name}: " in str(raised.value)
+
+
+def test_clips_without_a_background_take_no_pictures(tmp_path, colias_here):
+    pictures_in(tmp_path / "own", "1.png")
+    done = colias_here("run", "clean", "--pictures", "own", "--dry-run")
+    assert done.returncode and "no clip of clean has a background" in done.stderr
+
+
+@pytest.mark.parametrize("command", [("study", "background"), ("map", "clutter-depth", "--over", "dsnn.n_con=4,6"),
+                                     ("reproduce", "--quick")])  # fmt: skip
+def test_every_command_with_replicates_takes_pictures(command, colias_here):
+    done = colias_here(*command, "--pictures", "nowhere", "--out", "out")
+    assert done.returncode and "--pictures nowhere: there is no such folder" in done.stderr

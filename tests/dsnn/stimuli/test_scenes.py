@@ -1,0 +1,171 @@
+"""Scenes: the statistics of natural images that are published, no seam, and nothing but kind and seed in them."""
+
+import hashlib
+import os
+
+import cv2
+import numpy as np
+import pytest
+
+from dsnn.stimuli import SCENES, contrasts, scene, spectrum_slope, stimulus
+from dsnn.stimuli.background import panorama, read_picture
+from dsnn.stimuli.scenes import _power_law
+
+PUBLISHED = (-1.5, -0.8)
+"""Slopes of the amplitude spectra of 135 photographs (Tolhurst, Tadmor and Chao 1992)."""
+SHAPE = (180, 540)
+
+
+def noise(exponent, seed=0):
+    """Noise whose amplitude is frequency to the power ``exponent``."""
+    rng = np.random.default_rng(seed)
+    frequency = np.hypot(np.fft.fftfreq(SHAPE[0])[:, None], np.fft.rfftfreq(SHAPE[1]))
+    frequency[0, 0] = np.inf
+    waves = np.fft.irfft2(np.fft.rfft2(rng.standard_normal(SHAPE)) * frequency**exponent, SHAPE)
+    return np.clip(np.rint(128 + 30 * waves / waves.std()), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_a_scene_has_the_spectrum_and_contrast_of_natural_images(kind):
+    photograph = contrasts(panorama("photograph", SHAPE, 0).view(0.0)).rms
+    for seed in (1, 2, 3):
+        made = scene(kind, SHAPE, seed)
+        assert made.shape == SHAPE and made.dtype == np.uint8
+        assert PUBLISHED[0] < spectrum_slope(made) < PUBLISHED[1]
+        assert photograph / 2 < contrasts(made).rms < 2 * photograph
+
+
+def test_the_photograph_has_a_natural_spectrum_and_white_noise_has_none():
+    assert PUBLISHED[0] < spectrum_slope(panorama("photograph", SHAPE, 0).view(0.0)) < PUBLISHED[1]
+    white = np.random.default_rng(0).integers(0, 256, SHAPE).astype(np.uint8)
+    assert abs(spectrum_slope(white)) < 0.1
+    assert spectrum_slope(cv2.GaussianBlur(white, (0, 0), 2)) < PUBLISHED[0]
+
+
+@pytest.mark.parametrize("exponent", [-0.5, -1.0, -1.5])
+def test_a_slope_is_that_of_noise_whose_slope_is_known(exponent):
+    assert spectrum_slope(noise(exponent)) == pytest.approx(exponent, abs=0.1)
+
+
+def test_contrasts_are_those_of_a_picture_whose_contrasts_are_known():
+    stripes = np.tile(np.repeat(np.array([50, 150], np.uint8), 4), (64, 8))
+    found = contrasts(stripes)
+    assert found.rms == pytest.approx(0.5)
+    assert found.michelson == pytest.approx(0.5)
+    assert found.log_rms == pytest.approx(np.log(3) / 2)
+    assert found.local_range == pytest.approx(1.0)
+
+
+def step_at_border(picture):
+    """The share of a picture's steps from column to column that the step from its last to its first exceeds."""
+    around = np.concatenate([picture, picture[:, :1]], axis=1).astype(float)
+    steps = np.abs(np.diff(around, axis=1)).mean(axis=0)
+    return float((steps[:-1] < steps[-1]).mean())
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_a_scene_meets_itself_without_a_seam(kind):
+    """The step where it does is any step's; where half a scene would meet itself it stands out."""
+    made = [scene(kind, (60, 240), seed) for seed in range(20)]
+    assert 0.2 < np.mean([step_at_border(each) for each in made]) < 0.8  # 0.5 +- 0.065 of any column
+    assert np.mean([step_at_border(each[:, :120]) for each in made]) > 0.85
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_equal_seeds_give_equal_bytes_and_others_another_scene(kind):
+    made = scene(kind, (90, 160), 5)
+    np.random.default_rng(0).random(3)
+    np.testing.assert_array_equal(made, scene(kind, (90, 160), 5))
+    other = scene(kind, (90, 160), 6)
+    assert abs(np.corrcoef(made[:, :80].ravel(), other[:, :80].ravel())[0, 1]) < 0.9
+    assert (made != other).mean() > 0.5
+
+
+@pytest.mark.parametrize(
+    "kind, digest",
+    [
+        ("dead-leaves", "4e1ca20ebf825d35"),
+        ("pink", "1677ed932184c838"),
+        ("foliage", "f5623736a718220a"),
+        ("street", "0451572550ae213f"),
+    ],
+)
+def test_a_scene_is_the_one_of_published_numbers(kind, digest):
+    assert hashlib.sha256(scene(kind, SHAPE, 1).tobytes()).hexdigest()[:16] == digest
+
+
+def test_replicate_0_s_photograph_is_the_one_of_published_numbers():
+    clip = stimulus("cluttered", object="absent")
+    frames = b"".join(clip[index].luma.tobytes() for index in (0, 50, 100))
+    assert hashlib.sha256(frames).hexdigest()[:16] == "b2b0f54771ca613e"
+
+
+def test_sizes_of_dead_leaves_have_the_probability_of_one_over_their_cube():
+    """So N(> r) falls as 1 / r^2: a quarter is left at twice the size (Lee, Mumford and Huang 2001)."""
+    sizes = _power_law(200_000, 4.0, 1e6, np.random.default_rng(0))
+    larger = [(sizes > size).mean() for size in (4, 8, 16, 32)]
+    np.testing.assert_allclose(larger, [1.0, 1 / 4, 1 / 16, 1 / 64], rtol=0.05)
+
+
+def test_an_unknown_scene_and_a_small_one_are_refused_in_a_line():
+    with pytest.raises(ValueError, match="known are dead-leaves, pink"):
+        scene("forest", SHAPE)
+    with pytest.raises(ValueError, match="8 px or more"):
+        scene("pink", (4, 40))
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_a_scene_may_be_as_small_as_a_clip(kind):
+    for seed in range(5):
+        assert scene(kind, (8, 8), seed).shape == (8, 8)
+        assert scene(kind, (9, 300), seed).shape == (9, 300)
+
+
+# --- a picture of one's own -------------------------------------------------------------------------------------------
+
+
+def test_a_picture_of_one_s_own_is_the_background(tmp_path):
+    """As it is where it is as high as the frame; beside it its mirror image; then it again."""
+    rng = np.random.default_rng(0)
+    picture = cv2.GaussianBlur(rng.integers(0, 256, (48, 60)).astype(np.uint8), (0, 0), 2)
+    cv2.imwrite(str(tmp_path / "own.png"), picture)
+    size = {"rows": 48, "columns": 200, "background": str(tmp_path / "own.png"), "object": "absent", "start": 0.0}
+    frame = stimulus("cluttered", background_speed=0.0, **size)[0].luma.astype(int)
+    assert np.abs(frame[:, :60] - picture).max() <= 1
+    assert np.abs(frame[:, 60:120] - picture[:, ::-1]).max() <= 1
+    assert np.abs(frame[:, 120:180] - picture).max() <= 1
+
+
+def test_a_picture_keeps_its_proportions_and_may_have_colours(tmp_path):
+    colours = np.zeros((96, 240, 3), np.uint8)
+    colours[:, 120:] = (0, 0, 255)
+    cv2.imwrite(str(tmp_path / "own.png"), colours)
+    whole = panorama(str(tmp_path / "own.png"), (48, 100), 0)
+    assert whole.period == 2 * 120  # half as high and half as wide, beside its mirror image
+    assert whole.view(0.0)[24, [20, 90]].tolist() == [0, 76]  # the luma of red: 0.299 * 255
+
+
+def test_a_picture_that_has_changed_is_read_anew(tmp_path):
+    path = tmp_path / "own.png"
+    seen = []
+    for number, grey in enumerate((50, 200)):
+        cv2.imwrite(str(path), np.full((32, 32), grey, np.uint8))
+        os.utime(path, ns=(number, number))
+        seen.append(int(panorama(str(path), (32, 32), 0).view(0.0)[5, 5]))
+    assert seen == [50, 200]
+
+
+@pytest.mark.parametrize(
+    "content, words",
+    [(b"", "no picture that can be read"), (b"import os", "no picture that can be read"), (None, "no such file"),
+     (np.zeros((15, 40), np.uint8), "40x15 px; legal is 16 px or more")],
+)  # fmt: skip
+def test_what_is_no_picture_is_named_in_a_line(content, words, tmp_path):
+    path = tmp_path / "own.png"
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    elif content is not None:
+        cv2.imwrite(str(path), content)
+    with pytest.raises(ValueError, match=words) as raised:
+        read_picture(path)
+    assert str(raised.value).startswith(str(path)) and "\n" not in str(raised.value)
