@@ -12,8 +12,13 @@ import numpy.typing as npt
 from dsnn.exponential import exp
 
 
-def alpha(tau: float, dt: float) -> float:
-    """Gain of a first-order low-pass ``y += alpha (x - y)`` for ``tau`` and frame interval ``dt``, both ms."""
+def alpha(tau: float, dt: float, *, exact: bool = False) -> float:
+    """Gain of a first-order low-pass ``y += alpha (x - y)`` for ``tau`` and frame interval ``dt``, both ms.
+
+    By backward Euler, or of the ``exact`` solution for an input that is constant between two frames.
+    """
+    if exact:
+        return 1.0 - exp(-dt / tau) if tau > 0.0 else 1.0
     return dt / (dt + tau)
 
 

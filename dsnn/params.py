@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from dsnn.field_docs import unit, with_field_docs
+from dsnn.filters import alpha
 
 Milliseconds = Annotated[float, Field(ge=0.0, le=10_000.0), unit("ms")]
 
@@ -62,6 +63,20 @@ class DSNNParams:
     fdsr: bool = Field(
         default=True, description="whether fast-depolarising-slow-repolarising adaptation acts; false removes it"
     )
+    polarity: Literal["common", "centre"] = Field(
+        default="common",
+        description="whose sign LA takes: the one that both Gaussians have in common, and LA is 0 where they differ;"
+        " or the centre's everywhere, as the plain difference has it where they differ (the paper leaves this open)",
+    )
+    rectified: bool = Field(
+        default=True,
+        description="whether F = LA - A is half-wave rectified; false passes it on with its sign (the paper names no"
+        " rectifier)",
+    )
+    lowpass: Literal["backward-euler", "exact"] = Field(
+        default="backward-euler",
+        description="gain of every low-pass: dt / (dt + tau), or the exact 1 - exp(-dt / tau) (the paper: neither)",
+    )
 
     @classmethod
     def offline(cls, **changes: Any) -> Self:
@@ -109,6 +124,21 @@ class DSNNParams:
     def dt(self) -> float:
         """Frame interval in milliseconds."""
         return 1000.0 / self.fps
+
+    def alpha(self, tau: float) -> float:
+        """Compute the gain of a low-pass by the network's discretisation.
+
+        Parameters
+        ----------
+        tau
+            Time constant, ms.
+
+        Returns
+        -------
+        float
+            The share of the distance to its input that the low-pass goes in a frame, 0 to 1.
+        """
+        return alpha(tau, self.dt, exact=self.lowpass == "exact")
 
     def delays(self) -> tuple[float, ...]:
         """Compute ``tau_s`` of each spacing, linear from the nearest pair to the farthest.

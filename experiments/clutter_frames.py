@@ -1,29 +1,41 @@
-"""The speeds of clutter-speed taken as px per frame, as the paper writes them: beyond any correlator's span."""
+"""The clips before clutter with every speed taken as px per frame, as the paper writes them: C5 to C11, C24, C26, C27.
+
+At 30 frames a second that is 30 times as fast: beyond any correlator's span.
+"""
 
 if __name__ == "__main__":  # before the imports: Ctrl-C is seen to first, and nothing is imported twice
     from experiments.bench.cli.entry import run_file
 
     run_file(__file__)
 
+from dataclasses import replace
+
 from experiments import Clip, Figure, OfflineExperiment
-from experiments.clutter_depth import GREYS
-from experiments.clutter_speed import BACKGROUNDS, SPEEDS
+from experiments.background_alone import EXPERIMENT as ALONE
+from experiments.clutter_contrast import EXPERIMENT as CONTRAST
+from experiments.clutter_depth import EXPERIMENT as DEPTH
+from experiments.clutter_speed import EXPERIMENT as SPEED
+from experiments.clutter_translation import EXPERIMENT as TRANSLATION
+
+OF = (DEPTH, TRANSLATION, SPEED, CONTRAST, ALONE)
+"""The experiments whose clips these are; their claims are judged under this reading too."""
+
+
+def prefix(experiment: OfflineExperiment) -> str:
+    """Return what the names of the clips of an experiment begin with here."""
+    return f"{experiment.name}: "
+
+
+def _per_frame(experiment: OfflineExperiment, clip: Clip) -> Clip:
+    return replace(clip, name=prefix(experiment) + clip.name, changes=(*clip.changes, ("speed_unit", "px/frame")))
+
 
 EXPERIMENT = OfflineExperiment(
     name="clutter-frames",
-    summary="the same speeds read as px per frame, as the paper writes them, and not as the px/s that its claims need",
-    clips=tuple(
-        Clip(
-            f"{shade} {speed:g} before {behind:g} px/frame",
-            "cluttered",
-            (("grey", grey), ("speed", speed), ("background_speed", behind), ("speed_unit", "px/frame")),
-        )
-        for shade, grey in GREYS.items()
-        for behind in BACKGROUNDS
-        for speed in SPEEDS
-    ),
-    models=("dsnn", "dsn2017"),  # C6 and C8 are judged of them under this reading too
+    summary="the clips before clutter with speeds read as px per frame, as the paper writes them, and not as px/s",
+    clips=tuple(_per_frame(experiment, clip) for experiment in OF for clip in experiment.clips),
+    models=("dsnn", "dsn2017", "emd", "dsnn:n_con=1", "dsnn:n_con=2", "dsnn:dog=false", "dsnn:fdsr=false"),
     repeats=2,
-    figure=Figure("peaks", along="speed", lines="background_speed", panels="grey"),
+    figure=Figure("ranges"),
     recorded=False,
 )

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
-from dsnn.filters import FLUSH_EVERY, alpha, flush
+from dsnn.filters import FLUSH_EVERY, flush
 from dsnn.params import DSNNParams
 from dsnn.retina import Floats
 
@@ -31,7 +31,7 @@ class Correlators:
         width = columns + n * d
         span, reach = rows * width, n * d * width  # cells of one plane; the longest shift, downward
         self._w_i = params.w_i
-        self._alphas = [alpha(tau, params.dt) for tau in params.delays()]
+        self._alphas = [params.alpha(tau) for tau in params.delays()]
         # A plane is followed by as many zeros as the longest shift reaches; ON and OFF make a pair of planes.
         plane = span + reach
         planes: Floats = np.zeros((2, plane), np.float32)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,8 @@ from dsnn.exponential import exp
 from dsnn.filters import blur, residue
 
 Map = npt.NDArray[np.float64]
+Polarity = Literal["common", "centre"]
+"""Whose sign LA takes."""
 
 
 def retina(luminance: Map, previous: Map, residues: Sequence[Map], u: float) -> Map:
@@ -28,10 +31,12 @@ def retina(luminance: Map, previous: Map, residues: Sequence[Map], u: float) -> 
     return p
 
 
-def lamina(p: Map, kernel_e: Map, kernel_i: Map) -> Map:
-    """Difference of Gaussians, signed by the common polarity of centre and surround."""
+def lamina(p: Map, kernel_e: Map, kernel_i: Map, polarity: Polarity = "common") -> Map:
+    """Difference of Gaussians, signed by the common polarity of centre and surround, or by that of the centre."""
     p_e, p_i = blur(p, kernel_e), blur(p, kernel_i)  # two-gauss
     la = np.abs(p_e - p_i)  # polar-dogs
+    if polarity == "centre":
+        return np.where(p_e >= 0, la, -la)
     return np.where((p_e >= 0) & (p_i >= 0), la, np.where((p_e < 0) & (p_i < 0), -la, 0.0))
 
 
@@ -42,11 +47,14 @@ def on_off(la: Map, on_before: Map, off_before: Map, sigma_l: float) -> tuple[Ma
     return on, off
 
 
-def fdsr(la: Map, la_before: Map, adaptation: Map, alpha_fast: float, alpha_slow: float) -> tuple[Map, Map]:
+def fdsr(
+    la: Map, la_before: Map, adaptation: Map, alpha_fast: float, alpha_slow: float, rectified: bool = True
+) -> tuple[Map, Map]:  # fmt: skip
     """Fast depolarising, slow repolarising: return the signal F and the new adaptation state."""
     gain = np.where(la >= la_before, alpha_fast, alpha_slow)
     adaptation = adaptation + gain * (la - adaptation)  # fdsr-lowpass
-    return np.maximum(la - adaptation, 0.0), adaptation  # fdsr-subtraction, half-wave rectified
+    f = la - adaptation  # fdsr-subtraction
+    return np.maximum(f, 0.0) if rectified else f, adaptation
 
 
 def delayed(f: Map, states: Sequence[Map], alphas: Sequence[float]) -> list[Map]:

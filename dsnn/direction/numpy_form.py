@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from dsnn.direction import layers
 from dsnn.direction.correlator import Correlators
-from dsnn.filters import alpha, blur, gaussian_kernel, residue
+from dsnn.filters import blur, gaussian_kernel, residue
 from dsnn.model import LayerMaps, Response
 from dsnn.params import DSNNParams
 from dsnn.retina import Floats, Retina
@@ -31,7 +31,7 @@ class Lamina:
     """Signed difference of Gaussians, split into ON and OFF (`two-gauss`, `polar-dogs`, `halfwave`)."""
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
-        self._sigma_l, self._dog = params.sigma_l, params.dog
+        self._sigma_l, self._dog, self._common = params.sigma_l, params.dog, params.polarity == "common"
         self._kernel_e = gaussian_kernel(params.d).astype(np.float32)
         self._kernel_i = gaussian_kernel(2 * params.d).astype(np.float32)
         self._p_e, self._p_i, self._low = np.zeros((3, *shape), np.float32)
@@ -49,8 +49,13 @@ class Lamina:
             np.maximum(np.negative(p, out=self._low), np.float32(0.0), out=self.now[1])
             return
         p_e, p_i = blur(p, self._kernel_e, self._p_e), blur(p, self._kernel_i, self._p_i)
-        low, high = np.minimum(p_e, p_i, out=self._low), np.maximum(p_e, p_i, out=p_e)
-        contrast = np.subtract(high, low, out=p_i).view(np.int32)  # |P_e - P_i|
+        if self._common:
+            low, high = np.minimum(p_e, p_i, out=self._low), np.maximum(p_e, p_i, out=p_e)
+            difference = np.subtract(high, low, out=p_i)
+        else:
+            low = high = p_e
+            difference = np.abs(np.subtract(p_e, p_i, out=p_i), out=p_i)
+        contrast = difference.view(np.int32)  # |P_e - P_i|
         on, off = self.now.view(np.int32)
         np.right_shift(low.view(np.int32), _SIGN_SHIFT, out=on)  # -1 where either is negative
         np.invert(on, out=on)
@@ -71,8 +76,9 @@ class Adaptation:
     """
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
-        self._left_fast = 1.0 - alpha(params.tau_fast, params.dt)
-        self._left_more = np.float32(1.0 - alpha(params.tau_slow, params.dt) - self._left_fast)
+        self._left_fast = 1.0 - params.alpha(params.tau_fast)
+        self._left_more = np.float32(1.0 - params.alpha(params.tau_slow) - self._left_fast)
+        self._rectified = params.rectified
         self._g, self._gap = np.zeros((2, 2, *shape), np.float32)
         self._zeros = np.zeros(shape[1], np.float32)  # np.maximum is slower against a scalar
 
@@ -89,7 +95,10 @@ class Adaptation:
         more = np.multiply(gap, self._left_more, out=g).view(np.int32)
         np.bitwise_and(more, falls, out=more)
         cv2.scaleAdd(_tall(gap), self._left_fast, _tall(g), _tall(g))
-        np.maximum(g, self._zeros, out=out)
+        if self._rectified:
+            np.maximum(g, self._zeros, out=out)
+        else:
+            np.copyto(out, g)
 
 
 def _tall(stack: Floats) -> Floats:
@@ -101,7 +110,7 @@ class LobulaPlate:
     """Low-passed, squashed field sums of one system: HS or VS (`LPTCs`, `sigmoid`, `HS-VS`)."""
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
-        self._alpha = alpha(params.tau_mp, params.dt)
+        self._alpha = params.alpha(params.tau_mp)
         self._scale = shape[0] * shape[1] * params.k_sig
         self._intact = [pathway for pathway, intact in enumerate((params.on, params.off)) if intact]
         self._sums = [0.0, 0.0]

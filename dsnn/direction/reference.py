@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dsnn.direction import layers
-from dsnn.filters import alpha, gaussian_kernel
+from dsnn.filters import gaussian_kernel
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 from dsnn.model import LayerMaps, NonCopyable, Response, ResponseSeries, run_model
 from dsnn.params import DSNNParams
@@ -20,7 +20,7 @@ class Pathway:
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams) -> None:
         self._params = params
-        self._alphas = [alpha(tau, params.dt) for tau in params.delays()]
+        self._alphas = [params.alpha(tau) for tau in params.delays()]
         self.la = np.zeros(shape)
         self.f = np.zeros(shape)
         self._adaptation = np.zeros(shape)
@@ -32,12 +32,12 @@ class Pathway:
         p = self._params
         before, self.la = self.la, la
         if p.fdsr:
-            fast, slow = alpha(p.tau_fast, p.dt), alpha(p.tau_slow, p.dt)
-            self.f, self._adaptation = layers.fdsr(la, before, self._adaptation, fast, slow)
+            fast, slow = p.alpha(p.tau_fast), p.alpha(p.tau_slow)
+            self.f, self._adaptation = layers.fdsr(la, before, self._adaptation, fast, slow, p.rectified)
         else:
             self.f = la
         self._delays = layers.delayed(self.f, self._delays, self._alphas)
-        gain = alpha(p.tau_mp, p.dt)
+        gain = p.alpha(p.tau_mp)
         self.lp_hs += gain * (layers.correlate(self.f, self._delays, p.d, p.w_i, axis=1) - self.lp_hs)
         self.lp_vs += gain * (layers.correlate(self.f, self._delays, p.d, p.w_i, axis=0) - self.lp_vs)
 
@@ -85,7 +85,7 @@ class ReferenceDSNN(NonCopyable):
         self._luminance = luminance
         p = layers.retina(luminance, before, self._residues, q.u)
         self._residues = [p, *self._residues][: q.n_p]
-        la = layers.lamina(p, *self._kernels) if q.dog else p
+        la = layers.lamina(p, *self._kernels, q.polarity) if q.dog else p
         la_on, la_off = layers.on_off(la, self._on.la, self._off.la, q.sigma_l)
         self._on.step(la_on)
         self._off.step(la_off)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dsnn.filters import alpha, gaussian_kernel, residue
+from dsnn.filters import gaussian_kernel, residue
 from dsnn.model import LayerMaps, Response
 from dsnn.native import binding
 from dsnn.params import DSNNParams
@@ -113,15 +113,15 @@ def _network_config(shape: tuple[int, int], params: DSNNParams) -> tuple[Any, li
     values: list[Iterable[float]] = [
         [residue(q.u, i) for i in range(1, q.n_p + 1)] or [0.0],
         *(gaussian_kernel(sigma)[4 * sigma :, 0] for sigma in (q.d, 2 * q.d)),
-        [alpha(tau, q.dt) for tau in q.delays()],
+        [q.alpha(tau) for tau in q.delays()],
     ]
     tables = [ffi.new("float[]", [float(value) for value in table]) for table in values]
     config = ffi.new(
         "dsnn_config *",
         dict(
             rows=rows, columns=columns, n_p=q.n_p, d=q.d, n_con=q.n_con, on=q.on, off=q.off, dog=q.dog, fdsr=q.fdsr,
-            w_i=q.w_i, sigma_l=q.sigma_l, left_fast=1.0 - alpha(q.tau_fast, q.dt),
-            left_slow=1.0 - alpha(q.tau_slow, q.dt), alpha_mp=alpha(q.tau_mp, q.dt),
+            rectified=q.rectified, common=q.polarity == "common", w_i=q.w_i, sigma_l=q.sigma_l,
+            left_fast=1.0 - q.alpha(q.tau_fast), left_slow=1.0 - q.alpha(q.tau_slow), alpha_mp=q.alpha(q.tau_mp),
             scale=rows * columns * q.k_sig, k_sp=q.k_sp, t_sp=q.t_sp,
         )
         | dict(zip(("residues", "kernel_e", "kernel_i", "alphas"), tables, strict=True)),

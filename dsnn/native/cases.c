@@ -61,7 +61,7 @@ static void run_dsnn(void)
     memset(&c, 0, sizeof c);
     c.rows = f.rows;
     c.columns = f.columns;
-    take(&c.n_p, 7 * sizeof(int32_t));  /* to fdsr */
+    take(&c.n_p, 9 * sizeof(int32_t));  /* to common */
     take(&c.w_i, 4 * sizeof(float));    /* to left_slow */
     take(&c.alpha_mp, 4 * sizeof(double)); /* to t_sp */
     c.residues = tables[0] = table(c.n_p);

@@ -37,6 +37,8 @@ typedef struct {
     int32_t on, off;         /* 0 blocks the pathway */
     int32_t dog;             /* 0 leaves the difference of Gaussians out: LA = P */
     int32_t fdsr;            /* 0 leaves the adaptation out */
+    int32_t rectified;       /* 0 passes F on with its sign */
+    int32_t common;          /* LA takes the sign that both Gaussians share, else is 0; 0: it takes the centre's */
     float w_i;               /* weight of inhibition */
     float sigma_l;           /* residue of the lamina */
     float left_fast;         /* 1 - alpha(tau_fast) */

@@ -135,21 +135,23 @@ VISION_INLINE pathways lamina(const dsnn *m, int32_t y, int32_t x, int32_t radiu
         const lanes e = blur_along(m->blur_e + radius_i + x, m->config.kernel_e, radius_e);
         const lanes in = blur_along(m->blur_i + radius_i + x, m->config.kernel_i, radius_i);
         const lanes contrast = mul(magnitude(sub(e, in)), load(m->inside + x));
-        split.on = where_ge(e, zero, where_ge(in, zero, contrast));
-        split.off = where_lt(e, zero, where_lt(in, zero, contrast));
+        const lanes sign = m->config.common ? in : e;
+        split.on = where_ge(e, zero, where_ge(sign, zero, contrast));
+        split.off = where_lt(e, zero, where_lt(sign, zero, contrast));
     }
     return split;
 }
 
 /* The adaptation of one pathway's eight cells: fast on a rise, slow on a fall (fdsr-lowpass, fdsr-subtraction).
  * Kept as what is left of LA, g(t) = (1 - alpha) (g(t - 1) + LA(t) - LA(t - 1)), which is the same. */
-VISION_INLINE lanes adapt(float *adapted, lanes la, lanes before, lanes left_fast, lanes left_slow)
+VISION_INLINE lanes adapt(float *adapted, lanes la, lanes before, lanes left_fast, lanes left_slow,
+                          int32_t rectified)
 {
     const lanes zero = lanes_of(0.0f), change = sub(la, before);
     const lanes left = add(where_ge(change, zero, left_fast), where_lt(change, zero, left_slow));
     const lanes g = flushed(mul(left, add(load(adapted), change)));
     store(adapted, g);
-    return positive(g);
+    return rectified ? positive(g) : g;
 }
 
 /* Lamina and FDSR of row `y`, which leave F and w_i F. */
@@ -159,7 +161,7 @@ VISION_INLINE void contrast_row(dsnn *m, int32_t y, int32_t radius_e, int32_t ra
     const lanes tiny = lanes_of(VISION_TINY), sigma_l = lanes_of(c->sigma_l);
     const lanes left_fast = lanes_of(c->left_fast), left_slow = lanes_of(c->left_slow), w_i = lanes_of(c->w_i);
     const size_t at = (size_t)y * (size_t)m->pitch;
-    const int32_t pitch = m->pitch, fdsr = c->fdsr;
+    const int32_t pitch = m->pitch, fdsr = c->fdsr, rectified = c->rectified;
     float *la[2], *adapted[2], *f[2], *wf[2];
     int32_t x, i;
     for (i = 0; i < 2; i++) {
@@ -176,11 +178,10 @@ VISION_INLINE void contrast_row(dsnn *m, int32_t y, int32_t radius_e, int32_t ra
             const lanes before = load(la[i] + x);
             const lanes sum = add(i == 0 ? split.on : split.off, mul(sigma_l, before)); /* halfwave */
             const lanes now = where_ge(sum, tiny, sum);
-            const lanes signal = fdsr ? adapt(adapted[i] + x, now, before, left_fast, left_slow) : now;
-            const lanes weighted = mul(w_i, signal);
+            const lanes signal = fdsr ? adapt(adapted[i] + x, now, before, left_fast, left_slow, rectified) : now;
             store(la[i] + x, now);
             store(f[i] + x, signal);
-            store(wf[i] + x, where_ge(weighted, tiny, weighted));
+            store(wf[i] + x, flushed(mul(w_i, signal)));
         }
     }
 }
@@ -199,7 +200,7 @@ static void contrast(dsnn *m)
 
 /* Delay F at every spacing s and sum D(x) (F(x + s) - w_i F(x - s)) over the field, along x and along y
  * (dynamic-lowpass, medulla-HS-EI to lobula-VS-EI). A sum is alpha times that of the states as they are stored. */
-static void correlate(dsnn *m, double fields[2][2])
+VISION_INLINE void correlate_field(dsnn *m, double fields[2][2], int32_t rectified)
 {
     const lanes tiny = lanes_of(VISION_TINY);
     const int32_t pitch = m->pitch, d = m->config.d, rows = m->config.rows, spacings = m->spacings;
@@ -218,7 +219,8 @@ static void correlate(dsnn *m, double fields[2][2])
                 const lanes left = lanes_of(m->left[j]), alpha = lanes_of(m->config.alphas[j]);
                 lanes sum_hs = lanes_of(0.0f), sum_vs = lanes_of(0.0f);
                 for (x = 0; x < pitch; x += LANES) {
-                    const lanes sum = add(mul(left, load(state + x)), load(f + x)), now = where_ge(sum, tiny, sum);
+                    const lanes sum = add(mul(left, load(state + x)), load(f + x));
+                    const lanes now = rectified ? where_ge(sum, tiny, sum) : flushed(sum);
                     store(state + x, now);
                     sum_hs = add(sum_hs, mul(now, sub(load(f + x + along), load(wf + x - along))));
                     sum_vs = add(sum_vs, mul(now, sub(load(f + x + down), load(wf + x - down))));
@@ -233,6 +235,14 @@ static void correlate(dsnn *m, double fields[2][2])
         fields[0][i] = sum_of(hs[i]);
         fields[1][i] = sum_of(vs[i]);
     }
+}
+
+static void correlate(dsnn *m, double fields[2][2])
+{
+    if (m->config.rectified) /* F has no sign there, and the inner loop one operation less */
+        correlate_field(m, fields, 1);
+    else
+        correlate_field(m, fields, 0);
 }
 
 static void maps(dsnn *m, float *p, float *la, float *f_on, float *f_off)

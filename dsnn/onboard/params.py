@@ -16,6 +16,8 @@ from dsnn.params import DSNNParams
 
 LARGEST_RESIDUE = 0.99
 """Largest sum of ``a_i``: with 1 or more P grows without bound, and near 1 it leaves 16 bits."""
+READINGS: Mapping[str, bool | str] = {"rectified": True, "polarity": "common", "lowpass": "backward-euler"}
+"""Open reading of the paper -> the one that is here: F has no bit for a sign, and tables are of these gains."""
 LARGEST_LA = 32767
 """Grey levels: LA - A is a whole number of 16 bits."""
 LEAST_ALPHA = 0.5 / 32768.0
@@ -70,7 +72,11 @@ class OnboardParams(DSNNParams):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        """Refuse what would overflow, or never move."""
+        """Refuse what would overflow, or never move, and readings that its whole numbers have no room for."""
+        for name, legal in READINGS.items():
+            if getattr(self, name) != legal:
+                given = str(getattr(self, name)).lower()
+                raise ValueError(f"{name}={given}: dsnn-onboard computes one reading: legal is {str(legal).lower()}")
         left = sum(residue(self.u, i) for i in range(1, self.n_p + 1))
         if left > LARGEST_RESIDUE:
             raise ValueError(f"the residues of n_p={self.n_p} and u={self.u:g} sum to {left:.3g}: legal is up to 0.99")

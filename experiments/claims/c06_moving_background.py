@@ -16,7 +16,6 @@ from experiments.bench.clips.judging import (
     strongest,
 )
 from experiments.bench.judging.verdict import Outcome
-from experiments.claims.readings import SPEEDS_IN_PX_PER_SECOND
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:
@@ -51,7 +50,6 @@ CLAIM = ClipClaim(
         "against the darker half of the photograph its contrast halves. The white object passes T at every seed"
         " tried. No object size, grey or image was looked for to make the black one pass everywhere."
     ),
-    readings=(SPEEDS_IN_PX_PER_SECOND,),
     mechanism=(
         "background",
         "potentials at background speeds from 0.07 to 10 px a frame, and where the claim breaks",

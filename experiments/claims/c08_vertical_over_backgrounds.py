@@ -6,7 +6,6 @@ from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.clips.judging import BACKGROUNDS, CROSSING, SHADES, Rows, largest, outcome_of, rows_of, strongest
 from experiments.bench.judging.checks import Check
 from experiments.bench.judging.verdict import Outcome
-from experiments.claims.readings import SPEEDS_IN_PX_PER_SECOND
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:
@@ -30,7 +29,6 @@ CLAIM = ClipClaim(
     conditions={**CROSSING, "speed": (40.0, 80.0, 120.0), "background_speed": BACKGROUNDS, "shade": SHADES},
     of_every_clip=True,
     silent_passes=True,
-    readings=(SPEEDS_IN_PX_PER_SECOND,),
     mechanism=(
         "background",
         "potentials at background speeds from 0.07 to 10 px a frame, and where the claim breaks",

@@ -9,7 +9,6 @@ from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import DEPTH, Rows, mean_text, outcome_of, paper_trials
-from experiments.claims.readings import START_ACCELERATION
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:
@@ -63,7 +62,6 @@ CLAIM = RobotClaim(
         "motion: a tenth of the excitation, always rightward. With w_i = 1, and without errors of the start "
         "pose, HS stays well inside the threshold; camera noise makes no difference."
     ),
-    readings=(START_ACCELERATION,),
     mechanism=(
         "recession-mechanism",
         "excitation and inhibition over time, and what w_i = 0.9 leaves of symmetric motion",

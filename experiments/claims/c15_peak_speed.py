@@ -6,7 +6,6 @@ from experiments.bench.judging.statistics import contrast, trend
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import ACROSS, Rows, by_level, means, means_text, more_spikes, outcome_of
-from experiments.claims.readings import TAU_S_RISES_WITH_SPACING, WHOLE_CROSSING
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:
@@ -28,10 +27,6 @@ CLAIM = RobotClaim(
     says="at 8 cm: spikes rise 2 < 4 < 6 cm/s, peak near 6, and are fewer at 10 than at 6",
     source="robot-sys-trans",
     motions=ACROSS,
-    readings=(
-        TAU_S_RISES_WITH_SPACING,
-        WHOLE_CROSSING,
-    ),
     mechanism=(
         "ensembles",
         "count, time in view, firing rate and potential, 2 to 30 cm/s, beside variants of the DSNN",

@@ -5,7 +5,6 @@ from __future__ import annotations
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import RobotClaim
 from experiments.bench.robot.judging import Rows, fewest_ahead
-from experiments.claims.readings import START_ACCELERATION
 
 
 def judge(rows: Rows, threshold: float) -> Outcome:
@@ -32,7 +31,6 @@ CLAIM = RobotClaim(
         " rightward: with w_i = 1 a recession at -15 degrees fires in every trial tried. Without errors of the "
         "start pose it is silent in every trial."
     ),
-    readings=(START_ACCELERATION,),
     mechanism=(
         "recession-mechanism",
         "excitation and inhibition over time, and what w_i = 0.9 leaves of symmetric motion",

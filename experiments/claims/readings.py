@@ -1,4 +1,4 @@
-"""The readings of the paper that were taken where it leaves room. Claims name those that they were used to choose."""
+"""The readings of the paper that were taken where it leaves room, with the claims that each was chosen for."""
 
 from __future__ import annotations
 
@@ -11,13 +11,31 @@ HALF_WAVE_RECTIFIED_F = Reading(
         "(fdsr-subtraction): no rectifier is named there."
     ),
     taken="F = max(LA - A, 0)",
-    others=("F = LA - A, with its sign",),
+    others=("F not rectified",),
     note=(
-        "Not run: the network has no parameter for it. It was tried once, when the network was written: the "
-        "trailing side of every edge then leaves a large negative F, whose products are positive, and HS and VS"
-        " both saturate for motion of any direction. This report cannot compare the two."
+        "With its sign, F = LA - A is large and negative on the trailing side of every edge. The products of two "
+        "such values are positive, and HS and VS both saturate for motion of any direction."
     ),
-    of_all=True,
+)
+EXACT_LOWPASS_WOULD_BE_SILENT = Reading(
+    id="exact_lowpass_would_be_silent",
+    says=(
+        "A low-pass is a differential equation with a time constant (fdsr-lowpass): how it is made discrete is not in "
+        "the text."
+    ),
+    taken="backward Euler, alpha = dt / (dt + tau)",
+    others=("exact low-pass",),
+    note=(
+        "The exact gain is 1 - exp(-dt / tau). At 30 frames a second and tau = 1 ms it leaves exp(-33) of a rise, and "
+        "the network is silent; backward Euler leaves 1 / 34 of it, which is what F then is."
+    ),
+)
+LA_ZERO_WHERE_SIGNS_DIFFER = Reading(
+    id="la_zero_where_signs_differ",
+    says="LA is given where both Gaussians have one sign (polar-dogs), and not where their signs differ.",
+    taken="LA = 0 where they differ",
+    others=("LA by the centre's sign",),
+    note="The plain difference P_e - P_i has the sign of the centre where they differ.",
 )
 TAU_S_RISES_WITH_SPACING = Reading(
     id="tau_s_rises_with_spacing",
@@ -31,6 +49,7 @@ TAU_S_RISES_WITH_SPACING = Reading(
         "Read plainly, the words make the delay fall with spacing. Under the other reading the claim is judged "
         "on the experiment ensembles, whose trials at the paper's four speeds are of the same design."
     ),
+    claims=("C15",),
 )
 SPEEDS_IN_PX_PER_SECOND = Reading(
     id="speeds_in_px_per_second",
@@ -42,6 +61,7 @@ SPEEDS_IN_PX_PER_SECOND = Reading(
         "frames, and farther in one frame than the widest pair of detectors in the paper's table spans. At -8 "
         "px/s the background moves 0.27 px a frame."
     ),
+    claims=("C5", "C6", "C7", "C8", "C9", "C10", "C11", "C24", "C26", "C27"),
 )
 START_ACCELERATION = Reading(
     id="start_acceleration",
@@ -55,6 +75,15 @@ START_ACCELERATION = Reading(
         "A compromise: sharp starts make straight recession fire, which C13 forbids, and soft ones silence "
         "recession at 15 degrees, which C19 wants to fire."
     ),
+    claims=("C13", "C19"),
+)
+K_SP_OF_ONE_ON_THE_ROBOT = Reading(
+    id="k_sp_of_one_on_the_robot",
+    says='"K_sp", "1 ~ 3" (tableParams): which value the robot ran with is not in the text.',
+    taken="K_sp = 1 on the robot, 2 off-line",
+    others=("K_sp = 2", "K_sp = 3"),
+    note="It scales how many spikes a frame has above the threshold, and moves no potential.",
+    claims=("C15", "C16", "C17", "C19", "C20", "C29"),
 )
 WHOLE_CROSSING = Reading(
     id="whole_crossing",
@@ -68,14 +97,18 @@ WHOLE_CROSSING = Reading(
         "No claim was used to choose this one: C15 is judged by the whole crossing, and C29 says the same of "
         "one window. The verdict under the other reading is that of C29."
     ),
+    claims=("C15",),
     used=False,
 )
 
 READINGS = (
     HALF_WAVE_RECTIFIED_F,
+    EXACT_LOWPASS_WOULD_BE_SILENT,
+    LA_ZERO_WHERE_SIGNS_DIFFER,
     TAU_S_RISES_WITH_SPACING,
     SPEEDS_IN_PX_PER_SECOND,
     START_ACCELERATION,
+    K_SP_OF_ONE_ON_THE_ROBOT,
     WHOLE_CROSSING,
 )
 """All of them, in the order in which the report tells them."""

@@ -9,6 +9,7 @@ NAMES = (
     "detectors",
     "onboard",
     "sensitivity",
+    "sensitivity-clips",
     "background",
     "constants-2017",
     "constants-emd",

@@ -12,11 +12,19 @@ NETWORK = {
     "tau_s = 10 for all": "tau_s=10,10",
     "tau_s = 200 for all": "tau_s=200,200",
     "tau_s falling, 200..10": "tau_s=200,10",
+    "K_sp = 2": "k_sp=2",
     "K_sp = 3": "k_sp=3",
     "T_sp = 0.16": "t_sp=0.16",
     "no FDSR": "fdsr=false",
 }
-"""Each parameter at the end of the paper's own range that the default is not at; the last is its forerunner."""
+"""Each parameter at the end of the paper's own range that the default is not at, K_sp also within it; the last is its
+forerunner."""
+READINGS = {
+    "F not rectified": "rectified=false",
+    "LA by the centre's sign": "polarity=centre",
+    "exact low-pass": "lowpass=exact",
+}
+"""The equations that the paper leaves open, read otherwise; in float alone, as `dsnn.onboard.params.READINGS` says."""
 APPARATUS = {
     "no camera noise": ("camera.shot_noise=0", "camera.read_noise=0"),
     "camera noise x 2": ("camera.shot_noise=2.56", "camera.read_noise=1.28"),
@@ -32,6 +40,7 @@ MOVED = Axis(
     (
         Level(DEFAULTS),
         *(Level(name, (f"dsnn.{text}", f"{BEST.label}.{text}")) for name, text in NETWORK.items()),
+        *(Level(name, (f"dsnn.{text}",), models=("dsnn",)) for name, text in READINGS.items()),
         *(Level(name, settings, models=("dsnn",)) for name, settings in APPARATUS.items()),
     ),
 )

@@ -60,7 +60,12 @@ def test_headers_include_what_they_need(name):
 
 @built
 @pytest.mark.parametrize("darker", [False, True])
-@pytest.mark.parametrize("changes", [{}, {"d": 2, "n_con": 5}, {"fdsr": False, "n_p": 0}], ids=str)
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"d": 2, "n_con": 5}, {"fdsr": False, "n_p": 0},
+     {"rectified": False, "polarity": "centre", "lowpass": "exact", "tau_fast": 20}],
+    ids=str,
+)  # fmt: skip
 def test_forms_agree_where_no_sign_is_in_doubt(changes, darker):
     params, frames = DSNNParams(**changes), changing(7, darker)
     fast, plain = (DSNN(frames.shape[1:], params, form=form) for form in forms.FORMS)

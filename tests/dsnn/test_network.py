@@ -8,7 +8,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from dsnn import DSNN, DSNNParams, ReferenceDSNN
-from dsnn.filters import FLUSH_EVERY
+from dsnn.filters import FLUSH_EVERY, blur, gaussian_kernel
 from tests.conftest import crossing
 
 pytestmark = pytest.mark.usefixtures("form")
@@ -36,6 +36,9 @@ params = st.builds(
     off=st.booleans(),
     dog=st.booleans(),
     fdsr=st.booleans(),
+    polarity=st.sampled_from(["common", "centre"]),
+    rectified=st.booleans(),
+    lowpass=st.sampled_from(["backward-euler", "exact"]),
 )
 
 
@@ -151,9 +154,65 @@ def test_a_symmetric_expansion_cancels_in_a_balanced_network():
         assert DSNN((72, 98), DSNNParams(w_i=0.9)).run(clip).hs.max() > 0.01
 
 
+@pytest.mark.parametrize("kind", [DSNN, ReferenceDSNN])
+def test_without_the_rectifier_hs_and_vs_saturate_whichever_way_it_goes(kind):
+    """The trailing side of each edge leaves a large negative F, and two negative values make a positive product."""
+    rightward = crossing()
+    for way in (rightward, rightward[:, :, ::-1], rightward.transpose(0, 2, 1), rightward.transpose(0, 2, 1)[:, ::-1]):
+        clip = np.ascontiguousarray(way)
+        signed, plain = (kind(clip.shape[1:], DSNNParams(rectified=rectified)) for rectified in (False, True))
+        series = signed.run(clip)
+        assert min(np.abs(series.hs).max(), np.abs(series.vs).max()) > 0.99
+        assert max(np.abs(plain.run(clip).hs).max(), np.abs(plain.run(clip).vs).max()) < 0.5
+        assert signed.step(clip[10], maps=True).maps.f_on.min() < 0.0
+
+
+def test_an_exact_lowpass_leaves_nothing_of_a_rise():
+    """exp(-33) of it at 30 frames a second, so that F is silent; backward Euler leaves 1 / 34."""
+    frames = crossing()
+    for lowpass, left in (("exact", np.exp(-1000 / 30)), ("backward-euler", 3 / 103)):
+        model = DSNN(frames.shape[1:], DSNNParams(lowpass=lowpass))
+        model.step(frames[0])
+        maps = model.step(frames[1], maps=True).maps
+        rise = np.maximum(maps.la, 0.0)
+        assert rise.max() > 10.0
+        assert maps.f_on.max() == pytest.approx(left * rise.max(), rel=0.1, abs=0.0)
+        assert bool(np.abs(model.run(frames).hs).max() < 1e-15) == (lowpass == "exact")
+
+
+def test_an_exact_lowpass_goes_as_far_in_two_frames_as_in_one_twice_as_long():
+    for tau in (1.0, 10.0, 200.0):
+        slow, fast = (1.0 - DSNNParams(fps=fps, lowpass="exact").alpha(tau) for fps in (15.0, 30.0))
+        assert slow == pytest.approx(fast**2, rel=1e-9, abs=1e-15)
+        often = DSNNParams(fps=1e4).alpha(tau)
+        assert DSNNParams(fps=1e4, lowpass="exact").alpha(tau) == pytest.approx(often, rel=0.06)
+    assert DSNNParams(lowpass="exact").alpha(0.0) == DSNNParams().alpha(0.0) == 1.0
+
+
+@pytest.mark.parametrize("kind", [DSNN, ReferenceDSNN])
+def test_readings_of_la_differ_where_the_gaussians_differ_in_sign_alone(kind):
+    frames = np.random.default_rng(3).integers(0, 256, (5, 40, 50)).astype(np.uint8)
+    la = {}
+    for polarity in ("common", "centre"):
+        model = kind(frames.shape[1:], DSNNParams(polarity=polarity))
+        for frame in frames:
+            maps = model.step(frame, maps=True).maps
+        la[polarity] = maps.la
+    p = maps.p.astype(np.float64)
+    centre, surround = (blur(p, gaussian_kernel(sigma)) for sigma in (1, 2))
+    sure = np.minimum(np.abs(centre), np.abs(surround)) > 1e-3  # single precision may see another sign nearer 0
+    differ = sure & (centre * surround < 0.0)
+    alike = sure & ~differ
+    assert differ.mean() > 0.1 and alike.mean() > 0.1
+    assert not la["common"][differ].any()
+    np.testing.assert_allclose(la["centre"][differ], (centre - surround)[differ], atol=1e-3)
+    np.testing.assert_allclose(la["centre"][alike], la["common"][alike], atol=1e-3)
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("n_p", -1), ("d", 0), ("n_con", 0), ("w_i", 1.5), ("k_sig", 0.0), ("fps", 0.0), ("tau_s", (10.0,)),
+    [("polarity", "both"), ("lowpass", "euler"),
+     ("n_p", -1), ("d", 0), ("n_con", 0), ("w_i", 1.5), ("k_sig", 0.0), ("fps", 0.0), ("tau_s", (10.0,)),
      ("tau_fast", float("nan")), ("t_sp", float("inf"))],
 )  # fmt: skip
 def test_a_parameter_out_of_range_is_named(name, value):

@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from dsnn import DSNN, LGMD1, DSNNParams, LGMD1Params, OnboardDSNN, OnboardParams
-from dsnn.filters import alpha, gaussian_kernel, residue
+from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
 from dsnn.onboard.fixed import Fixed, constants
 from dsnn.onboard.header import TABLES
+from dsnn.onboard.params import READINGS
 
 NATIVE = Path(binding.__file__).parent
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
@@ -45,15 +46,17 @@ class Case:
         elif isinstance(p, OnboardParams):
             parts = [np.int32(2), film, *_fixed(constants((rows, columns), p)), self.frames]
         else:
-            left = [1.0 - alpha(tau, p.dt) for tau in (p.tau_fast, p.tau_slow)]
+            left = [1.0 - p.alpha(tau) for tau in (p.tau_fast, p.tau_slow)]
             parts = [
-                np.int32(0), film, np.array([p.n_p, p.d, p.n_con, p.on, p.off, p.dog, p.fdsr], np.int32),
+                np.int32(0), film,
+                np.array([p.n_p, p.d, p.n_con, p.on, p.off, p.dog, p.fdsr, p.rectified], np.int32),
+                np.int32(p.polarity == "common"),
                 np.array([p.w_i, p.sigma_l, *left], np.float32),
-                np.array([alpha(p.tau_mp, p.dt), rows * columns * p.k_sig, p.k_sp, p.t_sp]),
+                np.array([p.alpha(p.tau_mp), rows * columns * p.k_sig, p.k_sp, p.t_sp]),
                 np.array([residue(p.u, i) for i in range(1, p.n_p + 1)], np.float32),
                 gaussian_kernel(p.d)[4 * p.d :].astype(np.float32),
                 gaussian_kernel(2 * p.d)[8 * p.d :].astype(np.float32),
-                np.array([alpha(tau, p.dt) for tau in p.delays()], np.float32), self.frames,
+                np.array([p.alpha(tau) for tau in p.delays()], np.float32), self.frames,
             ]  # fmt: skip
         return b"".join(np.ascontiguousarray(part).tobytes() for part in parts)
 
@@ -101,7 +104,7 @@ def cases(count: int, seed: int = 0) -> Iterator[Case]:
 def onboard(rng: np.random.Generator, extreme: bool) -> OnboardParams:
     """Parameters over their whole ranges, in any format; drawn again where the format refuses them."""
     while True:
-        floats = dataclasses.asdict(_dsnn(rng, extreme))
+        floats = dataclasses.asdict(_dsnn(rng, extreme)) | READINGS
         formats = dict(
             state_bits=int(rng.choice([8, 16])), companding=bool(rng.random() < 0.7),
             lamina_bits=int(rng.choice([8, 16])), rounding=str(rng.choice(["nearest", "truncate"])),
@@ -138,7 +141,8 @@ def _dsnn(rng: np.random.Generator, extreme: bool) -> DSNNParams:
         tau_fast=value(0.0, 10_000.0), tau_slow=value(0.0, 10_000.0), tau_s=(value(0.0, 10_000.0), value(0.0, 300.0)),
         tau_mp=value(0.0, 10_000.0), k_sig=value(1e-6, 1e3), k_sp=value(0.0, 20.0), t_sp=value(0.0, 1.0),
         fps=value(0.01, 10_000.0), on=bool(rng.integers(2)), off=bool(rng.integers(2)), fdsr=bool(rng.integers(2)),
-        dog=bool(rng.random() < 0.8),
+        dog=bool(rng.random() < 0.8), polarity=str(rng.choice(["common", "centre"])), rectified=bool(rng.integers(2)),
+        lowpass=str(rng.choice(["backward-euler", "exact"])),
     )  # fmt: skip
 
 

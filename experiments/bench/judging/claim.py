@@ -27,11 +27,10 @@ class Reading:
         The reading taken, and the others, one or more.
     note
         What a reader has to know of them.
+    claims
+        Ids of the claims that it was chosen for; empty: all of them together.
     used
-        Whether it was chosen because claims favoured it: those that name it, or all. Otherwise the claims that name it
-        tell the readings apart.
-    of_all
-        Whether it was chosen for all claims together; none then names it.
+        Whether it was chosen because these claims favoured it. Otherwise they tell the readings apart.
     """
 
     id: str
@@ -39,13 +38,18 @@ class Reading:
     taken: str
     others: tuple[str, ...]
     note: str
+    claims: tuple[str, ...] = ()
     used: bool = True
-    of_all: bool = False
 
     @property
     def name(self) -> str:
         """Its name in words."""
         return self.id.replace("_", " ")
+
+    @property
+    def of_all(self) -> bool:
+        """Whether it was chosen for all claims together."""
+        return not self.claims
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,8 +72,6 @@ class Claim:
         Of a claim about the robot: in one line what the robot's own eye and wheels make of it.
     tried
         What was tried to make it hold, or what limits it.
-    readings
-        The readings of the paper that it was used to choose, or that it tells apart.
     mechanism
         The experiment whose figure shows why it comes out as it does, and what that figure draws.
     silent_passes
@@ -94,7 +96,6 @@ class Claim:
     cause: str = ""
     eye: str = ""
     tried: str = ""
-    readings: tuple[Reading, ...] = ()
     mechanism: tuple[str, str] = ("", "")
     silent_passes: bool = False
     implied: str = ""

@@ -68,8 +68,7 @@ def find(claim: Claim | str, kind: type[Kind]) -> Kind:
 
 def used_to_choose(claim: str) -> tuple[Reading, ...]:
     """Return the readings that were chosen because a claim favoured them, those chosen for all claims too."""
-    named = words(claim).readings
-    return tuple(reading for reading in READINGS if reading.used and (reading.of_all or reading in named))
+    return tuple(reading for reading in READINGS if reading.used and claim in bears_on(reading))
 
 
 def readings_of_all() -> tuple[Reading, ...]:
@@ -78,5 +77,5 @@ def readings_of_all() -> tuple[Reading, ...]:
 
 
 def bears_on(reading: Reading) -> tuple[str, ...]:
-    """Return the ids of the claims that name a reading; of one chosen for all claims none."""
-    return tuple(claim for claim, each in paper_claims().items() if reading in each.readings)
+    """Return the ids of the claims that a reading was chosen for."""
+    return reading.claims or claim_ids(PAPER)

@@ -34,6 +34,7 @@ from experiments.bench.studies.replicates import MODEL
 from experiments.bench.studies.study import WHOLE, Study
 from experiments.studies.onboard import BEST, series_of
 from experiments.studies.sensitivity import STUDY as SENSITIVE
+from experiments.studies.sensitivity_clips import STUDY as SENSITIVE_ON_CLIPS
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +49,7 @@ class Scale:
     repeats
         Trials of each condition in a replicate. Fewer than a claim's ``least`` leave it unjudged.
     moves
-        Whether to run one replicate with each thing moved that the page of sensitivity shows.
+        Whether to run one replicate with each thing moved that the studies of sensitivity name, and clips so too.
     offline_replicates
         Of the off-line experiments in which anything is random. Of the others one says all.
     episodes
@@ -86,7 +87,7 @@ SHORT = (
     "background-alone",
 )  # fmt: skip
 """The off-line experiments without grids of long clips."""
-REPLICATES, SENSITIVITY = "replicates", "sensitivity"
+REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"
 BESIDE = ("dsn2017",)
 """The models shown beside the DSNN unless others are named."""
 ENOUGH = EACH_TRIAL
@@ -110,6 +111,8 @@ class Planned:
     """Replicates 1, 2, ... of the paper's experiments; replicate 0 is ``plans``."""
     moves: StudyPlan | None
     """The study of sensitivity."""
+    clip_moves: StudyPlan | None
+    """The same of clips."""
 
     def paper(self) -> list[Plan]:
         """Return the plans of the paper's experiments: replicate 0."""
@@ -147,6 +150,9 @@ def planned(
         moves=study_run.planned(
             dataclasses.replace(SENSITIVE, repeats=scale.repeats), seed, pictures=pictures
         ) if scale.moves else None,
+        clip_moves=study_run.planned(
+            SENSITIVE_ON_CLIPS, seed, pictures=pictures
+        ) if scale.moves and not robot_only else None,
     )  # fmt: skip
 
 
@@ -192,7 +198,7 @@ def design(made: Planned) -> dict[str, Any]:
     runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form", THRESHOLDS, "kind")
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
-        "studies": [(each.study.name, each.specs) for each in (made.others, made.moves) if each],
+        "studies": [(each.study.name, each.specs) for each in (made.others, made.moves, made.clip_moves) if each],
         "claims": {claim.id: (claim.says, claim.source) for claim in paper_claims().values()},
         "least": [{claim.id: claim.least for claim in robot_claims.paper_claims().values()},
                   {claim.id: claim.conditions for claim in clips_claims.paper_claims().values()},
@@ -232,5 +238,5 @@ def _check_names(plans: Sequence[Plan]) -> None:
     """Every experiment has a folder of its own."""
     names = [each.experiment.name for each in plans]
     for name in names:
-        if names.count(name) > 1 or name in (REPLICATES, SENSITIVITY, *OFFLINE):
+        if names.count(name) > 1 or name in (REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS, *OFFLINE):
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")

@@ -13,13 +13,17 @@ from experiments.bench.judging.count import count
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.mechanism.variants import FALLING, ROBOT_SPEEDS
-from experiments.bench.studies.constants import SPEED
 from experiments.bench.studies.replicates import Replicate
 from experiments.claims.readings import READINGS
+from experiments.clutter_frames import OF, prefix
+from experiments.studies.sensitivity import STUDY as ON_ROBOT
+from experiments.studies.sensitivity_clips import STUDY as ON_CLIPS
 
 NOT_RUN = "not run"
 FALLING_IN, FRAMES_IN, WINDOW = "ensembles", "clutter-frames", "C29"
 """Experiments that show the other reading of delays and of speeds, and the claim that is that of the time window."""
+MOVED = frozenset(claim for study in (ON_ROBOT, ON_CLIPS) for claim in study.claims)
+"""The claims of the studies of sensitivity, whose levels have the names of the other readings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +69,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """One reading of the chapter, with a row a claim; of a reading chosen for all claims without any, see its note."""
+    """One reading of the chapter, with a row for each claim that it was chosen for."""
 
     reading: Reading
     rows: tuple[Row, ...]
@@ -119,9 +123,7 @@ def _taken(verdict: Verdict, name: str) -> Side:
 
 
 def _others(reading: Reading, claim: str, found: Evidence) -> tuple[Side, ...]:
-    made = _SIDES.get(reading.id)
-    if made is None:
-        return tuple(Side(NOT_RUN, "nothing here shows it") for _ in reading.others)
+    made = _SIDES.get(reading.id, _moved)
     return tuple(made(claim, name, found) for name in reading.others)
 
 
@@ -140,11 +142,12 @@ def _falling(claim: str, _: str, found: Evidence) -> Side:
 
 
 def _per_frame(claim: str, _: str, found: Evidence) -> Side:
-    """Judged at every seed of the clips whose speeds are px a frame."""
+    """Judged at every seed, on those clips in px a frame that are the claim's own."""
     shown = next((show for show in found.shows if show.plan.experiment.name == FRAMES_IN), None)
     if shown is None:
         return Side(NOT_RUN, f"{FRAMES_IN} was not run")
-    own = [row for row in shown.rows if row["speed"] == SPEED.get(claim, row["speed"])]
+    begins = next(prefix(experiment) for experiment in OF if claim in experiment.claims)
+    own = [row for row in shown.rows if row["clip"].startswith(begins)]
     outcomes = [
         clips_claims.judge(claim, [row for row in own if row["repeat"] == repeat], shown.plan.thresholds, shown.rows)
         for repeat in sorted({row["repeat"] for row in own})
@@ -153,10 +156,13 @@ def _per_frame(claim: str, _: str, found: Evidence) -> Side:
 
 
 def _moved(claim: str, name: str, found: Evidence) -> Side:
-    """One replicate, of the page of sensitivity."""
-    if name not in found.moved:
-        return Side(NOT_RUN, "it takes a replicate with the starts moved (--quick moves nothing)")
-    return _side([found.moved[name][claim]], f"sensitivity, {name}", found.name)
+    """One replicate, of the studies of sensitivity."""
+    if claim not in MOVED:
+        return Side(NOT_RUN, "the studies of sensitivity do not judge this claim")
+    outcome = found.moved.get(name, {}).get(claim)
+    if outcome is None:
+        return Side(NOT_RUN, "it takes a replicate with this moved (--quick moves nothing)")
+    return _side([outcome], f"sensitivity, {name}", found.name)
 
 
 def _windowed(_: str, __: str, found: Evidence) -> Side:
@@ -172,7 +178,6 @@ def _side(outcomes: Sequence[Outcome], where: str, name: str = "replicate") -> S
 _SIDES: Mapping[str, Callable[[str, str, Evidence], Side]] = {
     "tau_s_rises_with_spacing": _falling,
     "speeds_in_px_per_second": _per_frame,
-    "start_acceleration": _moved,
     "whole_crossing": _windowed,
 }
-"""Reading -> how a claim is judged under another one."""
+"""Reading -> how a claim is judged under another one, where that is no level of the studies of sensitivity."""

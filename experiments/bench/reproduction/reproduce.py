@@ -23,7 +23,16 @@ from experiments.bench.engine.terminal import error_console
 from experiments.bench.judging import stored
 from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import claims, readings
-from experiments.bench.reproduction.plan import BESIDE, REPLICATES, SENSITIVITY, Planned, Scale, design, planned
+from experiments.bench.reproduction.plan import (
+    BESIDE,
+    REPLICATES,
+    SENSITIVITY,
+    SENSITIVITY_CLIPS,
+    Planned,
+    Scale,
+    design,
+    planned,
+)
 from experiments.bench.robot import run as robot_run
 from experiments.bench.robot.plan import Plan, describe
 from experiments.bench.robot.summary import Report, conclude
@@ -68,7 +77,7 @@ class Reproduction:
     own_claims: list[Verdict]
     """Our own claims, about behaviours."""
     failures: Mapping[str, Sequence[Failure]]
-    """Failures of the two studies."""
+    """Failures of the studies."""
     description: Mapping[str, Any]
     readings: list[readings.Chapter]
     """The readings of the paper that were taken, and what claims come to under the others."""
@@ -141,6 +150,9 @@ def reproduce(
             played = [_play(each, folder, pool, resources) for each in made.loops]
             again, lost = _study(made.others, REPLICATES, "other replicates", folder, pool, resources)
             moved, move_failures = _study(made.moves, SENSITIVITY, SENSITIVITY, folder, pool, resources)
+            clips_moved, clip_failures = _study(
+                made.clip_moves, SENSITIVITY_CLIPS, SENSITIVITY_CLIPS, folder, pool, resources
+            )
         runs = [(each, conclude(each, run, run.failures())) for each, run in zip(made.plans, done, strict=True)]
     first = replicate(
         [spec for each in made.paper() for spec in each.specs()], [row for _, report in runs for row in report.rows]
@@ -155,19 +167,20 @@ def reproduce(
     }
     verdicts = claims.verdicts(every, shows)
     chapters = readings.chapters(
-        readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, _moves(moved), scale.name)
+        readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, _moves(moved, clips_moved), scale.name)
     )
     onboard = _onboard(made, every, moved) if scale.onboard and moved else None
     result = Reproduction(
         folder, scale, seed, verdicts, claims.pooled(every), runs, shows, moved, played, own,
-        {REPLICATES: lost, SENSITIVITY: move_failures}, describe(made.plans[0]), chapters, onboard, read_off,
+        {REPLICATES: lost, SENSITIVITY: move_failures, SENSITIVITY_CLIPS: clip_failures},
+        describe(made.plans[0]), chapters, onboard, read_off,
     )  # fmt: skip
     files = Files(folder)
     files.write_json("design.json", design(made))
     files.write_json("claims.json", stored.document(result.claims))
     files.write_json("pooled.json", {claim: stored.outcome_entry(outcome) for claim, outcome in result.pooled.items()})
     files.write_json("readings.json", result.readings)
-    for counts in (*read_off.values(), *filter(None, (moved, onboard))):
+    for counts in (*read_off.values(), *filter(None, (moved, clips_moved, onboard))):
         files.write_json(f"{counts.plan.study.name}.json", counts.described())
     if own:
         files.write_json("behaviours.json", stored.document(own))
@@ -175,9 +188,8 @@ def reproduce(
 
 
 def _announce(made: Planned, folder: Path, resources: Resources) -> None:
-    clips, episodes = (
-        sum(len(each.showings) for each in made.offline), sum(len(each.specs()) for each in made.loops)
-    )  # fmt: skip
+    clips = sum(len(each.showings) for each in made.offline) + (len(made.clip_moves.specs) if made.clip_moves else 0)
+    episodes = sum(len(each.specs()) for each in made.loops)
     beside = f"; {clips} clips, {episodes} episodes" if clips or episodes else ""
     said = f"{made.amount()}{beside}, {resources.where()}, into {folder}"
     error_console.print(said, soft_wrap=True, markup=False)
@@ -200,12 +212,13 @@ def _play(each: BehaviourPlan, folder: Path, pool: Pool, resources: Resources) -
     return done
 
 
-def _moves(counts: Counts | None) -> dict[str, dict[str, Outcome]]:
+def _moves(*studies: Counts | None) -> dict[str, dict[str, Outcome]]:
     """What was moved of the network in float, or of the apparatus -> claim -> its outcome."""
     moved: dict[str, dict[str, Outcome]] = {}
-    for cell in counts.cells if counts else ():
-        if cell.model == MODEL:
-            moved.setdefault(cell.point.values[0][1], {})[cell.claim] = cell.outcomes[0]
+    for counts in filter(None, studies):
+        for cell in counts.cells:
+            if cell.model == MODEL:
+                moved.setdefault(cell.point.values[0][1], {})[cell.claim] = cell.outcomes[0]
     return moved
 
 

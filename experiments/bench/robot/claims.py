@@ -71,8 +71,6 @@ class RobotClaim(Claim):
         The claim in a few words; in one line why it fails; what was tried to make it hold, or what limits it.
     mechanism
         The experiment whose figure shows why it comes out as it does, and what that figure draws.
-    readings
-        The readings of the paper that a claim of the paper was used to choose, or that it tells apart.
     implied, equal_terms
         As of an `experiments.Claim`.
     pools

@@ -53,6 +53,14 @@ class Offline:
     models: tuple[ConfiguredModel, ...]
     base: Base
 
+    def before(self, place: int) -> Base:
+        """Return what the axes see of it before one of its models; all of it before the first, which is judged."""
+        if not place:
+            return self.base
+        others = {model.section for model in self.selected} - {self.selected[place].section}
+        values = {section: value for section, value in self.base.values.items() if section not in others}
+        return dataclasses.replace(self.base, values=values)
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Rendering:
@@ -127,7 +135,7 @@ def planned(
                 key = (point, model.label, rendering.base.name, replicate)
                 shares[key] = Share(rendering.base.name, replicate, trials, watching)
     called = [
-        (grid.label(point, axes, part.base, part.models[place].label if place else ""), point, part.base)
+        (_called(part, place, axes, point), point, part.before(place))
         for point in points
         for part in parts
         for place in range(len(part.models))
@@ -256,10 +264,15 @@ def _variants(
 ) -> list[tuple[ConfiguredModel, str]]:  # fmt: skip
     """Return the models at a point, the one judged first, each with its name without the grid's values."""
     variants: list[tuple[ConfiguredModel, str]] = []
-    for selected, model in zip(part.selected, part.models, strict=True):
-        called = grid.label(point, axes, part.base, model.label if variants else "")
+    for place, (selected, model) in enumerate(zip(part.selected, part.models, strict=True)):
+        called = _called(part, place, axes, point)
         variants.append((grid.variant(model, called, grid.own_values(selected, values)), model.label))
     return variants
+
+
+def _called(part: Offline, place: int, axes: Sequence[Axis], point: Point) -> str:
+    """Return the label of a model at a point; one that no axis moves has one label, and is shown a clip once."""
+    return grid.label(point, axes, part.before(place), part.models[place].label if place else "")
 
 
 def _shown_once(clips: Sequence[Clip]) -> tuple[Clip, ...]:

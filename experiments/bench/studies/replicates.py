@@ -79,7 +79,7 @@ def of_clips(claim: ClipClaim, own: Replicate, place: str) -> Outcome:
     lost = sum(own.lost.get((place, model), 0) for model in claim.models)
     if lost:
         return Outcome.unjudged(f"{lost} clips of {place} have no rows", n=len(rows))
-    return clips_claims.judge(claim, rows, own.thresholds)
+    return clips_claims.judge(claim, rows, own.thresholds, own.rows)
 
 
 def of_several(claim: RobotClaim, own: Replicate, place: str) -> Outcome:

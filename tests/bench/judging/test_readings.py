@@ -19,14 +19,17 @@ from experiments.bench.judging.claims import bears_on, used_to_choose
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.reproduction import claims
 from experiments.bench.reproduction.page import cards
-from experiments.bench.reproduction.readings import NOT_RUN, Evidence, chapters
+from experiments.bench.reproduction.readings import _SIDES, NOT_RUN, Evidence, chapters
 from experiments.bench.robot.mechanism.variants import FALLING
 from experiments.bench.studies.clips import points_of_run
 from experiments.bench.studies.constants import STUDIES, along, comparing, outcomes
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.registry import find as find_study
-from experiments.claims.readings import READINGS, START_ACCELERATION
-from experiments.studies.sensitivity import APPARATUS
+from experiments.claims.readings import READINGS, SPEEDS_IN_PX_PER_SECOND, START_ACCELERATION
+from experiments.clutter_frames import OF, prefix
+from experiments.clutter_speed import EXPERIMENT as SPEED
+from experiments.studies.sensitivity import STUDY as ON_ROBOT
+from experiments.studies.sensitivity_clips import STUDY as ON_CLIPS
 from tests.bench.clips.test_clip_judges import enough
 from tests.bench.clips.test_clip_mechanisms import speed_responses
 from tests.bench.judging.test_replicates import made
@@ -52,9 +55,13 @@ def peaked(rows, model, counts):
 
 
 def frames(*repeats):
-    """Clips of the experiment clutter-frames: one set of rows a repeat."""
+    """Clips of the experiment clutter-frames that are those of clutter-speed: one set of rows a repeat."""
     plan = clips_plan.plan(registry.find("clutter-frames"), (), (), len(repeats), 0)
-    rows = [{**row, "speed_unit": "px/frame", "repeat": r} for r, own in enumerate(repeats) for row in own]
+    rows = [
+        {**row, "clip": prefix(SPEED) + row["clip"], "speed_unit": "px/frame", "repeat": r}
+        for r, own in enumerate(repeats)
+        for row in own
+    ]
     return OfflineReport(plan, Path("clutter-frames"), rows, [], [])
 
 
@@ -84,11 +91,32 @@ def test_every_reading_that_was_chosen_is_told_with_each_of_its_claims(evidence)
     assert [chapter.reading for chapter in made] == list(READINGS)
     for claim in claim_ids(PAPER):
         for reading in used_to_choose(claim):
-            assert reading.used and reading.of_all != (claim in bears_on(reading))
+            assert reading.used and claim in bears_on(reading)
     for chapter in made:
         assert [row.claim for row in chapter.rows] == list(bears_on(chapter.reading))
-        assert all(len(row.others) == len(chapter.reading.others) for row in chapter.rows)
-        assert chapter.rows or chapter.reading.of_all
+        assert chapter.rows and all(len(row.others) == len(chapter.reading.others) for row in chapter.rows)
+
+
+def test_every_other_reading_has_a_source():
+    """A level of a study of sensitivity, by its name, or what `_SIDES` names; and the claim is judged there."""
+    levels = {level.label for study in (ON_ROBOT, ON_CLIPS) for axis in study.axes for level in axis.levels}
+    on = {claim for study in (ON_ROBOT, ON_CLIPS) for claim in study.claims}
+    for reading in READINGS:
+        if reading.id not in _SIDES:
+            assert set(reading.others) <= levels
+            assert set(bears_on(reading)) - on <= ({"C12", "C21", "C25", "C30", "C31"} if reading.of_all else set())
+    assert bears_on(SPEEDS_IN_PX_PER_SECOND) == tuple(
+        claim for claim in claim_ids(PAPER) if any(claim in experiment.claims for experiment in OF)
+    )
+
+
+def test_the_clips_in_px_a_frame_are_those_of_the_claims_in_that_unit():
+    shown = {clip.name: clip for clip in registry.find("clutter-frames").clips}
+    for experiment in OF:
+        for clip in experiment.clips:
+            own, other = (each.build(3).params for each in (clip, shown[prefix(experiment) + clip.name]))
+            assert dataclasses.replace(own, speed_unit="px/frame") == other
+        assert all(CLAIMS[claim].models <= set(registry.find("clutter-frames").models) for claim in experiment.claims)
 
 
 def test_both_readings_of_the_delays_are_judged_in_every_replicate(evidence):
@@ -112,8 +140,10 @@ def test_speeds_in_px_a_frame_are_judged_at_every_seed_of_their_clips(evidence):
     made = chapters(evidence[0])
     (c8,) = row_of(made, "speeds_in_px_per_second", "C8").others
     assert c8.verdict == "fails" and c8.held.startswith("held in 1 of 2 replicates") and "0.300" in c8.decided
+    (c7,) = row_of(made, "speeds_in_px_per_second", "C7").others
+    assert c7.verdict == "not shown", "no clip of the model of 2017"
     (c6,) = row_of(made, "speeds_in_px_per_second", "C6").others
-    assert c6.verdict == "not shown", "no clip of the model of 2017"
+    assert c6.verdict == NOT_RUN, "no clip of clutter-translation"
 
 
 def test_start_accelerations_are_of_one_replicate_each_where_they_were_run(evidence):
@@ -121,7 +151,7 @@ def test_start_accelerations_are_of_one_replicate_each_where_they_were_run(evide
     sudden, soft = c13.others
     assert (sudden.verdict, sudden.held, sudden.n) == ("fails", "held in 0 of 1 replicate", 20)
     assert sudden.decided == "9 of 10 fire" and soft.verdict == NOT_RUN
-    assert set(START_ACCELERATION.others) == {SUDDEN, SOFT} <= set(APPARATUS)
+    assert set(START_ACCELERATION.others) == {SUDDEN, SOFT}
 
 
 def test_nothing_run_of_the_other_readings_is_said_so(evidence):

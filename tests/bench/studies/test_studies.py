@@ -9,6 +9,7 @@ import pytest
 from colias_sim.config import CameraConfig, RobotConfig
 from experiments import Axis, Level, Study
 from experiments.bench.cli import main
+from experiments.bench.clips.claims import paper_claims
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.reproduction import plan as reproduction_plan
 from experiments.bench.reproduction import replicates
@@ -18,7 +19,7 @@ from experiments.bench.studies import figure, registry, run
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.replicates import replicate
 from experiments.bench.studies.stored import studies
-from experiments.studies.sensitivity import APPARATUS, DEFAULTS, NETWORK
+from experiments.studies.sensitivity import APPARATUS, DEFAULTS, NETWORK, READINGS
 from tests.bench.judging.test_replicates import rows_of
 from tests.helpers.paper import design
 
@@ -108,10 +109,10 @@ def test_moves_change_what_they_name_and_nothing_else():
     """Each point of the study of sensitivity differs from the defaults in its own parameter, and in no seed."""
     plan = planned("sensitivity", repeats=1)
     by_label = {point.values[0][1]: point for point in plan.points}
-    assert list(by_label) == [DEFAULTS, *NETWORK, *APPARATUS]
+    assert list(by_label) == [DEFAULTS, *NETWORK, *READINGS, *APPARATUS]
     for model in ("dsnn", "dsnn-onboard"):
         defaults = trials(plan, by_label[DEFAULTS], model)
-        for label, text in NETWORK.items():
+        for label, text in (NETWORK if model == "dsnn-onboard" else NETWORK | READINGS).items():
             for (spec, network), (plain, base) in zip(trials(plan, by_label[label], model), defaults, strict=True):
                 changed = {
                     f.name for f in dataclasses.fields(base) if getattr(network, f.name) != getattr(base, f.name)
@@ -123,7 +124,28 @@ def test_moves_change_what_they_name_and_nothing_else():
         assert [(s.experiment, s.seed, n) for s, n in moved] == [(s.experiment, s.seed, n) for s, n in defaults]
         if not settings[0].startswith("experiment."):
             assert all(s.settings != plain.settings for (s, _), (plain, _) in zip(moved, defaults, strict=True))
-        assert (by_label[name], "dsnn-onboard") not in plan.judged
+    alone = {point.values[0][1] for point, model in plan.judged} - {
+        point.values[0][1] for point, model in plan.judged if model == "dsnn-onboard"
+    }
+    assert alone == {*READINGS, *APPARATUS}
+
+
+def test_moves_of_clips_are_those_of_the_network_and_leave_its_rivals():
+    """All points share their clips; a model that none of them moves is shown a clip once."""
+    plan = planned("sensitivity-clips")
+    labels = [point.values[0][1] for point in plan.points]
+    assert set(labels) == {DEFAULTS, "T_sp = 0.2", *NETWORK, *READINGS} - {"K_sp = 2", "K_sp = 3", "T_sp = 0.16"}
+    assert set(plan.study.claims) == set(paper_claims())
+    for spec in plan.specs:
+        networks = {model.label: model.network for model in spec.models}
+        for name in {label.removesuffix(DEFAULTS) for label in networks if label.endswith(DEFAULTS)}:
+            assert {f"{name}{label}" for label in labels} <= networks.keys()
+        assert not any(label.startswith(("dsn2017 ", "emd ")) for label in networks)
+        base = networks[DEFAULTS]
+        for label in set(labels) & {*NETWORK, *READINGS}:
+            fields = dataclasses.fields(base)
+            changed = {f.name for f in fields if getattr(networks[label], f.name) != getattr(base, f.name)}
+            assert changed == {(NETWORK | READINGS)[label].partition("=")[0]}
 
 
 def test_with_nothing_moved_each_claim_comes_to_what_it_does_in_replicate_0():
@@ -160,11 +182,11 @@ def test_points_and_claims_are_a_matrix_on_the_page_and_in_the_figure():
     rows = [{**row, "model": row["model"]} for row in rows_of(plan.specs)]
     counts = Counts(plan, rows)
     section = study_section(json.loads(json.dumps(counts.described(), default=str)))
-    assert len(section.rows) == len(plan.judged) == 30 and section.claims[0] == "C13"
+    assert len(section.rows) == len(plan.judged) == 35 and section.claims[0] == "C13"
     assert section.rows[0][0] == f"{DEFAULTS}, dsnn" and all(cell.same for cell in section.rows[0][1])
     assert {cell.text for _, cells in section.rows for cell in cells} <= {"holds", "fails", "not shown"}
     drawn = figure.draw(counts)
-    assert len(drawn.axes[0].texts) == 30 * len(section.claims)
+    assert len(drawn.axes[0].texts) == 35 * len(section.claims)
 
 
 OWN = """

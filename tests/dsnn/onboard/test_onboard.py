@@ -231,6 +231,9 @@ def test_sizes_are_told_without_memory_and_what_is_not_legal_is_0():
         ({"state_bits": 12}, "state_bits"),
         ({"f_bits": 16}, "f_bits"),
         ({"rounding": "up"}, "rounding"),
+        ({"rectified": False}, "rectified=false: dsnn-onboard computes one reading: legal is true"),
+        ({"polarity": "centre"}, "polarity=centre: .* legal is common"),
+        ({"lowpass": "exact"}, "lowpass=exact: .* legal is backward-euler"),
         ({"n_p": 4, "u": 0.3, "sigma_l": 0.99, "f_bits": 15}, "legal is up to"),
     ],
 )

@@ -122,7 +122,10 @@ def _card(claim: Verdict, result: Reproduction) -> Card:
         mechanism=mechanism_of(claim, there, courses),
         used=tuple(reading.name for reading in used_to_choose(claim.id) if not reading.of_all),
         readings=tuple(
-            (chapter.reading, row) for chapter in result.readings for row in chapter.rows if row.claim == claim.id
+            (chapter.reading, row)
+            for chapter in result.readings
+            for row in chapter.rows
+            if row.claim == claim.id and not chapter.reading.of_all
         ),
         assumed=assumptions_text(claim.id, choices),
         choices=tuple(
