@@ -63,7 +63,7 @@ class ClipClaim(Claim):
         What it says of the DSNN alone, where the rest is about a model whose constants are not known.
     settled
         Whether the constants of the models that it compares with count as known: those that are shown.
-    title, cause, tried, mechanism, implied, equal_terms
+    title, cause, eye, tried, mechanism, implied, equal_terms
         What is told of it beside its words, as of an `experiments.Claim`.
 
     Raises

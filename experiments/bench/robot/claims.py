@@ -69,6 +69,8 @@ class RobotClaim(Claim):
         by itself.
     title, cause, tried
         The claim in a few words; in one line why it fails; what was tried to make it hold, or what limits it.
+    eye
+        In one line what the robot's own eye and wheels make of it.
     mechanism
         The experiment whose figure shows why it comes out as it does, and what that figure draws.
     implied, equal_terms

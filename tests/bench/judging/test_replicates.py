@@ -241,7 +241,11 @@ def test_a_detector_that_fails_fails_the_claim_of_both_whatever_became_of_the_ot
 
 def test_every_claim_says_which_readings_it_was_used_to_choose():
     names = {claim: [reading.name for reading in used_to_choose(claim)] for claim in claim_ids(PAPER)}
-    assert names["C15"] == ["half wave rectified F", "tau s rises with spacing"]
-    assert names["C6"] == names["C8"] == ["half wave rectified F", "speeds in px per second"]
-    assert names["C13"] == names["C19"] == ["half wave rectified F", "start acceleration"]
-    assert names["C1"] == ["half wave rectified F"], "what was chosen for all claims"
+    of_all = ["half wave rectified F", "exact lowpass would be silent", "la zero where signs differ"]
+    assert names["C1"] == of_all
+    assert all(readings[:3] == of_all for readings in names.values())
+    alone = {claim: set(readings[3:]) for claim, readings in names.items()}
+    assert alone["C15"] == {"tau s rises with spacing", "k sp of one on the robot"}
+    assert alone["C6"] == alone["C8"] == alone["C11"] == {"speeds in px per second"}
+    assert alone["C13"] == {"start acceleration"}
+    assert alone["C19"] == {"start acceleration", "k sp of one on the robot"}
