@@ -32,5 +32,5 @@ EXPERIMENT = OfflineExperiment(
     claims=("C9", "C10", "C11", "C24", "C26"),
     repeats=2,
     recorded=False,
-    figure=Figure("peaks", along="speed", lines="grey", panels="background_speed"),
+    figure=Figure("contrast"),
 )

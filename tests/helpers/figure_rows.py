@@ -159,6 +159,11 @@ def peaks(models: Sequence[str]) -> Figure:
     return drawn_clips(Drawing("peaks", along="speed", lines="background_speed", panels="grey"), models, clips)
 
 
+def contrast(models: Sequence[str]) -> Figure:
+    clips = [{"speed": speed, "grey": grey} for speed in (20.0, 60.0, 120.0) for grey in (0.0, 100.0)]
+    return drawn_clips(Drawing("contrast"), models, clips)
+
+
 BACKGROUNDS = (2.0, 8.0, 30.0, 300.0)
 
 

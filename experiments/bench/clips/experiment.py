@@ -124,6 +124,7 @@ class Figure:
         ``traces``: the models' potentials over each clip. ``peaks``: their peaks against a parameter of the clips.
         ``background``: their peaks in depth and translation against the background's speed, px a frame.
         ``edges``: clips of a single edge of either polarity, and what the other models leave of the DSNN's ``|HS|``.
+        ``contrast``: clips of several greys and speeds: HS over time, and peaks along speed and along grey.
         ``ranges``: of each model, from which to which peak ``|HS|`` its clips with an object reach, and without one.
     along
         The parameter on the axis of peaks: ``speed``, ``grey`` or ``background_speed``.
@@ -137,14 +138,15 @@ class Figure:
         A value is none of these.
     """
 
-    kind: Literal["traces", "peaks", "background", "edges", "ranges"] = "traces"
+    kind: Literal["traces", "peaks", "background", "edges", "ranges", "contrast"] = "traces"
     along: str = "speed"
     lines: str = "background_speed"
     panels: str = "grey"
 
     def __post_init__(self) -> None:
-        if self.kind not in ("traces", "peaks", "background", "edges", "ranges"):
-            raise ValueError(f"figure: kind={self.kind!r}: legal is traces, peaks, background, edges, ranges")
+        kinds = ("traces", "peaks", "background", "edges", "ranges", "contrast")
+        if self.kind not in kinds:
+            raise ValueError(f"figure: kind={self.kind!r}: legal is {', '.join(kinds)}")
         for name in ("along", "lines", "panels"):
             if getattr(self, name) not in DRAWN:
                 raise ValueError(f"figure: {name}={getattr(self, name)!r}: legal is {', '.join(DRAWN)}")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import pyarrow as pa
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
 from experiments.bench.clips import edges_figure
@@ -69,6 +70,8 @@ def draw(drawing: Drawing, rows: Rows, frames: pa.Table, thresholds: Mapping[str
                 drawn = edges_figure.draw(rows, frames, thresholds)
             case "ranges":
                 drawn = _ranges(rows, thresholds)
+            case "contrast":
+                drawn = _contrast(rows, frames, thresholds)
             case _:
                 drawn = _peaks(drawing, rows, thresholds)
         headline(drawn, title, 9)
@@ -137,6 +140,55 @@ def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -
     return drawn
 
 
+def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -> Figure:
+    """HS over time by grey and by speed, then peaks along speed and along grey (the paper's simu-sys-grayscale).
+
+    The traces are the first model's: every grey at the middle speed, and the darkest grey at every speed.
+    """
+    object_rows = [row for row in rows if row["object"] != "absent"]
+    unit = object_rows[0]["speed_unit"]
+    models = list(dict.fromkeys(row["model"] for row in object_rows))
+    speeds, greys = (sorted({row[name] for row in object_rows}) for name in ("speed", "grey"))
+    middle = speeds[len(speeds) // 2]
+    across = min(len(models), ACROSS)
+    rows_of_peaks = -(-len(models) // across)
+    heights = [2.6, *(2.2 * rows_of_peaks,) * 2]
+    drawn = Figure(figsize=(max(2.7 * across + 0.8, 5.4), sum(heights) + 2.0), layout="constrained")
+    top, *lower = np.asarray(drawn.subfigures(3, 1, height_ratios=heights)).tolist()
+    first = [row for row in object_rows if row["model"] == models[0]]
+    trial, who, hs = frames["trial"].to_numpy(), np.asarray(frames["model"]), frames["hs"].to_numpy()
+    for axes, name, traced, caption in zip(
+        top.subplots(1, 2, sharey=True),
+        ("grey", "speed"),
+        ([row for row in first if row["speed"] == middle], [row for row in first if row["grey"] == greys[0]]),
+        (_level("speed", middle, unit), _level("grey", greys[0], unit)),
+        strict=True,
+    ):
+        shades = level_colours(sorted({row[name] for row in traced}))
+        ordered = sorted(traced, key=partial(_number, name))
+        curves = [hs[(trial == row["trial"]) & (who == row["model"])] for row in ordered]
+        for row, curve, extra in zip(ordered, curves, extra_widths(curves, SAME), strict=True):
+            axes.plot(curve, lw=1.1 + extra, color=shades[row[name]])
+        _limits(axes, thresholds, models[:1])
+        axes.set_title(plain(f"HS of {models[0]}, {caption}; by {name}, as below"), fontsize=8)
+        axes.set_xlabel("frame", fontsize=8)
+    for part, along, lines, levels in zip(lower, ("speed", "grey"), ("grey", "speed"), (greys, speeds), strict=True):
+        shades = level_colours(levels)
+        panels = grid_of_panels(part, 1, len(models), ACROSS, sharex=True)
+        for axes, model in zip(panels[0], models, strict=True):
+            of_model = [row for row in object_rows if row["model"] == model]
+            of_level = [(shade, [row for row in of_model if row[lines] == value]) for value, shade in shades.items()]
+            _systems(axes, [(shade, _along(line, partial(_number, along))) for shade, line in of_level])
+            _limits(axes, thresholds, [model])
+            axes.set_title(plain(wrapped(model, 2.7, 8)), fontsize=8)
+        _from_zero(panels[0])
+        _labels(panels, NAMES[along].format(unit=unit))
+        keys = [Line2D([], [], color=shade, marker="o", ms=3, label=_level(lines, value, unit))
+                for value, shade in shades.items()]  # fmt: skip
+        _legend(part, [*keys, *_system_keys()], drawn.get_size_inches()[0])
+    return drawn
+
+
 def _level(name: str, value: float, unit: str) -> str:
     """Return a level of a parameter in words."""
     return f"{LEVELS[name]} {value:g}{'' if name == 'grey' else f' {unit}'}"
@@ -163,6 +215,10 @@ def _along(rows: Rows, place: Callable[[Mapping[str, Any]], float]) -> dict[floa
     for row in sorted(rows, key=place):
         by_value.setdefault(place(row), []).append(row)
     return by_value
+
+
+def _number(name: str, row: Mapping[str, Any]) -> float:
+    return float(row[name])
 
 
 def _systems(axes: Axes, lines: Sequence[tuple[Any, Mapping[float, Rows]]]) -> None:
@@ -297,8 +353,8 @@ def _system_keys() -> list[Line2D]:
     return [Line2D([], [], color="black", ls=style, label=caption) for caption, style in SYSTEMS.values()]
 
 
-def _legend(drawn: Figure, keys: Sequence[Line2D]) -> None:
-    """Put the keys below the panels, in as many columns as fit."""
+def _legend(drawn: Figure | SubFigure, keys: Sequence[Line2D], inches: float | None = None) -> None:
+    """Put the keys below the panels, in as many columns as fit into ``inches``, otherwise into the figure's width."""
     labels = [line for key in keys for line in str(key.get_label()).split("\n")]
-    across = columns_of_key(labels, drawn.get_size_inches()[0], 7)
+    across = columns_of_key(labels, inches or drawn.figure.get_size_inches()[0], 7)
     drawn.legend(handles=list(keys), loc="outside lower center", ncols=across, frameon=False, fontsize=7)

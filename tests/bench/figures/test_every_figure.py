@@ -86,7 +86,7 @@ def test_every_figure_of_the_bench_is_in_the_list(ones):
 
 
 SAYS_WHAT_WAS_SET = {
-    **dict.fromkeys(("robot", "mechanism", "excitation", "traces", "peaks", "background", "ranges", "edges",
+    **dict.fromkeys(("robot", "mechanism", "excitation", "traces", "peaks", "background", "ranges", "contrast", "edges",
                      "tuning, direction", "tuning, l-over-v"),
                     "set: dsnn.n_con=6"),
     "behaviours, paths": "robots=5", "training": "trained with robot=colias4", "maps": "camera.read_noise=0",
