@@ -83,8 +83,7 @@ class Scale:
 
 
 SHORT = (
-    "clean", "blocked", "clutter-depth", "clutter-translation", "clutter-frames", "edges", "apparent",
-    "background-alone",
+    "clean", "blocked", "clutter-depth", "clutter-translation", "edges", "apparent", "background-alone",
 )  # fmt: skip
 """The off-line experiments without grids of long clips."""
 REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"

@@ -308,7 +308,7 @@ def test_a_judge_that_goes_wrong_is_told_at_the_end_and_by_the_status(judge, col
     assert line.startswith("claim mine: its judge ") and re.search(JUDGES[judge], line), line
     assert "Traceback" not in done.stderr
     made = experiments.load(colias.folder / "out")
-    assert made.trials.num_rows == 1 and made.claims["outcome"].to_pylist() == ["not shown"]
+    assert made.trials.num_rows == 1 and made.claims["outcome"].to_pylist() == ["judge failed"]
 
 
 def test_a_judge_that_goes_wrong_at_one_seed_is_told(tmp_path, capsys):

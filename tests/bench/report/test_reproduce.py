@@ -61,7 +61,10 @@ def test_every_claim_is_answered(reproduced):
     judged = [claim for claim in claims if claim.id not in left_out]
     assert all(claim.count == Count(0, 0, {"not shown": 1}) for claim in claims if claim.id in left_out)
     assert "--quick" in claims[6].outcome.measured
-    assert all(claim.outcome.judged and claim.outcome.n > 0 for claim in judged)
+    of_rivals = {"C5", "C6"}  # the DSNN's half holds, and the rest hangs on constants that nobody knows
+    assert {claim.id for claim in judged if not claim.outcome.judged} == of_rivals
+    assert all(claim.count.half.holds == 1 for claim in judged if claim.id in of_rivals)
+    assert all(claim.outcome.n > 0 for claim in judged)
     robot = [claim for claim in judged if claim.id in registry.answering()]
     assert all(claim.count.judged == 2 and claim.count.random for claim in robot)
     assert all(claim.count.replicates == 1 for claim in judged if claim not in robot)
@@ -69,7 +72,7 @@ def test_every_claim_is_answered(reproduced):
     assert list(pooled) == [claim.id for claim in robot]
     assert "not checked against translation" not in str(claims), "the clips of other experiments have translations"
     assert all(claim.outcome.decided for claim in judged), "the number that decided stands beside every verdict"
-    assert not any(claim.outcome.decided for claim in claims if not claim.count.judged)
+    assert not any(claim.outcome.decided for claim in claims if claim.id in left_out)
     assert "colias watch" in claims[11].outcome.measured
     assert [(claim.id, claim.count.kind) for claim in own] == [(f"B{i}", "unjudged") for i in range(1, 5)]
     column = counted_in_table(done.stdout)
@@ -128,7 +131,8 @@ def test_again_in_the_same_folder_runs_nothing(reproduced):
     own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
     done = colias("reproduce", "--quick", "--out", "out", *own)
     assert done.returncode == 0
-    assert "other replicates: 1 points, 155 trials" in done.stderr
+    trials = len(planned(QUICK, 0).others.specs)
+    assert f"other replicates: 1 points, {trials} trials, complete" in done.stderr
     assert (colias.folder / "out" / "replicates" / "trials.parquet").read_bytes() == before
     other = colias("reproduce", "--quick", "--out", "out", *own, "--seed", "3")
     assert (other.returncode, other.stderr.splitlines()[-1].count("seed is 0 there and 3 now")) == (2, 1)
@@ -192,13 +196,15 @@ def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
     assert not (colias.folder / "out").exists()
 
 
-def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
-    """Replicate 0, other replicates and moves: the experiment that declares it, and no other one's trials."""
+def test_a_claim_is_judged_on_the_trials_of_its_own_experiments_throughout():
+    """Replicate 0, other replicates and moves: the experiment that answers for it, those that it pools, and no other."""
     where = registry.answering()
     assert where["C13"] == where["C14"] == "general"
     for claim, name in where.items():
         assert claim in registry.load(name).claims
-    assert set(SENSITIVITY.claims) <= set(where) and SENSITIVITY.experiments == replicates.single_model_experiments()
+    assert set(SENSITIVITY.claims) <= set(where)
+    moved = {name for name in replicates.single_model_experiments() if name != "speed-steps"}  # 90 trials for C31 alone
+    assert set(SENSITIVITY.experiments) == moved
     plan = design()
     assert {spec.experiment for spec in plan.specs} == set(registry.paper_experiments())
 
@@ -208,7 +214,7 @@ def test_a_claim_is_judged_on_the_trials_of_one_experiment_throughout():
 
     silent = rows_of(plan.specs)
     assert found(silent) == ("holds", "holds")
-    for place, verdict in (("angular-recession", "holds"), ("general", "fails")):
+    for place, verdict in (("distance", "holds"), ("general", "fails"), ("angular-recession", "fails")):
         spiking = [row | ({"spikes": 3} if row["experiment"] == place else {}) for row in silent]
         assert found(spiking) == (verdict, verdict)
 

@@ -219,7 +219,7 @@ def test_points_of_the_network_share_their_clips(whole):
     assert len(made.specs) == 2 * 2 * 2  # two clips at two places, twice
     assert {(spec.repeat, spec.seed) for spec in made.specs} == {(0, 3), (1, 4)}
     for spec in made.specs:
-        assert len(spec.models) == 4  # two networks, and the 2017 model beside each
+        assert len(spec.models) == 3  # two networks, and the 2017 model, which is not moved, once
         assert sorted(model.network.n_con for model in spec.models if model.source == "dsnn") == [4, 8]
     share = made.shares[made.points[0], "dsnn", "crossing", 0]
     assert [watcher.name for watcher in share.watchers] == ["dsnn", "dsn2017"]
