@@ -197,7 +197,7 @@ def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
 
 
 def test_a_claim_is_judged_on_the_trials_of_its_own_experiments_throughout():
-    """Replicate 0, other replicates and moves: the experiment that answers for it, those that it pools, and no other."""
+    """Replicate 0, other replicates and moves: that which answers for it, those that it pools, no other."""
     where = registry.answering()
     assert where["C13"] == where["C14"] == "general"
     for claim, name in where.items():
