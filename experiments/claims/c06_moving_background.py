@@ -44,11 +44,11 @@ CLAIM = ClipClaim(
     of_dsnn="right translation over a background shifting at -8: HS > T, VS inside +-T",
     conditions={**CROSSING, "background_speed": (-8.0,)},
     of_every_clip=True,
-    cause="The black object's contrast depends on how dark the leaves are that it passes, which the seed decides.",
+    cause="The black object's contrast depends on how dark the scene is that it passes, which the seed decides.",
     tried=(
-        "The black object's peak depends on how dark the leaves are that it passes, which the seed decides: "
-        "against the darker half of the photograph its contrast halves. The white object passes T at every seed"
-        " tried. No object size, grey or image was looked for to make the black one pass everywhere."
+        "The black object's peak depends on how dark the scene is that it passes, which the seed decides: before "
+        "dark leaves or a dark house its contrast halves. No object size, grey or image was looked for to make it "
+        "pass everywhere."
     ),
     mechanism=(
         "background",
