@@ -80,7 +80,7 @@ def taken(run: Path) -> dict[str, Any]:
         "claims": [kept(verdict) | {"rate": _rate(verdict.id, pooled.get(verdict.id))} for verdict in claims],
         "behaviours": [kept(verdict) | {"says": verdict.says} for verdict in behaviours],
         "eyes": [
-            {"eye": eye, "drive": drive, "claim": claim, "count": counted(count)}
+            {"eye": eye, "drive": drive, "claim": claim, "count": dataclasses.asdict(count)}
             for claim, cells in eyes.by_eye(run).items()
             for (eye, drive), count in cells.items()
         ],
@@ -89,7 +89,7 @@ def taken(run: Path) -> dict[str, Any]:
 
 
 def _tables(run: Path) -> list[Path]:
-    """Return the tables of rows in a folder and in those one level below."""
+    """Return the tables of rows in the folders of a reproduction's parts."""
     return sorted(path for path in run.glob("*/trials.parquet") if path.is_file())
 
 
@@ -111,11 +111,6 @@ def kept(verdict: Verdict) -> dict[str, Any]:
     beside = {name: equal[name] for name in OUTCOME_FIELDS} if equal else None
     return {"id": entry["id"], "word": entry["word"], "count": entry["count"], "outcome": outcome,
             "equal_terms": entry["equal_terms"], "equal_outcome": beside}  # fmt: skip
-
-
-def counted(count: Count) -> dict[str, Any]:
-    """Return a count as `Count` takes it."""
-    return {"holds": count.holds, "fails": count.fails, "unjudged": dict(count.unjudged), "random": count.random}
 
 
 def _rate(claim: str, pooled: Mapping[str, Any] | None) -> str:

@@ -126,16 +126,12 @@ def _peaks(shape: Drawing, rows: Rows, thresholds: Mapping[str, float | None]) -
     for level, block in zip(levels_of_panels, panels, strict=True):
         for axes, model in zip(block, models, strict=True):
             panel_rows = [row for row in object_rows if (row["model"], row[shape.panels]) == (model, level)]
-            lines = [
-                (shade, [row for row in panel_rows if row[shape.lines] == value]) for value, shade in shades.items()
-            ]
-            _systems(axes, [(shade, _along(line, lambda row: float(row[shape.along]))) for shade, line in lines])
+            _by_level(axes, panel_rows, shape.lines, shades, shape.along)
             _limits(axes, thresholds, [model])
             axes.set_title(plain(wrapped(f"{model}, {_level(shape.panels, level, unit)}", 2.7, 8)), fontsize=8)
         _from_zero(block)
     _labels(panels, NAMES[shape.along].format(unit=unit))
-    keys = [Line2D([], [], color=shade, marker="o", ms=3, label=_level(shape.lines, value, unit))
-            for value, shade in shades.items()]  # fmt: skip
+    keys = _level_keys(shape.lines, shades, unit)
     _legend(drawn, [*keys, *_system_keys(), *_threshold_keys(thresholds, models)])
     return drawn
 
@@ -177,15 +173,12 @@ def _contrast(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | Non
         panels = grid_of_panels(part, 1, len(models), ACROSS, sharex=True)
         for axes, model in zip(panels[0], models, strict=True):
             of_model = [row for row in object_rows if row["model"] == model]
-            of_level = [(shade, [row for row in of_model if row[lines] == value]) for value, shade in shades.items()]
-            _systems(axes, [(shade, _along(line, partial(_number, along))) for shade, line in of_level])
+            _by_level(axes, of_model, lines, shades, along)
             _limits(axes, thresholds, [model])
             axes.set_title(plain(wrapped(model, 2.7, 8)), fontsize=8)
         _from_zero(panels[0])
         _labels(panels, NAMES[along].format(unit=unit))
-        keys = [Line2D([], [], color=shade, marker="o", ms=3, label=_level(lines, value, unit))
-                for value, shade in shades.items()]  # fmt: skip
-        _legend(part, [*keys, *_system_keys()], drawn.get_size_inches()[0])
+        _legend(part, [*_level_keys(lines, shades, unit), *_system_keys()])
     return drawn
 
 
@@ -215,6 +208,18 @@ def _along(rows: Rows, place: Callable[[Mapping[str, Any]], float]) -> dict[floa
     for row in sorted(rows, key=place):
         by_value.setdefault(place(row), []).append(row)
     return by_value
+
+
+def _by_level(axes: Axes, rows: Rows, name: str, shades: Mapping[Any, str], along: str) -> None:
+    """Draw a line for each level of the parameter ``name``, in its shade, along another."""
+    lines = [(shade, [row for row in rows if row[name] == level]) for level, shade in shades.items()]
+    _systems(axes, [(shade, _along(line, partial(_number, along))) for shade, line in lines])
+
+
+def _level_keys(name: str, shades: Mapping[Any, str], unit: str) -> list[Line2D]:
+    """Return a key for each level of the parameter ``name``."""
+    return [Line2D([], [], color=shade, marker="o", ms=3, label=_level(name, level, unit))
+            for level, shade in shades.items()]  # fmt: skip
 
 
 def _number(name: str, row: Mapping[str, Any]) -> float:
@@ -353,8 +358,8 @@ def _system_keys() -> list[Line2D]:
     return [Line2D([], [], color="black", ls=style, label=caption) for caption, style in SYSTEMS.values()]
 
 
-def _legend(drawn: Figure | SubFigure, keys: Sequence[Line2D], inches: float | None = None) -> None:
-    """Put the keys below the panels, in as many columns as fit into ``inches``, otherwise into the figure's width."""
+def _legend(drawn: Figure | SubFigure, keys: Sequence[Line2D]) -> None:
+    """Put the keys below the panels, in as many columns as fit into the width of the whole figure."""
     labels = [line for key in keys for line in str(key.get_label()).split("\n")]
-    across = columns_of_key(labels, inches or drawn.figure.get_size_inches()[0], 7)
+    across = columns_of_key(labels, drawn.figure.get_size_inches()[0], 7)
     drawn.legend(handles=list(keys), loc="outside lower center", ncols=across, frameon=False, fontsize=7)
