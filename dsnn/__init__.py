@@ -8,10 +8,12 @@
 
 from dsnn.answers import AnswerError, checked_answer
 from dsnn.direction.emd import EMD, EMDParams
+from dsnn.direction.emd_normalised import EMDNormalised, EMDNormalisedParams
 from dsnn.direction.flow import Flow, FlowParams
 from dsnn.direction.network import DSNN
 from dsnn.direction.reference import ReferenceDSNN
 from dsnn.direction.t4t5 import T4T5, T4T5Params
+from dsnn.direction.three_arm import ThreeArm, ThreeArmParams
 from dsnn.frames import FrameError
 from dsnn.hybrid import Hybrid, HybridParams
 from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
@@ -44,6 +46,8 @@ __all__ = [
     "T4T5",
     "AnswerError",
     "DSNNParams",
+    "EMDNormalised",
+    "EMDNormalisedParams",
     "EMDParams",
     "Flow",
     "FlowParams",
@@ -66,6 +70,8 @@ __all__ = [
     "SILGMD1Params",
     "SILGMD2Params",
     "T4T5Params",
+    "ThreeArm",
+    "ThreeArmParams",
     "VisionModel",
     "checked_answer",
     "model_entry",

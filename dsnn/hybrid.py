@@ -42,7 +42,7 @@ class HybridParams(DSNNParams):
 class Hybrid(NonCopyable):
     """DSNN and LGMD1 see the same frames, and looming gates direction: the paper's proposal for further work.
 
-    How the two are joined is our own:
+    Assumed, as the paper only proposes it: how the two are joined.
 
     - ``looming`` and its spikes are the LGMD1's, ``hs`` and ``vs`` the DSNN's potentials.
     - The spikes of HS and VS mean translation. In a frame with a looming spike, and for ``gate`` ms after it, there

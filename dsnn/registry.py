@@ -10,10 +10,12 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from dsnn.direction.emd import EMD, EMDParams
+from dsnn.direction.emd_normalised import EMDNormalised, EMDNormalisedParams
 from dsnn.direction.flow import Flow, FlowParams
 from dsnn.direction.network import DSNN
 from dsnn.direction.reference import ReferenceDSNN
 from dsnn.direction.t4t5 import T4T5, T4T5Params
+from dsnn.direction.three_arm import ThreeArm, ThreeArmParams
 from dsnn.hints import nearest
 from dsnn.hybrid import Hybrid, HybridParams
 from dsnn.looming.lgmd1 import LGMD1, LGMD1Params
@@ -161,6 +163,7 @@ def _dsnn(
 _SELF_INHIBITION = (
     "Modeling self-inhibition in neural networks for collision perception against translating motion, public firmware"
 )
+_THREE_ARM = "Haag, Arenz, Serbe, Gabbiani and Borst 2016, eLife 5:e17421; Haag, Mishra and Borst 2017, eLife 6:e29044"
 
 
 _ENTRIES = (
@@ -207,6 +210,27 @@ _ENTRIES = (
         "Liu and Fu 2025, arXiv 2504.04477",
     ),
     ModelEntry(
+        "emd-normalised",
+        "detectors as emd's behind a normalisation by local contrast (Drews and others 2020)",
+        EMDNormalised,
+        EMDNormalisedParams(),
+        "Drews and others 2020, Current Biology 30:209",
+    ),
+    ModelEntry(
+        "three-arm",
+        "T4 and T5 cells of three arms, two quadrants (Haag and others 2016)",
+        ThreeArm,
+        ThreeArmParams(),
+        _THREE_ARM,
+    ),
+    ModelEntry(
+        "three-arm-4q",
+        "the same with four quadrants: ON meets OFF too",
+        ThreeArm,
+        ThreeArmParams(quadrants=4),
+        _THREE_ARM,
+    ),
+    ModelEntry(
         "lplc2",
         "the fly's looming detector for the centre of the view (Hua and others 2022)",
         LPLC2,
@@ -232,9 +256,9 @@ _ENTRIES = (
     ),
     ModelEntry(
         "si-lgmd1",
-        "LGMD1 with self-inhibition against translation, as on Colias",
+        "LGMD1 with self-inhibition against translation; as on Colias by its preset firmware",
         SILGMD1,
-        SILGMD1Params.firmware(),
+        SILGMD1Params(),
         _SELF_INHIBITION,
         LOOMING,
     ),

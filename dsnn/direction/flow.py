@@ -46,6 +46,8 @@ class Flow(NonCopyable):
     first frame. Floating frames are rounded to 8 bits, which DIS works on. Its patches lie on a grid from the upper
     left corner, so a mirrored clip gives the mirrored answer only nearly.
 
+    Assumed: the mean over all pixels for HS and VS, which is our own; OpenCV's constants in place of the paper's.
+
     Costs about 1.6 DSNN steps at 99x72 with the preset ``ultrafast``.
 
     Parameters

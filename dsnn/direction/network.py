@@ -18,6 +18,11 @@ from dsnn.params import DSNNParams
 class DSNN(NonCopyable):
     """The directionally selective neural network, fast enough to close the loop.
 
+    Assumed where the paper leaves it open: LA is 0 where the two Gaussians differ in sign (``polarity``); F keeps no
+    negative part (``rectified``); the gain of a low-pass is dt / (dt + tau) (``lowpass``); Gaussians are cut at 4
+    sigma; beyond the border the last row and column go on; pairs of cells that leave the image are dropped. Of the
+    model of 2017 no constant could be read: it is taken for this one with ``fdsr`` false.
+
     Not safe to share between threads: make one per thread.
 
     Parameters

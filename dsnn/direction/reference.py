@@ -45,6 +45,8 @@ class Pathway:
 class ReferenceDSNN(NonCopyable):
     """The DSNN as its equations read, 17 times slower than `dsnn.DSNN`, which is tested against it.
 
+    Assumed: what `dsnn.DSNN` assumes.
+
     Parameters
     ----------
     shape

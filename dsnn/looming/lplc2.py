@@ -25,20 +25,23 @@ from dsnn.retina import Floats, Retina
 @with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class LPLC2Params:
-    """Every constant of the detector; those that are assumed say so."""
+    """Every constant of the detector; those that are assumed, or in the authors' program alone, say so."""
 
     sigma_e: Annotated[float, unit("px")] = Field(
-        default=1.0, gt=0.0, le=100.0, description="sigma of the excitatory field (3x3)"
+        default=1.0, gt=0.0, le=100.0, description="sigma of the excitatory field, 3x3 px (the authors' program)"
     )
     sigma_i: Annotated[float, unit("px")] = Field(
-        default=2.0, gt=0.0, le=100.0, description="sigma of the inhibitory field (5x5)"
+        default=2.0, gt=0.0, le=100.0, description="sigma of the inhibitory field, 5x5 px (the authors' program)"
     )
     sigma_c: Annotated[float, unit("px")] = Field(
-        default=5.0, gt=0.0, le=100.0, description="sigma of the normalising field (11x11)"
+        default=5.0, gt=0.0, le=100.0, description="sigma of the normalising field, 11x11 px (the authors' program)"
     )
     residue: float = Field(default=0.1, ge=0.0, lt=1.0, description="residue of the ON and OFF signals")
     c_base: Annotated[float, unit("grey levels")] = Field(
-        default=10.0, gt=0.0, le=255.0, description="baseline of the normalisation (assumed)"
+        default=10.0,
+        gt=0.0,
+        le=255.0,
+        description="baseline of the normalisation (assumed: a switched-off line of the authors' program has it)",
     )
     tau_lp: Milliseconds = Field(default=30.0, description="delay of a detector's arm")
     tau_t: Milliseconds = Field(default=30.0, description="time constant of the low-pass of T4 and T5 cells")
@@ -71,13 +74,14 @@ class LPLC2(Detector):
     Channel: ``looming``, from 0.5 up to 1, with one spike in a frame where it reaches ``t_sp``; ``collision`` says
     whether the last ``n_sp`` frames all had one.
 
-    Assumed where the source as read leaves it open: the DSNN's sign rule for ON and OFF and its border; ``c_base``; B,
-    a Gaussian about the centre of ``spread`` of either side; a running mean in place of the first ten frames that the
-    authors' program takes; a column or row in the middle counts half to both sides. The source gives the product no
-    scale: its fourth root, the geometric mean of the quadrants, goes through the sigmoid of the LGMDs. ``k_sig`` is the
-    power of ten with which the approach of the conformance tests passes ``t_sp``; no other clip chose it. ``t_sp`` and
-    ``n_sp`` are those in the authors' table of constants. No published number was found that could be reproduced
-    without its clips.
+    Assumed where the source as read leaves it open: the DSNN's sign rule for ON and OFF and its border; B, a Gaussian
+    about the centre of ``spread`` of either side; a running mean in place of the first ten frames that the authors'
+    program takes; a column or row in the middle counts half to both sides. The source gives the product no scale: its
+    fourth root, the geometric mean of the quadrants, goes through the sigmoid of the LGMDs. ``k_sig`` is the power of
+    ten with which the approach of the conformance tests passes ``t_sp``, and no other clip chose it.
+
+    The three fields, ``residue``, ``t_sp`` and ``n_sp`` are those of the authors' public program, as its own table of
+    constants and its kernels have them. No published number was found that could be reproduced without its clips.
 
     Costs about 9 DSNN steps (0.3 ms) at 99x72.
 

@@ -46,7 +46,10 @@ class LPLC2GFParams:
         default=2.0, ge=0.0, le=1e6, description="summed outward motion that each arm of a receptive field needs"
     )
     rate: Annotated[float, unit("1/s")] = Field(
-        default=57.6, gt=0.0, le=1e9, description="rise of the share of active cells that counts as 1"
+        default=57.6,
+        gt=0.0,
+        le=1e9,
+        description="rise of the share of active cells that counts as 1 (the authors' program)",
     )
     gain: float = Field(
         default=250.0, ge=0.0, le=1e9, description="current for a share of active cells of 1 that rises at a rate of 1"
@@ -149,8 +152,9 @@ class LPLC2GF(Detector):
     step. Presets: ``paper``, and ``robot``, the same angles for the robot's camera at 30 frames/s.
 
     Reproduced: for a black square of l / v = 5 ms at 100 frames/s the authors count 676 and 2116 active cells, squares
-    of 26 and 46, in the last two frames. Here they are 625 and 2025, squares of 25 and 45: between two pixels there is
-    one corner less than there are pixels (tests/dsnn/test_looming_models.py).
+    of 26 and 46, in the last two frames. From these two the authors' public program computes what it divides dn/dt by,
+    ``rate``: (2116 - 676) / 2500 in 10 ms, the rise at the end of that approach. Here they are 625 and 2025, squares of
+    25 and 45: between two pixels there is one corner less than there are pixels (tests/dsnn/test_looming_models.py).
 
     Assumed where the source leaves it open: cells lie at the corners between pixels, so that a mirrored picture gives
     the mirrored answer; ``t_off`` is subtracted (one of the authors' programs adds it, with which their 676 becomes

@@ -66,6 +66,10 @@ class PONLGMD(Detector):
     from 0.5 up to 1, with one spike in a frame whose k reaches ``t_sp``; ``collision`` says whether the last ``n_sp``
     frames all had one.
 
+    Each polarity is divided by the Gaussian of itself, as in the authors' public program. A reading of their text has
+    the Gaussian of the whole change, ``|P|``, there; the text itself could not be read. The two differ where ON and OFF
+    are within ``gauss_size / 2`` px of each other, and not for an object on an even ground.
+
     Assumed where the source leaves it open: beyond the border the picture is mirrored, as the filters of its authors do
     by default; a spike where the potential has risen by a tenth of its range, as the source gives no threshold. All is
     by frames: there is no time constant, and P, so every threshold, goes with the frame rate. No published number was

@@ -24,7 +24,7 @@ from dsnn.retina import Floats, Retina
 @with_field_docs
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class SILGMD1Params:
-    """Every constant of the detector; the defaults are its firmware's. Changes of luminance are halved."""
+    """Every constant of the detector; all are its firmware's. Changes of luminance are halved."""
 
     tau_e: Milliseconds = Field(default=6.0, description="delay of the excitation that inhibits laterally")
     tau_p: Milliseconds = Field(default=4.0, description="delay of the signal that inhibits itself")
@@ -48,13 +48,13 @@ class SILGMD1Params:
     t_sp: float = Field(default=0.72, gt=0.5, le=1.0, description="spike threshold on the potential (arena: 0.65)")
     n_sp: int = Field(default=4, ge=1, le=1000, description="number of spikes in a row that mean a collision")
     integer: bool = Field(
-        default=True, description="whether numbers are bytes, truncated at every step; false: floating point"
+        default=False, description="whether numbers are bytes, truncated at every step; false: floating point"
     )
     fps: Annotated[float, unit("frames/s")] = Field(default=30.0, gt=0.0, le=10_000.0, description="frame rate")
 
     @classmethod
-    def firmware(cls, **changes: Any) -> SILGMD1Params:
-        """Make the parameters of the public firmware: its constants in its arithmetic.
+    def paper(cls, **changes: Any) -> SILGMD1Params:
+        """Make the parameters of the equations as they read: in floating point.
 
         Parameters
         ----------
@@ -74,8 +74,8 @@ class SILGMD1Params:
         return dataclasses.replace(cls(), **changes)
 
     @classmethod
-    def paper(cls, **changes: Any) -> SILGMD1Params:
-        """Make the same constants in floating point, as the equations read.
+    def firmware(cls, **changes: Any) -> SILGMD1Params:
+        """Make the parameters of the public firmware: the same constants in its arithmetic.
 
         Parameters
         ----------
@@ -92,18 +92,18 @@ class SILGMD1Params:
         pydantic.ValidationError
             A value is not legal, or there is no such parameter.
         """
-        return dataclasses.replace(cls(integer=False), **changes)
+        return dataclasses.replace(cls(integer=True), **changes)
 
     @classmethod
     def presets(cls) -> Mapping[str, SILGMD1Params]:
-        """Make the presets: `firmware`, ``arena`` with that one's T_s for the arena, 0.65, and `paper`.
+        """Make the presets: `paper`, `firmware`, and ``arena``: the firmware with its T_s for the arena, 0.65.
 
         Returns
         -------
         mapping of str to SILGMD1Params
-            Name -> parameters: ``firmware``, ``arena`` and ``paper``.
+            Name -> parameters: ``paper``, ``firmware`` and ``arena``.
         """
-        return {"firmware": cls.firmware(), "arena": cls.firmware(t_sp=0.65), "paper": cls.paper()}
+        return {"paper": cls.paper(), "firmware": cls.firmware(), "arena": cls.firmware(t_sp=0.65)}
 
 
 class SILGMD1(Detector):
@@ -117,15 +117,15 @@ class SILGMD1(Detector):
     exceeds ``t_ffi``. Channel: ``looming``, k from 0.5 up to 1, with one spike in a frame whose k reaches ``t_sp``;
     ``collision`` says whether the last ``n_sp`` frames all had one.
 
-    Presets: ``firmware``, the default, truncates every state to a byte, as the robot does: there the factor ``beta_2``
-    is cast to a whole number before it multiplies, so that 0.04 is 0, and self-inhibition is left only where next to
-    nothing moves. ``paper`` computes the equations in floating point with the same constants.
+    Presets: ``paper``, the default, computes the equations in floating point. ``firmware`` truncates every state to a
+    byte, as the robot does: there the factor ``beta_2`` is cast to a whole number before it multiplies, so that 0.04 is
+    0, and self-inhibition is left only where next to nothing moves. It is another model in all but its name.
 
-    Assumed: cells of the border are not summed (as in the firmware); a sum too large for a byte stays at 255, where the
-    firmware wraps; two corners that the firmware weighs 1/4 weigh 1/8 as the others do. Blocks are counted from the
-    upper left corner, so that a mirrored clip gives the mirrored answer where rows and columns are multiples of 3, as
-    72x99 are. P is by frames, so thresholds go with the frame rate. No published number was found that could be
-    reproduced without its clips.
+    Assumed: the paper's constants are its firmware's; cells of the border are not summed (as in the firmware); a sum
+    too large for a byte stays at 255, where the firmware wraps; two corners that the firmware weighs 1/4 weigh 1/8 as
+    the others do. Blocks are counted from the upper left corner, so that a mirrored clip gives the mirrored answer
+    where rows and columns are multiples of 3, as 72x99 are. P is by frames, so thresholds go with the frame rate. No
+    published number was found that could be reproduced without its clips.
 
     Costs about 5 DSNN steps at 99x72.
 

@@ -210,10 +210,10 @@ class SILGMD2(Detector):
     where next to nothing moves. ``paper`` computes the equations in floating point with the same constants, which then
     silence looming too: they belong to the firmware's arithmetic.
 
-    Assumed: cells outside the field are 0; what is too large for a byte, or negative, stays at 255 or 0, where the
-    firmware wraps. Blocks are counted from the upper left corner, so that a mirrored clip gives the mirrored answer
-    where rows and columns are multiples of 3, as 72x99 are. P is by frames, so thresholds go with the frame rate. No
-    published number was found that could be reproduced without its clips.
+    Assumed: the paper's constants are its firmware's; cells outside the field are 0; what is too large for a byte, or
+    negative, stays at 255 or 0, where the firmware wraps. Blocks are counted from the upper left corner, so that a
+    mirrored clip gives the mirrored answer where rows and columns are multiples of 3, as 72x99 are. P is by frames, so
+    thresholds go with the frame rate. No published number was found that could be reproduced without its clips.
 
     Costs about 10 DSNN steps at 99x72.
 

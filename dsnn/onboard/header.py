@@ -12,6 +12,8 @@ TABLES = {
     "decay": "uint8_t", "sigmoid": "int16_t", "thresholds": "int16_t",
 }  # fmt: skip
 """Field of `dsnn.onboard.fixed.Fixed` that is a table -> the type of its entries."""
+IN_RAM = ("decode", "decay")
+"""Tables that every 8-bit D is looked up in, twice a frame. D of 16 bits needs none."""
 _DERIVED = ("state_bytes",)
 
 
@@ -30,7 +32,8 @@ def header(shape: tuple[int, int], params: OnboardParams) -> str:
     str
         A macro ``ONBOARD_NAME`` for each whole number of `dsnn.onboard.fixed.Fixed`, ``ONBOARD_STATE_BYTES`` for the
         memory of a model, a ``static const`` table for each table, and ``onboard_fixed``, the configuration of them
-        all, for ``onboard.c``.
+        all, for ``onboard.c``. Where D has 8 bits, the tables `IN_RAM` have the attribute ``ONBOARD_IN_RAM``, which is
+        empty unless the compiler is told one, such as a section of the RAM.
 
     Raises
     ------
@@ -51,9 +54,13 @@ def header(shape: tuple[int, int], params: OnboardParams) -> str:
         *(f"#define ONBOARD_{name.upper()} {_number(getattr(fixed, name))}" for name in (*names, *_DERIVED)),
         "",
         "#ifdef ONBOARD_WITH_TABLES /* by onboard.c alone: other files need the macros, not a copy of the tables */",
+        "#ifndef ONBOARD_IN_RAM",
+        "#define ONBOARD_IN_RAM",
+        "#endif",
     ]
     for name, kind in TABLES.items():
-        lines += _table(name, kind, getattr(fixed, name))
+        place = "ONBOARD_IN_RAM " if name in IN_RAM and fixed.state_bits == 8 else ""
+        lines += _table(f"{place}static const {kind} onboard_{name}[]", getattr(fixed, name))
     fields = [*(f".{name} = ONBOARD_{name.upper()}" for name in names), *(f".{t} = onboard_{t}" for t in TABLES)]
     lines += [
         "static const onboard_config onboard_fixed = {",
@@ -69,8 +76,8 @@ def _number(value: int) -> str:
     return str(value) if value < 2**31 else f"INT64_C({value})"
 
 
-def _table(name: str, kind: str, values: Iterable[int]) -> list[str]:
+def _table(declared: str, values: Iterable[int]) -> list[str]:
     """Return a table, eight entries a line; C has none without entries, so an empty one has a 0."""
     entries = [str(value) for value in values] or ["0"]
     rows = [", ".join(entries[i : i + 8]) for i in range(0, len(entries), 8)]
-    return [f"static const {kind} onboard_{name}[] = {{", *(f"    {row}," for row in rows), "};"]
+    return [f"{declared} = {{", *(f"    {row}," for row in rows), "};"]

@@ -23,6 +23,8 @@ class OnboardDSNN(NonCopyable):
     Both forms give the same bits: ``dsnn/onboard/numpy_form.py`` is the specification, and ``dsnn/native/onboard.c``,
     which the robot runs, is tested against it. HS and VS are multiples of 2 to the power -15.
 
+    Assumed: every format and how it is rounded, which are our own, and what `dsnn.DSNN` assumes.
+
     A frame of floating type is rounded to whole grey levels, as the camera gives them. A frame has at most 256 spikes.
 
     Parameters

@@ -73,9 +73,9 @@ def panorama(image: str, shape: tuple[int, int], seed: int) -> Panorama:
 
     The seed makes a scene, twice as wide as the frame. A picture has none. ``ValueError`` says why one cannot be read.
     """
-    made = image in SCENES
-    changed_ns = 0 if made or image == PHOTOGRAPH else Path(image).stat().st_mtime_ns
-    return _panorama(image, shape, seed if made else 0, changed_ns)
+    generated = image in SCENES
+    changed_ns = 0 if generated or image == PHOTOGRAPH else Path(image).stat().st_mtime_ns
+    return _panorama(image, shape, seed if generated else 0, changed_ns)
 
 
 @lru_cache(maxsize=4)

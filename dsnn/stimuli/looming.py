@@ -1,8 +1,8 @@
-"""A square on a collision course, seen through a pinhole: looming by the ratio of its half-size to its speed.
+"""A square or a disc on a collision course, seen through a pinhole: looming by the ratio of its half-size to its speed.
 
 The laboratory's looming stimulus: a square of half-size l nears at constant speed v and subtends the full angle
 ``2 atan((l / v) / t)`` at the time t before contact. Its time course depends on l / v alone (Gabbiani, Krapp and
-Laurent 1999, J. Neurosci. 19:1122).
+Laurent 1999, J. Neurosci. 19:1122). The same object, at the same speed, crosses the view to compare with.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pydantic.dataclasses import dataclass as validated
 
 from dsnn.field_docs import unit, with_field_docs
 from dsnn.stimuli.grating import Grating, GratingParams
-from dsnn.stimuli.moving import paint
+from dsnn.stimuli.moving import DIRECTIONS, Motion, paint, paint_disc
 from dsnn.stimuli.stimulus import CONFIG, STILL, Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
 
 Degrees = Annotated[float, Field(ge=-80.0, le=80.0), unit("degrees")]
@@ -27,16 +27,22 @@ AngularSize = Annotated[float, Field(gt=0.0, lt=180.0), unit("degrees")]
 @with_field_docs
 @validated(frozen=True, config=CONFIG)
 class LoomingParams(ClipParams):
-    """A square that nears or goes away at constant speed. Frame and lens are those of the robot's camera.
+    """A square that nears, goes away or crosses at constant speed. Frame and lens are those of the robot's camera.
 
     The centre of expansion stays where ``azimuth_deg`` and ``elevation_deg`` say, as of any object that would hit the
-    eye. With ``miss`` it passes beside it: its image drifts outward as it nears.
+    eye. With ``miss`` it passes beside it: its image drifts outward as it nears. What crosses is at the distance of
+    the near end throughout, has its speed, and passes the direction that ``azimuth_deg`` and ``elevation_deg`` say.
     """
 
     rows: Annotated[int, unit("px")] = Field(default=72, ge=8, le=4096, description="rows of a frame")
     columns: Annotated[int, unit("px")] = Field(default=99, ge=8, le=4096, description="columns of a frame")
-    motion: Literal["looming", "receding"] = Field(
-        default="looming", description="way of the motion; receding: the frames of looming backward"
+    motion: Motion = Field(
+        default="looming",
+        description="way of the motion; receding: the frames of looming backward; rightward and others: across the view"
+        " at the size of the near end",
+    )
+    outline: Literal["square", "disc"] = Field(
+        default="square", description="outline of what moves; a disc is as wide as the square"
     )
     l_over_v_s: Annotated[float, unit("s")] = Field(
         default=0.16, gt=0.0, le=100.0, description="half-size of the square over its speed"
@@ -92,6 +98,9 @@ class Looming(Stimulus[LoomingParams]):
             raise ValueError(f"start_deg={p.start_deg:g}: legal is a number below end_deg, {p.end_deg:g}")
         self._first_s, last_s = (p.l_over_v_s / math.tan(math.radians(size) / 2) for size in (p.start_deg, p.end_deg))
         self._steps = max(1, math.floor((self._first_s - last_s) * p.fps))
+        self._side, self._speed = 2.0 * p.focal_px * p.l_over_v_s / last_s, p.focal_px / last_s  # of what crosses
+        if p.motion in DIRECTIONS:
+            self._steps = max(1, math.ceil(self._way() / self._speed * p.fps))
         self._rest = round(p.rest_s * p.fps)
         self._ground = _grating(p, len(self), seed) if p.background == "grating" else None
         moving = self._ground is not None and p.temporal_hz > 0
@@ -112,7 +121,7 @@ class Looming(Stimulus[LoomingParams]):
             return StimulusFrame(canvas, Truth("still", background_velocity=self._drift))
         truth = self._truth(index - self._rest)
         if truth.box is not None:
-            paint(canvas, truth.box, p.grey)
+            (paint_disc if p.outline == "disc" else paint)(canvas, truth.box, p.grey)
         return StimulusFrame(canvas, truth)
 
     def contact_s(self) -> npt.NDArray[np.float64]:
@@ -131,6 +140,8 @@ class Looming(Stimulus[LoomingParams]):
         stands.
         """
         p, done = self.params, min(max(step, 0), self._steps)
+        if p.motion in DIRECTIONS:
+            return self._crossing(done, 0 <= step < self._steps)
         looming = p.motion == "looming"
         contact = self._first_s - (done if looming else self._steps - done) / p.fps
         near = p.l_over_v_s / contact  # half-size over distance
@@ -145,6 +156,22 @@ class Looming(Stimulus[LoomingParams]):
         outward = p.focal_px * p.miss * near / contact
         velocity = Velocity(outward if looming else -outward, 0.0)
         return Truth(p.motion, box, velocity, self._drift, contact if looming else -contact)
+
+    def _way(self) -> float:
+        """Return how far it goes across, px: from outside the frame to outside it."""
+        return self._side + (self.shape[1] if DIRECTIONS[self.params.motion][0] else self.shape[0])
+
+    def _crossing(self, done: int, moving: bool) -> Truth:
+        """Return the truth of what crosses, ``done`` frames after it began."""
+        p, (x, y) = self.params, DIRECTIONS[self.params.motion]
+        along = min(self._speed * done / p.fps, self._way()) - self._way() / 2  # the last step may be a part of one
+        column = p.columns / 2 + p.focal_px * math.tan(math.radians(p.azimuth_deg)) * (not x) + x * along
+        row = p.rows / 2 + p.focal_px * math.tan(math.radians(p.elevation_deg)) * (not y) + y * along
+        box = Box.about(column, row, self._side, self._side)
+        if not box.touches(self.shape):
+            return Truth("still", background_velocity=self._drift)
+        velocity = Velocity(x * self._speed, y * self._speed)
+        return Truth(p.motion, box, velocity, self._drift) if moving else Truth("still", box, STILL, self._drift)
 
 
 def _grating(p: LoomingParams, frames: int, seed: int) -> Grating:

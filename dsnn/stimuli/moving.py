@@ -150,6 +150,22 @@ def paint(canvas: Luma, box: Box, grey: float) -> None:
     patch[:] = np.rint(patch + (np.float32(grey) - patch) * (down[:, np.newaxis] * across))
 
 
+CHORDS = 8
+"""Chords of a disc that a pixel is covered by, evenly spaced along its height."""
+
+
+def paint_disc(canvas: Luma, box: Box, grey: float) -> None:
+    """Paint the ellipse that fills ``box`` over ``canvas`` (R, C), in place; each pixel as `paint` does, to 1 / 64."""
+    rows, columns = canvas.shape
+    heights = (np.arange(rows * CHORDS) + 0.5) / CHORDS - box.top
+    halves = np.sqrt(np.maximum(0.25 - (heights / box.height - 0.5) ** 2, 0.0)) * box.width
+    middle, edges = box.left + box.width / 2, np.arange(columns)
+    first, last = (middle + sign * halves[:, np.newaxis] for sign in (-1.0, 1.0))
+    cover = np.clip(np.minimum(edges + 1, last) - np.maximum(edges, first), 0.0, 1.0)
+    share = cover.reshape(rows, CHORDS, columns).mean(axis=1).astype(np.float32)
+    canvas[:] = np.rint(canvas + (np.float32(grey) - canvas) * share)
+
+
 def _cover(start: float, size: float, pixels: int) -> tuple[slice, npt.NDArray[np.float32]]:
     """Return the pixels of a line that a stretch touches, and the share of each that it covers."""
     end = start + size

@@ -1,7 +1,11 @@
-"""The stimuli by name. A new one is a file with its parameters and its class, and a line in `_ENTRIES` below."""
+"""The stimuli by name. A new one is a file with its parameters and its class, and a line in `_ENTRIES` below.
+
+One of a user's own is a file with the same two and a `StimulusEntry` called ``STIMULUS``.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -25,16 +29,69 @@ from dsnn.stimuli.street import Street, StreetParams
 
 @dataclass(frozen=True, slots=True)
 class StimulusEntry:
-    """A registered stimulus: its default parameters, and how to build it from some."""
+    """A stimulus: its default parameters, and how to build it from some.
+
+    Raises
+    ------
+    ValueError
+        Tables cannot show the name, or a value is of another kind.
+    """
 
     name: str
-    """Name by which `stimulus` finds it."""
+    """Name by which `stimulus` finds it: up to 60 letters, digits, ``.``, ``-`` and ``_``."""
     summary: str
     """A line for ``colias list``."""
     build: Callable[[Any, int], Stimulus[ClipParams]]
     """Makes the clip from parameters and a seed."""
     params: ClipParams
     """Default parameters of the stimulus: a frozen, validated dataclass."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,59}", self.name):
+            problem = "legal are up to 60 letters, digits, ., - and _"
+            raise ValueError(f"StimulusEntry: name={str(self.name)[:40]!r}: {problem}")
+        if not isinstance(self.summary, str) or not callable(self.build):
+            raise ValueError(f"StimulusEntry {self.name}: legal are a text for summary and a callable for build")
+        if not isinstance(self.params, ClipParams):
+            kind = type(self.params).__name__
+            raise ValueError(f"StimulusEntry {self.name}: params is a {kind}: legal is a dsnn.stimuli.ClipParams")
+
+    def clip(self, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
+        """Make the stimulus, with changes to its default parameters.
+
+        Parameters
+        ----------
+        seed
+            Of what is random in it, 0 or more. Equal seeds give equal bytes.
+        **changes
+            Other values of its parameters, by name.
+
+        Returns
+        -------
+        Stimulus
+            The clip. Nothing is painted yet.
+
+        Raises
+        ------
+        ValueError
+            A parameter is unknown, a value is not legal, or ``build`` makes no `Stimulus`: one line that says which.
+        """
+        known = [field for field in self.params.__dataclass_fields__]
+        for key in changes:
+            if key not in known:
+                near = nearest(key, known, " (", ")")
+                raise ValueError(f"{self.name} has no parameter '{key}': known are {', '.join(known)}{near}")
+        try:
+            built = self.build(replace(self.params, **changes), seed)
+        except ValidationError as error:
+            problem = error.errors()[0]
+            where = ".".join([self.name, *(str(part) for part in problem["loc"])])
+            text = problem["msg"].removeprefix("Value error, ")
+            reason = f"{text[0].lower()}{text[1:]}"
+            raise ValueError(f"{where}={problem['input']!r}: {reason}") from None
+        if not isinstance(built, Stimulus):
+            raise ValueError(f"{self.name}: build makes a {type(built).__name__}: legal is a dsnn.stimuli.Stimulus")
+        return built
 
 
 _ENTRIES = (
@@ -118,17 +175,4 @@ def stimulus(name: str, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
     >>> len(clip), clip.shape, clip.fps
     (112, (180, 320), 30.0)
     """
-    entry = stimulus_entry(name)
-    known = [field for field in entry.params.__dataclass_fields__]
-    for key in changes:
-        if key not in known:
-            near = nearest(key, known, " (", ")")
-            raise ValueError(f"{name} has no parameter '{key}': known are {', '.join(known)}{near}")
-    try:
-        return entry.build(replace(entry.params, **changes), seed)
-    except ValidationError as error:
-        problem = error.errors()[0]
-        where = ".".join([name, *(str(part) for part in problem["loc"])])
-        text = problem["msg"].removeprefix("Value error, ")
-        reason = f"{text[0].lower()}{text[1:]}"
-        raise ValueError(f"{where}={problem['input']!r}: {reason}") from None
+    return stimulus_entry(name).clip(seed, **changes)

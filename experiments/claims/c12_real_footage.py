@@ -99,16 +99,16 @@ def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float
     text = f"HS over T = {threshold:g} in {LEAST_FRAMES} frames or more of {len(passed)} separate seconds"
     asks, scale = f"{LEAST_SECONDS} or more", float(LEAST_SECONDS)
     many = Check(text, float(len(passed)), scale, "at least", unit="seconds", scale=scale, asks=asks)
-    shown = f"the flow has translation in {moving} of {whole} seconds"
+    translating = f"the flow has translation in {moving} of {whole} seconds"
     if len(passed) < LEAST_SECONDS:
         if moving < LEAST_SECONDS:
-            return Outcome.unjudged(f"{many.text}; {shown}", n=count)
-        return Outcome.of([many], f"{text}; {shown}", n=count)
+            return Outcome.unjudged(f"{many.text}; {translating}", n=count)
+        return Outcome.of([many], f"{text}; {translating}", n=count)
     frames = np.concatenate([np.abs(vs[second]) for second in passed])
     share = float((frames < threshold).mean())
     below = f"|VS| below T in {share:.1%} of the {len(frames)} frames of these seconds"
     mainly = Check(below, share, LEAST_BELOW, "at least", scale=LEAST_BELOW, asks=f"{LEAST_BELOW:.0%} or more")
-    return Outcome.of([many, mainly], f"{text}; {below}; {shown}", "", count, len(passed))
+    return Outcome.of([many, mainly], f"{text}; {below}; {translating}", "", count, len(passed))
 
 
 def _ratio(sums: Floats) -> Floats:

@@ -77,9 +77,7 @@ def plain_si_lgmd1(frames, q):
     return np.array(found)
 
 
-@pytest.mark.parametrize(
-    "changes", [{}, {"integer": False}, {"beta_3": 0.0, "t_ffi": 255.0, "fps": 60.0, "integer": False}]
-)
+@pytest.mark.parametrize("changes", [{}, {"integer": True}, {"beta_3": 0.0, "t_ffi": 255.0, "fps": 60.0}])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_si_lgmd1_is_its_equations(changes, seed):
     q, frames = SILGMD1Params(**changes), clip(seed)

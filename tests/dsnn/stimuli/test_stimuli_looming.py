@@ -46,6 +46,37 @@ def test_receding_is_looming_backward():
     assert moving(back)[0].truth.time_to_contact_s < 0 < moving(there)[0].truth.time_to_contact_s
 
 
+@pytest.mark.parametrize("way", ["rightward", "leftward", "downward", "upward"])
+def test_what_crosses_has_the_size_and_the_speed_of_the_near_end(way):
+    """At the distance d where it subtends end_deg, v = d / contact: in the picture focal / contact."""
+    clip = stimulus("looming", motion=way, end_deg=40.0, l_over_v_s=0.16, fps=200)
+    frames = [frame.truth for frame in clip if frame.truth.motion == way]
+    near = 0.16 / math.tan(math.radians(20))
+    assert {round(truth.box.width, 9) for truth in frames} == {round(2 * 70.7 * math.tan(math.radians(20)), 9)}
+    assert max(abs(part) for part in frames[0].velocity) == pytest.approx(70.7 / near)
+    x, y = ([getattr(truth.box, side) for truth in frames] for side in ("left", "top"))
+    np.testing.assert_allclose(np.diff(x) * 200, frames[0].velocity.x, atol=1e-6)
+    np.testing.assert_allclose(np.diff(y) * 200, frames[0].velocity.y, atol=1e-6)
+    assert all((clip[index].luma == 200).all() for index in (0, len(clip) - 1)), "from outside to outside"
+    assert np.isnan(clip.contact_s()).all()
+
+
+def test_a_disc_covers_pi_over_4_of_its_square():
+    for elevation, azimuth in ((0.0, 0.0), (10.3, -14.7)):
+        clip = stimulus("looming", outline="disc", elevation_deg=elevation, azimuth_deg=azimuth)
+        for index in (len(clip) // 2, 3 * len(clip) // 4):
+            frame = clip[index]
+            covered = (200.0 - frame.luma) / 160.0
+            assert covered.sum() == pytest.approx(math.pi / 4 * frame.truth.box.width**2, rel=0.02)
+            box = frame.truth.box
+            outside = np.ones(clip.shape, bool)
+            outside[int(box.top) : int(box.top + box.height) + 1, int(box.left) : int(box.left + box.width) + 1] = False
+            assert not covered[outside].any()
+    even = stimulus("looming", outline="disc")[20].luma
+    np.testing.assert_array_equal(even, even[::-1])
+    np.testing.assert_array_equal(even, even[:, ::-1])
+
+
 def test_what_misses_the_eye_drifts_outward_at_the_velocity_of_the_truth():
     clip = stimulus("looming", miss=1.5, fps=200)
     frames = moving(clip)
