@@ -52,8 +52,9 @@ test-train: $(READY) ## The tests of training, those too that need the extra [tr
 attack: $(READY) ## Bad models, trees of users' files, data that name code, links, damaged folders, full disks, copies, Ctrl-C; COLIAS_ATTACK_FULL=1: all there are
 	$(BIN)/python -m pytest -m attack -n auto --dist worksteal tests/attack
 
-fuzz: $(READY) ## The network in C under the sanitizers: 2,000 cases
-	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py -k every_build
+fuzz: $(READY) ## The network and the chip's records in C under the sanitizers: 2,000 cases
+	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py tests/bench/firmware/test_serial.py \
+		-k "every_build or records_in_c"
 
 MUTANTS := runs/mutants.json
 mutants: $(READY) ## 100 small changes of the source, the same each time, and which of them the tests nearest to them notice; some half an hour

@@ -12,9 +12,8 @@ import numpy.typing as npt
 from rich.table import Table
 
 from benchmarks.timing import interleaved
-from colias_sim import CameraConfig, Frame, PathFollower, Pose, Robot, SceneConfig, Simulation
+from colias_sim import CameraConfig, Frame, PathFollower, Pose, Robot, Route, SceneConfig, Simulation
 from colias_sim.exposure import exposure_samples
-from colias_sim.path import Line
 from colias_sim.scene import FrameClock
 from dsnn import DSNN, DSNNParams
 from scenes import ARENAS
@@ -148,9 +147,9 @@ def _blind_crossing(sim: Simulation) -> Callable[[], int]:
 
 
 def _start(sim: Simulation, speed: float, rng: np.random.Generator) -> tuple[Robot, PathFollower]:
-    robot, line = sim.robots["stimulus"], Line(Pose(0.1, 0.08, -math.pi / 2), 0.25)
+    robot, line = sim.robots["stimulus"], Route.line(Pose(0.1, 0.08, -math.pi / 2), 0.25, speed)
     sim.reset({"stimulus": line.start}, rng)
-    return robot, PathFollower(robot, line, speed)
+    return robot, PathFollower(robot, line)
 
 
 def _answers(camera: CameraConfig, speed: float) -> Answers:

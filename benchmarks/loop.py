@@ -13,8 +13,7 @@ import numpy as np
 from rich.table import Table
 
 from benchmarks.timing import interleaved
-from colias_sim import CameraConfig, Frame, PathFollower, Pose, Simulation
-from colias_sim.path import Line
+from colias_sim import CameraConfig, Frame, PathFollower, Pose, Route, Simulation
 from dsnn import DSNN, DSNNParams
 from experiments.bench import registry
 from experiments.bench.engine.batch import Resources
@@ -31,12 +30,12 @@ def loop_table() -> Table:
     with Simulation(camera=quiet) as without, Simulation() as noisy:
         model, rng = DSNN((72, 99), DSNNParams.robot()), np.random.default_rng(0)
 
-        def crossing(sim: Simulation, each: Callable[[Frame], object]) -> int:
-            robot, line = sim.robots["stimulus"], Line(Pose(0.1, 0.06, -math.pi / 2), 0.2)
-            follower = PathFollower(robot, line, 0.06)
+        def crossing(sim: Simulation, do: Callable[[Frame], object]) -> int:
+            robot, line = sim.robots["stimulus"], Route.line(Pose(0.1, 0.06, -math.pi / 2), 0.2, 0.06)
+            follower = PathFollower(robot, line)
             sim.reset({"stimulus": line.start}, rng)
             for _ in range(FRAMES):
-                each(sim.step(rng, lambda dt: robot.drive(follower.wheels(dt))))
+                do(sim.step(rng, lambda dt: robot.drive(follower.wheels(dt))))
             return FRAMES
 
         def step(frame: Frame) -> object:

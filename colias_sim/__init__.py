@@ -18,7 +18,7 @@ warn_of_strangers()  # before anything below imports one
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.envs.registry import register_envs
 from colias_sim.gl import GLUnavailable
-from colias_sim.path import Line, OpenLoop, PathFollower, SpeedProfile
+from colias_sim.path import OpenLoop, PathFollower, Route, Schedule, Stretch, Tracker
 from colias_sim.pose import Pose, WheelSpeeds, bearing
 from colias_sim.robot import Parked, Robot
 
@@ -34,16 +34,18 @@ __all__ = [
     "CameraConfig",
     "Frame",
     "GLUnavailable",
-    "Line",
     "OpenLoop",
     "Parked",
     "PathFollower",
     "Pose",
     "Robot",
     "RobotConfig",
+    "Route",
     "SceneConfig",
+    "Schedule",
     "Simulation",
-    "SpeedProfile",
+    "Stretch",
+    "Tracker",
     "WheelSpeeds",
     "__version__",
     "bearing",

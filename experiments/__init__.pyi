@@ -31,6 +31,8 @@ from .bench.robot.designs import General as General
 from .bench.robot.designs import Translation as Translation
 from .bench.robot.experiment import Condition as Condition
 from .bench.robot.experiment import Experiment as Experiment
+from .bench.robot.path import Leg as Leg
+from .bench.robot.path import Path as Path
 from .bench.studies.study import Axis as Axis
 from .bench.studies.study import Level as Level
 from .bench.studies.study import Study as Study
@@ -56,9 +58,11 @@ __all__ = [
     "Experiment",
     "Figure",
     "General",
+    "Leg",
     "Level",
     "OfflineExperiment",
     "Outcome",
+    "Path",
     "Run",
     "Score",
     "Study",

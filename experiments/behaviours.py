@@ -15,9 +15,11 @@ from types import MappingProxyType
 import numpy as np
 
 from colias_sim.envs import State
+from colias_sim.envs.options import FPS
 from dsnn import MODELS, Response
 from experiments import Behaviour, Wheels
 from experiments.bench.closed_loop.behaviour import by_name
+from experiments.bench.closed_loop.steering import WHEELS, Steering
 
 AHEAD = 0.3
 """Cruising speed of the wheels: 10.5 cm/s."""
@@ -46,6 +48,51 @@ def fixation(seen: Response) -> Wheels:
 def pursuit(seen: Response) -> Wheels:
     """Turn towards what moves and drive after it; stand back from what looms."""
     return turn(0.1 * seen.azimuth, ahead=0.2 if seen.looming_spikes == 0 else -0.05)
+
+
+class ProportionalIntegral:
+    """Turn by what is seen and by its integral over time, through the `Steering` of a trained policy.
+
+    The steering takes answers from -1 to 1. The integral is kept within these, so that it does not wind up.
+
+    Parameters
+    ----------
+    error
+        What is to become 0, positive where it asks for a turn to the right.
+    proportional
+        Answer to an error of 1.
+    integral
+        Growth of the answer in a second of an error of 1, 1/s.
+    """
+
+    STEERING = Steering()
+
+    def __init__(self, error: Callable[[Response], float], proportional: float, integral: float) -> None:
+        self._error, self._proportional, self._rate = error, proportional, integral / FPS
+        self._integral, self._command = 0.0, np.zeros(WHEELS, np.float32)
+
+    def __call__(self, seen: Response) -> Wheels:
+        """Return the wheels for the next frame."""
+        error = self._error(seen)
+        self._integral = min(max(self._integral + self._rate * error, -1.0), 1.0)
+        answer = self._proportional * error + self._integral
+        self._command = self.STEERING.command(self._command, np.array(turn(answer), np.float32))
+        left, right = self._command.tolist()
+        return left, right
+
+
+def optomotor_pi(rng: np.random.Generator) -> ProportionalIntegral:
+    """Make the optomotor reflex that steers as a trained policy does."""
+    return ProportionalIntegral(lambda seen: seen.hs, *OPTOMOTOR_GAINS)
+
+
+def fixation_pi(rng: np.random.Generator) -> ProportionalIntegral:
+    """Make the reflex of fixation that steers as a trained policy does."""
+    return ProportionalIntegral(lambda seen: seen.azimuth, *FIXATION_GAINS)
+
+
+OPTOMOTOR_GAINS, FIXATION_GAINS = (1.0, 16.0), (4.0, 0.0)
+"""Proportional and integral gains (1, 1/s), by the search of docs/behaviours-and-training.md at seeds 2000 to 2003."""
 
 
 class Saccades:
@@ -171,14 +218,34 @@ class RandomWalk:
         return turn(self._turn, AHEAD)
 
 
-def oracle_heading(state: State) -> Wheels:
-    """Privileged: turns against the disturbance's own rate."""
-    return turn(state.drift / FULL_TURN)
+class Oracle:
+    """Privileged: turn by what the state says is right, and by the integral of the true error that is left.
+
+    Without the integral it would know the truth and not its own wheels: the dead band of ``colias4`` swallows it.
+    """
+
+    def __init__(self, right: Callable[[State], float], error: Callable[[State], float], integral: float) -> None:
+        self._right, self._error, self._rate = right, error, integral / FPS
+        self._integral = 0.0
+
+    def __call__(self, state: State) -> Wheels:
+        """Return the wheels for the next frame."""
+        self._integral = min(max(self._integral + self._rate * self._error(state), -1.0), 1.0)
+        return turn(self._right(state) + self._integral)
 
 
-def oracle_target(state: State) -> Wheels:
-    """Privileged: turns to the target's true bearing."""
-    return turn(-0.5 * state.others[0].bearing)
+def oracle_heading(rng: np.random.Generator) -> Oracle:
+    """Make one that turns against the disturbance's own rate, and against the slip that is left."""
+    return Oracle(lambda state: state.drift / FULL_TURN, lambda state: state.slip / FULL_TURN, integral=6.0)
+
+
+def oracle_target(rng: np.random.Generator) -> Oracle:
+    """Make one that turns to the target's true bearing."""
+
+    def off(state: State) -> float:
+        return -state.others[0].bearing
+
+    return Oracle(off, off, integral=1.5)
 
 
 def oracle_distance(state: State) -> Wheels:
@@ -204,7 +271,9 @@ ESCAPES = tuple(escape(name) for name, entry in MODELS.items() if entry.channels
 
 _ENTRIES = (
     Behaviour.reflex("optomotor", "turns the way the view moves, by HS", OPTOMOTOR, optomotor),
+    Behaviour("optomotor-pi", "the same by a PI rule, through the steering of a policy", OPTOMOTOR, optomotor_pi),
     Behaviour.reflex("fixation", "turns towards where something moves", FIXATION, fixation),
+    Behaviour("fixation-pi", "the same by a PI rule, through the steering of a policy", FIXATION, fixation_pi),
     Behaviour.reflex(
         "pursuit", "turns towards what moves, drives after it, stands back from looming", PURSUIT, pursuit
     ),
@@ -223,8 +292,10 @@ _ENTRIES = (
     Behaviour("random", "every frame other wheel speeds, of all there are", OPTOMOTOR, random, senses="state"),
     Behaviour("straight", "drives ahead", AVOIDANCE, straight, senses="state"),
     Behaviour("random-walk", "a correlated random walk", AVOIDANCE, RandomWalk, senses="state"),
-    Behaviour.oracle("oracle-heading", "privileged: turns against the true disturbance", OPTOMOTOR, oracle_heading),
-    Behaviour.oracle("oracle-target", "privileged: turns to the true bearing", FIXATION, oracle_target),
+    Behaviour(
+        "oracle-heading", "privileged: turns against the true disturbance", OPTOMOTOR, oracle_heading, senses="state"
+    ),
+    Behaviour("oracle-target", "privileged: turns to the true bearing", FIXATION, oracle_target, senses="state"),
     Behaviour.oracle("oracle-distance", "privileged: keeps the true distance and bearing", PURSUIT, oracle_distance),
     Behaviour.oracle("oracle-ways", "privileged: turns away from what is truly near", AVOIDANCE, oracle_ways),
 )

@@ -12,15 +12,15 @@ import argparse
 import csv
 import dataclasses
 import functools
-import hashlib
 import json
 import math
 import re
-import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+from PIL import Image
 
 from experiments.bench import registry
 from experiments.bench.judging import stored
@@ -30,7 +30,7 @@ from experiments.bench.judging.verdict import Outcome, Verdict
 from experiments.bench.reproduction import eyes
 from experiments.bench.reproduction.plan import Scale, design, planned
 from experiments.bench.reproduction.replicates import rate
-from experiments.bench.store.files import read_parquet
+from experiments.bench.store.files import rows_hash
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results.json"
@@ -53,8 +53,8 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Closed loop, claims of our own": ("B1", "B2", "B3", "B4"),
 }
 """What claims are about -> their ids: the rows of the README's table."""
-UNREPEATABLE = ("wall_s", "code")
-"""Columns that differ between runs of equal numbers."""
+WITHOUT_ROWS = ("budget.png", "eye.png")
+"""Pictures in docs/ that are drawn from no trials."""
 STALE = "The design has changed since: `make numbers` measures anew."
 OUTCOME_FIELDS = ("verdict", "decided", "measured")
 SCORE_FIELDS = ("env", "behaviour", "measure", "episodes", "value", "ci_low", "ci_high")
@@ -75,7 +75,7 @@ def taken(run: Path) -> dict[str, Any]:
     scores = [row for table in tables for row in _scores(table)]
     return {
         "design": {name: design[name] for name in ("seed", "scale", "digest")},
-        "measured_with": {"commit": _commit(), **design["versions"]},
+        "measured_with": {"commit": _commit(run), **design["versions"]},
         "rows": {table.parent.relative_to(run).as_posix(): rows_hash(table) for table in _tables(run)},
         "claims": [kept(verdict) | {"rate": _rate(verdict.id, pooled.get(verdict.id))} for verdict in claims],
         "behaviours": [kept(verdict) | {"says": verdict.says} for verdict in behaviours],
@@ -91,16 +91,6 @@ def taken(run: Path) -> dict[str, Any]:
 def _tables(run: Path) -> list[Path]:
     """Return the tables of rows in the folders of a reproduction's parts."""
     return sorted(path for path in run.glob("*/trials.parquet") if path.is_file())
-
-
-def rows_hash(table: Path) -> str:
-    """Return the SHA-256 of a table's rows, times that they took aside: that of all figures drawn from it."""
-    rows = read_parquet(table)
-    kept_rows = rows.select([name for name in rows.schema.names if name not in UNREPEATABLE])
-    digest = hashlib.sha256()
-    for row in kept_rows.to_pylist():
-        digest.update(json.dumps(row, default=str).encode())
-    return digest.hexdigest()
 
 
 def kept(verdict: Verdict) -> dict[str, Any]:
@@ -142,7 +132,6 @@ def _scores(table: Path) -> list[dict[str, Any]]:
         {name: _number(row[name]) if name in ("episodes", "value", "ci_low", "ci_high") else row[name]
          for name in SCORE_FIELDS}
         for row in rows
-        if row["measure"] != "return"
     ]  # fmt: skip
 
 
@@ -152,11 +141,14 @@ def _number(text: str) -> float | str | None:
     return None if math.isnan(value) else float(f"{value:.4g}") if math.isfinite(value) else "inf"
 
 
-def _commit() -> str:
-    """Return the commit of the tree the figures are taken over in, with "-dirty" where it has been changed since."""
-    command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude=*"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    return done.stdout.strip() or "unknown"
+def _commit(run: Path) -> str:
+    """Return the commit that computed a reproduction's parts; of several, or of a changed tree, with "-dirty" at it."""
+    sources = [json.loads(path.read_text(encoding="utf-8")).get("source", {}) for path in run.glob("*/experiment.json")]
+    commits = {str(source["commit"])[:7] for source in sources if source.get("commit")}
+    if not commits:
+        return "unknown"
+    one = len(commits) == 1 and not any(source.get("dirty") for source in sources)
+    return f"{'+'.join(sorted(commits))}{'' if one else '-dirty'}"
 
 
 @functools.cache
@@ -174,8 +166,8 @@ def stale(results: Mapping[str, Any]) -> bool:
     return bool(measured["digest"] != _digest(scale, measured["seed"]))
 
 
-def unfit(results: Mapping[str, Any]) -> str:
-    """Return why a release cannot have these figures; empty where it can."""
+def unfit(results: Mapping[str, Any], root: Path = ROOT) -> str:
+    """Return why a release cannot have these numbers, or the pictures in docs/; empty where it can."""
     commit = results["measured_with"]["commit"]
     if stale(results):
         return f"the figures, measured by commit {commit}, are of another design than the code's: run make numbers"
@@ -183,7 +175,17 @@ def unfit(results: Mapping[str, Any]) -> str:
         return f"the figures were measured by commit {commit}, which nobody can check out: run make numbers"
     if not results.get("rows"):
         return f"the figures, measured by commit {commit}, record no hash of their rows: run make numbers"
+    without = [path.name for path in sorted((root / "docs").glob("*.png")) if not _sourced(path)]
+    if without:
+        return f"{', '.join(without)} in docs/ record no rows that they are drawn from: draw them by their commands"
     return ""
+
+
+def _sourced(path: Path) -> bool:
+    """Tell whether a picture records its rows and a commit that can be checked out; or has no rows."""
+    with Image.open(path) as picture:
+        source = picture.info.get("Source", "")
+    return path.name in WITHOUT_ROWS or (source.startswith("rows ") and not source.endswith((" changes", " unknown")))
 
 
 def blocks(results: Mapping[str, Any]) -> dict[str, str]:
@@ -217,7 +219,7 @@ def _on_equal_terms(claim: Mapping[str, Any]) -> str:
 def _groups(results: Mapping[str, Any]) -> str:
     """Tell what claims came to by `GROUPS`, under each eye and drive: which hold, hold sometimes, fail."""
     counts = {claim["id"]: Count(**claim["count"]) for claim in (*results["claims"], *results["behaviours"])}
-    under: dict[str, dict[eyes.Cell, Count]] = {}
+    under: dict[str, dict[eyes.Apparatus, Count]] = {}
     for row in results.get("eyes", ()):
         under.setdefault(row["claim"], {})[row["eye"], row["drive"]] = Count(**row["count"])
     first, *others = eyes.CELLS.values()
@@ -333,7 +335,7 @@ def main() -> None:
     if given.check == (given.run is not None):
         parser.error("give the folder of a run, or --check")
     if given.check:
-        why = unfit(json.loads((root / RESULTS.relative_to(ROOT)).read_text(encoding="utf-8")))
+        why = unfit(json.loads((root / RESULTS.relative_to(ROOT)).read_text(encoding="utf-8")), root)
         sys.exit(_refuse(why) if why else 0)
     try:
         results = taken(given.run)

@@ -12,9 +12,12 @@ from pathlib import Path
 import cv2
 import mujoco
 import numpy as np
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from colias_sim import Pose, Simulation
 from colias_sim.offscreen import Offscreen
+from experiments.bench.store.files import drawn_from
 
 DOCS = Path(__file__).parents[1] / "docs"
 HEIGHT = 360
@@ -37,13 +40,16 @@ def scene() -> np.ndarray:
 
 
 def main(run: Path) -> None:
-    """Put the scene above the figure of ``run``."""
+    """Put the scene above the figure of ``run``. The picture notes the rows that the figure is drawn from."""
     above, figure = scene(), cv2.imread(str(run / "figure.png"))
     above = cv2.resize(
         above, (figure.shape[1], above.shape[0] * figure.shape[1] // above.shape[1]), interpolation=cv2.INTER_AREA
     )
     DOCS.mkdir(exist_ok=True)
-    cv2.imwrite(str(DOCS / "speed.png"), np.vstack([above, np.full_like(above[:16], 255), figure]))
+    picture = Image.fromarray(np.vstack([above, np.full_like(above[:16], 255), figure])[:, :, ::-1])
+    noted = PngInfo()
+    noted.add_text("Source", drawn_from(run))
+    picture.save(DOCS / "speed.png", pnginfo=noted, optimize=True)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.docs import documented
 from colias_sim.envs.geometry import random_poses
-from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, TIME_ON_TARGET, EnvEntry, Measure
+from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, TIME_ON_TARGET, EnvEntry, EpisodeColumn, Measure
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions, keyword_arguments
 from colias_sim.envs.scripted import Driver, Orbit
 from colias_sim.envs.targeted import TargetEnv
@@ -26,8 +26,12 @@ ENTRY = EnvEntry(
     max_episode_steps=600,
     summary="keep a moving robot in the middle of the view",
     baselines=("random-walk", "straight", "oracle-target"),
-    measures=(TIME_ON_TARGET, Measure("off axis (deg)", "mean", "off_axis_deg", "deg")),
-    columns=(IN_VIEW, OFF_AXIS),
+    measures=(
+        TIME_ON_TARGET,
+        Measure("off axis (deg)", "mean", "off_axis_deg", "deg"),
+        Measure("RMS off axis (deg)", "mean", "rms_off_axis_deg", "deg"),
+    ),
+    columns=(IN_VIEW, OFF_AXIS, EpisodeColumn("rms_off_axis_deg", "rms", "bearing_deg", unit="deg")),
     note="Time on target: the share of frames with the target within 35 degrees of the axis.",
 )
 

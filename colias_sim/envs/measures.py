@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-ColumnKind = Literal["mean", "mean_abs", "mean_abs_error", "optomotor_gain"]
+ColumnKind = Literal["mean", "mean_abs", "mean_abs_error", "optomotor_gain", "rms"]
 MeasureKind = Literal["mean", "collision_rate", "free_distance"]
 
 
@@ -20,7 +20,8 @@ class EpisodeColumn:
     kind
         ``mean``: the mean of ``info`` over the steps. ``mean_abs``: the mean of its absolute value.
         ``mean_abs_error``: the mean absolute difference from the env's argument ``target``. ``optomotor_gain``: of
-        slip and drift, ``1 - sum(slip sign(drift)) / sum(|drift|)``, null where the drift is 0 throughout.
+        slip and drift, ``1 - sum(slip sign(drift)) / sum(|drift|)``, null where the drift is 0 throughout. ``rms``: the
+        root of the mean square of ``info``, in which what swings to either side does not cancel.
     info
         The key of ``info``; for ``optomotor_gain`` the key of the slip.
     target

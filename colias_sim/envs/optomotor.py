@@ -25,9 +25,16 @@ ENTRY = EnvEntry(
     max_episode_steps=450,
     summary="hold the heading against a turning drum or a push",
     baselines=("random-walk", "straight", "oracle-heading"),
-    measures=(Measure("optomotor gain", "mean", "optomotor_gain"),),
-    columns=(EpisodeColumn("optomotor_gain", "optomotor_gain", "slip_deg_s", target="drift_deg_s"),),
-    note="Gain: 0 for a robot that does nothing, 1 for one whose view never turns.",
+    measures=(
+        Measure("optomotor gain", "mean", "optomotor_gain"),
+        Measure("RMS slip (deg/s)", "mean", "rms_slip_deg_s", "deg/s"),
+    ),
+    columns=(
+        EpisodeColumn("optomotor_gain", "optomotor_gain", "slip_deg_s", target="drift_deg_s"),
+        EpisodeColumn("rms_slip_deg_s", "rms", "slip_deg_s", unit="deg/s"),
+    ),
+    note="Gain: 0 for a robot that does nothing, 1 for one whose view never turns. It is a signed mean, in which swings"
+    " to either side cancel; in the RMS slip they do not.",
 )
 
 HARDEST_PUSH_DEG_S = 180.0
@@ -100,7 +107,8 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     <INFO>
 
     The optomotor gain of a stretch is 1 - sum(slip_deg_s * sign(drift_deg_s)) / sum(|drift_deg_s|): 0 for a
-    robot that does nothing, 1 for one whose view never turns.
+    robot that does nothing, 1 for one whose view never turns. It is a signed mean: a robot that swings about the
+    drum's rate may have a gain of 1 too. The root-mean-square slip tells them apart.
 
     ## Starting State
 

@@ -1,5 +1,7 @@
 """C5 to C11 along the speed of the background: up to which speed each holds, and what breaks it.
 
+Beside them, in how many crossings each direction model answers the object, and not the background.
+
 The paper's -8 px/s is 0.27 px a frame at 30 frames per second: a background that hardly moves. Each claim is judged
 here by its own judge at every speed, one at a time, in the direction that its words name.
 """
@@ -24,6 +26,8 @@ GREYS = (0.0, 255.0)
 """Of the objects of C6 and C7: a dark and a light one."""
 RIGHTWARD = ("C5",)
 """The claims before a background that shifts rightward; in the words of the others it shifts leftward."""
+BESIDE = ("emd-normalised", "three-arm", "three-arm-4q", "t4t5")
+"""Models that see the clips beside those of the experiment, `dsnn`, `dsn2017` and `emd`."""
 OBJECT_SPEED = {"C6": 120.0}
 FPS = 30.0
 
@@ -56,7 +60,36 @@ def at_speed(claim: "Claim", point: Mapping[str, str]) -> ClipClaim:
     return replace(claim, conditions=conditions)
 
 
-def breaks(counts: "Counts") -> Tables:
+def tables(counts: "Counts") -> Tables:
+    """Say where each claim breaks, and in how many crossings each model answers the object."""
+    return {"Where each claim breaks": breaks(counts), "Crossings answered rightward": answered(counts)}
+
+
+def answered(counts: "Counts") -> list[dict[str, Any]]:
+    """Say of each model in how many crossings the strongest of HS and VS is rightward, by the background's px a frame.
+
+    The object moves rightward and the background leftward, in every replicate before another scene.
+    """
+    from experiments.bench.leaderboard.scores import answer
+
+    point, model = counts.plan.judged[0]
+    crossings = [
+        row
+        for replicate in counts.replicates(point, model)
+        for row in replicate.rows
+        if row["motion"] == "rightward" and row["object"] != "absent"
+    ]
+    by_model: dict[str, dict[str, list[bool]]] = {}
+    for row in crossings:
+        column = f"{abs(row['background_speed']) / FPS:.2g}"
+        by_model.setdefault(row["model"], {}).setdefault(column, []).append(answer(row) == "rightward")
+    return [
+        {"model": name, **{column: f"{sum(hits)}/{len(hits)}" for column, hits in columns.items()}}
+        for name, columns in by_model.items()
+    ]
+
+
+def breaks(counts: "Counts") -> list[dict[str, Any]]:
     """Say for each claim at which speeds it holds, in px a frame, and what decided at the lowest at which it fails."""
     rows = []
     for claim in counts.plan.study.claims:
@@ -74,7 +107,7 @@ def breaks(counts: "Counts") -> Tables:
                 "breaks first": decided,
             }
         )
-    return {"Where each claim breaks": rows}
+    return rows
 
 
 def _listed(speeds: Iterable[float]) -> str:
@@ -83,13 +116,14 @@ def _listed(speeds: Iterable[float]) -> str:
 
 STUDY = Study(
     name="background",
-    summary="C5 to C11 before a background that shifts at 0.07 to 10 px a frame; of the DSNN alone",
+    summary="C5 to C11 of the DSNN before a background that shifts at 0.07 to 10 px a frame; all models of direction",
     claims=tuple(find(f"C{number}") for number in range(5, 12)),
     experiments=("background",),
+    models=("dsnn", *BESIDE),
     axes=(BACKGROUND,),
     repeats=None,
     replicates=1,
     as_run=True,
     claim_at=at_speed,
-    tables=breaks,
+    tables=tables,
 )

@@ -147,8 +147,9 @@ def values() -> Iterator[Subject]:
     things = [
         *declared, *dsnn.MODELS.values(), *(entry.robot for entry in dsnn.MODELS.values()), frame, series,
         dsnn.DSNN(CLIP[0].shape).step(CLIP[0], maps=True), colias_sim.CameraConfig(), colias_sim.RobotConfig(),
-        colias_sim.SceneConfig(), PLACES, colias_sim.WheelSpeeds(0.1, 0.2), colias_sim.Line(PLACES["post"], 1.0),
-        colias_sim.SpeedProfile(0.1, 0.2, 1.0, True), *ENVS.values(), experiments.Check("x", 1.0, 0.0),
+        colias_sim.SceneConfig(), PLACES, colias_sim.WheelSpeeds(0.1, 0.2), colias_sim.Stretch(0.1),
+        colias_sim.Route.line(PLACES["post"], 1.0, 0.1), experiments.Path([experiments.Leg(5, 6)]),
+        *ENVS.values(), experiments.Check("x", 1.0, 0.0),
         experiments.Outcome("holds", "x"), experiments.Score(1.0, 0.5, 1.5, 3), experiments.UsageError("a line"),
         colias_sim.GLUnavailable("a line"), dsnn.FrameError("a line"), dsnn.AnswerError("a line"),
         experiments.score("straight", episodes=1, quiet=True), run_folder().trials, experiments.runs("."),

@@ -6,7 +6,18 @@ import mujoco
 import numpy as np
 import pytest
 
-from colias_sim import CameraConfig, Line, PathFollower, Pose, Robot, RobotConfig, SceneConfig
+from colias_sim import (
+    CameraConfig,
+    PathFollower,
+    Pose,
+    Robot,
+    RobotConfig,
+    Route,
+    SceneConfig,
+    Schedule,
+    Stretch,
+    Tracker,
+)
 from colias_sim.pose import bearing
 from colias_sim.scene import LONGEST_STEP, FrameClock, compile_model
 
@@ -22,15 +33,21 @@ def bench(config: RobotConfig | None = None) -> tuple[mujoco.MjModel, mujoco.MjD
 
 def drive(speed: float, length: float, start: Pose | None = None, config: RobotConfig | None = None) -> np.ndarray:
     """Drive a line of ``length`` m; rows of time, distance along, offset, height, pitch of the body."""
+    return followed(Route.line(Pose(0.1, 0.15, -math.pi / 2), length, speed), start, config)
+
+
+def followed(route: Route, start: Pose | None = None, config: RobotConfig | None = None) -> np.ndarray:
+    """Drive a route to its end; rows of time, distance along, offset, height, and the place."""
     model, data, robot = bench(config)
-    line = Line(Pose(0.1, 0.15, -math.pi / 2), length)
-    robot.place(start or line.start)
-    follower = PathFollower(robot, line, speed)
+    robot.place(start or route.start)
+    follower, tracker = PathFollower(robot, route), Tracker(route)
     rows = []
-    while line.along(robot.pose) < length and data.time < 20:
+    while not follower.over and data.time < 20:
         robot.drive(follower.wheels(COMMAND_STEPS * model.opt.timestep))
         mujoco.mj_step(model, data, COMMAND_STEPS)
-        rows.append((data.time, line.along(robot.pose), line.offset(robot.pose), robot.height))
+        follower.look()
+        tracker.see(robot.pose)
+        rows.append((data.time, tracker.along, tracker.offset, robot.height, robot.pose.x, robot.pose.y))
     return np.array(rows)
 
 
@@ -95,10 +112,63 @@ def test_bearing_is_left_positive_from_the_lens():
 
 
 def test_a_line_measures_along_and_aside():
-    line = Line(Pose(1.0, 1.0, math.pi / 2), 2.0)
-    assert line.along(Pose(0.5, 1.8, 0.0)) == pytest.approx(0.8)
-    assert line.offset(Pose(0.5, 1.8, 0.0)) == pytest.approx(0.5)
+    line = Route.line(Pose(1.0, 1.0, math.pi / 2), 2.0, 0.1)
+    assert line.stretches[0].measured(line.start, Pose(0.5, 1.8, 0.0)) == pytest.approx((0.8, 0.5))
     assert line.point(0.8) == Pose(pytest.approx(1.0), pytest.approx(1.8), math.pi / 2)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_an_arc_is_a_part_of_a_circle(side):
+    """A quarter of a circle of 10 cm about a centre on that side; a pose 1 cm outside it is 1 cm to the other side."""
+    arc, start = Stretch(0.05 * math.pi, 0.1, 0.1, side / 0.1), Pose(0.0, 0.0, 0.0)
+    assert arc.turn == pytest.approx(side * math.pi / 2)
+    end = arc.point(start, arc.length)
+    assert (end.x, end.y, end.heading) == pytest.approx((0.1, side * 0.1, side * math.pi / 2))
+    beside = Pose(0.11 * math.sin(0.5), side * (0.1 - 0.11 * math.cos(0.5)), 0.0)
+    assert arc.measured(start, beside) == pytest.approx((0.05, -side * 0.01))
+
+
+def test_achieved_speed_is_commanded_speed_while_it_accelerates():
+    """From 4 to 20 cm/s with 10 cm/s2 after a run-up: v^2 = v0^2 + 2 a s within 4 %, then braked to rest."""
+    begin, length = 0.02, (0.2**2 - 0.04**2) / (2 * 0.1)
+    route = Route(Pose(0.1, 0.15, -math.pi / 2), (Stretch(begin, 0.04, 0.04), Stretch(length, 0.04, 0.2), Stretch()))
+    rows = followed(route)
+    now, along = np.diff(rows[:, 1]) / np.diff(rows[:, 0]), (rows[1:, 1] + rows[:-1, 1]) / 2
+    braking = PathFollower.braking(0.2)
+    chosen = (along > begin + 0.01) & (along < begin + length - braking)
+    asked = np.sqrt(0.04**2 + 2 * 0.1 * (along[chosen] - begin))
+    assert chosen.sum() > 30 and np.abs(now[chosen] / asked - 1).max() < 0.04
+    assert np.abs(rows[:, 2]).max() < 1e-4 and rows[-1, 1] == pytest.approx(route.length, abs=2e-3)
+
+
+def test_a_zig_zag_is_driven_corner_by_corner_and_its_mirror_image_mirrored():
+    """Three legs of 5 cm with corners of 60 degrees on the spot, and an arc: within 1 mm all along."""
+
+    def route(side):
+        corner, leg = Stretch(seconds=0.5, rate=side * math.radians(120)), Stretch(0.05, 0.06, 0.06)
+        back = Stretch(seconds=0.5, rate=-side * math.radians(120))
+        return Route(Pose(0.0, 0.0, 0.0), (leg, corner, leg, back, Stretch(0.05, 0.06, 0.06, side * 10), Stretch()))
+
+    one, other = followed(route(1.0)), followed(route(-1.0))
+    assert np.abs(one[:, 2]).max() < 1e-3
+    half = math.radians(60)
+    end = (0.05 + 0.05 * math.cos(half) + math.sin(0.5) / 10, 0.05 * math.sin(half) + (1 - math.cos(0.5)) / 10)
+    assert one[-1, 4:] == pytest.approx(end, abs=2e-3)
+    count = min(len(one), len(other))
+    np.testing.assert_allclose(one[:count, 4:], other[:count, 4:] * (1, -1), atol=3e-4)
+
+
+def test_a_schedule_is_what_constant_acceleration_gives():
+    """Up to 6 cm/s with 17 cm/s2, a step down to 3 cm/s, to rest: times and distances by v^2 = 2 a s."""
+    speed, low, up = 0.06, 0.03, 0.17
+    line = Route(Pose(0, 0, 0), (Stretch(0.1, speed, speed), Stretch(0.05, low, low), Stretch(seconds=0.3)))
+    schedule = Schedule(line, up)
+    ramp, down = speed**2 / 2 / up, (speed**2 - low**2) / 2 / up
+    seconds = speed / up + (0.1 - ramp - down) / speed + (speed - low) / up
+    assert schedule.covered(seconds) == pytest.approx(0.1)
+    seconds += (0.05 - low**2 / 2 / up) / low + low / up
+    assert schedule.covered(seconds) == pytest.approx(0.15)
+    assert schedule.seconds == pytest.approx(seconds + 0.3)
 
 
 @pytest.mark.parametrize(("name", "value"), [("track_cm", 5.0), ("mass_g", 0.0), ("max_speed_cm_s", -1.0)])

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from colias_sim import OpenLoop, Pose, RobotConfig, Simulation, SpeedProfile, WheelSpeeds
+from colias_sim import OpenLoop, Pose, RobotConfig, Route, Schedule, Simulation, WheelSpeeds
 from colias_sim.motors import Motors
 
 COLIAS4 = RobotConfig.preset("colias4")
@@ -54,7 +54,7 @@ def open_loop_speed(robot: RobotConfig, nominal: RobotConfig) -> None:
     for wanted in (0.8, 1.5, 4.0, 10.0):
         with alone(robot) as sim:
             one, frames = sim.robots["one"], 45
-            drive = OpenLoop(one, SpeedProfile(1.0, wanted / 100, 1.0, stop=False))
+            drive = OpenLoop(one, Schedule(Route.line(Pose(0.0, 0.0, 0.0), 1.0, wanted / 100), 1.0))
             for _ in range(15):
                 sim.advance(drive.drive)
             began = one.pose
@@ -214,15 +214,18 @@ def test_the_spread_of_the_motors_is_drawn_from_the_seed():
 
 @pytest.mark.parametrize("stop", [True, False])
 def test_the_commands_of_a_profile_cover_its_length(stop):
-    profile = SpeedProfile(0.15, 0.06, 0.17, stop, wait=0.3)
+    line = Route.line(Pose(0.0, 0.0, 0.0), 0.15, 0.06, wait=0.3, rest=0.0 if stop else None)
+    profile = Schedule(line, 0.17)
     drive = OpenLoop(alone(COLIAS4).robots["one"], profile)
-    way = sum(speed * slots * 0.1 for speed, slots in drive.commands())
+    commands = [(wheels.left, slots) for wheels, slots in drive.commands()]
+    way = sum(speed * slots * 0.1 for speed, slots in commands)
     assert way == pytest.approx(0.15, abs=1e-7) if stop else 0.15 <= way < 0.15 + 0.1 * 0.06
     assert profile.covered(profile.seconds) == pytest.approx(0.15)
-    assert drive.commands()[0] == (0.0, 3) and max(speed for speed, _ in drive.commands()) == pytest.approx(0.06)
+    assert all(wheels.left == wheels.right for wheels, _ in drive.commands())
+    assert commands[0] == (0.0, 3) and max(speed for speed, _ in commands) == pytest.approx(0.06)
     ramp = 0.06 / 0.17
     assert profile.seconds == pytest.approx(0.3 + 0.15 / 0.06 + ramp / (1 if stop else 2))
-    assert profile.mean(0.3, 0.3 + ramp) == pytest.approx(0.03)
+    assert profile.mean(0.3, 0.3 + ramp) == pytest.approx((0.03, 0.0))
 
 
 @pytest.mark.parametrize("name", ["dead_band", "trim", "motor_inequality", "motor_inequality_sd", "serial_ms"])

@@ -17,11 +17,12 @@ OF_MODELS: Mapping[str, frozenset[str]] = {
     "bench/doctor/installed.py": frozenset({"model"}),
     "bench/leaderboard/timing.py": frozenset({"model"}),
     "bench/firmware/check.py": frozenset({"model", "chip"}),
+    "bench/firmware/clips.py": frozenset({"model"}),
     "wiring.py": frozenset({"self.inner", "built"}),
 }
 """File -> what it calls ``step`` of, where that is a model. The runner serves trials, clips, episodes, footage and
-play; the laws and their notes are ``colias check``; doctor, timing and the firmware's check have a loop each; the
-wiring serves envs."""
+play; the laws and their notes are ``colias check``; doctor, timing, the firmware's check and its choice of
+frames have a loop each; the wiring serves envs."""
 OF_OTHERS: Mapping[str, frozenset[str]] = {
     "bench/robot/trial.py": frozenset({"sim"}),
     "bench/doctor/picture.py": frozenset({"simulation"}),

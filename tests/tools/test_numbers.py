@@ -11,6 +11,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from matplotlib.figure import Figure
 
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging import statistics
@@ -23,11 +24,12 @@ from experiments.bench.reproduction.eyes import CELLS
 from experiments.bench.reproduction.plan import FULL, QUICK, USUAL, design, planned
 from experiments.bench.robot.claims import paper_claims
 from experiments.bench.store.description import to_json
+from experiments.bench.store.files import rows_hash
 from experiments.bench.studies.counts import FORM
 from experiments.bench.tuning.probes import families
 from experiments.studies.fidelity import EYE, WHEELS
 from tests.helpers.chapters import PAGES as EVERY_PAGE
-from tools.numbers import GROUPS, PAGES, RESULTS, ROOT, STALE, blocks, renewed, rows_hash, stale, unfit
+from tools.numbers import GROUPS, PAGES, RESULTS, ROOT, STALE, blocks, renewed, stale, unfit
 
 CLAIMS = paper_claims()
 
@@ -56,7 +58,7 @@ def test_every_measured_part_has_a_page():
     assert marked == set(PAGES)
 
 
-def test_figures_of_another_design_say_so_and_are_no_release():
+def test_figures_of_another_design_say_so_and_are_no_release(tmp_path):
     """Other replicates, repeats or frames, another parameter or bound: the figures are of something else."""
     measured = results()
     said = [STALE in blocks(measured)[name] for name in ("groups", "verdicts")]
@@ -64,12 +66,18 @@ def test_figures_of_another_design_say_so_and_are_no_release():
     fresh = copy.deepcopy(measured)
     fresh["design"] = {name: described(USUAL)[name] for name in ("seed", "scale", "digest")}
     fresh |= {"rows": {"speed": "hash"}, "measured_with": {**measured["measured_with"], "commit": "abc"}}
-    assert not stale(fresh) and not unfit(fresh) and STALE not in blocks(fresh)["groups"]
+    assert not stale(fresh) and not unfit(fresh, tmp_path) and STALE not in blocks(fresh)["groups"]
     changed = copy.deepcopy(fresh)
     changed["design"]["scale"]["repeats"] -= 1
     assert stale(changed) and "of another design" in unfit(changed)
     assert "nobody can check out" in unfit(fresh | {"measured_with": {"commit": "abc-dirty"}})
     assert "no hash of their rows" in unfit(fresh | {"rows": {}})
+    (tmp_path / "docs").mkdir()
+    drawn = Figure()
+    for name, source in (("drawn", "rows abc of trials.parquet, commit abc"), ("eye", ""), ("none", ""),
+                         ("dirty", "rows abc of trials.parquet, commit abc with changes")):  # fmt: skip
+        drawn.savefig(tmp_path / "docs" / f"{name}.png", metadata={"Source": source})
+    assert unfit(fresh, tmp_path).startswith("dirty.png, none.png in docs/ record no rows")
 
 
 def test_the_hash_of_rows_is_of_what_they_say_and_not_of_the_time_they_took(tmp_path):
@@ -160,7 +168,10 @@ def test_the_command_takes_figures_over(run):
     assert "| C2 | not judged; what it needs was not shown | not shown | needs more |" in claims
     assert "- half wave rectified F: all claims" in claims
     assert "Over 2 episodes of at most 3 s each, at seeds 3 to 4" in behaviours
-    assert "| Optomotor | `still` | optomotor gain 0.25; free distance (m) inf (0.5 .. inf) |" in behaviours
+    assert (
+        "| Optomotor | `still` | optomotor gain 0.25; free distance (m) inf (0.5 .. inf); return 9 (8 .. 10) |"
+        in behaviours
+    )
     assert (
         "- B3 held in 0 of 1 replicate: it turns. Measured: 0.2 [0.1, 0.3]. Decided by: 0.1 (needs above 0.5)."
         in behaviours
@@ -250,7 +261,8 @@ def test_the_figures_of_design_in_prose_are_those_of_the_code():
         f"the same {len(plain.clips) * plain.repeats + len(clutter.clips) * clutter.repeats} clips",
         f"; {alone * clutter.repeats} of background alone",
         f"every model, {sum(len(family.probes) for family in families(()))} clips",
-        f"{USUAL.replicates} replicates (`--full`: {FULL.replicates})",
+        f"{USUAL.replicates} replicates (`--full`: {FULL.replicates} with the robot,"
+        f" {FULL.offline_replicates} of clips)",
         f"{USUAL.repeats} repeats of each condition at one seed",
         f"at {USUAL.episodes} seeds, for half a minute each",
         f"at least {least} trials of each condition, or {most} if it is about every single trial",

@@ -19,7 +19,7 @@ from tools.pages.command_tree import tree
 from tools.pages.commands import helped
 from tools.pages.model_pictures import kinds
 from tools.pages.models import CHANNELS as TOLD
-from tools.pages.models import EQUATIONS, KINDS
+from tools.pages.models import EQUATIONS, KINDS, assumed
 from tools.pages.uses import uses
 
 COMMANDS = {command.title: command for command in tree().walk()}
@@ -59,6 +59,20 @@ def test_equations_leave_out_no_parameter(name):
     text = equations(name)
     others = [link.removesuffix(".md") for link in re.findall(r"\]\(([^)]+)\)", text)]
     assert fields(name) <= set(CODE.findall(" ".join([text, *map(equations, others)])))
+
+
+ASSUMED_CONSTANTS = {
+    "emd": {"tau_hp", "tau_lp", "spacing"}, "lplc2": {"c_base", "spread", "k_sig"}, "pon-lgmd": {"t_sp", "n_sp"},
+    "t4t5": {"k_sig"}, "emd-normalised": {"kappa", "gain"}, "three-arm-4q": {"gain"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_page_of_every_model_lists_what_is_assumed(name):
+    """Its constants that no source gives, and the choices that its class lists."""
+    listed = [re.match(r"`(\w+) = ", item) for item in assumed(MODELS[name])]
+    assert {item[1] for item in listed if item} >= ASSUMED_CONSTANTS.get(name, set())
+    assert None in listed, "its class lists choices"
 
 
 def test_every_kind_and_channel_of_a_model_has_words():

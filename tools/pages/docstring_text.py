@@ -8,6 +8,8 @@ from typing import Any
 
 from tools.pages.markdown import code, escaped
 
+ASSUMED = "Assumed"
+"""How the paragraph of a model's class begins that lists what no source gives."""
 _SPAN = re.compile(r"``(.+?)``|`(.+?)`", re.DOTALL)
 
 
@@ -33,8 +35,14 @@ def _marked(text: str) -> str:
     return "".join([*parts, escaped(text[at:])])
 
 
-def notes(documented: type) -> list[str]:
-    """Return what a model's class says after the paragraph about its source: what is assumed, what it costs."""
-    parts = paragraphs(documented)
-    begins = next((place for place, text in enumerate(parts) if text.startswith("Source:")), None)
-    return [] if begins is None else parts[begins + 1 :]
+def assumed(documented: Any) -> list[str]:
+    """Return what a model's class says is assumed, an item each, as Markdown; nothing where it says nothing."""
+    parts, items = paragraphs(documented), []
+    for place, text in enumerate(parts):
+        if not text.startswith(ASSUMED):
+            continue
+        _, colon, listed = text.partition(": ")
+        items += re.split(r"; |\. (?=[A-Z`])", listed.rstrip(".")) if colon else []
+        if place + 1 < len(parts) and parts[place + 1].startswith("- "):
+            items += [item.removeprefix("- ") for item in parts[place + 1].splitlines()]
+    return [item.rstrip(".") for item in items]

@@ -29,6 +29,10 @@ ACROSS, GAP = 3, 0.06
 """Number of frames side by side, and inches between them."""
 MOTIONS = {"translation": (HUES[0], 1.6), "approach": (HUES[1], 3.6), "recession": (HUES[3], 1.6)}
 """Motion -> the colour of its paths and their width, points: an approach may have a recession on it."""
+OTHER = (HUES[2], 1.6)
+"""Colour and width of a path of an experiment's own."""
+PARTS = 100
+"""Straight parts in which such a path is drawn."""
 WIDE, HIGH = INCHES - 0.6, 2.9
 """Size of the view from above, inches."""
 TITLE = 0.15
@@ -38,25 +42,28 @@ TITLE = 0.15
 def draw_paths(experiment: Experiment, path: Path) -> None:
     """Draw the nominal paths of the stimulus from above, the observer at the origin and its view ahead upward."""
     settings = configure(experiment, experiment.models, ())[1]
-    lines: list[tuple[str, tuple[Place, Place]]] = []
+    lines: list[tuple[str, tuple[Place, ...]]] = []
     for condition in experiment.conditions():
-        line = nominal(condition, settings).line
-        start, end = ((round(-100 * p.y, 3), round(100 * p.x, 3)) for p in (line.start, line.point(line.length)))
-        if (condition.motion, (start, end)) not in lines:  # another speed has the same path
-            lines.append((condition.motion, (start, end)))
+        route = nominal(condition, settings).stimulus.route
+        parts = 1 if condition.path is None else PARTS
+        poses = [route.point(route.length * part / parts) for part in range(parts + 1)]
+        places = tuple((round(-100 * p.y, 3), round(100 * p.x, 3)) for p in poses)
+        if (condition.motion, places) not in lines:  # another speed has the same path
+            lines.append((condition.motion, places))
     with mpl.rc_context(STYLE):
         drawn = Figure(figsize=(INCHES, HIGH + 0.55))
         axes = drawing.place(drawn, 0.5, 0.1, WIDE, HIGH)
         _observer(axes, settings.camera)
-        for motion, ((x, y), (to_x, to_y)) in lines:
-            colour, width = MOTIONS[motion]
-            axes.annotate("", (to_x, to_y), (x, y), arrowprops={"arrowstyle": "->", "lw": width, "color": colour,
+        for motion, places in lines:
+            colour, width = MOTIONS.get(motion, OTHER)
+            axes.plot(*zip(*places[:-1], strict=True), color=colour, lw=width)
+            axes.annotate("", places[-1], places[-2], arrowprops={"arrowstyle": "->", "lw": width, "color": colour,
                                                                "shrinkA": 0, "shrinkB": 0})  # fmt: skip
         for motion in dict.fromkeys(motion for motion, _ in lines):
-            colour, width = MOTIONS[motion]
+            colour, width = MOTIONS.get(motion, OTHER)
             axes.plot([], [], color=colour, lw=width, label=f"{motion} of the stimulus")
-        places = np.array([end for _, ends in lines for end in ends])
-        high = max(float(places[:, 1].max()) + 8.0, 2 * (float(np.abs(places[:, 0]).max()) + 1.5) * HIGH / WIDE)
+        ends = np.array([place for _, places in lines for place in places])
+        high = max(float(ends[:, 1].max()) + 8.0, 2 * (float(np.abs(ends[:, 0]).max()) + 1.5) * HIGH / WIDE)
         axes.set_xlim(-high * WIDE / HIGH / 2, high * WIDE / HIGH / 2)
         axes.set_ylim(-3.0, high - 3.0)
         axes.legend(fontsize=SIZE, frameon=False, loc="upper right", borderaxespad=0.0)

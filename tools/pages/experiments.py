@@ -116,7 +116,7 @@ def _clips(folder: Path, experiment: OfflineExperiment) -> list[str]:
 
 def _stimulus(clip: Clip) -> str:
     trembles = f", trembling by {clip.jitter_px:g} px" if clip.jitter_px else ""
-    return f"[{code(clip.stimulus)}](../stimuli/{clip.stimulus}.md){trembles}"
+    return f"[{code(clip.entry.name)}](../stimuli/{clip.entry.name}.md){trembles}"
 
 
 def _change(change: tuple[str, Any]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,8 @@ from typing import Any
 import dsnn
 from dsnn import MODELS, ModelEntry
 from experiments.bench.engine.models import family
-from tools.pages import docstring_text, markdown, model_pictures
+from tools.pages import docstring_text, markdown, model_pictures, parameter_tables
+from tools.pages.docstring_text import ASSUMED
 from tools.pages.markdown import code, prose, sentence, table
 from tools.pages.model_pictures import Shown
 from tools.pages.parameter_tables import changes, parameters, written
@@ -73,7 +73,7 @@ def _write_page(folder: Path, entry: ModelEntry) -> None:
         *pictures,
         "## Equations\n",
         equations,
-        _notes(entry),
+        _assumed(entry),
         "## Parameters\n",
         f"`--set {section}.NAME=VALUE` sets one, and `--model {entry.name}:NAME=VALUE` sets it for this model alone.\n"
         f"[`colias parameters --only --model {entry.name}`](../commands/parameters.md) lists them."
@@ -121,9 +121,19 @@ def _picture(folder: Path, model: Shown) -> str:
     return markdown.picture(file, alt, caption)
 
 
-def _notes(entry: ModelEntry) -> str:
-    paragraphs = docstring_text.notes(entry.build) if inspect.isclass(entry.build) else []
-    return "\n\n".join(["## Notes", *paragraphs, ""]) if paragraphs else ""
+def assumed(entry: ModelEntry) -> list[str]:
+    """Return what no source gives of a model: constants that say so, then what its class lists."""
+    constants = [
+        f"{code(f'{row.name} = {row.value}')}: {prose(row.meaning)}"
+        for row in parameter_tables.rows(entry.robot)
+        if f"({ASSUMED.lower()}" in row.meaning
+    ]
+    return [*constants, *docstring_text.assumed(entry.build)]
+
+
+def _assumed(entry: ModelEntry) -> str:
+    words = "What no source gives, and what was taken in its place:"
+    return "\n".join(["## What is assumed\n", f"{words}\n", *(f"- {sentence(item)}" for item in assumed(entry)), ""])
 
 
 def _presets(entry: ModelEntry, section: str) -> str:

@@ -49,8 +49,8 @@ PUBLISHED = (
 
 def write(folder: Path) -> None:
     """Write the page and its picture into ``folder``."""
-    shown = {PHOTOGRAPH: _photograph(), **{kind: scene(kind, SHAPE, SEEDS[0]) for kind in SCENES}}
-    draw(shown, folder / "scenes.png")
+    pictures = {PHOTOGRAPH: _photograph(), **{kind: scene(kind, SHAPE, SEEDS[0]) for kind in SCENES}}
+    draw(pictures, folder / "scenes.png")
     caption = (
         "The photograph, and a scene of each kind at seed 1. Below, their amplitude spectra, averaged over"
         " orientations. Grey: slopes from -0.8 to -1.5. Dotted: white noise with the photograph's contrast."
@@ -88,24 +88,24 @@ def write(folder: Path) -> None:
     )  # fmt: skip
 
 
-def draw(shown: Mapping[str, npt.NDArray[np.uint8]], path: Path) -> None:
+def draw(pictures: Mapping[str, npt.NDArray[np.uint8]], path: Path) -> None:
     """Draw pictures one below another, and their spectra below them."""
     wide = INCHES - 0.04
     high = wide * SHAPE[0] / SHAPE[1]
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(INCHES, len(shown) * (high + GAP) + SPECTRUM_HIGH + 0.62))
-        for number, (kind, picture) in enumerate(shown.items()):
+        drawn = Figure(figsize=(INCHES, len(pictures) * (high + GAP) + SPECTRUM_HIGH + 0.62))
+        for number, (kind, picture) in enumerate(pictures.items()):
             axes = drawing.place(drawn, 0.02, GAP + number * (high + GAP), wide, high)
             drawing.show_frame(axes, picture, f"{kind}, slope {spectrum_slope(picture):.2f}")
-        below = len(shown) * (high + GAP) + GAP
-        _spectra(drawing.place(drawn, 0.62, below, INCHES - 0.72, SPECTRUM_HIGH - 0.1), shown)
+        below = len(pictures) * (high + GAP) + GAP
+        _spectra(drawing.place(drawn, 0.62, below, INCHES - 0.72, SPECTRUM_HIGH - 0.1), pictures)
         drawing.save(drawn, path)
 
 
-def _spectra(axes: Axes, shown: Mapping[str, npt.NDArray[np.uint8]]) -> None:
-    for (kind, picture), colour in zip(shown.items(), COLOURS, strict=True):
+def _spectra(axes: Axes, pictures: Mapping[str, npt.NDArray[np.uint8]]) -> None:
+    for (kind, picture), colour in zip(pictures.items(), COLOURS, strict=True):
         axes.loglog(*amplitude_spectrum(picture), color=colour, lw=1.4, label=kind)
-    first = next(iter(shown.values()))
+    first = next(iter(pictures.values()))
     frequencies, amplitudes = amplitude_spectrum(first)
     white = np.random.default_rng(0).normal(first.mean(), first.std(), first.shape)
     noise = amplitude_spectrum(np.clip(np.rint(white), 0, 255).astype(np.uint8))
@@ -132,11 +132,11 @@ def _statistics() -> str:
 
 
 def _measured(pictures: list[npt.NDArray[np.uint8]]) -> list[str]:
-    found: list[Contrasts] = [contrasts(picture) for picture in pictures]
-    columns = [[spectrum_slope(picture) for picture in pictures], [each.rms for each in found],
-               [each.log_rms for each in found], [each.michelson for each in found]]  # fmt: skip
+    contrast: list[Contrasts] = [contrasts(picture) for picture in pictures]
+    columns = [[spectrum_slope(picture) for picture in pictures], [of_one.rms for of_one in contrast],
+               [of_one.log_rms for of_one in contrast], [of_one.michelson for of_one in contrast]]  # fmt: skip
     texts = [_range(column, ".2f") for column in columns]
-    return [*texts, _range([each.local_range for each in found], ".1f")]
+    return [*texts, _range([of_one.local_range for of_one in contrast], ".1f")]
 
 
 def _range(values: list[float], form: str) -> str:

@@ -63,4 +63,4 @@ def _uses() -> Iterator[Use]:
 
 
 def _counted(clips: Iterable[Clip]) -> Counter[str]:
-    return Counter(clip.stimulus for clip in clips)
+    return Counter(clip.entry.name for clip in clips)

@@ -6,8 +6,9 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,7 +16,7 @@ from experiments.bench.cli.options import Models, Only
 from experiments.bench.engine import interrupts
 
 if TYPE_CHECKING:
-    from dsnn.stimuli import ClipParams, Stimulus
+    from dsnn.stimuli import ClipParams, Stimulus, StimulusEntry
     from experiments.bench.clips.play import Played
 
 PATIENCE_S = 2.0
@@ -25,7 +26,7 @@ INSTEAD = "use --record FILE.rrd --no-view"
 LINE_EVERY_S = 10.0
 """How often, where there is no terminal."""
 
-Name = Annotated[str, typer.Argument(help="A stimulus that [b]colias list[/b] shows.")]
+Name = Annotated[str, typer.Argument(help="A stimulus that [b]colias list[/b] shows, or a .py file.")]
 Assignments = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME.PARAM=VALUE", help="Set a parameter of the stimulus. Repeatable."),
@@ -52,15 +53,19 @@ def stimulus(
 
     What is there already is never overwritten.
     """
+    from experiments.bench.cli.listing import show_parameters
     from experiments.bench.clips import export
+    from experiments.bench.clips.stimuli import find
     from experiments.bench.engine import settings
     from experiments.bench.engine.terminal import out_console
 
+    entry = find(name)
+    section = {entry.name: entry.params}
     if parameters:
-        return _list(name)
-    clip = _clip(name, settings.collect(assignments or (), _section(name), _listed_by(name)), seed, jitter)
-    video = out or Path(f"{name}.avi")
-    with _progress(f"{name}: frames", len(clip)) as advance:
+        return show_parameters(settings.described(section))
+    clip = _clip(entry, settings.collect(assignments or (), section, _listed_by(name)), seed, jitter)
+    video = out or Path(f"{entry.name}.avi")
+    with _progress(f"{entry.name}: frames", len(clip)) as advance:
         table = export.write(clip, video, advance)
     rows, columns = clip.shape
     about = f"{len(clip)} frames of {columns}x{rows} px at {clip.fps:g} per second"
@@ -90,6 +95,7 @@ def play(
     """
     from experiments.bench.clips import export
     from experiments.bench.clips import play as player
+    from experiments.bench.clips.stimuli import find
     from experiments.bench.engine import settings
     from experiments.bench.engine.models import rate_notes, shown_models
     from experiments.bench.engine.terminal import error_console, out_console
@@ -97,13 +103,14 @@ def play(
     _check_outputs(record, view)
     if record is not None:
         export.refuse(record)
+    entry = find(name)
     listed_by = f"{_listed_by(name)}, colias parameters"
     models, collected = settings.watchers(
-        shown_models(["dsnn"], model, only), assignments or (), _section(name), listed_by
+        shown_models(["dsnn"], model, only), assignments or (), {entry.name: entry.params}, listed_by
     )
-    clip = _clip(name, collected, seed, jitter)
-    with _progress(f"{name}: frames", len(clip)) as advance:
-        played = player.play(name, clip, models, advance)
+    clip = _clip(entry, collected, seed, jitter)
+    with _progress(f"{entry.name}: frames", len(clip)) as advance:
+        played = player.play(entry.name, clip, models, advance)
     for answer in played.answers:
         ranges = {channel: getattr(answer.series, channel) for channel in answer.channels}
         parts = [f"{channel.upper()} {v.min():+z.2f} .. {v.max():+z.2f}" for channel, v in ranges.items()]
@@ -145,41 +152,25 @@ def _show(played: Played, record: Path | None, view: bool) -> int:
         return viewer.show([place], instead=INSTEAD) if view else 0
 
 
-def _section(name: str) -> dict[str, Any]:
-    """Return the stimulus's section of ``--set``, with its defaults."""
-    from dsnn.stimuli import stimulus_entry
-    from experiments.bench.engine.errors import UsageError
-
-    try:
-        return {name: stimulus_entry(name).params}
-    except ValueError as error:
-        raise UsageError(str(error)) from None
-
-
 def _listed_by(name: str) -> str:
     return f"colias stimulus {name} --parameters"
 
 
-def _list(name: str) -> None:
-    from experiments.bench.cli.listing import show_parameters
-    from experiments.bench.engine import settings
-
-    show_parameters(settings.described(_section(name)))
-
-
-def _clip(name: str, collected: Mapping[str, Mapping[str, str]], seed: int, jitter: float) -> Stimulus[ClipParams]:
+def _clip(
+    entry: StimulusEntry, collected: Mapping[str, Mapping[str, str]], seed: int, jitter: float
+) -> Stimulus[ClipParams]:
     """Return the stimulus that was asked for; `UsageError` in one line on what is not legal."""
-    from dsnn.stimuli import Jittered, stimulus_entry
+    from dsnn.stimuli import Jittered
     from experiments.bench.engine import settings
     from experiments.bench.engine.errors import UsageError
+    from experiments.bench.engine.user_code import apart
 
-    entry = stimulus_entry(name)
-    params = settings.changed(name, entry.params, collected.get(name, {}))
+    params = settings.changed(entry.name, entry.params, collected.get(entry.name, {}))
     try:
-        clip = entry.build(params, seed)
+        clip = apart(lambda: replace(entry, params=params).clip(seed))
         return Jittered(clip, jitter, seed) if jitter else clip
     except ValueError as error:
-        raise UsageError(f"{name}: {error}") from None
+        raise UsageError(f"{entry.name}: {error}") from None
 
 
 @contextmanager

@@ -52,7 +52,7 @@ app = typer.Typer(
 
 def register(whole: typer.Typer) -> None:
     """Put the commands into ``whole``."""
-    whole.add_typer(app, name="firmware", short_help="The network on the robot's chip: budget, check, loop, export.")
+    whole.add_typer(app, name="firmware", short_help="The network on the chip: budget, check, loop, export, decode.")
 
 
 @app.command(short_help="RAM, flash and instructions on the chip, measured.")
@@ -209,6 +209,8 @@ def export(
 ) -> int:
     """Write C sources, the header of the parameters, a linker script, an example main.c, a Makefile and one page.
 
+    There is a program that measures itself on a board too; [b]colias firmware decode[/b] reads what it sends.
+
     The page has the measured budget; where the compiler or QEMU is missing, it says which package to install.
     """
     from experiments.bench.engine.errors import UsageError
@@ -237,6 +239,42 @@ def export(
     if not quiet:
         show_places({"export": folder, "page": folder / "README.md"})
     return 0
+
+
+@app.command(short_help="Make a log of what the self-measuring program has sent.")
+def decode(
+    serial: Annotated[Path, typer.Argument(metavar="FILE", help="What the board's serial line sent, as it came.")],
+    out: Annotated[
+        Path | None, typer.Option(help="New folder for the results; otherwise runs/firmware-serial-TIME.")
+    ] = None,
+    quiet: Quiet = False,
+) -> int:
+    """Decode the serial line of the program that [b]colias firmware export[/b] writes beside the network.
+
+    Writes log.csv, which [b]colias import[/b] reads, and cycles.csv: the cycles of each frame, blank where the board
+    has no counter. A damaged line is told, and costs no other. Exit status 1: a line is damaged, or a frame is missing.
+    """
+    from experiments.bench.engine.errors import UsageError
+    from experiments.bench.engine.terminal import error_console, out_console, show_places
+    from experiments.bench.firmware import serial as line
+
+    folder = results_folder(out, "firmware-serial")
+    _empty(folder)
+    try:
+        data = serial.read_bytes()
+    except OSError as error:
+        raise UsageError(f"{serial}: cannot be read ({error.strerror})") from None
+    decoded = line.decode(data, str(serial))
+    for problem in decoded.problems:
+        error_console.print(problem, markup=False, soft_wrap=True)
+    if not decoded.answers:
+        raise UsageError(f"{serial}: no frame is whole; nothing was written")
+    log, cycles = line.write(decoded, folder)
+    if not quiet:
+        for text in line.words(decoded):
+            out_console.print(text, markup=False, soft_wrap=True)
+        show_places({"log": log, "cycles": cycles})
+    return EXIT_FAILED if decoded.problems else 0
 
 
 @app.command(short_help="List the parameters that --set reaches here.")

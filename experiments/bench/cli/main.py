@@ -13,6 +13,7 @@ from experiments.bench.cli import (
     behave,
     camera,
     check,
+    cite,
     clips,
     compare,
     doctor,
@@ -23,6 +24,7 @@ from experiments.bench.cli import (
     maps,
     measured,
     reproduce,
+    rerun,
     run,
     runs,
     study,
@@ -32,6 +34,7 @@ from experiments.bench.cli import (
     view,
     watch,
 )
+from experiments.bench.store import commands
 
 GROUPS = {
     "Run": (run, watch),
@@ -39,7 +42,7 @@ GROUPS = {
     "Models": (check, leaderboard, tune),
     "Behaviours": (behave, train),
     "The robot's chip, and a real robot": (firmware, measured, camera),
-    "What runs left": (runs, compare, view, video, export),
+    "What runs left": (runs, rerun, cite, compare, view, video, export),
     "What there is": (listing, clips, doctor),
 }
 """Heading -> the modules of its commands, in the order in which help shows them."""
@@ -135,7 +138,8 @@ def command(arguments: list[str]) -> int:
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         # Not standalone, so that the parser's own complaints come out as one line too.
-        return int(app(args=arguments, standalone_mode=False) or 0)
+        with commands.noting(lambda: commands.typed(arguments)):
+            return int(app(args=arguments, standalone_mode=False) or 0)
     except (_Interrupted, typer.Abort):
         raise KeyboardInterrupt from None
     except typer.TyperException as error:

@@ -38,7 +38,10 @@ def reproduce(
     ] = False,
     full: Annotated[
         bool,
-        typer.Option("--full", help="40 replicates instead of 5, so that claims have a word; more episodes."),
+        typer.Option(
+            "--full",
+            help="40 replicates with the robot, 20 of clips, instead of 5, so that claims have a word; more episodes.",
+        ),
     ] = False,
     robot_only: Annotated[
         bool, typer.Option("--robot-only", help="Just the paper's trials with the robot: neither clips nor behaviours.")
@@ -93,8 +96,8 @@ def reproduce(
 
     scale = plan.QUICK if quick else plan.FULL if full else plan.USUAL
     models_shown = whole.models_shown(model, only)
-    folder, own = results_folder(out, "reproduce"), own_pictures(pictures)
-    result = whole.reproduce(folder, scale, seed, models_shown, means, experiment or (), robot_only, only, own)
+    folder, walls = results_folder(out, "reproduce"), own_pictures(pictures)
+    result = whole.reproduce(folder, scale, seed, models_shown, means, experiment or (), robot_only, only, walls)
     page = report.write(result)
     if not quiet:
         table.show_claims(result.claims, result.pooled, result.scale.name)

@@ -62,7 +62,7 @@ def train(
     workers: Workers = None,
     quiet: Quiet = False,
 ) -> int:
-    """Train a small network on what the vision model says, and hold it against chance, rest and the reflex.
+    """Train a small network on what the vision model says, and hold it against the reflexes, rest, chance and truth.
 
     Needs stable-baselines3 and PyTorch ([b]make train[/b] sets them up); --replay needs neither. OUT gets policy.npz,
     learning.csv (the mean return as it grew), the 20 episodes that each was judged by, in worlds not trained in, and

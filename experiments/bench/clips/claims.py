@@ -93,13 +93,13 @@ class ClipClaim(Claim):
 
     def __post_init__(self) -> None:
         Claim.__post_init__(self)
-        if isinstance(self.models, str) or not self.models or not all(isinstance(each, str) for each in self.models):
+        if isinstance(self.models, str) or not self.models or not all(isinstance(label, str) for label in self.models):
             raise ValueError(f"claim {self.id}: models={short(self.models)}: legal is a set of labels, one or more")
         object.__setattr__(self, "models", frozenset(self.models))
         table = self.conditions
         if not isinstance(table, Mapping) or not all(isinstance(values, tuple) for values in table.values()):
-            said = "legal is a mapping of columns to tuples of values"
-            raise ValueError(f"claim {self.id}: conditions={short(table)}: {said}")
+            legal = "legal is a mapping of columns to tuples of values"
+            raise ValueError(f"claim {self.id}: conditions={short(table)}: {legal}")
 
     @property
     def spiking(self) -> str:
@@ -118,7 +118,7 @@ def find(claim: Claim | str) -> ClipClaim:
 
 
 def judge(
-    claim: ClipClaim | str, rows: Rows, thresholds: Mapping[str, float | None], shown: Rows | None = None
+    claim: ClipClaim | str, rows: Rows, thresholds: Mapping[str, float | None], all_rows: Rows | None = None
 ) -> Outcome:
     """Judge one claim on the rows of one seed.
 
@@ -130,28 +130,28 @@ def judge(
         Rows of ``trials.parquet``, of all models.
     thresholds
         Each model's spiking threshold.
-    shown
+    all_rows
         Rows of other clips and seeds too, where there are more than ``rows``. A claim that a silent network would
         keep is held against the translations among them.
     """
     asked = find(claim)
-    found = _judged(asked, rows, thresholds)
+    outcome = _judged(asked, rows, thresholds)
     threshold = thresholds.get(asked.spiking)
     if asked.silent_passes and threshold is not None:
-        found = found.against_silence(_answers(asked, rows if shown is None else shown, threshold), "clip")
+        outcome = outcome.against_silence(_answers(asked, rows if all_rows is None else all_rows, threshold), "clip")
     again = asked.on_equal_terms(rows)
     if not again:
-        return found
-    equal = judge(replace(asked, settled=True, equal_terms={}), again, thresholds, shown)
-    return replace(found, equal=equal)
+        return outcome
+    equal = judge(replace(asked, settled=True, equal_terms={}), again, thresholds, all_rows)
+    return replace(outcome, equal=equal)
 
 
-def _answers(claim: ClipClaim, shown: Rows, threshold: float) -> dict[str, list[bool]]:
+def _answers(claim: ClipClaim, all_rows: Rows, threshold: float) -> dict[str, list[bool]]:
     """Whether a model answers the crossings that the paper has it answer; without any, whether it does translations.
 
     See `ANSWERED`. An answer is a potential past T in the direction of the motion.
     """
-    across = [row for row in shown
+    across = [row for row in all_rows
               if row["model"] == claim.spiking and row["motion"] in SIGNED and row["object"] != "absent"]  # fmt: skip
     kinds = {name: [row for row in across if is_of(row)] for name, is_of in ANSWERED.items()}
     named = kinds if any(kinds.values()) else {"translation": across}
@@ -196,15 +196,17 @@ def _judged(asked: ClipClaim, rows: Rows, thresholds: Mapping[str, float | None]
     unknown = [name for name in asked.conditions if name not in ("shade", *rows[0])]
     if unknown:
         return Outcome.unjudged(f"clips have no column {unknown[0]}", n=len(rows))
-    own = about(asked, rows)
-    without = _unanswered(own, asked.models) or unreadable(own, POTENTIALS)
+    chosen = about(asked, rows)
+    without = _unanswered(chosen, asked.models) or unreadable(chosen, POTENTIALS)
     if without:
-        return Outcome.unjudged(f"of the clips {without}", n=len(own))
-    lacking = _lacking(asked, own)
-    if lacking and not (own and asked.of_every_clip):
+        return Outcome.unjudged(f"of the clips {without}", n=len(chosen))
+    lacking = _lacking(asked, chosen)
+    if lacking and not (chosen and asked.of_every_clip):
         return Outcome.unjudged(lacking)
-    found = asked.ask(own, 0.0 if threshold is None else threshold)
-    told = replace(found, measured="; ".join(filter(None, (found.measured, "" if asked.own else _shift(asked, own)))))
+    outcome = asked.ask(chosen, 0.0 if threshold is None else threshold)
+    told = replace(
+        outcome, measured="; ".join(filter(None, (outcome.measured, "" if asked.own else _shift(asked, chosen))))
+    )
     told = told.settled() if asked.settled else told
     return told.withheld(lacking) if lacking and told.verdict in ("holds", "unknown constants") else told
 

@@ -82,7 +82,7 @@ def draw(rows: Rows, frames: pa.Table, thresholds: Mapping[str, float | None]) -
     """
     models = list(dict.fromkeys(row["model"] for row in rows))
     polarities = [polarity for polarity in CASES if any(row["polarity"] == polarity for row in rows)]
-    motions = sorted({(row["motion"], row["speed"]) for row in rows}, key=lambda each: (each[0] != "rightward", *each))
+    motions = sorted({(row["motion"], row["speed"]) for row in rows}, key=lambda pair: (pair[0] != "rightward", *pair))
     tints, left = colours(models), shares(rows)
     styles = _styles(tints)
     with mpl.rc_context(STYLE):

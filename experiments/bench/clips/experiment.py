@@ -11,8 +11,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
-from dsnn.stimuli import SCENES, ClipParams, Jittered, Stimulus, stimulus, stimulus_entry
+from dsnn.stimuli import SCENES, ClipParams, Jittered, Stimulus, StimulusEntry, stimulus_entry
 from dsnn.stimuli.background import PHOTOGRAPH
+from experiments.bench.clips import stimuli
 from experiments.bench.engine.errors import check_declared, plain
 from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.pictures import Pictures
@@ -35,7 +36,7 @@ class Clip:
     name
         Tells it from the experiment's other clips.
     stimulus
-        One that ``colias list`` names: ``plain``, ``cluttered``, ...
+        One that ``colias list`` names: ``plain``, ``cluttered``, ...; or a `dsnn.stimuli.StimulusEntry` of your own.
     changes
         Pairs of a parameter's name and its value, or a mapping. ``colias stimulus NAME --parameters`` lists them.
     jitter_px
@@ -54,7 +55,7 @@ class Clip:
     """
 
     name: str
-    stimulus: str
+    stimulus: str | StimulusEntry
     changes: tuple[tuple[str, Any], ...] = ()
     jitter_px: float = 0.0
 
@@ -71,6 +72,17 @@ class Clip:
             problem = f"changes={self.changes!r}: legal is pairs of a parameter's name and its value"
             raise ValueError(f"clip {self.name}: {problem}") from None
         self.build(0)
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """Cross to another process: a stimulus of a user's own file is found in that file there."""
+        if isinstance(self.stimulus, StimulusEntry) and (place := stimuli.place_of(self.stimulus)):
+            return _rebuilt, (self.name, *place, self.changes, self.jitter_px)
+        return object.__reduce_ex__(self, protocol)
+
+    @property
+    def entry(self) -> StimulusEntry:
+        """The stimulus itself: its name, its defaults and how it is built."""
+        return self.stimulus if isinstance(self.stimulus, StimulusEntry) else stimulus_entry(self.stimulus)
 
     def build(self, seed: int) -> Stimulus[ClipParams]:
         """Make the clip itself.
@@ -90,7 +102,7 @@ class Clip:
         ValueError
             The seed is below 0.
         """
-        clip = stimulus(self.stimulus, seed, **dict(self.changes))
+        clip = self.entry.clip(seed, **dict(self.changes))
         return Jittered(clip, self.jitter_px, seed) if self.jitter_px else clip
 
     def takes_scene(self) -> bool:
@@ -101,7 +113,7 @@ class Clip:
         bool
             Whether it does.
         """
-        return hasattr(stimulus_entry(self.stimulus).params, BACKGROUND) and BACKGROUND not in dict(self.changes)
+        return hasattr(self.entry.params, BACKGROUND) and BACKGROUND not in dict(self.changes)
 
     def label(self) -> str:
         """Return the clip's name, as tables show it.
@@ -112,6 +124,10 @@ class Clip:
             The name.
         """
         return self.name
+
+
+def _rebuilt(name: str, file: str, attribute: str, changes: tuple[tuple[str, Any], ...], jitter_px: float) -> Clip:
+    return Clip(name, stimuli.of_file(Path(file), attribute), changes, jitter_px)
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,10 +251,10 @@ class OfflineExperiment:
             self.figure.kind, ()
         )
         for clip in self.clips:
-            known = stimulus_entry(clip.stimulus).params
+            known = clip.entry.params
             for name in drawn:
                 if not hasattr(known, name):
-                    problem = f"'{clip.name}', a {clip.stimulus}, has no {name} to draw peaks against"
+                    problem = f"'{clip.name}', a {clip.entry.name}, has no {name} to draw peaks against"
                     raise ValueError(f"experiment {self.name}: the clip {problem}")
 
 

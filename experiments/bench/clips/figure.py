@@ -271,7 +271,7 @@ def _background(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
             axes.set_title(plain(wrapped(f"{model}, {title}", 2.7, 8)), fontsize=8)
             if title == ALONE:
                 axes.set_yscale("log")
-                axes.set_ylim(1e-5, 1.5)
+                axes.set_ylim(1e-5, max(1.5, 1.2 * axes.dataLim.y1))
             _limits(axes, thresholds, [model])
         if title != ALONE:
             _from_zero(block)
@@ -317,9 +317,9 @@ def _ranges(rows: Rows, thresholds: Mapping[str, float | None]) -> Figure:
     axes = drawn.subplots()
     kinds = (("an object crosses", _moving(rows), HUES[0], -0.16),
              (ALONE, [row for row in rows if row["object"] == "absent"], HUES[1], 0.2))  # fmt: skip
-    for _, shown, tint, lower in kinds:
+    for _, labels, tint, lower in kinds:
         for place, model in enumerate(models):
-            peaks = [max(row["peak_hs"], -row["trough_hs"]) for row in shown if row["model"] == model]
+            peaks = [max(row["peak_hs"], -row["trough_hs"]) for row in labels if row["model"] == model]
             if peaks:
                 axes.plot([min(peaks), max(peaks)], [place + lower] * 2, "-|", color=tint, lw=4, ms=9)
     axes.set_yticks(range(len(models)), [plain(model) for model in models], fontsize=7)

@@ -52,7 +52,9 @@ class OfflinePlan:
             THRESHOLDS: {model.label: model.thresholds for model in models},
             **described_scenes(self.experiment.clips, self.repeats, self.pictures),
             "clips": {
-                each.condition.name: each.condition.build(each.seed).params for each in self.showings if not each.repeat
+                showing.condition.name: showing.condition.build(showing.seed).params
+                for showing in self.showings
+                if not showing.repeat
             },
             **provenance.of((model.source for model in models), self.experiment),
         }

@@ -19,7 +19,7 @@ from experiments.bench.engine.models import ConfiguredModel
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class ClipAnswer:
     """Answers of one model to a clip."""
 
     model: str
@@ -30,7 +30,7 @@ class Answer:
     series: ResponseSeries
 
     @classmethod
-    def of(cls, model: ConfiguredModel, series: ResponseSeries) -> Answer:
+    def of(cls, model: ConfiguredModel, series: ResponseSeries) -> ClipAnswer:
         """The answer of a model."""
         return cls(model.label, model.channels, model.thresholds, series)
 
@@ -45,7 +45,7 @@ class Played:
     frames: npt.NDArray[np.uint8]
     truths: tuple[Truth, ...]
     times_s: npt.NDArray[np.float64]
-    answers: tuple[Answer, ...]
+    answers: tuple[ClipAnswer, ...]
     troubles: Mapping[str, str] = field(default_factory=dict)
     """Model -> what went wrong in it; it is not among the answers."""
 
@@ -68,7 +68,7 @@ def play(
             runner.see(luma)
         advance()
     troubles = {runner.label: runner.trouble for runner in runners if runner.trouble}
-    answers = tuple(Answer.of(r.chosen, series) for r in runners if (series := r.series()) is not None)
+    answers = tuple(ClipAnswer.of(r.chosen, series) for r in runners if (series := r.series()) is not None)
     if not answers:
         raise UsageError("; ".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
     return Played(

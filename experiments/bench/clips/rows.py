@@ -84,7 +84,7 @@ def clip_contents(showings: Sequence[Showing], recorded: Iterable[int] = (), *, 
         if id(clip) not in known:
             params = clip.build(showing.seed).params
             known[id(clip)] = {
-                "stimulus": clip.stimulus, "clip": clip.name, **_settings(params)
+                "stimulus": clip.entry.name, "clip": clip.name, **_settings(params)
             }  # fmt: skip
         labels = (model.label for model in showing.models)
         trials[showing.index] = planned_trial(showing, labels, showing.index in with_recording, **known[id(clip)])
@@ -109,7 +109,7 @@ def _row(
         "repeat": showing.repeat,
         "seed": showing.seed,
         "model": model.label,
-        "stimulus": showing.condition.stimulus,
+        "stimulus": showing.condition.entry.name,
         "clip": showing.condition.name,
         **_settings(clip.params),
         "background_mean": _background_mean(clip),

@@ -16,7 +16,7 @@ from dsnn import ResponseSeries
 from dsnn.frames import frozen
 from dsnn.stimuli import ClipParams, Stimulus, StimulusFrame
 from experiments.bench.clips.experiment import Showing
-from experiments.bench.clips.play import Answer, Played
+from experiments.bench.clips.play import ClipAnswer, Played
 from experiments.bench.clips.rows import SERIES_SCHEMA, _row, _series
 from experiments.bench.engine.model_runner import ModelRunner
 from experiments.bench.engine.models import ConfiguredModel
@@ -72,7 +72,7 @@ def _recording(
         np.stack([frame.luma for frame in frames]),
         tuple(frame.truth for frame in frames),
         np.arange(len(frames)) / clip.fps,
-        tuple(Answer.of(model, series) for model, series in answers),
+        tuple(ClipAnswer.of(model, series) for model, series in answers),
     )
     return clips_recording.record(played, f"{showing.experiment}-{showing.index}-{showing.seed}", JPEG_QUALITY)
 

@@ -54,7 +54,7 @@ def is_random(plan: OfflinePlan) -> bool:
 
 
 def verdicts(
-    plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]] | None = None
+    plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]] | None = None
 ) -> list[Verdict]:
     """Judge the claims of an off-line run, each at every seed. A seed is a replicate.
 
@@ -64,20 +64,20 @@ def verdicts(
         The run's plan.
     rows
         The run's rows.
-    shown
+    all_rows
         The same models' rows in other runs too: see `experiments.bench.clips.claims.judge`.
     """
-    return [_verdict(find(claim), plan, rows, shown or rows) for claim in plan.experiment.claims]
+    return [_verdict(find(claim), plan, rows, all_rows or rows) for claim in plan.experiment.claims]
 
 
 def _verdict(
-    claim: ClipClaim, plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], shown: Sequence[Mapping[str, Any]]
+    claim: ClipClaim, plan: OfflinePlan, rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]]
 ) -> Verdict:
     outcomes: list[Outcome] = []
     for repeat in range(plan.repeats):
         of_seed = [row for row in rows if row["repeat"] == repeat]
         whole = len({row["trial"] for row in of_seed}) == len(plan.experiment.clips)
         lost = Outcome.unjudged("some of its clips failed")
-        outcomes.append(judge(claim, of_seed, plan.thresholds, shown) if whole else lost)
+        outcomes.append(judge(claim, of_seed, plan.thresholds, all_rows) if whole else lost)
     outcomes[0] = outcomes[0].noting([mixture(rows)])
     return claim.verdict(*outcomes, random=is_random(plan), experiment=plan.experiment.name)

@@ -12,7 +12,7 @@ from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.bench.closed_loop.episode import Setting
 from experiments.bench.closed_loop.power import MOST_EPISODES, Pilot, episodes_needed
 from experiments.bench.closed_loop.run import BehaviourPlan, Played
-from experiments.bench.closed_loop.scores import Row, mean, rate, rate_ratio
+from experiments.bench.closed_loop.scores import Row, mean, mean_difference, rate, rate_ratio, scores
 from experiments.bench.judging import claims as shipped
 from experiments.bench.judging.checks import Check
 from experiments.bench.judging.claim import Claim
@@ -22,8 +22,8 @@ from experiments.bench.store.rows import mixture
 
 PLAYED: Mapping[str, tuple[str, ...]] = {
     AVOIDANCE: ("hybrid", "lgmd", "lgmd-hybrid", "straight"),
-    OPTOMOTOR: ("optomotor", "still", "oracle-heading"),
-    FIXATION: ("fixation", "still", "oracle-target"),
+    OPTOMOTOR: ("optomotor-pi", "optomotor", "still", "oracle-heading"),
+    FIXATION: ("fixation-pi", "fixation", "still", "oracle-target"),
 }
 """Env -> who plays there for the report."""
 
@@ -82,7 +82,8 @@ def rarer(played: Episodes, against: str, times: float) -> Outcome:
         f"hybrid {rate(hybrid, 'driven_m')} collisions a metre ({collisions_text(hybrid)}), "
         f"{against} {rate(other, 'driven_m')} ({collisions_text(other)}): {ratio} times"
     )
-    return _judged(measured, len(hybrid) + len(other), ratio, times, {"hybrid": hybrid, against: other})
+    asked = Check(f"lower end of the 95 % interval {ratio.low:.3g}", ratio.low, times)
+    return _judged(measured, [(ratio, asked)], {"hybrid": hybrid, against: other})
 
 
 @cache
@@ -106,26 +107,74 @@ def underpowered_text(played: Episodes) -> str:
     return f"; underpowered: {there} of {needed} episodes{short}"
 
 
-def above(played: Episodes, name: str, column: str, bound: float) -> Outcome:
-    """Judge whether the mean of a ``column`` over the episodes of ``name`` is above ``bound``."""
-    rows = [row for row in played.get(name, ()) if row[column] is not None]
-    score = mean(rows, column)
-    if score is None:
-        return Outcome.unjudged(f"needs episodes of {name}")
-    return _judged(f"{score}", len(rows), score, bound, {name: rows})
+def better_than_still(
+    played: Episodes, env: str, name: str, column: str, bound: float, rms: str, beside: Sequence[str] = ()
+) -> Outcome:
+    """Judge whether a behaviour has a ``column`` above a bound, a smaller RMS than a still robot, and a higher return.
+
+    Each of the three holds where its whole 95 % interval does. The last two are of differences at equal seeds, so in
+    equal worlds.
+
+    Parameters
+    ----------
+    played
+        The episodes in ``env``, those of ``still`` among them.
+    env, name
+        Where they are played, and the behaviour that is judged.
+    column, bound
+        What is to be above the bound, in the mean over episodes.
+    rms
+        Column of a root mean square, the less the better.
+    beside
+        Behaviours of which the same numbers are told.
+    """
+    rows = {other: [row for row in played.get(other, ()) if row[column] is not None] for other in (name, "still")}
+    seeds = set.intersection(*({row["seed"] for row in known} for known in rows.values()))
+    rows = {other: [row for row in known if row["seed"] in seeds] for other, known in rows.items()}
+    level = mean(rows[name], column)
+    smaller = mean_difference(rows["still"], rows[name], rms)
+    more = mean_difference(rows[name], rows["still"], "reward")
+    if level is None or smaller is None or more is None:
+        return Outcome.unjudged(f"needs episodes of {name} and still at equal seeds")
+    told = [other for other in (name, *beside, "still") if played.get(other)]
+    measured = "; ".join(_measured(other, played, env, rms) for other in told)
+    names = {measure.column: measure.name for measure in ENVS[env].all_measures}
+    asked = (
+        (names[column], level, bound),
+        (f"{names[rms]} below that of still", smaller, 0.0),
+        ("return above that of still", more, 0.0),
+    )
+    checks = [
+        # Their units differ: each slack is a share of its own mean.
+        (score, Check(f"{what}: lower end of the 95 % interval {score.low:.3g}", score.low, least,
+                      scale=abs(score.value) or 1.0))
+        for what, score, least in asked
+    ]  # fmt: skip
+    return _judged(measured, checks, rows)
 
 
-def _judged(measured: str, n: int, score: Score, bound: float, played: Episodes) -> Outcome:
-    """It holds where the whole interval of ``score`` is above ``bound``."""
+def _measured(name: str, played: Episodes, env: str, rms: str) -> str:
+    """Return the scores of a behaviour in words, and by how much it is better than a still robot at equal seeds."""
+    rows, still = played[name], played.get("still", ())
+    told = ", ".join(f"{measure} {score}" for measure, score in scores(rows, env).items())
+    if name == "still":
+        return f"{name}: {told}"
+    smaller, more = mean_difference(still, rows, rms), mean_difference(rows, still, "reward")
+    return f"{name}: {told} (RMS below still's by {smaller}, return above it by {more})"
+
+
+def _judged(measured: str, asked: Sequence[tuple[Score, Check]], played: Episodes) -> Outcome:
+    """Judge scores by a check of each, where every behaviour has enough seeds and every score is a number."""
+    n = sum(len(rows) for rows in played.values())
     seeds = {name: len({row["seed"] for row in rows}) for name, rows in played.items()}
     if min(seeds.values()) < LEAST_SEEDS:
         has = ", ".join(f"{count} of {name}" for name, count in seeds.items())
         why = f"needs episodes at {LEAST_SEEDS} seeds or more of each behaviour (has {has})"
         return Outcome.unjudged(f"{why}; measured: {measured}", n=n)
-    if math.isnan(score.value) or math.isnan(score.low):
+    if any(math.isnan(score.value) or math.isnan(score.low) for score, _ in asked):
         why = "the measure is no number: no episode collided, or one has none"
         return Outcome.unjudged(f"{why}; measured: {measured}", n=n)
-    return Outcome.of([Check(f"lower end of the 95 % interval {score.low:.3g}", score.low, bound)], measured, n=n)
+    return Outcome.of([check for _, check in asked], measured, n=n)
 
 
 def collisions_text(rows: Sequence[Row]) -> str:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo
 from pydantic.dataclasses import dataclass
 
@@ -15,8 +14,8 @@ from colias_sim.envs.options import checked
 from colias_sim.envs.vector.host import env_class
 from dsnn import Response, model_entry
 from experiments.bench.closed_loop.behaviour import Behaviour, Wheels
+from experiments.bench.closed_loop.steering import WHEELS, Steering, Vector
 
-Vector = npt.NDArray[np.float32]
 Layer = tuple[Vector, Vector]
 """Weights (out, in) and biases (out,), float32."""
 
@@ -28,7 +27,6 @@ ROLLOUT = 256
 TRAINED_UNDER = ("camera", "robot", "noise", "randomise")
 """The arguments of an env that a training may change."""
 
-WHEELS = 2
 SENSED = len(NEURAL) + WHEELS
 """Senses of a network: the neural observation, and what it last told the wheels."""
 
@@ -52,28 +50,6 @@ def _legal_options(options: Mapping[str, Any], info: ValidationInfo) -> Mapping[
     if "env" in info.data:
         checked(env_class(ENVS[info.data["env"]].entry_point).options_type, options)
     return options
-
-
-@dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
-class Steering:
-    """Rule by which a network's two answers in [-1, 1] move the wheels: not at once, full speed being 1250 degrees/s of
-    turn.
-
-    Each frame a wheel keeps a share of its command and adds to it, within a limit; shares of the maximum.
-    """
-
-    keep: float = Field(default=0.9, ge=0.0, le=1.0, description="share of the last command that stays")
-    reach: float = Field(default=0.04, gt=0.0, le=1.0, description="change of a command by an answer of 1")
-    limit: float = Field(default=0.3, gt=0.0, le=1.0, description="the greatest command")
-
-    def sense(self, observation: Vector, command: Vector) -> Vector:
-        """Return what the network sees, (9,), of an observation (7,) and the last command (2,)."""
-        return np.concatenate([observation, command / np.float32(self.limit)]).astype(np.float32)
-
-    def command(self, last: Vector, answer: Vector) -> Vector:
-        """Return the next command, (2,), after the ``last`` one and the network's answer to it."""
-        wanted = self.keep * last + self.reach * np.clip(answer, -1.0, 1.0)
-        return np.clip(wanted, -self.limit, self.limit).astype(np.float32)
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))

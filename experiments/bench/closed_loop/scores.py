@@ -101,6 +101,8 @@ def _value(column: EpisodeColumn, episode: Episode) -> float | None:
     values = episode.infos[column.info]
     if column.kind == "optomotor_gain":
         return optomotor_gain(values, episode.infos[column.target])
+    if column.kind == "rms":
+        return float(np.sqrt(np.square(values).mean()))
     if column.kind == "mean_abs_error":
         values = values - float(getattr(episode.options, column.target))
     return float((values if column.kind == "mean" else np.abs(values)).mean())
@@ -124,6 +126,17 @@ def mean(rows: Sequence[Row], column: str) -> Score | None:
         return None
     summary = summarise(values)
     return Score(summary.mean, summary.ci_low, summary.ci_high, summary.n)
+
+
+def mean_difference(first: Sequence[Row], second: Sequence[Row], column: str) -> Score | None:
+    """Return by how much a column of the ``first`` exceeds that of the ``second``, a mean over the seeds of both.
+
+    Episodes of equal seed are in equal worlds, so what differs between worlds cancels in their difference. ``None``
+    where no seed has both.
+    """
+    values, others = ({row["seed"]: row[column] for row in rows if row[column] is not None} for rows in (first, second))
+    pairs = [{column: values[seed] - others[seed]} for seed in sorted(values.keys() & others.keys())]
+    return mean(pairs, column)
 
 
 def rate(rows: Sequence[Row], per: str, unit: float = 1.0) -> Score:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,7 @@ from experiments.bench.engine.models import ConfiguredModel
 from experiments.bench.engine.user_code import apart, place_of
 from experiments.bench.streams import stream
 
+T = TypeVar("T")
 Frames = npt.NDArray[np.uint8]
 SHAPE, LARGER = (72, 99), (180, 320)
 REST: Mapping[str, float] = MappingProxyType({"hs": 0.0, "vs": 0.0, "looming": 0.5})
@@ -37,7 +38,7 @@ ALIKE = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Result of a law for a model: ``trouble`` says what is broken and how to mend it, and is empty if it is kept."""
+    """Result of a law for a model or a stimulus: ``trouble`` says what is broken and how to mend it; empty if kept."""
 
     law: str
     asks: str
@@ -46,10 +47,11 @@ class Finding:
 
 def check(chosen: ConfiguredModel) -> list[Finding]:
     """Try every law on a model. Whatever goes wrong in the model breaks the law that was tried."""
-    return [Finding(law, asks, _tried(question, chosen)) for law, (asks, question) in LAWS.items()]
+    return [Finding(law, asks, tried(question, chosen)) for law, (asks, question) in LAWS.items()]
 
 
-def _tried(question: Callable[[ConfiguredModel], str], chosen: ConfiguredModel) -> str:
+def tried(question: Callable[[T], str], chosen: T) -> str:
+    """Return what a question says is broken; whatever goes wrong in a user's own code breaks the law."""
     try:
         return question(chosen)
     except BaseException as error:  # SystemExit too: sys.exit in a model ends the model

@@ -225,6 +225,8 @@ class Batch(Generic[AnySpec]):
                 have = f"{len(folder.written())} of {len(self.specs)} {self.things}"
                 self._say(f"stopped after {have}; they are in {folder.folder}")
                 raise
+        if left:
+            folder.end()
         tell(folder)
         return folder.failures()
 

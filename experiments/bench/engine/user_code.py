@@ -28,11 +28,16 @@ _COMMANDS: Mapping[str, str] = MappingProxyType(
         "EXPERIMENT": "colias run FILE",
         "STUDY": "colias study FILE",
         "MODEL": "--model FILE",
+        "STIMULUS": "colias play FILE",
         "BEHAVIOUR": "colias behave FILE",
     }
 )
 """What a file can declare -> where it is given."""
 _loaded: dict[str, Mapping[str, str]] = {}
+
+
+class NotDeclared(UsageError):
+    """A file runs and declares something else."""
 
 
 def is_file(name: str) -> bool:
@@ -64,10 +69,19 @@ def declared(path: Path, name: str) -> object:
     module = _module(path.resolve(), path)
     if not hasattr(module, name):
         there = next((other for other in _COMMANDS if hasattr(module, other)), None)
-        raise UsageError(
+        raise NotDeclared(
             f"{path}: declares no {name}{f', but {there}, which is for {_COMMANDS[there]}' if there else ''}"
         )
     return getattr(module, name)
+
+
+def declares(path: Path, name: str) -> bool:
+    """Tell whether the file at ``path`` declares ``name``; `UsageError` as `declared` where it cannot be run."""
+    try:
+        declared(path, name)
+    except NotDeclared:
+        return False
+    return True
 
 
 def as_loaded(path: str) -> Mapping[str, str]:

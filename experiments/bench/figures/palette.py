@@ -1,8 +1,8 @@
 """Marks that tell the models of a figure apart: a colour, a marker and a line style for each.
 
 The ten hues were found by a search for colours that stay apart in normal vision and under simulated deuteranopia and
-protanopia (Machado, Oliveira and Fernandes 2009); `tests/bench/figures/test_palette.py` holds them to it. More than
-ten series share hues, and differ in line style. Greys are of baselines alone.
+protanopia (Machado, Oliveira and Fernandes 2009); `tests/bench/figures/test_palette.py` holds them to it. Up to ten
+series have a hue each; more share hues, and differ in line style. Greys are of baselines alone.
 """
 
 from __future__ import annotations
@@ -27,8 +27,12 @@ PRIVILEGED = "oracle-"
 NAMED = (
     "dsnn", "dsn2017", "emd", "lgmd1", "lgmd2", "hybrid", "dsnn-on-blocked", "dsnn-off-blocked", "dsnn-reference",
     "t4t5", "lplc2", "mlplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "pon-lgmd", "dsnn-onboard",
+    "emd-normalised", "three-arm", "three-arm-4q",
 )  # fmt: skip
-"""Models that have the same mark in every figure: the hues in their order, then again with another line."""
+"""Models that have the same mark in every figure, the first ten of them the hues in their order.
+
+The others take hues of models that the figure does not show, the first that is free from a place of their own on.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +53,13 @@ class Mark:
 
 
 def marks(names: Iterable[str]) -> dict[str, Mark]:
-    """Return a mark for each name; no two have both colour and line style in common.
+    """Return a mark for each name: ten series have ten colours, and no two have colour and line style in common.
 
     Parameters
     ----------
     names
-        Labels of models or behaviours. Those in `NAMED` have the same colour in every figure. Others take the hues
-        that no model of this figure has; then hues come again with another line style.
+        Labels of models or behaviours. Those in `NAMED` come first in the choice of hues, in its order. Others take
+        the hues that no model of this figure has; then hues come again with another line style.
 
     Returns
     -------
@@ -63,15 +67,21 @@ def marks(names: Iterable[str]) -> dict[str, Mark]:
         In the order of ``names``.
     """
     listed = list(dict.fromkeys(names))
-    fixed = {name: NAMED.index(name) for name in listed if name in NAMED}
-    free = iter([slot for slot in range(len(HUES) * len(LINES)) if slot not in fixed.values()])
+    slots: dict[str, int] = {}
+    free = list(range(len(HUES) * len(LINES)))
+    for name in sorted(filter(NAMED.__contains__, listed), key=NAMED.index):
+        place = NAMED.index(name)
+        first = place if place < len(HUES) else place + 1 - len(HUES)  # not that of `dsnn`
+        slots[name] = min(free, key=lambda slot: (slot // len(HUES), (slot - first) % len(HUES)))
+        free.remove(slots[name])
+    unused = iter(free)
     greys = iter(range(len(GREYS) * len(LINES)))
     by_name: dict[str, Mark] = {}
     for name in listed:
         if name in BASELINES or name.startswith(PRIVILEGED):
             slot, colours = next(greys), GREYS
         else:
-            slot, colours = fixed[name] if name in fixed else next(free), HUES
+            slot, colours = slots[name] if name in slots else next(unused), HUES
         turn, hue = divmod(slot, len(colours))
         by_name[name] = Mark(colours[hue], MARKERS[(slot + turn) % len(MARKERS)], LINES[turn])
     return by_name

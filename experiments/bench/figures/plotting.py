@@ -21,6 +21,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from experiments.bench.judging.scores import Score, Standing
+from experiments.bench.store.files import drawn_from
 from experiments.bench.store.places import replacing
 
 STYLE: dict[Any, Any] = {
@@ -152,12 +153,14 @@ def columns_of_key(labels: Sequence[str], inches: float, size: float) -> int:
 
 
 def save(drawn: Figure, folder: Path, name: str = "figure") -> Path:
-    """Write ``NAME.svg`` and ``NAME.png`` atomically; return the path of the latter."""
+    """Write ``NAME.svg`` and ``NAME.png`` atomically, with their `drawn_from`; return the path of the latter."""
+    source = drawn_from(folder)
+    noted = {"Source": source} if source else {}
     with drawing():
         _settle(drawn)
-        for kind in ("svg", "png"):
+        for kind, metadata in (("svg", {"Date": None} | noted), ("png", noted)):
             with replacing(folder / f"{name}.{kind}") as partial:
-                drawn.savefig(partial, format=kind, dpi=160, metadata={"Date": None} if kind == "svg" else None)
+                drawn.savefig(partial, format=kind, dpi=160, metadata=metadata)
     return folder / f"{name}.png"
 
 

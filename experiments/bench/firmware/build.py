@@ -11,7 +11,7 @@ from pathlib import Path
 
 import dsnn.native
 from dsnn.onboard.fixed import constants
-from dsnn.onboard.header import header
+from dsnn.onboard.header import IN_RAM, TABLES, header
 from experiments.bench.engine.errors import UsageError, printable
 from experiments.bench.firmware import elf
 from experiments.bench.firmware.settings import ChipSettings, Firmware
@@ -31,6 +31,8 @@ LARGE = 4 * 1024 * 1024
 """Bytes of each region of the script by which a program is measured that does not fit the chip."""
 ALIGNMENT = 8
 """Bytes that the order of sections may cost."""
+TABLE_PLACE = '__attribute__((section(".tables")))'
+"""What puts the tables that are looked up at random into RAM (``sections.ld``)."""
 VARIABLES = 112
 """Bytes of the test program's own variables (``.bss``), by GCC 12.2.1; none of them has a value (``.data``)."""
 LINK_TIMEOUT_S = 300.0
@@ -188,8 +190,15 @@ def computed_sizes(wanted: Firmware, split: bool) -> dict[str, int]:
     cells, whole = rows * columns, constants(wanted.shape, wanted.network).state_bytes
     second = sum(_aligned(size) for size in (wanted.network.lamina_bits // 4 * cells, 4 * cells)) if split else 0
     ring = wanted.chip.ring_frames * -(-2 * cells // 4) * 4
-    return {".ring": ring, ".states": whole - second, ".second": second, ".stack": _aligned(wanted.chip.stack),
-            ".bss": VARIABLES}  # fmt: skip
+    return {".ring": ring, ".tables": table_bytes(wanted), ".states": whole - second, ".second": second,
+            ".stack": _aligned(wanted.chip.stack), ".bss": VARIABLES}  # fmt: skip
+
+
+def table_bytes(wanted: Firmware) -> int:
+    """Return the bytes of the tables that lie in RAM: those of 8-bit delayed signals; others are not looked up."""
+    fixed = constants(wanted.shape, wanted.network)
+    sizes = {"uint8_t": 1, "uint16_t": 2}
+    return sum(sizes[TABLES[name]] * len(getattr(fixed, name)) for name in IN_RAM) if fixed.state_bits == 8 else 0
 
 
 def _aligned(size: int) -> int:
@@ -218,7 +227,7 @@ def _compile(source: Path, chip: ChipSettings, compiler: Compiler, folder: Path,
     command = [
         *compiler.command, *compiler.flags, f"-O{chip.optimise}", "-isystem", str(CHIP_SIDE / "include"),
         f"-I{folder}", f"-I{CHIP_SIDE}", f"-I{NATIVE}", f'-DONBOARD_CONFIG_HEADER="{CONFIG}"',
-        f"-DCAMERA_FRAMES={chip.ring_frames}", *stages,
+        f"-DONBOARD_IN_RAM={TABLE_PLACE}", f"-DCAMERA_FRAMES={chip.ring_frames}", *stages,
         *(("-DONBOARD_SPLIT",) if split else ()), "-c", str(source), "-o", str(output),
     ]  # fmt: skip
     done = _run(command, folder)
@@ -264,7 +273,7 @@ def _over(sizes: Mapping[str, int], chip: ChipSettings, placement: Placement) ->
 def ram(sizes: Mapping[str, int], placement: Placement) -> dict[str, int]:
     """Region -> bytes of RAM that the sections take there, the robot's own data aside."""
     used = {MAIN: sizes.get(".data", 0) + sizes.get(".bss", 0) + sizes.get(".ring", 0),
-            CORE: sizes.get(".stack", 0) + sizes.get(".second", 0)}  # fmt: skip
+            CORE: sizes.get(".stack", 0) + sizes.get(".second", 0) + sizes.get(".tables", 0)}  # fmt: skip
     used[placement.states] += sizes.get(".states", 0)
     return used
 

@@ -10,6 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 import dsnn
+from dsnn.onboard.model import OnboardDSNN
+from experiments.bench.firmware.settings import Firmware
 from experiments.bench.streams import stream
 
 Frames = npt.NDArray[np.uint8]
@@ -69,6 +71,37 @@ def golden(shape: tuple[int, int]) -> Mapping[str, Frames]:
             frames = np.stack([cv2.resize(frame, size, interpolation=cv2.INTER_AREA) for frame in frames])
         by_name[f"golden {path.stem}"] = frames.astype(np.uint8, copy=False)
     return by_name
+
+
+WORST_FRAMES = 16
+"""Frames of each clip that the self-measuring program shows, as many as the budget counts."""
+GOLDEN_SHOWN, SHOWN = 2, 3
+
+
+def worst(wanted: Firmware) -> Mapping[str, Frames]:
+    """Choose the clips that the self-measuring program shows, each from its first frame, (`WORST_FRAMES`, R, C).
+
+    They are the two golden clips and the synthetic one that have the frame with the most cells in which F is not 0:
+    such cells are the network's work. Without golden clips all three are synthetic.
+    """
+    recorded, drawn = golden(wanted.shape), synthetic(wanted.shape, WORST_FRAMES)
+    chosen: dict[str, Frames] = {}
+    for clips, count in ((recorded, GOLDEN_SHOWN), (drawn, SHOWN)):
+        work = {name: _moving_cells(wanted, frames[:WORST_FRAMES]) for name, frames in clips.items()}
+        for name in sorted(work, key=lambda each: -work[each])[: count - len(chosen)]:
+            chosen[name] = clips[name][:WORST_FRAMES]
+    return chosen
+
+
+def _moving_cells(wanted: Firmware, frames: Frames) -> int:
+    """Cells of both pathways in which F is not 0, in the frame that has the most of them."""
+    model = OnboardDSNN(wanted.shape, wanted.network)
+    most = 0
+    for frame in frames:
+        maps = model.step(frame, maps=True).maps
+        assert maps is not None
+        most = max(most, int(np.count_nonzero(maps.f_on)) + int(np.count_nonzero(maps.f_off)))
+    return most
 
 
 def of_trial(shape: tuple[int, int]) -> Frames:

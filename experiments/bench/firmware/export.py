@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shlex
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from colias_sim.config import CameraConfig
 from dsnn.native.binding import ONBOARD
 from dsnn.onboard.header import header
 from experiments.bench.engine.errors import UsageError, printable
 from experiments.bench.engine.templates import render
-from experiments.bench.firmware.budget import Budget, Tools
+from experiments.bench.firmware import clips
+from experiments.bench.firmware.budget import MOST_WAITS, Budget, Tools
 from experiments.bench.firmware.build import (
     CHIP_SIDE,
     CONFIG,
@@ -21,18 +26,23 @@ from experiments.bench.firmware.build import (
     MAIN,
     NATIVE,
     SECTIONS,
+    TABLE_PLACE,
     computed,
     memory_script,
     script,
 )
-from experiments.bench.firmware.settings import Firmware, dead_zone_notice
+from experiments.bench.firmware.settings import MODEL, STACKED, Firmware, dead_zone_notice, plain_key
+from experiments.bench.measured.export import FRAMES
+from experiments.bench.measured.frames import RAW, trial_name
 from experiments.bench.store import places
 
 ADDRESSES = {FLASH: 0x0800_0000, MAIN: 0x2000_0000, CORE: 0x1000_0000}
 """Addresses of the STM32F427's memories (its reference manual, memory map)."""
+FRAMES_HEADER, FRAMES_SOURCE, EXPERIMENT = "measure_frames.h", "measure_frames.c", "experiment.py"
 COPIED = (
     "startup.c", "memory.c", "chip.h", "camera.c", "camera.h", "semihost.c", "semihost.h", "counter.c", "counter.h",
-    "answers.c", "host_main.c", "states.h", "split.h", SECTIONS,
+    "answers.c", "host_main.c", "states.h", "split.h", "measure_main.c", "record.c", "record.h", "cycles.c", "cycles.h",
+    "board.h", "board_qemu.c", "board_stm32.c", SECTIONS,
 )  # fmt: skip
 
 
@@ -76,7 +86,11 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
     chip = wanted.chip
     sizes = {FLASH: chip.flash, MAIN: chip.ram_main, CORE: chip.ram_core}
     regions = {name: (ADDRESSES[name], size) for name, size in sizes.items()}
-    words = {**_words(wanted, assignments, measured), "split": placement.split, "over": over}
+    shown = clips.worst(wanted)
+    words = {
+        **_words(wanted, assignments, measured), "split": placement.split, "over": over, "shown": list(shown),
+        "shown_frames": clips.WORST_FRAMES,
+    }  # fmt: skip
     sources = {name: CHIP_SIDE / name for name in COPIED}
     sources |= {"main.c": CHIP_SIDE / "robot_main.c", "include/string.h": CHIP_SIDE / "include" / "string.h"}
     sources |= {name: NATIVE / name for name in ONBOARD}
@@ -87,19 +101,52 @@ def export(wanted: Firmware, folder: Path, assignments: Sequence[str], measured:
         "Makefile": render("firmware/templates/Makefile.j2", **words) + "\n",
         "README.md": render("firmware/templates/README.md.j2", **words) + "\n",
     }
+    written |= {
+        FRAMES_HEADER: frames_header(shown, wanted), FRAMES_SOURCE: frames_source(shown),
+        EXPERIMENT: render("firmware/templates/experiment.py.j2", clips=list(shown)) + "\n",
+    }  # fmt: skip
     contents = {name: path.read_bytes() for name, path in sources.items()}
     contents |= {name: text.encode() for name, text in written.items()}
-    include = folder / "include"
+    contents |= {
+        f"{FRAMES}/{trial_name(index)}{RAW}": np.ascontiguousarray(frames).tobytes()
+        for index, frames in enumerate(shown.values())
+    }
+    folders = [folder / "include", folder / FRAMES]
     try:
-        include.mkdir(parents=True, exist_ok=True)
+        for each in folders:
+            each.mkdir(parents=True, exist_ok=True)
         for name, content in contents.items():
             with places.replacing(folder / name) as partial:
                 partial.write_bytes(content)
     except OSError:
         for name in contents:
             (folder / name).unlink(missing_ok=True)
-        include.rmdir()
+        for each in folders:
+            if each.is_dir():
+                each.rmdir()
         raise
+
+
+def frames_header(shown: Mapping[str, clips.Frames], wanted: Firmware) -> str:
+    """Return ``measure_frames.h``: which frames the self-measuring program shows."""
+    names = "".join(f" * trial {index}: {name}\n" for index, name in enumerate(shown))
+    lines = [
+        f"/* Frames that the self-measuring program shows, written by colias-sim:\n{names} */",
+        "#ifndef MEASURE_FRAMES_H", "#define MEASURE_FRAMES_H", "", "#include <stdint.h>", "",
+        f"#define MEASURE_TRIALS {len(shown)}u", f"#define MEASURE_FRAMES {clips.WORST_FRAMES}u",
+        f"#define MEASURE_FRAME_US {round(1e6 / wanted.network.fps)}u", "",
+        f"extern const uint8_t measure_luma[MEASURE_TRIALS * MEASURE_FRAMES][{wanted.shape[0] * wanted.shape[1]}];",
+        "", "#endif", "",
+    ]  # fmt: skip
+    return "\n".join(lines)
+
+
+def frames_source(shown: Mapping[str, clips.Frames]) -> str:
+    """Return ``measure_frames.c``: the frames themselves, a line each."""
+    frames = np.concatenate(list(shown.values())).reshape(len(shown) * clips.WORST_FRAMES, -1)
+    rows = ["{" + ",".join(map(str, frame.tolist())) + "}," for frame in frames]
+    begin = f"const uint8_t measure_luma[{len(frames)}][{frames.shape[1]}] = {{"
+    return "\n".join(['#include "measure_frames.h"', "", begin, *rows, "};", ""])
 
 
 def check_folder(folder: Path) -> None:
@@ -111,26 +158,34 @@ def check_folder(folder: Path) -> None:
     places.check_folder(folder, f"{folder}")
 
 
+def _settings(wanted: Firmware, assignments: Sequence[str]) -> str:
+    """Return the options by which ``colias import`` sets model and camera as they are here."""
+    rows, columns = wanted.shape
+    texts = [plain_key(text) for text in assignments]
+    options = [text for text in texts if text.startswith(f"{MODEL}.")]
+    camera = CameraConfig()
+    values = {"width": columns, "height": rows, "fps": wanted.network.fps}
+    options += [f"camera.{name}={value:g}" for name, value in values.items() if value != getattr(camera, name)]
+    return "".join(f" --set {shlex.quote(option)}" for option in options)
+
+
 def _words(wanted: Firmware, assignments: Sequence[str], measured: Measured | str) -> dict[str, Any]:
     rows, columns = wanted.shape
     options = "".join(f" --set {text}" for text in assignments)
     words: dict[str, Any] = {
-        "chip": wanted.chip, "rows": rows, "columns": columns, "config": CONFIG,
-        "version": version("colias-sim"),
+        "chip": wanted.chip, "rows": rows, "columns": columns, "config": CONFIG, "table_place": TABLE_PLACE,
+        "model": MODEL, "settings": _settings(wanted, assignments), "version": version("colias-sim"),
         "notice": dead_zone_notice(wanted.network),
         "command": f"Its parameters: the defaults{' but' if options else ''}{options}.", "budget": None,
     }  # fmt: skip
     if isinstance(measured, str):
         return {**words, "missing": measured}
     budget, tools = measured.budget, measured.tools
-    reasons = [f"{size:,} bytes over in {region.lower()} RAM" for region, size in budget.built.over.items()]
-    if budget.flash > wanted.chip.flash:
-        reasons.append(f"{budget.flash - wanted.chip.flash:,} bytes over in flash")
-    reasons += [] if budget.fits_time else ["the worst frame takes too long"]
     return {
         **words, "budget": budget,
         "compiler": tools.compiler.version, "emulator": tools.qemu.version,
         "purposes": [(name, size, budget.regions[name]) for name, size in budget.purposes.items()],
         "stages": [*budget.stages, budget.whole],
-        "verdict": "It fits the chip." if budget.fits else f"It does not fit the chip: {', '.join(reasons)}.",
+        "verdict": f"On the chip: {budget.verdict}.", "stacked": STACKED,
+        "waits": [(waits, budget.waiting_ms(waits)) for waits in range(MOST_WAITS + 1)],
     }  # fmt: skip

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from experiments.bench.figures.palette import HUES
 from experiments.bench.figures.plotting import INCHES_A_ROW, STYLE, plain, save
-from experiments.bench.firmware.budget import Budget, label
+from experiments.bench.firmware.budget import MOST_WAITS, Budget, label
 
 LIMIT = "#383838"
 BAD = "#c0392b"
@@ -31,7 +31,8 @@ def draw(budgets: Sequence[Budget]) -> Figure:
     matplotlib.figure.Figure
         Left: RAM by purpose, kB; a line at the chip's two regions together. A program may be below that line and still
         not fit, as neither region alone may have room for the states; the words beside the row say so. Right: time of
-        the frame of the most instructions, from the least to the most cycles an instruction, and the frame's time.
+        the frame of the most instructions, from the least to the most cycles an instruction, and the frame's time;
+        dotted, what it would wait more if the tables were in flash.
     """
     height = max(INCHES_A_ROW * len(budgets), 0.7) + 1.3
     with mpl.rc_context(STYLE):
@@ -57,7 +58,8 @@ def _memory(axes: Axes, budgets: Sequence[Budget]) -> None:
             size = budget.purposes[name] / KB
             axes.barh(place, size, left=left, height=0.62, color=HUES[hue], label=name if place == 0 else None)
             left += size
-        caption, colour = (f"over by {budget.over:,} B", BAD) if budget.over else ("fits", LIMIT)
+        caption = f"over by {budget.over:,} B" if budget.over else budget.memory
+        colour = LIMIT if budget.fits_memory else BAD
         axes.annotate(caption, (1.0, place), xycoords=("axes fraction", "data"), ha="right", va="center",
                       fontsize=7, color=colour)  # fmt: skip
     chip = budgets[0].firmware.chip
@@ -72,16 +74,18 @@ def _time(axes: Axes, budgets: Sequence[Budget]) -> None:
     chip = budgets[0].firmware.chip
     for place, budget in enumerate(budgets):
         low, high = budget.milliseconds
-        colour = HUES[0] if budget.fits_time else BAD
+        colour = BAD if budget.too_slow else HUES[0]
         axes.barh(place, high - low, left=low, height=0.3, color=colour)
+        waiting = budget.waiting_ms(MOST_WAITS)
+        axes.barh(place, waiting, left=high, height=0.3, fill=False, edgecolor=LIMIT, lw=0.6, ls=":",
+                  label=f"tables in flash, {MOST_WAITS} wait states" if place == 0 else None)  # fmt: skip
         axes.annotate(f"{low:.2f} to {high:.2f}", (1.02, place), xycoords=("axes fraction", "data"), va="center",
                       fontsize=7, color=colour, annotation_clip=False)  # fmt: skip
     axes.axvline(chip.frame_ms, color=LIMIT, ls="--", lw=1.0)
-    top = max(chip.frame_ms, *(budget.milliseconds[1] for budget in budgets))
+    top = max(chip.frame_ms, *(budget.milliseconds[1] + budget.waiting_ms(MOST_WAITS) for budget in budgets))
     axes.set_xlim(0.0, 1.08 * top)
-    caption = (
-        f"worst frame (ms), limit {chip.frame_ms:g}\nat {chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction"
-    )
+    cycles = f"at {chip.cpi_least:g} to {chip.cpi_most:g} cycles an instruction"
+    caption = f"worst frame (ms), limit {chip.frame_ms:g}: undetermined\n{cycles}"
     axes.set_title(caption, fontsize=9, loc="left")
 
 

@@ -22,6 +22,10 @@ CHIP = "chip"
 ALIAS = "dsnn"
 """``--set dsnn.n_con=4`` means the on-board form's own parameter here."""
 LISTED_BY = "colias firmware parameters"
+STACKED = 4 * (8 + 18) + 4
+"""Bytes that an interrupt stacks where floats were in use: 8 words of the core, 18 of the FPU (S0 to S15, FPSCR, one
+reserved), and a word that keeps the stack at multiples of 8 (ARMv7-M architecture reference manual, B1.5.6 and B1.5.7).
+Lazy stacking leaves the FPU's words unwritten at first, but takes their room at once."""
 WIDEST, NARROWEST = 640, 8
 """Pixels along a side of the frame that a camera of this kind gives."""
 
@@ -56,6 +60,16 @@ class ChipSettings:
     stack: Annotated[int, unit("bytes")] = Field(
         default=2048, ge=512, le=65536, description="RAM reserved for the stack; its use is measured"
     )
+    interrupts: Annotated[int, unit("levels")] = Field(
+        default=4,
+        ge=0,
+        le=16,
+        description="interrupts that may be under way at once, each on top of the one before, on the same stack: an"
+        " assumption (camera's DMA, motors' UART, a tick, a fault); the chip has 16 priorities",
+    )
+    handler_stack: Annotated[int, unit("bytes")] = Field(
+        default=128, ge=0, le=4096, description="stack that the code of one interrupt takes itself: an assumption"
+    )
     robot_ram: Annotated[int, unit("bytes")] = Field(
         default=16 * 1024, ge=4, le=2**20, multiple_of=4,
         description="RAM of the rest of the robot's program. An estimate: a shipped build has 102 kB of"
@@ -78,13 +92,13 @@ class ChipSettings:
         default=1.3,
         ge=0.5,
         le=20.0,
-        description="least number of cycles an instruction takes: an assumption; flash waits aside",
+        description="least number of cycles an instruction takes: an assumption; flash waits are told apart",
     )
     cpi_most: Annotated[float, unit("cycles")] = Field(
         default=1.6,
         ge=0.5,
         le=20.0,
-        description="greatest number of cycles an instruction takes: an assumption; flash waits aside",
+        description="greatest number of cycles an instruction takes: an assumption; flash waits are told apart",
     )
     optimise: Literal["s", "1", "2", "3"] = Field(
         default="3", description="level of the compiler's -O: at 3 it unrolls more, and flash is plenty"
@@ -97,6 +111,11 @@ class ChipSettings:
         if form is None or not all(NARROWEST <= side <= WIDEST for side in self.frame):
             sides = f"each a whole number from {NARROWEST} to {WIDEST}"
             raise ValueError(f"shape={self.shape}: legal is COLUMNSxROWS, such as 99x72, {sides}")
+
+    @property
+    def interrupt_stack(self) -> int:
+        """Bytes of the stack that interrupts may take beside the network: each its frame and what its code takes."""
+        return self.interrupts * (STACKED + self.handler_stack)
 
     @property
     def frame(self) -> tuple[int, int]:

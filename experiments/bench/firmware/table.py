@@ -11,14 +11,18 @@ from rich.table import Table
 from rich.text import Text
 
 from experiments.bench.engine.terminal import out_console, show_line, show_table
-from experiments.bench.firmware.budget import Budget, Tools, answer, label, varied
+from experiments.bench.firmware.budget import MOST_WAITS, Budget, Tools, answer, label, varied
+from experiments.bench.firmware.settings import STACKED
 from experiments.bench.store.places import replacing
 
 NOTES = (
     "Instructions were counted in QEMU, which knows no cycles: times are of the worst frame, over an assumed range of "
-    "cycles an instruction. Waits for the flash are not modelled.",
+    "cycles an instruction. The time is undetermined until a board measures cycles: colias firmware export says how.",
     "RAM and flash are sections of the linked program. The robot's own share is an estimate (chip.robot_ram, "
-    "chip.robot_flash); the column robot is what is left to it. The stack is without interrupts.",
+    "chip.robot_flash); the column robot is what is left to it. Interrupts are an assumption (chip.interrupts, "
+    f"chip.handler_stack); each stacks {STACKED} B, floats too.",
+    "Flash waits: each look-up in a table in flash waits in full, as the tables are larger than the flash's data cache "
+    "of 128 B. Other loads and the fetching of instructions are left out.",
 )
 
 
@@ -30,7 +34,13 @@ def show(budgets: Sequence[Budget], tools: Tools) -> None:
         show_table(_purposes(budgets[0]))
         out_console.print()
         show_table(_stages(budgets[0]))
+        out_console.print()
+        show_table(_waits(budgets[0]))
+        show_line(Text(f"{budgets[0].lookups:,} look-ups a frame", "dim"))
     out_console.print()
+    fitting = sum(budget.fits_memory for budget in budgets)
+    show_line(budgets[0].verdict if len(budgets) == 1 else f"memory fits in {fitting} of {len(budgets)}; "
+              "time undetermined where none is called too slow")  # fmt: skip
     for line in answer(budgets):
         show_line(line)
     chip = budgets[0].firmware.chip
@@ -44,12 +54,12 @@ def _table(budgets: Sequence[Budget]) -> Table:
     table = Table(box=None, header_style="bold", pad_edge=False)
     for name in keys or ["program"]:
         table.add_column(name.partition(".")[2] or name, justify="right")
-    for name in ("RAM, B", "over, B", "robot, B", "flash, kB", "worst, M", "ms", "fits"):
+    for name in ("RAM, B", "over, B", "robot, B", "flash, kB", "worst, M", "ms", "memory"):
         table.add_column(name, justify="right")
     for budget in budgets:
         low, high = budget.milliseconds
         values = [budget.point.get(key, "") for key in keys] or [label(budget)]
-        verdict = Text("yes", "green") if budget.fits else Text(f"no: {_why(budget)}", "red")
+        verdict = Text(_short(budget), "green" if budget.fits_memory and not budget.too_slow else "red")
         table.add_row(
             *values, f"{sum(budget.purposes.values()):,}", f"{budget.over:,}" if budget.over else "",
             f"{budget.room:,}", f"{budget.flash / 1024:.1f}",
@@ -58,17 +68,35 @@ def _table(budgets: Sequence[Budget]) -> Table:
     return table
 
 
-def _why(budget: Budget) -> str:
-    reasons = ["RAM"] if budget.over else ["flash"] if not budget.fits_memory else []
-    return ", ".join([*reasons, *([] if budget.fits_time else ["time"])])
+def _short(budget: Budget) -> str:
+    chip = budget.firmware.chip
+    lacks = {"RAM": budget.over > 0, "flash": budget.flash > chip.flash, "stack": budget.stack_needed > chip.stack}
+    missing = ", ".join(name for name, lacking in lacks.items() if lacking)
+    return (f"no: {missing}" if missing else "fits") + "; too slow" * budget.too_slow
 
 
 def _purposes(budget: Budget) -> Table:
     table = Table("RAM", "bytes", "region", box=None, header_style="bold", pad_edge=False)
     where = budget.regions
     for name, size in budget.purposes.items():
-        used = f" ({budget.stack_used:,} B used)" if name == "stack" else ""
-        table.add_row(name + used, f"{size:,}", where[name])
+        table.add_row(name + (f" ({_stack(budget)})" if name == "stack" else ""), f"{size:,}", where[name])
+    return table
+
+
+def _stack(budget: Budget) -> str:
+    chip = budget.firmware.chip
+    interrupts = f"{chip.interrupts} interrupts of {STACKED} + {chip.handler_stack} B"
+    return f"{budget.stack_needed:,} B needed: {budget.stack_used:,} B used, {interrupts}"
+
+
+def _waits(budget: Budget) -> Table:
+    """Time of the worst frame by wait states of the flash, with the tables there and where they are, in RAM."""
+    numbers = map(str, range(MOST_WAITS + 1))
+    table = Table("flash wait states", *numbers, box=None, header_style="bold", pad_edge=False)
+    low, high = budget.milliseconds
+    for name, more in (("ms, tables in flash", budget.waiting_ms), ("ms, tables in RAM", lambda waits: 0.0)):
+        waited = [more(waits) for waits in range(MOST_WAITS + 1)]
+        table.add_row(name, *(f"{low + wait:.2f}-{high + wait:.2f}" for wait in waited))
     return table
 
 
@@ -89,11 +117,13 @@ def row(budget: Budget, tools: Tools) -> dict[str, Any]:
     return {
         **budget.point, "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits,
         "lamina_bits": network.lamina_bits, "shape": chip.shape,
-        "fits": budget.fits, "fits_memory": budget.fits_memory, "fits_time": budget.fits_time, **sizes,
-        "stack_used_bytes": budget.stack_used, "over_bytes": budget.over, "room_for_robot_bytes": budget.room,
+        "verdict": budget.verdict, "fits_memory": budget.fits_memory, "time": budget.time, **sizes,
+        "stack_used_bytes": budget.stack_used, "stack_needed_bytes": budget.stack_needed,
+        "over_bytes": budget.over, "room_for_robot_bytes": budget.room,
         "flash_bytes": budget.flash,
         "placement": budget.built.placement.words(), **stages, "worst_clip": budget.worst_clip,
-        "least_ms": round(low, 3), "most_ms": round(high, 3),
+        "least_ms": round(low, 3), "most_ms": round(high, 3), "lookups": budget.lookups,
+        **{f"flash_wait_{waits}_ms": round(budget.waiting_ms(waits), 3) for waits in range(MOST_WAITS + 1)},
         "compiler": tools.compiler.version, "emulator": tools.qemu.version,
     }  # fmt: skip
 

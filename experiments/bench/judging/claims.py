@@ -30,10 +30,10 @@ def words(claim: str) -> Claim:
 
     Raises `UsageError` if the file, which is found by its name, declares no claim of that id.
     """
-    found = declared(claim)
-    if not found:
+    kind = declared(claim)
+    if not kind:
         raise UsageError(f"{claim_module(claim).__file__}: declares no claim with the id {claim}, as its name says")
-    return found[0]
+    return kind[0]
 
 
 def paper_claims() -> Mapping[str, Claim]:

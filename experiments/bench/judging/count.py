@@ -239,7 +239,7 @@ def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
     ['1 of 4 claims holds', '1 fails: C2', '2 have too few replicates for a word: 1 held in all, 1 in some (C4)']
     """
     pairs = list(counts)
-    kinds = {kind: [(claim, own) for claim, own in pairs if own.kind == kind] for kind in get_args(Kind)}
+    kinds = {kind: [(claim, counted) for claim, counted in pairs if counted.kind == kind] for kind in get_args(Kind)}
     holding, several = len(kinds["holds"]), len(pairs) != 1
     phrases = [f"{holding} of {len(pairs)} claim{'s' * several} {'holds' if holding == 1 else 'hold'}"]
     for kind, one, many in (
@@ -248,23 +248,27 @@ def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
         ("counted", "has too few replicates for a word", "have too few replicates for a word"),
         ("unjudged", "was not judged", "were not judged"),
     ):
-        own = kinds[kind]
-        if own:
-            names = _shares(own) if kind == "counted" else ", ".join(_with_half(claim, each) for claim, each in own)
-            phrases.append(f"{len(own)} {one if len(own) == 1 else many}: {names}")
+        of_kind = kinds[kind]
+        if of_kind:
+            names = (
+                _shares(of_kind)
+                if kind == "counted"
+                else ", ".join(_with_half(claim, counted) for claim, counted in of_kind)
+            )
+            phrases.append(f"{len(of_kind)} {one if len(of_kind) == 1 else many}: {names}")
     return phrases
 
 
-def _with_half(claim: str, own: Count) -> str:
+def _with_half(claim: str, counted: Count) -> str:
     """A claim's id; of one that hangs on unknown constants what the DSNN's half comes to beside it."""
-    return claim if own.half is None else f"{claim} (the DSNN's half: {own.half.label})"
+    return claim if counted.half is None else f"{claim} (the DSNN's half: {counted.half.label})"
 
 
 def _shares(counts: list[tuple[str, Count]]) -> str:
     """How many claims held in all, in some and in none of their few replicates; those of the last two by name."""
-    every = sum(not own.fails for _, own in counts)
-    some = [claim for claim, own in counts if own.holds and own.fails]
-    none = [claim for claim, own in counts if not own.holds]
+    every = sum(not counted.fails for _, counted in counts)
+    some = [claim for claim, counted in counts if counted.holds and counted.fails]
+    none = [claim for claim, counted in counts if not counted.holds]
     parts = [f"{every} held in all"] if every else []
     parts += [f"{len(ids)} in {what} ({', '.join(ids)})" for what, ids in (("some", some), ("none", none)) if ids]
     if not every:

@@ -17,6 +17,6 @@ def check_claims(experiment: str, claims: Any) -> None:
         if isinstance(claim, Claim) and not claim.own:
             raise ValueError(f"experiment {experiment}: claim {claim.id} is the paper's: declare it by its id alone")
     ids = [claim.id for claim in claims if isinstance(claim, Claim)]
-    twice = next((each for each in ids if ids.count(each) > 1), None)
+    twice = next((name for name in ids if ids.count(name) > 1), None)
     if twice is not None:
         raise ValueError(f"experiment {experiment}: two claims are called '{twice}'")

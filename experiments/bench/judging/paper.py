@@ -75,4 +75,4 @@ def cited(text: str) -> str:
     >>> cited("simu-clean-dth and its text; simu-sys-grayscale (c)")
     'Fig. 6 and its text; Fig. 12 (c)'
     """
-    return _labels().sub(lambda found: numbers()[found[0]], text)
+    return _labels().sub(lambda match: numbers()[match[0]], text)

@@ -31,6 +31,8 @@ class Score:
     def __str__(self) -> str:
         if math.isnan(self.value) or math.isnan(self.low):
             return written(self.value)
+        if math.isinf(self.value):
+            return f"without a bound, at least {written(self.low)}"
         return f"{written(self.value)} [{written(self.low)}, {written(self.high)}]"
 
     def interval(self) -> str:

@@ -82,9 +82,9 @@ def summarise(values: Sequence[float]) -> Summary:
             from scipy import stats
 
             tail = float(special.ndtr(math.sqrt(n / (n - 1)) * special.stdtrit(n - 1, 0.025)))
-            found = stats.bootstrap((sample,), np.mean, n_resamples=RESAMPLES, confidence_level=1 - 2 * tail,
+            interval = stats.bootstrap((sample,), np.mean, n_resamples=RESAMPLES, confidence_level=1 - 2 * tail,
                                     method="percentile", rng=stream("bootstrap.mean", SEED))  # fmt: skip
-            low, high = float(found.confidence_interval.low), float(found.confidence_interval.high)
+            low, high = float(interval.confidence_interval.low), float(interval.confidence_interval.high)
     return Summary(n, mean, sd, float(np.median(sample)), low, high)
 
 
@@ -272,11 +272,11 @@ def _of_arrangements(levels: Sequence[float], values: Sequence[float]) -> tuple[
 def _rising(tables: Whole) -> Whole:
     """Pairs in rising order less pairs in falling order of tables (..., levels, values) of counts."""
     below = np.cumsum(tables, axis=-1) - tables
-    found = np.zeros(tables.shape[:-2], dtype=np.int64)
+    rises = np.zeros(tables.shape[:-2], dtype=np.int64)
     for high in range(tables.shape[-2]):
         for low in range(high):
-            found += (tables[..., high, :] * below[..., low, :] - tables[..., low, :] * below[..., high, :]).sum(-1)
-    return found
+            rises += (tables[..., high, :] * below[..., low, :] - tables[..., low, :] * below[..., high, :]).sum(-1)
+    return rises
 
 
 def _rises(sizes: Sequence[int], ties: Sequence[int]) -> Floats:
@@ -292,12 +292,12 @@ def _rises(sizes: Sequence[int], ties: Sequence[int]) -> Floats:
     for count in ties:
         dealt: dict[tuple[int, ...], Floats] = {}
         for held, chances in states.items():
-            room = [size - own for size, own in zip(sizes, held, strict=True)]
+            room = [size - part for size, part in zip(sizes, held, strict=True)]
             whole = math.comb(sum(room), count)
             for taken in _splits(count, room):
                 rise = sum(held[i] * taken[j] - taken[i] * held[j] for j in range(len(sizes)) for i in range(j))
                 chance = math.prod(map(math.comb, room, taken)) / whole
-                now = tuple(own + more for own, more in zip(held, taken, strict=True))
+                now = tuple(part + more for part, more in zip(held, taken, strict=True))
                 # No rise goes beyond the ends: what rolls round is 0.
                 dealt[now] = dealt.get(now, 0.0) + chance * np.roll(chances, rise)
         states = dealt
@@ -310,9 +310,9 @@ def _splits(count: int, room: Sequence[int]) -> Iterator[tuple[int, ...]]:
     if len(room) == 1:
         yield (count,)
         return
-    for own in range(max(0, count - sum(room[1:])), min(count, room[0]) + 1):
-        for others in _splits(count - own, room[1:]):
-            yield (own, *others)
+    for first in range(max(0, count - sum(room[1:])), min(count, room[0]) + 1):
+        for others in _splits(count - first, room[1:]):
+            yield (first, *others)
 
 
 def _drawn_rises(sizes: Whole, ties: Whole) -> Whole:
@@ -349,6 +349,6 @@ def _share_beyond(chances: Floats, seen: int) -> float:
     return min(float(chances[far].sum()), 1.0)
 
 
-def _drawn(found: Whole, seen: int) -> tuple[str, float]:
+def _drawn(rises: Whole, seen: int) -> tuple[str, float]:
     """How p was had, and p: of what was drawn, with what was seen as one more."""
-    return f"{PERMUTATIONS} permutations", (int((np.abs(found) >= seen).sum()) + 1) / (PERMUTATIONS + 1)
+    return f"{PERMUTATIONS} permutations", (int((np.abs(rises) >= seen).sum()) + 1) / (PERMUTATIONS + 1)

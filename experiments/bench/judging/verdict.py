@@ -236,11 +236,11 @@ class Outcome:
         """
         if self.verdict not in ("holds", "unknown constants"):
             return self
-        shown = {name: listed for name, listed in answers.items() if listed}
-        if not shown:
+        answered = {name: listed for name, listed in answers.items() if listed}
+        if not answered:
             return replace(self, measured=f"{self.measured}; not checked against translation (no {what} shows one)")
         silent = [f"{sum(listed)} of {len(listed)} {what}s of {name} answered"
-                  for name, listed in shown.items() if sum(listed) < LEAST_ANSWERED * len(listed)]  # fmt: skip
+                  for name, listed in answered.items() if sum(listed) < LEAST_ANSWERED * len(listed)]  # fmt: skip
         return self.silent(", ".join(silent)) if silent else self
 
     def silent(self, why: str) -> Outcome:
@@ -329,5 +329,9 @@ class Verdict:
         trouble = next((outcome.trouble for outcome in outcomes if outcome.trouble), "")
         counted = count([outcome.verdict for outcome in outcomes], random=random)
         again = [outcome.equal for outcome in outcomes]
-        equal = count([each.verdict if each else "not shown" for each in again], random=random) if any(again) else None
+        equal = (
+            count([outcome.verdict if outcome else "not shown" for outcome in again], random=random)
+            if any(again)
+            else None
+        )
         return cls(*words, outcomes[0], counted, model, experiment, trouble, equal)

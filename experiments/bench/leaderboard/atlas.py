@@ -104,7 +104,7 @@ def _write_page(plan: OfflinePlan, folder: Path) -> Path:
         seed=plan.seed,
         models=[(label, entry.summary, ", ".join(entry.channels), entry.source) for label, entry in entries],
         clips=[
-            (clip.name, clip.stimulus, ", ".join(f"{name} {value}" for name, value in clip.changes if name not in
+            (clip.name, clip.entry.name, ", ".join(f"{name} {value}" for name, value in clip.changes if name not in
                                                  ("rows", "columns")))
             for clip in CLIPS
         ],

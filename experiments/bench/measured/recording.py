@@ -63,7 +63,7 @@ def _write(
     experiment: str, trial: LoggedTrial, provenance: str, models: Sequence[_Shown], frames: Images | None,
     recording: rr.RecordingStream,
 ) -> None:  # fmt: skip
-    condition = {name: value for name, value in dataclasses.asdict(trial.condition).items() if value is not None}
+    condition = {name: value for name, value in trial.condition.columns().items() if value is not None}
     values = {"experiment": experiment, "trial": trial.index, "provenance": provenance, **condition}
     recording.send_property("trial", rr.AnyValues(**values))
     if frames is not None:

@@ -105,7 +105,7 @@ def trial_row(
     row = {
         **dict.fromkeys(OF_TRIAL), **answer_columns(answer(given.model, given.series, parts, rate)),
         "experiment": experiment, "trial": trial.index, "repeat": repeat, "seed": trial.seed, "robot": OBSERVER,
-        **dataclasses.asdict(trial.condition), "frames": len(trial.time_s), COLUMN: given.provenance,
+        **trial.condition.columns(), "frames": len(trial.time_s), COLUMN: given.provenance,
     }  # fmt: skip
     if columns is not None and parts is not None:
         row["closest_cm"] = float(away_cm(columns, camera.forward_cm).min())

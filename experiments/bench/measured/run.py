@@ -222,6 +222,7 @@ def perform(plan: Import, out: Path, *, recordings: bool, quiet: bool) -> Report
                     repeats[trial.condition] += 1
                     advance()
             folder.flush()
+            folder.end()
             report = conclude(plan.plan, folder, folder.failures())
     folder.folder = out  # where it is now, for its notes
     tell(folder)

@@ -21,7 +21,7 @@ from experiments.bench.public.result import Run, load
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
 from experiments.bench.robot.rows import TRIAL_SCHEMA
 from experiments.bench.store import provenance
-from experiments.bench.store.description import BEGUN, KIND, LONGEST, RESUMED, THRESHOLDS
+from experiments.bench.store.description import BEGUN, COMMAND, COPIES, ENDED, KIND, LONGEST, RESUMED, THRESHOLDS
 from experiments.bench.store.kinds import CLIPS
 from experiments.bench.store.rows import group
 
@@ -163,7 +163,7 @@ def _parameters(one: Run, other: Run) -> Iterator[tuple[str, Any, Any]]:
 
 def _plain(description: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parameters of a run but its models', named as ``--set`` names them."""
-    aside = (*provenance.KEYS, KIND, BEGUN, RESUMED, THRESHOLDS, "changed", "trials", "models")
+    aside = (*provenance.KEYS, KIND, BEGUN, ENDED, COMMAND, COPIES, RESUMED, THRESHOLDS, "changed", "trials", "models")
     left = {key: value for key, value in description.items() if key not in aside}
     if "measured" in left:
         left.pop("seed", None)  # an imported log has none

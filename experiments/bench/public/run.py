@@ -24,6 +24,7 @@ from experiments.bench.robot.experiment import Experiment
 from experiments.bench.robot.pictures.eyes import both
 from experiments.bench.robot.plan import Plan
 from experiments.bench.robot.plan import plan as robot_plan
+from experiments.bench.store import commands
 from experiments.bench.store.description import check_own
 from experiments.bench.store.files import new_folder
 
@@ -218,7 +219,20 @@ def run(
     resources = Resources(
         worker_count(None if workers is None else whole("workers", workers)), cluster, flag("quiet", quiet), other
     )
-    report = perform(declared, asked, place, resources, recordings=flag("recordings", recordings))
+    record = flag("recordings", recordings)
+    arguments = {
+        "experiment": name if declared is not experiment else {"object": declared.name}, "seed": asked.seed,
+        "repeats": count, "eyes": eyes, "models": list(asked.models), "only": asked.only,
+        "settings": dict(text.split("=", 1) for text in asked.assignments),
+        "pictures": None if pictures is None else str(os.fspath(pictures)), "recordings": record,
+    }  # fmt: skip
+    defaults: dict[str, Any] = {
+        "repeats": None, "eyes": ONE_EYE, "models": [], "only": False, "settings": {}, "pictures": None,
+        "recordings": True,
+    }  # fmt: skip
+    given = {name: value for name, value in arguments.items() if name not in defaults or value != defaults[name]}
+    with commands.noting(lambda: commands.called("experiments.run", given)):
+        report = perform(declared, asked, place, resources, recordings=record)
     tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
     return load(place)
 

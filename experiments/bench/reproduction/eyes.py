@@ -17,20 +17,20 @@ from experiments.bench.studies.counts import count_of
 from experiments.bench.studies.stored import studies
 from experiments.studies.fidelity import EYE, STUDY, WHEELS
 
-Cell = tuple[str, str]
+Apparatus = tuple[str, str]
 """An eye and a drive, as the study's axes name them."""
-CELLS: Mapping[Cell, str] = {
+CELLS: Mapping[Apparatus, str] = {
     (eye.label, wheels.label): f"{eye.label} eye, {wheels.label}" for eye, wheels in product(EYE.levels, WHEELS.levels)
 }
 """Every eye and drive, with a heading."""
-FIRST: Cell = next(iter(CELLS))
+FIRST: Apparatus = next(iter(CELLS))
 """The eye and the drive of the reproduction itself."""
 SHOWN = f"colias study {STUDY.name}"
 """The command that shows the others."""
 NOT_VALIDATED = "None of these eyes was validated against a robot."
 
 
-def by_eye(folder: Path) -> dict[str, dict[Cell, Count]]:
+def by_eye(folder: Path) -> dict[str, dict[Apparatus, Count]]:
     """Return claim -> what it came to under each eye and drive, in the claims' order; empty without their study.
 
     Parameters
@@ -39,7 +39,7 @@ def by_eye(folder: Path) -> dict[str, dict[Cell, Count]]:
         Of a reproduction, which has the study in it.
     """
     study: Mapping[str, Any] = studies(folder).get(STUDY.name, {})
-    counts: dict[str, dict[Cell, Count]] = {}
+    counts: dict[str, dict[Apparatus, Count]] = {}
     for row in study.get("counts", ()):
         cell = row["point"].get(EYE.name), row["point"].get(WHEELS.name)
         if cell in CELLS:
@@ -47,16 +47,16 @@ def by_eye(folder: Path) -> dict[str, dict[Cell, Count]]:
     return {claim: counts[claim] for claim in claim_ids() if claim in counts}
 
 
-def side_by_side(claim: str, own: Count, under: Mapping[str, Mapping[Cell, Count]]) -> tuple[Count | None, ...]:
+def side_by_side(claim: str, count: Count, under: Mapping[str, Mapping[Apparatus, Count]]) -> tuple[Count | None, ...]:
     """Return what a claim came to in each of `CELLS`; ``None`` where that was not shown.
 
     Parameters
     ----------
     claim
         Its id.
-    own
+    count
         What it came to in the reproduction itself. It stands first where the study did not show the claim.
     under
         From `by_eye`. All counts of a claim are the study's then, of equal seeds.
     """
-    return tuple(under.get(claim, {FIRST: own}).get(cell) for cell in CELLS)
+    return tuple(under.get(claim, {FIRST: count}).get(cell) for cell in CELLS)

@@ -22,7 +22,8 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.footage import claims as footage_claims
 from experiments.bench.judging.claims import paper_claims
-from experiments.bench.reproduction.replicates import SHOWN, asked_models, models_in
+from experiments.bench.judging.count import LEAST_JUDGED
+from experiments.bench.reproduction.replicates import SHOWN, models_in
 from experiments.bench.robot import claims as robot_claims
 from experiments.bench.robot.claims import EACH_TRIAL, PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.robot.plan import Plan, describe, plan
@@ -30,7 +31,7 @@ from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS, plain
 from experiments.bench.studies import run as study_run
 from experiments.bench.studies.plan import StudyPlan
-from experiments.bench.studies.replicates import MODEL
+from experiments.bench.studies.replicates import MODEL, asked_models
 from experiments.bench.studies.study import WHOLE, Study
 from experiments.studies.onboard import BEST, series_of
 from experiments.studies.sensitivity import STUDY as SENSITIVE
@@ -93,7 +94,8 @@ ENOUGH = EACH_TRIAL
 """Repeats at which every claim of the robot is judged."""
 QUICK = Scale(2, ENOUGH, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
 USUAL = Scale(5, WHOLE, moves=True, offline_replicates=5, episodes=20, steps=900)
-FULL = Scale(40, WHOLE, moves=True, offline_replicates=40, episodes=60, onboard=True)
+FULL = Scale(40, WHOLE, moves=True, offline_replicates=LEAST_JUDGED, episodes=60, onboard=True)
+"""Off-line, as few replicates as a word may rest on: one costs a minute and a half of processor time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,12 +121,12 @@ class Planned:
 
     def amount(self) -> str:
         """Say how many trials with the robot there are, by what they are for."""
-        paper, every = (sum(len(each.specs()) for each in plans) for plans in (self.paper(), self.plans))
-        again, moved = (len(each.specs) if each else 0 for each in (self.others, self.moves))
-        own = f", {every - paper} of other experiments" if every > paper else ""
+        paper, every = (sum(len(run_plan.specs()) for run_plan in plans) for plans in (self.paper(), self.plans))
+        again, moved = (len(study_plan.specs) if study_plan else 0 for study_plan in (self.others, self.moves))
+        others = f", {every - paper} of other experiments" if every > paper else ""
         more = self.scale.replicates - 1
-        said = f"{paper} in replicate 0, {again} in {more} more, {moved} with something moved{own}"
-        return f"{every + again + moved} trials with the robot ({said})"
+        parts = f"{paper} in replicate 0, {again} in {more} more, {moved} with something moved{others}"
+        return f"{every + again + moved} trials with the robot ({parts})"
 
 
 def planned(
@@ -132,9 +134,9 @@ def planned(
     only: bool = False, pictures: Pictures | None = None,
 ) -> Planned:  # fmt: skip
     """What `experiments.bench.reproduction.reproduce.reproduce` runs; `UsageError` for what cannot be run."""
-    shown = [MODEL, *(name for name in models if name != MODEL)]
+    labels = [MODEL, *(name for name in models if name != MODEL)]
     plans = [
-        plan(registry.load(name), shown if only else _models(name, shown), (), scale.repeats, seed, pictures)
+        plan(registry.load(name), labels if only else _models(name, labels), (), scale.repeats, seed, pictures)
         for name in (*registry.paper_experiments(), *SHOWN, *extra)
     ]
     _check_names(plans)
@@ -143,7 +145,7 @@ def planned(
         offline=[_offline_plan(name, scale, seed, pictures) for name in scale.offline if not robot_only],
         loops=[] if robot_only else closed_loop_claims.plans(scale.episodes, seed, scale.steps),
         others=replicates_plan(
-            scale.replicates - 1, scale.repeats, seed + 1, shown if only else None, onboard=scale.onboard,
+            scale.replicates - 1, scale.repeats, seed + 1, labels if only else None, onboard=scale.onboard,
             pictures=pictures and dataclasses.replace(pictures, first=1),
         ) if scale.replicates > 1 else None,
         moves=study_run.planned(
@@ -185,19 +187,18 @@ def replicates_plan(
     return study_run.planned(study, seed, models_in(among, (BEST.label,) if onboard else ()), pictures)
 
 
-def design(made: Planned) -> dict[str, Any]:
+def design(whole: Planned) -> dict[str, Any]:
     """What ``design.json`` holds: scale and seed, the versions, and a digest of all that decides the numbers.
 
     The digest is of every experiment, parameter, seed and number of repeats, and of the claims' words and bounds; not
     of versions and code. Two reproductions with one digest should differ in no number.
     """
-    robot, clips, loops = (
-        map(describe, made.plans), (each.describe() for each in made.offline), (each.describe() for each in made.loops)
-    )  # fmt: skip
-    runs, computes = [*robot, *clips, *loops], (*provenance.KEYS, "form", THRESHOLDS, "kind")
+    clips, loops = (clip_plan.describe() for clip_plan in whole.offline), (loop.describe() for loop in whole.loops)
+    runs, computes = [*map(describe, whole.plans), *clips, *loops], (*provenance.KEYS, "form", THRESHOLDS, "kind")
+    studies = whole.others, whole.moves, whole.clip_moves
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
-        "studies": [(each.study.name, each.specs) for each in (made.others, made.moves, made.clip_moves) if each],
+        "studies": [(study_plan.study.name, study_plan.specs) for study_plan in studies if study_plan],
         "claims": {claim.id: (claim.says, claim.source) for claim in paper_claims().values()},
         "least": [{claim.id: claim.least for claim in robot_claims.paper_claims().values()},
                   {claim.id: claim.conditions for claim in clips_claims.paper_claims().values()},
@@ -207,22 +208,23 @@ def design(made: Planned) -> dict[str, Any]:
     text = json.dumps(parts, default=plain)  # without indents: C writes that, twenty times as fast
     digest = hashlib.sha256(text.encode()).hexdigest()
     return {
-        "seed": made.seed,
-        "scale": dataclasses.asdict(made.scale),
+        "seed": whole.seed,
+        "scale": dataclasses.asdict(whole.scale),
         "digest": digest,
         "versions": provenance.versions(),
     }
 
 
-def _models(experiment: str, shown: Sequence[str]) -> list[str]:
+def _models(experiment: str, labels: Sequence[str]) -> list[str]:
     """The models of one experiment: its own, those of all, and where a claim is about them the looming detectors.
 
     An experiment that shows variants of the DSNN, or that is shown for its mechanism, shows its own alone.
     """
-    own = registry.load(experiment).models
-    if len(own) > 1 or experiment in SHOWN:
-        return list(own)
-    return list(dict.fromkeys([*own, *shown, *asked_models(experiment)]))
+    declared = registry.load(experiment)
+    models = declared.models
+    if len(models) > 1 or experiment in SHOWN:
+        return list(models)
+    return list(dict.fromkeys([*models, *labels, *asked_models(declared)]))
 
 
 def _offline_plan(name: str, scale: Scale, seed: int, pictures: Pictures | None) -> OfflinePlan:
@@ -235,7 +237,7 @@ def _offline_plan(name: str, scale: Scale, seed: int, pictures: Pictures | None)
 
 def _check_names(plans: Sequence[Plan]) -> None:
     """Every experiment has a folder of its own."""
-    names = [each.experiment.name for each in plans]
+    names = [run_plan.experiment.name for run_plan in plans]
     for name in names:
         if names.count(name) > 1 or name in (REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS, *OFFLINE):
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")

@@ -100,13 +100,13 @@ class Evidence:
     name: str = "replicate"
 
 
-def chapters(found: Evidence) -> list[Chapter]:
+def chapters(evidence: Evidence) -> list[Chapter]:
     """Return the readings in their order, each with what its claims came to."""
     return [
         Chapter(
             reading,
             tuple(
-                Row(claim, _taken(found.verdicts[claim], found.name), _others(reading, claim, found))
+                Row(claim, _taken(evidence.verdicts[claim], evidence.name), _others(reading, claim, evidence))
                 for claim in bears_on(reading)
             ),
         )
@@ -122,51 +122,53 @@ def _taken(verdict: Verdict, name: str) -> Side:
     return Side(outcome.verdict, held, outcome.n, outcome.decided, verdict.experiment)
 
 
-def _others(reading: Reading, claim: str, found: Evidence) -> tuple[Side, ...]:
-    made = _SIDES.get(reading.id, _moved)
-    return tuple(made(claim, name, found) for name in reading.others)
+def _others(reading: Reading, claim: str, evidence: Evidence) -> tuple[Side, ...]:
+    side = _SIDES.get(reading.id, _moved)
+    return tuple(side(claim, name, evidence) for name in reading.others)
 
 
-def _falling(claim: str, _: str, found: Evidence) -> Side:
+def _falling(claim: str, _: str, evidence: Evidence) -> Side:
     """Judged in every replicate, on the variant of ensembles whose delays fall, at the paper's speeds."""
     outcomes = []
-    for each in found.replicates:
-        lost = each.lost.get((FALLING_IN, FALLING), 0)
-        rows = [row for row in each.of(FALLING) if row["experiment"] == FALLING_IN]
-        own = [row for row in rows if row["speed_cm_s"] in ROBOT_SPEEDS]
-        if not own:
+    for replicate in evidence.replicates:
+        lost = replicate.lost.get((FALLING_IN, FALLING), 0)
+        rows = [row for row in replicate.of(FALLING) if row["experiment"] == FALLING_IN]
+        at_speeds = [row for row in rows if row["speed_cm_s"] in ROBOT_SPEEDS]
+        if not at_speeds:
             return Side(NOT_RUN, f"{FALLING_IN} was not shown to {FALLING}")
-        judged = robot_claims.outcome(claim, own, each.thresholds[FALLING])
+        judged = robot_claims.outcome(claim, at_speeds, replicate.thresholds[FALLING])
         outcomes.append(judged.withheld(f"{lost} trials failed") if lost else judged)
-    return _side(outcomes, FALLING_IN, found.name)
+    return _side(outcomes, FALLING_IN, evidence.name)
 
 
-def _per_frame(claim: str, _: str, found: Evidence) -> Side:
+def _per_frame(claim: str, _: str, evidence: Evidence) -> Side:
     """Judged at every seed, on those clips in px a frame that are the claim's own."""
-    shown = next((show for show in found.shows if show.plan.experiment.name == FRAMES_IN), None)
-    if shown is None:
+    frames = next((show for show in evidence.shows if show.plan.experiment.name == FRAMES_IN), None)
+    if frames is None:
         return Side(NOT_RUN, f"{FRAMES_IN} was not run")
     begins = next(prefix(experiment) for experiment in OF if claim in experiment.claims)
-    own = [row for row in shown.rows if row["clip"].startswith(begins)]
+    of_claim = [row for row in frames.rows if row["clip"].startswith(begins)]
     outcomes = [
-        clips_claims.judge(claim, [row for row in own if row["repeat"] == repeat], shown.plan.thresholds, shown.rows)
-        for repeat in sorted({row["repeat"] for row in own})
+        clips_claims.judge(
+            claim, [row for row in of_claim if row["repeat"] == repeat], frames.plan.thresholds, frames.rows
+        )
+        for repeat in sorted({row["repeat"] for row in of_claim})
     ]
     return _side(outcomes, FRAMES_IN) if outcomes else Side(NOT_RUN, f"{FRAMES_IN} has no clips")
 
 
-def _moved(claim: str, name: str, found: Evidence) -> Side:
+def _moved(claim: str, name: str, evidence: Evidence) -> Side:
     """One replicate, of the studies of sensitivity."""
     if claim not in MOVED:
         return Side(NOT_RUN, "the studies of sensitivity do not judge this claim")
-    outcome = found.moved.get(name, {}).get(claim)
+    outcome = evidence.moved.get(name, {}).get(claim)
     if outcome is None:
         return Side(NOT_RUN, "it takes a replicate with this moved (--quick moves nothing)")
-    return _side([outcome], f"sensitivity, {name}", found.name)
+    return _side([outcome], f"sensitivity, {name}", evidence.name)
 
 
-def _windowed(_: str, __: str, found: Evidence) -> Side:
-    return _taken(found.verdicts[WINDOW], found.name)
+def _windowed(_: str, __: str, evidence: Evidence) -> Side:
+    return _taken(evidence.verdicts[WINDOW], evidence.name)
 
 
 def _side(outcomes: Sequence[Outcome], where: str, name: str = "replicate") -> Side:

@@ -13,7 +13,7 @@ from experiments.bench.judging.statistics import proportion_interval
 from experiments.bench.judging.verdict import Outcome
 from experiments.bench.robot.claims import find
 from experiments.bench.studies import replicates
-from experiments.bench.studies.replicates import LOOMING_DETECTORS, Replicate
+from experiments.bench.studies.replicates import Replicate, asked_models
 
 SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
 """Experiments without claims that the report shows, at the headline's seed alone."""
@@ -22,13 +22,6 @@ SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
 def single_model_experiments() -> tuple[str, ...]:
     """Return those of the paper's experiments that show one model: not those that compare moves of the network."""
     return tuple(name for name in registry.paper_experiments() if len(registry.load(name).models) == 1)
-
-
-def asked_models(experiment: str) -> tuple[str, ...]:
-    """Return the models that an experiment's claims are about: its own, with looming detectors where a claim is."""
-    declared = registry.load(experiment)
-    looming = any(find(claim).about == "looming" for claim in declared.claims)
-    return (*declared.models, *LOOMING_DETECTORS) if looming else declared.models
 
 
 def models_in(among: Collection[str] | None = None, beside: Sequence[str] = ()) -> dict[str, list[str]]:
@@ -43,22 +36,22 @@ def models_in(among: Collection[str] | None = None, beside: Sequence[str] = ()) 
     """
     return {
         name: [
-            *(model for model in asked_models(name) if among is None or model in among),
+            *(model for model in asked_models(registry.load(name)) if among is None or model in among),
             *(beside if name in single_model_experiments() else ()),
         ]
         for name in registry.paper_experiments()
     }
 
 
-def judged(claim: str, own: Replicate) -> Outcome:
+def judged(claim: str, trials: Replicate) -> Outcome:
     """Judge a claim in one replicate: for the DSNN, for the models it compares, or for each looming detector."""
-    return replicates.judged(find(claim), own, registry.answering()[claim])
+    return replicates.judged(find(claim), trials, registry.answering()[claim])
 
 
 def pooled(claim: str, every: Sequence[Replicate]) -> Outcome:
     """Judge a claim on the trials of all replicates together."""
-    rows = tuple(row for each in every for row in each.rows)
-    lost = sum((Counter(each.lost) for each in every), Counter[tuple[str, str]]())
+    rows = tuple(row for replicate in every for row in replicate.rows)
+    lost = sum((Counter(replicate.lost) for replicate in every), Counter[tuple[str, str]]())
     return judged(claim, Replicate(rows, lost, every[0].thresholds, every[0].looming))
 
 

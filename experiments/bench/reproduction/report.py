@@ -58,7 +58,7 @@ def _context(result: Reproduction) -> dict[str, Any]:
         "clips": clips,
         "loops": loops,
         "seen": next((run.seen for run in runs if run.seen.strips), None),
-        "anchors": {each.name for each in runs} | {each.name for each in clips},
+        "anchors": {entry.name for entry in runs} | {entry.name for entry in clips},
         "common": [reading.name for reading in readings_of_all()],
         "moved": result.sensitivity is not None,
         "stored": stored(result.folder),

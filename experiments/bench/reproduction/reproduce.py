@@ -134,31 +134,38 @@ def reproduce(
     pictures
         One for each replicate, behind the objects of clips and on the arena's wall; not in the envs of behaviours.
     """
-    made = planned(scale, seed, models, extra, robot_only, only, pictures)
+    whole = planned(scale, seed, models, extra, robot_only, only, pictures)
     if not resources.quiet:
-        _announce(made, folder, resources)
+        _announce(whole, folder, resources)
     with ExitStack() as locks:
         with resources.pool() as pool:
             begin_whole(folder, REPRODUCTION)
-            done = [_run(each, folder, pool, resources, locks) for each in made.plans]
+            done = [_run(run_plan, folder, pool, resources, locks) for run_plan in whole.plans]
             shows = [
                 clips_run.run(
-                    each, inside(folder, each.experiment.name), pool, resources, record=each.experiment.recorded
+                    run_plan,
+                    inside(folder, run_plan.experiment.name),
+                    pool,
+                    resources,
+                    record=run_plan.experiment.recorded,
                 )
-                for each in made.offline
+                for run_plan in whole.offline
             ]
-            played = [_play(each, folder, pool, resources) for each in made.loops]
-            again, lost = _study(made.others, REPLICATES, "other replicates", folder, pool, resources)
-            moved, move_failures = _study(made.moves, SENSITIVITY, SENSITIVITY, folder, pool, resources)
+            played = [_play(run_plan, folder, pool, resources) for run_plan in whole.loops]
+            again, lost = _study(whole.others, REPLICATES, "other replicates", folder, pool, resources)
+            moved, move_failures = _study(whole.moves, SENSITIVITY, SENSITIVITY, folder, pool, resources)
             clips_moved, clip_failures = _study(
-                made.clip_moves, SENSITIVITY_CLIPS, SENSITIVITY_CLIPS, folder, pool, resources
+                whole.clip_moves, SENSITIVITY_CLIPS, SENSITIVITY_CLIPS, folder, pool, resources
             )
-        runs = [(each, conclude(each, run, run.failures())) for each, run in zip(made.plans, done, strict=True)]
+        runs = [
+            (run_plan, conclude(run_plan, run, run.failures())) for run_plan, run in zip(whole.plans, done, strict=True)
+        ]
     first = replicate(
-        [spec for each in made.paper() for spec in each.specs()], [row for _, report in runs for row in report.rows]
+        [spec for run_plan in whole.paper() for spec in run_plan.specs()],
+        [row for _, report in runs for row in report.rows],
     )
     every = [first, *(again.replicates(Point(), EVERY_MODEL) if again else ())]
-    own = closed_loop_claims.judge(closed_loop_claims.episodes(played)) if played else []
+    behaviours = closed_loop_claims.judge(closed_loop_claims.episodes(played)) if played else []
     read_off = {
         name: Counts(points_of_run(study_registry.find(name), report.plan), report.rows)
         for report in shows
@@ -169,30 +176,32 @@ def reproduce(
     chapters = readings.chapters(
         readings.Evidence({claim.id: claim for claim in verdicts}, every, shows, _moves(moved, clips_moved), scale.name)
     )
-    onboard = _onboard(made, every, moved) if scale.onboard and moved else None
+    onboard = _onboard(whole, every, moved) if scale.onboard and moved else None
     result = Reproduction(
-        folder, scale, seed, verdicts, claims.pooled(every), runs, shows, moved, played, own,
+        folder, scale, seed, verdicts, claims.pooled(every), runs, shows, moved, played, behaviours,
         {REPLICATES: lost, SENSITIVITY: move_failures, SENSITIVITY_CLIPS: clip_failures},
-        describe(made.plans[0]), chapters, onboard, read_off,
+        describe(whole.plans[0]), chapters, onboard, read_off,
     )  # fmt: skip
     files = Files(folder)
-    files.write_json("design.json", design(made))
+    files.write_json("design.json", design(whole))
     files.write_json("claims.json", stored.document(result.claims))
     files.write_json("pooled.json", {claim: stored.outcome_entry(outcome) for claim, outcome in result.pooled.items()})
     files.write_json("readings.json", result.readings)
     for counts in (*read_off.values(), *filter(None, (moved, clips_moved, onboard))):
         files.write_json(f"{counts.plan.study.name}.json", counts.described())
-    if own:
-        files.write_json("behaviours.json", stored.document(own))
+    if behaviours:
+        files.write_json("behaviours.json", stored.document(behaviours))
     return result
 
 
-def _announce(made: Planned, folder: Path, resources: Resources) -> None:
-    clips = sum(len(each.showings) for each in made.offline) + (len(made.clip_moves.specs) if made.clip_moves else 0)
-    episodes = sum(len(each.specs()) for each in made.loops)
+def _announce(whole: Planned, folder: Path, resources: Resources) -> None:
+    clips = sum(len(run_plan.showings) for run_plan in whole.offline) + (
+        len(whole.clip_moves.specs) if whole.clip_moves else 0
+    )
+    episodes = sum(len(run_plan.specs()) for run_plan in whole.loops)
     beside = f"; {clips} clips, {episodes} episodes" if clips or episodes else ""
-    said = f"{made.amount()}{beside}, {resources.where()}, into {folder}"
-    error_console.print(said, soft_wrap=True, markup=False)
+    amount = f"{whole.amount()}{beside}, {resources.where()}, into {folder}"
+    error_console.print(amount, soft_wrap=True, markup=False)
 
 
 def _run(plan: Plan, folder: Path, pool: Pool, resources: Resources, locks: ExitStack) -> RunFolder:
@@ -204,10 +213,10 @@ def _run(plan: Plan, folder: Path, pool: Pool, resources: Resources, locks: Exit
     return run
 
 
-def _play(each: BehaviourPlan, folder: Path, pool: Pool, resources: Resources) -> Played:
+def _play(run_plan: BehaviourPlan, folder: Path, pool: Pool, resources: Resources) -> Played:
     """The episodes in one env, without recordings, and their figure."""
-    short = each.settings[0].env.partition("/")[2].partition("-")[0].lower()
-    done = closed_loop_run.run(each, inside(folder, f"behave-{short}"), pool, resources)
+    short = run_plan.settings[0].env.partition("/")[2].partition("-")[0].lower()
+    done = closed_loop_run.run(run_plan, inside(folder, f"behave-{short}"), pool, resources)
     closed_loop_figure.write(done)
     return done
 
@@ -222,18 +231,18 @@ def _moves(*studies: Counts | None) -> dict[str, dict[str, Outcome]]:
     return moved
 
 
-def _onboard(made: Planned, every: Sequence[Replicate], moved: Counts) -> Counts:
+def _onboard(whole: Planned, every: Sequence[Replicate], moved: Counts) -> Counts:
     """The claims in the robot's own arithmetic, on the reproduction's own replicates.
 
     It watched replicate 0 beside the moves of the network, whose seed is the same.
     """
     defaults = Point((("moved", DEFAULTS),))
     study = replace(
-        ONBOARD, models=tuple(each.label for each in FORMATS[:2]), repeats=made.scale.repeats,
+        ONBOARD, models=tuple(form.label for form in FORMATS[:2]), repeats=whole.scale.repeats,
         replicates=len(every),
     )  # fmt: skip
     given = {(Point(), model): [moved.replicate(defaults, model, 0), *every[1:]] for model in (MODEL, BEST.label)}
-    return Counts(study_run.planned(study, made.seed), given=given)
+    return Counts(study_run.planned(study, whole.seed), given=given)
 
 
 def _study(

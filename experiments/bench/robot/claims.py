@@ -23,6 +23,8 @@ from experiments.bench.store.rows import group
 
 SPEED_TOLERANCE, PATH_TOLERANCE_MM = 0.02, 1.0
 
+EVERY_MOTION = (*ACROSS, *DEPTH)
+
 EACH_TRIAL, MEANS = 5, 4
 """Trials of each condition, below which a claim is not judged.
 
@@ -55,7 +57,7 @@ class RobotClaim(Claim):
         translation either, as far as the run has any.
     motions
         The motions it is judged on: ``translation``, ``approach``, ``recession``. Flaws of other trials do not touch
-        it.
+        it. Left out, it is judged on every motion, and on those with a path and a name of their own too.
     reads
         The columns it is judged by. A row without a number in one leaves it unjudged.
     of_every_trial
@@ -94,7 +96,7 @@ class RobotClaim(Claim):
     """
 
     judge: Callable[[Rows, float], Outcome]
-    motions: tuple[str, ...] = (*ACROSS, *DEPTH)
+    motions: tuple[str, ...] = EVERY_MOTION
     reads: tuple[str, ...] = ("spikes",)
     of_every_trial: bool = False
     least: int = field(default=0)
@@ -106,16 +108,16 @@ class RobotClaim(Claim):
         Claim.__post_init__(self)
         for name, legal in (("motions", get_args(Motion)), ("reads", None)):
             value = getattr(self, name)
-            if not isinstance(value, tuple) or not all(isinstance(each, str) for each in value):
+            if not isinstance(value, tuple) or not all(isinstance(level, str) for level in value):
                 raise ValueError(f"claim {self.id}: {name}={short(value)}: legal is a tuple of texts")
-            wrong = [each for each in value if legal is not None and each not in legal]
+            wrong = [level for level in value if legal is not None and level not in legal]
             if wrong:
                 raise ValueError(f"claim {self.id}: {name}={short(value)}: legal are {', '.join(legal or ())}")
         if self.about not in ("direction", "looming"):
             raise ValueError(f"claim {self.id}: about={short(self.about)}: legal is direction or looming")
         if not isinstance(self.least, int) or self.least < 0:
             raise ValueError(f"claim {self.id}: least={short(self.least)}: legal is a whole number from 1 up")
-        if isinstance(self.models, str) or not all(isinstance(each, str) for each in self.models):
+        if isinstance(self.models, str) or not all(isinstance(label, str) for label in self.models):
             raise ValueError(f"claim {self.id}: models={short(self.models)}: legal is a set of labels")
         object.__setattr__(self, "models", frozenset(self.models))
         if not self.least:
@@ -136,6 +138,21 @@ class RobotClaim(Claim):
         """
         return (self.about == "looming") != ("hs" in channels)
 
+    def reads_motion(self, motion: str) -> bool:
+        """Tell whether the claim is judged on trials of a motion.
+
+        Parameters
+        ----------
+        motion
+            The motion's name.
+
+        Returns
+        -------
+        bool
+            Whether it is.
+        """
+        return motion in self.motions or self.motions == EVERY_MOTION
+
     @property
     def spiking(self) -> str:
         """Of a claim that compares models, the one whose spiking threshold the judge gets."""
@@ -153,14 +170,14 @@ def find(claim: Claim | str) -> RobotClaim:
 
 
 def judge(
-    claim: RobotClaim | str, rows: Rows, threshold: float | None, model: str = "dsnn", shown: Rows | None = None
+    claim: RobotClaim | str, rows: Rows, threshold: float | None, model: str = "dsnn", all_rows: Rows | None = None
 ) -> Verdict:
     """Judge one claim: `outcome` as a verdict about ``model``. A claim that compares models names them itself."""
     asked = find(claim)
-    return asked.verdict(outcome(asked, rows, threshold, shown), model="" if asked.models else model)
+    return asked.verdict(outcome(asked, rows, threshold, all_rows), model="" if asked.models else model)
 
 
-def outcome(claim: RobotClaim | str, rows: Rows, threshold: float | None, shown: Rows | None = None) -> Outcome:
+def outcome(claim: RobotClaim | str, rows: Rows, threshold: float | None, all_rows: Rows | None = None) -> Outcome:
     """Judge one claim on one model's trials, or on those of the models that it compares.
 
     Parameters
@@ -171,7 +188,7 @@ def outcome(claim: RobotClaim | str, rows: Rows, threshold: float | None, shown:
         The model's rows of ``trials.parquet``; for a claim that compares models those of all models.
     threshold
         The spiking threshold of the model, or of `RobotClaim.spiking`; ``None`` leaves the claim unjudged.
-    shown
+    all_rows
         All the model's rows, of other experiments too, where there are more than ``rows``. A claim that a silent
         network would keep is held against the translations among them.
     """
@@ -179,11 +196,11 @@ def outcome(claim: RobotClaim | str, rows: Rows, threshold: float | None, shown:
     missing = sorted(asked.models - {row.get("model") for row in rows})
     if missing:
         return Outcome.unjudged(f"needs the models {', '.join(missing)}")
-    found = _judged(asked, [row for row in rows if not asked.models or row["model"] in asked.models], threshold)
+    result = _judged(asked, [row for row in rows if not asked.models or row["model"] in asked.models], threshold)
     if asked.silent_passes:
-        found = found.against_silence(_answers(rows if shown is None else shown), "trial")
+        result = result.against_silence(_answers(rows if all_rows is None else all_rows), "trial")
     again = asked.on_equal_terms(rows)
-    return replace(found, equal=outcome(replace(asked, equal_terms={}), again, threshold)) if again else found
+    return replace(result, equal=outcome(replace(asked, equal_terms={}), again, threshold)) if again else result
 
 
 ANSWERED_AT_CM = 8.0
@@ -195,9 +212,9 @@ it shows, it says no more than that the count is lower there.
 """
 
 
-def _answers(shown: Rows) -> dict[str, list[bool]]:
+def _answers(all_rows: Rows) -> dict[str, list[bool]]:
     """Whether a model answers the crossings that the paper has it answer; without any, whether it does translations."""
-    across = [row for row in shown if row["motion"] == "translation"]
+    across = [row for row in all_rows if row["motion"] == "translation"]
     at_8_cm = paper_trials(across, distance_cm=ANSWERED_AT_CM)
     named = {f"crossing at {speed:g} cm/s": [row for row in at_8_cm if row["speed_cm_s"] == speed]
              for speed in ANSWERED_CM_S}  # fmt: skip
@@ -208,24 +225,24 @@ def _answers(shown: Rows) -> dict[str, list[bool]]:
 def _judged(claim: RobotClaim, rows: Rows, threshold: float | None) -> Outcome:
     if threshold is None:
         return Outcome.unjudged(NO_SPIKES)
-    own = [row for row in rows if row["motion"] in claim.motions]
-    unknown = [name for name in claim.reads if own and name not in own[0]]
+    of_motions = [row for row in rows if claim.reads_motion(row["motion"])]
+    unknown = [name for name in claim.reads if of_motions and name not in of_motions[0]]
     if unknown:
-        return Outcome.unjudged(f"trials have no column {unknown[0]}", n=len(own))
-    without = unreadable(own, claim.reads)
+        return Outcome.unjudged(f"trials have no column {unknown[0]}", n=len(of_motions))
+    without = unreadable(of_motions, claim.reads)
     if without:
-        return Outcome.unjudged(f"of the trials {without}", n=len(own))
-    found = claim.ask(rows, threshold)
-    if not found.judged:
-        return found
-    wrong = flaws([row for row in own if not claim.models or row["model"] == claim.spiking])
+        return Outcome.unjudged(f"of the trials {without}", n=len(of_motions))
+    result = claim.ask(rows, threshold)
+    if not result.judged:
+        return result
+    wrong = flaws([row for row in of_motions if not claim.models or row["model"] == claim.spiking])
     if wrong:
-        return found.withheld(wrong)
-    refuted = found.verdict == "fails" and claim.of_every_trial
-    each = found.each or _fewest(own, *(("model",) if claim.models else ()))
-    if each < claim.least and not refuted:
-        return found.withheld(f"needs at least {claim.least} trials of each condition (has {each})")
-    return found
+        return result.withheld(wrong)
+    refuted = result.verdict == "fails" and claim.of_every_trial
+    fewest = result.each or _fewest(of_motions, *(("model",) if claim.models else ()))
+    if fewest < claim.least and not refuted:
+        return result.withheld(f"needs at least {claim.least} trials of each condition (has {fewest})")
+    return result
 
 
 def _fewest(rows: Rows, *beside: str) -> int:
@@ -240,19 +257,19 @@ def flaws(rows: Rows) -> str:
     A trial that was driven open loop is what its stimulus did: its speed and path are told, and bound by no tolerance.
     Of a trial from a robot's log nobody knows them: it is taken at the log's word.
     """
-    rows, found = [row for row in rows if not is_imported(row)], []
+    rows, problems = [row for row in rows if not is_imported(row)], []
     for name, what in (("achieved_speed_cm_s", "speed"), ("path_error_mm", "path")):
         lost = sum(not is_number(row[name]) for row in rows)
         if lost:
-            found.append(f"{lost} of {len(rows)} trials have no measured {what}")
+            problems.append(f"{lost} of {len(rows)} trials have no measured {what}")
     rows = [row for row in rows if row.get("drive") != "open"]
     speeds = [row for row in rows if is_number(row["achieved_speed_cm_s"])]
     off = [abs(row["achieved_speed_cm_s"] / row["speed_cm_s"] - 1) for row in speeds]
     astray = [row["path_error_mm"] for row in rows if is_number(row["path_error_mm"])]
     if any(error > SPEED_TOLERANCE for error in off):
         count = sum(error > SPEED_TOLERANCE for error in off)
-        found.append(f"{count} of {len(rows)} trials were off the commanded speed, by up to {max(off):.0%}")
+        problems.append(f"{count} of {len(rows)} trials were off the commanded speed, by up to {max(off):.0%}")
     if any(error > PATH_TOLERANCE_MM for error in astray):
         count = sum(error > PATH_TOLERANCE_MM for error in astray)
-        found.append(f"{count} of {len(rows)} trials left their path, by up to {max(astray):.1f} mm")
-    return "; ".join(found)
+        problems.append(f"{count} of {len(rows)} trials left their path, by up to {max(astray):.1f} mm")
+    return "; ".join(problems)

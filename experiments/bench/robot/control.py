@@ -1,52 +1,64 @@
-"""Drivers of both robots over a trial: by the stimulus's pose, or open loop by time."""
+"""Drivers of a trial's robots: each by its own pose, or open loop by time."""
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
-from colias_sim import PathFollower, Simulation, WheelSpeeds
-from colias_sim.path import OpenLoop, SpeedProfile
-from experiments.bench.robot.experiment import Condition
-from experiments.bench.robot.trajectory import Course
+from colias_sim import OpenLoop, PathFollower, Robot, Simulation
+from experiments.bench.robot.trajectory import Course, Script
 
-AT_REST_M_S = 0.002
+ASTRAY_M = 0.01
+"""Distance from its path at which a robot that is steered along it has met an obstacle."""
+
+
+class AstrayError(RuntimeError):
+    """A robot that is steered along a path is nowhere near it."""
 
 
 class Drive:
-    """Commands both robots over a trial, and says when it is over."""
+    """Commands all robots over a trial, and says when it is over."""
 
-    def __init__(self, sim: Simulation, route: Course, condition: Condition) -> None:
-        self._sim, self._route = sim, route
-        self._stimulus, observer = sim.robots["stimulus"], sim.robots["observer"]
-        profile = SpeedProfile(route.line.length, route.speed, route.acceleration, route.stop, route.wait)
-        self._by_time = OpenLoop(self._stimulus, profile) if self._stimulus.config.open_loop else None
-        self._ends = self._stimulus.begins() + self._by_time.seconds + route.rest if self._by_time else 0.0
-        self._follower = PathFollower(
-            self._stimulus, route.line, route.speed, acceleration=route.acceleration, stop=route.stop
-        )
-        speed, turn = condition.observer_speed_cm_s / 100, np.radians(condition.observer_turn_deg_s)
-        if speed or turn:
-            observer.drive(observer.wheels_for(speed, float(turn)))
-        self._arrived: float | None = None
+    def __init__(self, sim: Simulation, route: Course) -> None:
+        self._sim = sim
+        stimulus = sim.robots["stimulus"]
+        self._stimulus = _driver(stimulus, route.stimulus)
+        self._others = {
+            name: (sim.robots[name], _driver(sim.robots[name], script))
+            for name, script in route.others.items()
+            if any(stretch.moves or stretch.rate for stretch in script.route.stretches)
+        }
+        by_time = self._stimulus if isinstance(self._stimulus, OpenLoop) else None
+        self._ends = stimulus.begins() + by_time.seconds if by_time else None
         self.over = False
 
     def __call__(self, dt: float) -> None:
         """Command the wheels for the next ``dt`` seconds."""
-        if self._by_time is not None:
-            self._by_time.drive(dt)
-            return
-        still = self._sim.data.time < self._route.wait - 1e-9
-        self._stimulus.drive(WheelSpeeds(0.0, 0.0) if still else self._follower.wheels(dt))
+        _command(self._sim.robots["stimulus"], self._stimulus, dt)
+        for robot, driver in self._others.values():
+            _command(robot, driver, dt)
 
     def look(self) -> None:
         """Once a frame: has the stimulus passed the end, or stopped there and rested? Is its time over?"""
-        along, now = self._route.line.along(self._stimulus.pose), self._sim.data.time
-        if self._by_time is not None:
-            self.over = now >= self._ends - 1e-9
-        elif not self._route.stop:
-            self.over = along >= self._route.leave
-        elif self._arrived is None:
-            at_rest = float(np.hypot(*self._stimulus.velocity)) < AT_REST_M_S
-            self._arrived = now if at_rest and along > self._route.leave else None
-        else:
-            self.over = now >= self._arrived + self._route.rest - 1e-9
+        if isinstance(self._stimulus, PathFollower):
+            self._stimulus.look()
+            self.over = self._stimulus.over
+        elif self._ends is not None:
+            self.over = float(self._sim.data.time) >= self._ends - 1e-9
+        for name, (_, driver) in self._others.items():
+            if isinstance(driver, PathFollower):
+                driver.look()
+                if abs(driver.offset) > ASTRAY_M:
+                    raise AstrayError(f"{name} is {100 * abs(driver.offset):.1f} cm off its path: it met another robot")
+
+
+def _driver(robot: Robot, script: Script) -> PathFollower | OpenLoop:
+    if robot.config.open_loop or math.isinf(script.acceleration):
+        return OpenLoop(robot, script.schedule())
+    return PathFollower(robot, script.route, acceleration=script.acceleration)
+
+
+def _command(robot: Robot, driver: PathFollower | OpenLoop, dt: float) -> None:
+    if isinstance(driver, OpenLoop):
+        driver.drive(dt)
+    else:
+        robot.drive(driver.wheels(dt))

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol, get_args
+from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 
+from colias_sim import Schedule
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from experiments.bench.engine import interrupts
 from experiments.bench.engine.errors import check_declared, plain, short
@@ -18,6 +21,7 @@ from experiments.bench.engine.user_code import place_of
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.declared import check_claims
 from experiments.bench.robot.mechanism.parts import NEEDED
+from experiments.bench.robot.path import Path
 
 Motion = Literal["translation", "approach", "recession"]
 Direction = Literal["rightward", "leftward", "straight"]
@@ -29,6 +33,17 @@ LIMITS = {
     "observer_turn_deg_s": (-360.0, 360.0), "acceleration_cm_s2": (1.0, 1000.0),
 }  # fmt: skip
 OPTIONAL = {"far_cm", "angle_deg", "shell_grey", "wall_contrast"}
+SCRIPTED = ("path", "observer", "movers")
+"""The fields of a condition that are no columns: its paths, which the name in ``motion`` stands for."""
+WHERE_SET = {"where_set": True}
+"""Metadata of fields that descriptions have only where they are set: `experiments.bench.store.description.plain`."""
+MOST_MOVERS = 6
+START_CM_S2 = 100.0
+"""The acceleration with which a stimulus starts where its condition does not say."""
+DEPTH = ("approach", "recession")
+_PLACES = 400
+"""Places of a path from which its direction and its distance are told."""
+_NAME = re.compile(r"[a-z][a-z0-9-]{0,39}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +54,8 @@ class Condition:
     ----------
     motion
         ``translation``: the stimulus crosses the view, perpendicular to the optical axis. ``approach``: it drives
-        straight at a point before the camera. ``recession``: it drives the same line the other way.
+        straight at a point before the camera. ``recession``: it drives the same line the other way. Any other name, of
+        lower-case letters, digits and ``-``: it takes the ``path``, and `Condition.along` fills in the numbers.
     direction
         Of the stimulus's image: ``rightward`` or ``leftward``; ``straight`` on the optical axis.
     speed_cm_s
@@ -57,7 +73,14 @@ class Condition:
     observer_speed_cm_s, observer_turn_deg_s
         At which the observer drives, -35 to 35 cm/s, forward positive, and turns, -360 to 360 degrees/s, left positive.
     acceleration_cm_s2
-        With which the stimulus starts, and stops, 1 to 1000 cm/s2.
+        With which the stimulus starts, and stops, 1 to 1000 cm/s2. A crossing starts outside the view, and is at its
+        speed when it comes in: there nothing of it is seen. For one that accelerates in view see `Condition.along`.
+    path
+        The stimulus's path, of a motion with a name of its own.
+    observer
+        The observer's path beside it; otherwise it stands.
+    movers
+        Paths of further robots, up to 6, that look like the stimulus.
 
     Raises
     ------
@@ -71,7 +94,7 @@ class Condition:
     'translation rightward, 6 cm/s at 8 cm'
     """
 
-    motion: Motion
+    motion: str
     direction: Direction
     speed_cm_s: float
     distance_cm: float
@@ -81,24 +104,152 @@ class Condition:
     wall_contrast: float | None = None
     observer_speed_cm_s: float = 0.0
     observer_turn_deg_s: float = 0.0
-    acceleration_cm_s2: float = 100.0
+    acceleration_cm_s2: float = START_CM_S2
+    path: Path | None = dataclasses.field(default=None, metadata=WHERE_SET)
+    observer: Path | None = dataclasses.field(default=None, metadata=WHERE_SET)
+    movers: tuple[Path, ...] = dataclasses.field(default=(), metadata=WHERE_SET)
+
+    @classmethod
+    def along(
+        cls,
+        motion: str,
+        path: Path,
+        *,
+        direction: Direction | None = None,
+        observer: Path | None = None,
+        movers: Sequence[Path] = (),
+        shell_grey: float | None = None,
+        wall_contrast: float | None = None,
+        acceleration_cm_s2: float = START_CM_S2,
+    ) -> Condition:
+        """Make a condition in which the stimulus takes a path of one's own.
+
+        Parameters
+        ----------
+        motion
+            Its name in tables and figures, of lower-case letters, digits and ``-``: ``accelerating``.
+        path
+            The stimulus's path.
+        direction
+            Of its image; left out, it is that from the bearing at its start to that at its end.
+        observer, movers
+            Paths of the observer and of further robots. All robots begin at the same time.
+        shell_grey, wall_contrast
+            As of a `Condition`.
+        acceleration_cm_s2
+            With which robots take a step of the speed: at the start, at the end, or between two legs.
+
+        Returns
+        -------
+        Condition
+            With the mean speed of the path in ``speed_cm_s``, but for starts and stops, its least distance from the
+            camera's place in ``distance_cm``, and the observer's mean speed and turn rate.
+
+        Raises
+        ------
+        ValueError
+            No trial can have the value.
+
+        Examples
+        --------
+        >>> from experiments import Condition, Leg, Path
+        >>> path = Path([Leg(16, speed_cm_s=4, to_cm_s=20)], x_cm=8, y_cm=8, heading_deg=-90)
+        >>> Condition.along("accelerating", path).label()
+        'accelerating rightward, 12 cm/s at 8 cm'
+        """
+        if not isinstance(path, Path):
+            raise ValueError(f"condition {motion}: path={short(path)}: expected an experiments.Path")
+        if not path.length_cm:
+            raise ValueError(f"condition {motion}: path: none of its legs has a length_cm: the stimulus has to move")
+        start = _number("acceleration_cm_s2", acceleration_cm_s2, *LIMITS["acceleration_cm_s2"])
+        route = path.stimulus_route(start)
+        speed = 100 * Schedule(route, start / 100).speed_over(route.measured(start / 100))
+        length = path.length_cm / 100
+        places = [route.point(route.length - length * (1 - i / _PLACES)) for i in range(_PLACES + 1)]
+        swept = math.degrees(
+            sum(
+                math.remainder(math.atan2(b.y, b.x) - math.atan2(a.y, a.x), 2 * math.pi)
+                for a, b in itertools.pairwise(places)
+            )
+        )
+        drive = turn = 0.0
+        if isinstance(observer, Path) and observer.seconds:
+            drive = round(observer.length_cm / observer.seconds, 3)
+            turn = round(math.fsum(leg.turn_deg for leg in observer.legs) / observer.seconds, 3)
+        return cls(
+            motion,
+            direction or ("straight" if abs(swept) < 1.0 else "leftward" if swept > 0 else "rightward"),
+            round(speed, 3),
+            round(100 * min(math.hypot(place.x, place.y) for place in places), 3),
+            shell_grey=shell_grey,
+            wall_contrast=wall_contrast,
+            observer_speed_cm_s=drive,
+            observer_turn_deg_s=turn,
+            acceleration_cm_s2=start,
+            path=path,
+            observer=observer,
+            movers=tuple(movers),
+        )
+
+    def columns(self) -> dict[str, Any]:
+        """Return what the tables have of it, by column.
+
+        Returns
+        -------
+        dict of str to Any
+            Every field but the paths.
+        """
+        return {name: getattr(self, name) for name in CONDITION_COLUMNS}
+
+    def _check_paths(self) -> None:
+        """Raise ``ValueError`` for paths of a motion of the paper, and for a motion with a name but no path."""
+        if self.path is None:
+            given = next((name for name in SCRIPTED if getattr(self, name)), None)
+            if given:
+                raise ValueError(f"condition: {given} with motion={self.motion!r}: legal beside a path; give it one")
+            return
+        if self.motion in WORDS["motion"] or not isinstance(self.motion, str) or not _NAME.fullmatch(self.motion):
+            raise ValueError(
+                f"condition: motion={self.motion!r} with a path: legal is a name of its own, of lower-case letters, "
+                "digits and -"
+            )
+        object.__setattr__(self, "movers", tuple(self.movers))
+        if len(self.movers) > MOST_MOVERS:
+            raise ValueError(f"condition {self.motion}: {len(self.movers)} movers: legal are up to {MOST_MOVERS}")
+        paths = {"path": self.path, **({} if self.observer is None else {"observer": self.observer})}
+        for name, path in {**paths, **{f"movers[{i}]": mover for i, mover in enumerate(self.movers)}}.items():
+            if not isinstance(path, Path):
+                raise ValueError(f"condition {self.motion}: {name}={short(path)}: expected an experiments.Path")
+            for index, leg in enumerate(path.legs):
+                if abs(leg.acceleration_cm_s2) > self.acceleration_cm_s2:
+                    raise ValueError(
+                        f"condition {self.motion}: {name}.{path.where(index, 'to_cm_s')}={leg.end_cm_s:g} from "
+                        f"{leg.speed_cm_s:g} cm/s in {leg.length_cm:.3g} cm is {abs(leg.acceleration_cm_s2):.0f} "
+                        f"cm/s2: legal is up to acceleration_cm_s2={self.acceleration_cm_s2:g}; make it longer, or "
+                        "raise that"
+                    )
 
     def __post_init__(self) -> None:
+        self._check_paths()
         for name, words in WORDS.items():
+            if name == "motion" and self.path is not None:
+                continue
             if getattr(self, name) not in words:
-                raise ValueError(f"condition: {name}={getattr(self, name)!r}: legal is {', '.join(words)}")
+                more = ", or a name of its own for a path (Condition.along)" if name == "motion" else ""
+                raise ValueError(f"condition: {name}={getattr(self, name)!r}: legal is {', '.join(words)}{more}")
             object.__setattr__(self, name, plain(getattr(self, name)))
-        depth = self.motion != "translation"
+        depth = self.motion in DEPTH
         needed = {"angle_deg", "far_cm"} if depth else set()
         for name, (low, high) in LIMITS.items():
             value = getattr(self, name)
             if value is None and name in OPTIONAL - needed:
                 continue
-            if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-                why = f" ({self.motion} needs it)" if value is None else ""
-                raise ValueError(f"condition: {name}={value!r}: legal is a number from {low:g} to {high:g}{why}")
-            object.__setattr__(self, name, float(value))  # whole numbers too: a column has one type
-        if (self.direction == "straight") and not depth:
+            if value is None:
+                raise ValueError(
+                    f"condition: {name}=None: legal is a number from {low:g} to {high:g} ({self.motion} needs it)"
+                )
+            object.__setattr__(self, name, _number(name, value, low, high))  # whole numbers too: a column has one type
+        if (self.direction == "straight") and self.motion == "translation":
             raise ValueError(f"condition: direction={self.direction!r}: a translation goes rightward or leftward")
         if depth and self.far_cm is not None and self.far_cm <= self.distance_cm:
             raise ValueError(f"condition: far_cm={self.far_cm:g}: legal is above distance_cm={self.distance_cm:g}")
@@ -124,7 +275,13 @@ class Condition:
         return ", ".join(parts)
 
 
-CONDITION_COLUMNS = tuple(field.name for field in dataclasses.fields(Condition))
+def _number(name: str, value: object, low: float, high: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        raise ValueError(f"condition: {name}={value!r}: legal is a number from {low:g} to {high:g}")
+    return float(value)
+
+
+CONDITION_COLUMNS = tuple(field.name for field in dataclasses.fields(Condition) if field.name not in SCRIPTED)
 MOST_CONDITIONS = 100_000
 
 
@@ -261,9 +418,12 @@ class Experiment:
             raise ValueError(f"{where}: figure='excitation': legal where models has {', '.join(NEEDED)}")
 
     def _check_conditions(self, conditions: tuple[Condition, ...]) -> None:
-        twice = next((c for i, c in enumerate(conditions) if c in conditions[:i]), None)
+        columns = [tuple(condition.columns().values()) for condition in conditions]
+        twice = next((i for i, values in enumerate(columns) if values in columns[:i]), None)
         if twice is not None:
-            raise ValueError(f"experiment {self.name}: the condition '{twice.label()}' is there twice")
+            again = conditions[twice]
+            hint = "" if again in conditions[:twice] else ": two paths; give each a motion with a name of its own"
+            raise ValueError(f"experiment {self.name}: the condition '{again.label()}' is there twice{hint}")
         if self.varies not in CONDITION_COLUMNS or any(getattr(c, self.varies) is None for c in conditions):
             raise ValueError(f"experiment {self.name}: varies={self.varies!r}: no value of it in every condition")
         crossings = all(condition.motion == "translation" for condition in conditions)

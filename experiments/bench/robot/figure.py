@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 
 from experiments.bench.figures.palette import LINES, MARKERS, Mark, level_colours, marks
 from experiments.bench.figures.plotting import STYLE, columns_of_key, headline, plain, wrapped
-from experiments.bench.judging.statistics import summarise
+from experiments.bench.judging.statistics import LEAST_FOR_BOOTSTRAP, summarise
 from experiments.bench.robot.rows import is_tracked, varying
 from experiments.bench.store.parameters import in_title
 from experiments.bench.store.rows import group
@@ -140,7 +140,8 @@ def figure(rows: Rows, frames: pa.Table, varies: str, title: str, thresholds: Ma
                 axes.set_title(plain(model), fontsize=9, loc="left")
         for axes in list(panels.flat)[len(models) :]:
             axes.set_visible(False)
-        _frame(right, panels[0, 0], axis)
+        looming = [_looming(next(row for row in rows if row["model"] == model)) for model in models]
+        _frame(right, panels[0, 0], axis, "" if any(looming) else " of HS")
         _level_keys(right, colours, UNITS.get(varies, ""), _others(rows, varies, models))
     return drawn
 
@@ -183,9 +184,9 @@ def _series(rows: Rows, varies: str, models: Sequence[str]) -> list[Series]:
         parts = list(group(chosen, *names).values()) if names else [chosen]
         for place, part in enumerate(parts):
             words = [*([plain(model)] if several else []), *([_condition(part[0], names)] if names else [])]
-            each = model_marks[model]
-            turn = (place + LINES.index(each.line) * len(parts)) % len(LINES)  # models of one hue stay apart
-            mark = each if len(parts) == 1 else Mark(each.colour, MARKERS[turn], LINES[turn])
+            style = model_marks[model]
+            turn = (place + LINES.index(style.line) * len(parts)) % len(LINES)  # models of one hue stay apart
+            mark = style if len(parts) == 1 else Mark(style.colour, MARKERS[turn], LINES[turn])
             series.append(Series(", ".join(words), part, mark))
     return series
 
@@ -203,19 +204,21 @@ def _counts(
     ticks = {level: float(i) if ordinal else float(level) for i, level in enumerate(levels)}
     gaps = [b - a for a, b in zip(list(ticks.values()), list(ticks.values())[1:], strict=False)]
     width = SPREAD if ordinal else min(NARROW * min(gaps), NEAR * sum(gaps)) if gaps else 1.0
-    for index, each in enumerate(series):
+    for index, one_series in enumerate(series):
         shift = 0.0 if len(series) == 1 else width * (index / (len(series) - 1) - 0.5)
         step = width / len(series)
         means = []
         for level, tick in ticks.items():
-            spikes = [row["spikes"] for row in each.rows if row[varies] == level]
+            spikes = [row["spikes"] for row in one_series.rows if row[varies] == level]
             if spikes:
-                tint = colours[level] if colours else each.mark.colour
-                means.append((tick + shift, _level(axes, spikes, tick + shift, step, tint, each.mark, len(series))))
-        style = "none" if ordinal else each.mark.line
-        line = "black" if colours else each.mark.colour
-        axes.plot(*zip(*means, strict=True), color=line, lw=0.9, ls=style, label=each.label, zorder=2,
-                  marker=each.mark.marker if len(series) > 1 else None, ms=4)  # fmt: skip
+                tint = colours[level] if colours else one_series.mark.colour
+                means.append(
+                    (tick + shift, _level(axes, spikes, tick + shift, step, tint, one_series.mark, len(series)))
+                )
+        style = "none" if ordinal else one_series.mark.line
+        line = "black" if colours else one_series.mark.colour
+        axes.plot(*zip(*means, strict=True), color=line, lw=0.9, ls=style, label=one_series.label, zorder=2,
+                  marker=one_series.mark.marker if len(series) > 1 else None, ms=4)  # fmt: skip
     axes.set_xticks(list(ticks.values()), [said(level) for level in levels], fontsize=7 if len(levels) > 6 else 9)
     axes.set(xlabel=AXIS_LABELS[varies], ylabel="spikes per trial")
     axes.set_ylim(bottom=min(-2.0, -0.04 * axes.get_ylim()[1]))
@@ -230,13 +233,16 @@ def _counts(
 def _level(
     axes: Axes, spikes: Sequence[float], place: float, step: float, tint: str, mark: Mark, several: int
 ) -> float:
-    """Draw the trials of one series at one level; return their mean."""
+    """Draw the trials of one series at one level; return their mean.
+
+    Fewer than `LEAST_FOR_BOOTSTRAP` trials stand for themselves. No interval of a count goes below 0.
+    """
     if several <= MOST_DOTTED:
         beside = place - np.linspace(0.2, 0.55, len(spikes)) * step  # left of the mean, so that neither hides the other
         axes.scatter(beside, spikes, s=11, color=tint, alpha=0.55, linewidths=0, marker=mark.marker, zorder=3)
     summary = summarise(spikes)
-    if summary.n > 1:
-        error = [[summary.mean - summary.ci_low], [summary.ci_high - summary.mean]]
+    if summary.n >= LEAST_FOR_BOOTSTRAP:
+        error = [[summary.mean - max(summary.ci_low, 0.0)], [summary.ci_high - summary.mean]]
         edge = "black" if several == 1 else tint
         axes.errorbar(place, summary.mean, yerr=error, fmt="_", color=edge, capsize=2.5, lw=1.2, zorder=4)
     return summary.mean
@@ -255,7 +261,7 @@ def _traces(axes: Axes, rows: Rows, frames: pa.Table, varies: str, colours: Mapp
         style = styles.get(_condition(row, names), "-")
         axes.plot(place[chosen], potential[chosen], color=colours[row[varies]], ls=style, lw=0.6, alpha=0.6)
     if looming:
-        axes.annotate("the looming potential", (0.99, 0.02), xycoords="axes fraction", ha="right", fontsize=7)
+        axes.annotate("of the looming detector", (0.99, 0.02), xycoords="axes fraction", ha="right", fontsize=7)
 
 
 def _looming(row: Mapping[str, Any]) -> bool:
@@ -275,14 +281,14 @@ def _threshold(axes: Axes, threshold: float | None, signs: Sequence[int]) -> Non
     axes.annotate(text, (0.01, lowest - 0.02), xycoords=("axes fraction", "data"), va="top", fontsize=7)
 
 
-def _frame(place: SubFigure, axes: Axes, axis: str) -> None:
-    """Axes and labels that all panels of traces have in common."""
+def _frame(place: SubFigure, axes: Axes, axis: str, of: str) -> None:
+    """Draw what all panels of traces have in common; ``of`` says whose potential all of them show."""
     bearing = axis == "stimulus_bearing_deg"
     xlabel = "bearing of the stimulus (degrees, left positive)" if bearing else "time in the trial (s)"
     axes.set_ylim(-1.02, 1.02)
     axes.xaxis.set_inverted(bearing)  # left on the left, as in the image: rightward motion goes to the right
     place.supxlabel(xlabel, fontsize=9)
-    place.supylabel("membrane potential of HS", fontsize=9)
+    place.supylabel(f"membrane potential{of}", fontsize=9)
 
 
 def _level_keys(place: SubFigure, colours: Mapping[Any, str], unit: str, others: Mapping[str, Any]) -> None:

@@ -7,21 +7,30 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from colias_sim import PathFollower
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.motors import TOP_POWER, Motors
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import look_up
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.settings import Parameter, applied, changed, check_counts, collect, described
-from experiments.bench.robot.experiment import Condition, Design, Experiment, Settings, TrialSpec, trial_specs
+from experiments.bench.robot import scripted
+from experiments.bench.robot.experiment import (
+    SCRIPTED,
+    START_CM_S2,
+    Condition,
+    Design,
+    Experiment,
+    Settings,
+    TrialSpec,
+    trial_specs,
+)
+from experiments.bench.robot.scripted import STEERING_SHARE
 from experiments.bench.robot.trajectory import clearance_cm, nominal, reach_cm
 from experiments.bench.store import provenance
 from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.parameters import Parameters, differing
 from scenes import ARENA_RADIUS_CM
-
-STEERING_SHARE = 0.95
-"""Share of a wheel's top speed that a straight drive may use; the rest keeps it on its line."""
 
 SHORTEST_STEADY_CM = 2.0
 """Least length of a line that must be left at constant speed: the speed is measured there."""
@@ -80,6 +89,9 @@ def check(plan: Plan) -> None:
 
 def _check_condition(condition: Condition, settings: Settings) -> None:
     label, robot = condition.label(), settings.robot
+    if condition.path is not None:
+        scripted.check(condition, settings)
+        return
     top = STEERING_SHARE * robot.max_speed_cm_s
     if condition.speed_cm_s > top:
         raise UsageError(
@@ -91,10 +103,12 @@ def _check_condition(condition: Condition, settings: Settings) -> None:
         route = nominal(condition, settings)
     except ValueError as error:
         raise UsageError(f"{label}: {error}") from None
-    if route.leave - route.enter < SHORTEST_STEADY_CM / 100:
+    ((enter, leave),) = route.parts
+    if leave - enter < SHORTEST_STEADY_CM / 100:
+        start = PathFollower.run_up(condition.speed_cm_s / 100, condition.acceleration_cm_s2 / 100)
         raise UsageError(
-            f"{label}: with {condition.acceleration_cm_s2:g} cm/s2 it takes {100 * route.enter:.1f} cm to reach that "
-            f"speed, and the line has {100 * route.line.length:.1f}"
+            f"{label}: with {condition.acceleration_cm_s2:g} cm/s2 it takes {100 * start:.1f} cm to reach that "
+            f"speed, and the line has {100 * route.stimulus.route.length:.1f}"
         )
     reach = reach_cm(route)
     if reach > ARENA_RADIUS_CM:
@@ -143,11 +157,31 @@ def describe(plan: Plan) -> dict[str, Any]:
         "seed": plan.seed,
         "trials": len(plan.specs()),
         "settings": plan.settings,
+        **({"paths": paths} if (paths := _paths(plan)) else {}),
         **({"pictures": plan.pictures.described()} if plan.pictures else {}),
         **({"changed": changed_ones} if changed_ones else {}),
         THRESHOLDS: {model.label: model.thresholds for model in plan.settings.models},
         **provenance.of((model.source for model in plan.settings.models), plan.experiment),
     }
+
+
+def _paths(plan: Plan) -> dict[str, Any]:
+    """Return the paths of conditions of one's own, by the condition's label: rows have no column for them."""
+    return {
+        condition.label(): {name: getattr(condition, name) for name in SCRIPTED}
+        for condition in plan.experiment.conditions()
+        if condition.path is not None
+    }
+
+
+def notes(plan: Plan) -> list[str]:
+    """Return what a person should know of parameters that are set but act where nothing of it is seen."""
+    crossings = [c for c in plan.experiment.conditions() if c.motion == "translation"]
+    return [
+        f"acceleration_cm_s2={value:g} of a crossing acts outside the view: it starts there, and comes in at its "
+        "speed. For one that accelerates in view give it a path (Condition.along)"
+        for value in sorted({c.acceleration_cm_s2 for c in crossings} - {START_CM_S2})
+    ]
 
 
 def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, Any]:
@@ -193,14 +227,14 @@ def plan(
 ) -> Plan:  # fmt: skip
     """A checked plan from what a person typed; `UsageError` for what cannot be run."""
     count = experiment.repeats if repeats is None else repeats
-    made = Plan(*configure(experiment, models, assignments), count, seed, experiment.design, pictures)
-    if pictures and made.settings.scene.wall:
-        raise UsageError(f"--set scene.wall={made.settings.scene.wall}: --pictures sets the wall; give one of them")
-    made = made.replicate(0)
+    whole = Plan(*configure(experiment, models, assignments), count, seed, experiment.design, pictures)
+    if pictures and whole.settings.scene.wall:
+        raise UsageError(f"--set scene.wall={whole.settings.scene.wall}: --pictures sets the wall; give one of them")
+    whole = whole.replicate(0)
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
-    check_counts(seed, count, option, len(made.experiment.conditions()))
-    check(made)
-    return made
+    check_counts(seed, count, option, len(whole.experiment.conditions()))
+    check(whole)
+    return whole
 
 
 def parameters(experiment: Experiment, models: Sequence[str]) -> Iterator[Parameter]:

@@ -6,7 +6,6 @@ cheap per frame, and a crash costs at most the trial under way.
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import math
 from functools import partial
@@ -89,7 +88,7 @@ def _properties(recording: rr.RecordingStream, result: TrialResult) -> None:
         "trial": spec.index,
         "repeat": spec.repeat,
         "seed": spec.seed,
-        **dataclasses.asdict(condition),
+        **condition.columns(),
         **{f"{answer.model}_spikes": answer.spikes for answer in result.answers},
         "achieved_speed_cm_s": result.achieved_speed_cm_s,
         "path_error_mm": result.path_error_mm,

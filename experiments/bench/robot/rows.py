@@ -12,7 +12,7 @@ from dsnn import ResponseSeries
 from experiments.bench.judging.numbers import is_number
 from experiments.bench.robot.experiment import CONDITION_COLUMNS, Drawing
 from experiments.bench.robot.mechanism.windows import InWindows
-from experiments.bench.robot.trial import Answer, FrameColumns, TrialResult
+from experiments.bench.robot.trial import FrameColumns, TrialAnswer, TrialResult
 from experiments.bench.store.contents import Contents, planned_trial
 from experiments.bench.store.origin import is_imported, origin
 from experiments.bench.store.parameters import Parameters
@@ -127,7 +127,7 @@ OF_ANSWER = (
     "model", *get_type_hints(ModelRow), "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "trough_vs",
     "peak_looming",
 )  # fmt: skip
-"""Columns that are fields of `Answer`."""
+"""Columns that are fields of `TrialAnswer`."""
 
 TRIAL_SCHEMA = schema_of(RobotRow, ConditionRow, ModelRow, TrialRow)
 FRAME_SCHEMA = schema_of(SeenRow, ResponseRow, PoseRow)
@@ -152,14 +152,14 @@ def _rows(result: TrialResult) -> Iterable[dict[str, Any]]:
         "repeat": spec.repeat,
         "seed": spec.seed,
         "robot": OBSERVER,
-        **dataclasses.asdict(spec.condition),
+        **spec.condition.columns(),
         **{name: getattr(result, name) for name in OF_TRIAL},
     }
     for answer in result.answers:
         yield {**shared, **answer_columns(answer)}
 
 
-def answer_columns(answer: Answer) -> dict[str, Any]:
+def answer_columns(answer: TrialAnswer) -> dict[str, Any]:
     """Return what one model made of a trial, as columns of ``trials.parquet``; without a tracker the parts are null."""
     parts = {name: getattr(answer.parts, name) if answer.parts else None for name in OF_PARTS}
     return {**{name: getattr(answer, name) for name in OF_ANSWER}, **parts}
@@ -202,7 +202,7 @@ def robot_contents(
                 (m.label for m in spec.settings.models),
                 recordings,
                 robot=OBSERVER,
-                **dataclasses.asdict(spec.condition),
+                **spec.condition.columns(),
             )
             for spec in specs
         },

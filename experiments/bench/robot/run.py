@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from experiments.bench.engine.batch import Batch, Resources
 from experiments.bench.robot.experiment import TrialSpec
-from experiments.bench.robot.plan import Plan, describe
+from experiments.bench.robot.plan import Plan, describe, notes
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA, finished, robot_contents
 from experiments.bench.robot.trajectory import nominal
 from experiments.bench.robot.trial import TrialResult, run_trial
@@ -62,9 +62,10 @@ def seconds(spec: TrialSpec) -> float:
 
 
 def amount(plans: Sequence[Plan]) -> str:
-    """Say how many trials and frames the plans have."""
+    """Say how many trials and frames the plans have, and which of their parameters act out of sight."""
     trials = sum(len(plan.specs()) for plan in plans)
-    return f"{trials} trials, about {sum(plan.frames() for plan in plans):,} frames"
+    noted = dict.fromkeys(note for plan in plans for note in notes(plan))
+    return "\n".join([f"{trials} trials, about {sum(plan.frames() for plan in plans):,} frames", *noted])
 
 
 def batch(plan: Plan, keep: Keep) -> Batch[TrialSpec]:

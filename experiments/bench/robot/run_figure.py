@@ -72,5 +72,5 @@ class RunFigure:
             return excitation_figure.figure(courses, title, self.thresholds[WHOLE])
         if drawable(self.drawing, rows) == "mechanism":
             return mechanism_figure.figure(rows, self.varies, title, self.thresholds[labels[0]])
-        shown = without_parts(rows) if self.drawing == "excitation" else rows
-        return robot_figure.figure(shown, frames(), self.varies, title, self.thresholds)
+        drawn_rows = without_parts(rows) if self.drawing == "excitation" else rows
+        return robot_figure.figure(drawn_rows, frames(), self.varies, title, self.thresholds)

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from colias_sim import Line, PathFollower, Pose
-from experiments.bench.robot.experiment import Condition, Settings
+from colias_sim import PathFollower, Pose, Route, Schedule, Stretch
+from experiments.bench.robot.experiment import DEPTH, Condition, Settings
+from experiments.bench.robot.path import Path
 from experiments.bench.streams import stream
 
 ROBOT_RADIUS_CM = 2.0
@@ -19,31 +20,63 @@ MARGIN_CM = 0.6
 STILL_S = 0.3
 """Time for which the stimulus stands in view before an approach or recession, and after it."""
 
+ALWAYS_S = 600.0
+"""Longer than any trial."""
+
+
+@dataclass(frozen=True, slots=True)
+class Script:
+    """What a robot is asked to do: a route, and the acceleration with which it starts and stops, in m/s^2.
+
+    With ``inf`` it is driven by time alone, from the first moment on.
+    """
+
+    route: Route
+    acceleration: float
+
+    @property
+    def seconds(self) -> float:
+        """About how long it takes, in simulated time."""
+        stretches = self.route.stretches
+        lasting = sum(
+            2 * stretch.length / (stretch.speed + stretch.end_speed) if stretch.moves else stretch.seconds
+            for stretch in stretches
+        )
+        return lasting + max((stretch.speed for stretch in stretches), default=0.0) / self.acceleration
+
+    def schedule(self) -> Schedule:
+        """Return where the robot is to be at every time."""
+        return Schedule(self.route, self.acceleration)
+
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """Course that the stimulus is asked to take (m, s).
+    """What the robots of a trial are asked to do (m, s).
 
-    From rest at ``start`` along ``line``, at ``speed`` from ``enter`` to ``leave`` along it. It stands still for
-    ``wait`` before, and for ``rest`` after it has stopped at the line's end; without ``stop`` the trial ends as it
-    passes ``leave``. ``observer`` is where the observer starts.
+    The stimulus is set down at ``start``. Its speed is measured in the ``parts`` of its route, each from one distance
+    along it to another. A trial is over when it has come to the end of its route. The observer and the ``movers`` are
+    set down where theirs begin.
     """
 
-    line: Line
+    stimulus: Script
     start: Pose
-    enter: float
-    leave: float
-    speed: float
-    acceleration: float
-    stop: bool
-    wait: float
-    rest: float
-    observer: Pose
+    parts: tuple[tuple[float, float], ...]
+    observer: Script
+    movers: tuple[Script, ...] = ()
 
     @property
     def seconds(self) -> float:
         """About how long the trial takes, in simulated time."""
-        return self.wait + self.rest + self.line.length / self.speed + self.speed / self.acceleration
+        return self.stimulus.seconds
+
+    @property
+    def others(self) -> dict[str, Script]:
+        """The robots beside the stimulus, by name."""
+        return {"observer": self.observer, **{f"mover{i}": mover for i, mover in enumerate(self.movers)}}
+
+
+STANDING = Script(Route(Pose(0.0, 0.0, 0.0), (Stretch(seconds=ALWAYS_S),)), math.inf)
+"""An observer that stands where it does in most trials."""
 
 
 def half_crossing(distance: float, radius: float, hfov: float) -> float:
@@ -63,18 +96,41 @@ def course(condition: Condition, settings: Settings, rng: np.random.Generator) -
     In a crossing it drives straight where it was set down pointing. An approach or recession has a point to drive
     to, from where it was set down: there the error of heading is one that it has to correct on its way.
     """
-    ideal = _crossing(condition, settings) if condition.motion == "translation" else _angular(condition, settings)
+    if condition.path is not None:
+        ideal = _scripted(condition, condition.path, settings)
+    else:
+        ideal = _crossing(condition, settings) if condition.motion == "translation" else _angular(condition, settings)
     dx, dy = rng.normal(0.0, settings.pose_sd_mm / 1000, 2)
     skew = rng.normal(0.0, math.radians(settings.heading_sd_deg))
-    start, end = ideal.line.start, ideal.line.point(ideal.line.length)
+    route = ideal.stimulus.route
+    start, end = route.start, route.point(route.length)
     x, y = start.x + dx, start.y + dy
-    if not ideal.stop:
-        shifted = Pose(x, y, start.heading + skew)
-        return dataclasses.replace(ideal, line=Line(shifted, ideal.line.length), start=shifted)
-    towards = math.atan2(end.y - y, end.x - x)
-    line = Line(Pose(x, y, towards), math.hypot(end.x - x, end.y - y))
-    leave = line.length - (ideal.line.length - ideal.leave)
-    return dataclasses.replace(ideal, line=line, leave=leave, start=Pose(x, y, towards + skew))
+    shifted = dataclasses.replace(route, start=Pose(x, y, start.heading + skew))
+    if condition.motion in DEPTH:
+        towards = math.atan2(end.y - y, end.x - x)
+        length = math.hypot(end.x - x, end.y - y)
+        stretches = tuple(dataclasses.replace(s, length=length) if s.moves else s for s in route.stretches)
+        shifted = Route(Pose(x, y, towards), stretches)
+    stimulus = dataclasses.replace(ideal.stimulus, route=shifted)
+    slot = settings.robot.command_slot_ms / 1000 if settings.robot.open_loop else 0.0
+    heading = shifted.start.heading + (skew if condition.motion in DEPTH else 0.0)
+    return dataclasses.replace(
+        ideal, stimulus=stimulus, start=Pose(x, y, heading), parts=shifted.measured(stimulus.acceleration, slot)
+    )
+
+
+def _scripted(condition: Condition, path: Path, settings: Settings) -> Course:
+    """Take the paths of a condition of one's own."""
+    acceleration, ahead = condition.acceleration_cm_s2 / 100, settings.camera.forward_cm
+    route = path.stimulus_route(condition.acceleration_cm_s2, ahead)
+    observer = STANDING if condition.observer is None else Script(_to_rest(condition.observer.route()), acceleration)
+    movers = tuple(Script(_to_rest(mover.route(ahead)), acceleration) for mover in condition.movers)
+    return Course(Script(route, acceleration), route.start, (), observer, movers)
+
+
+def _to_rest(route: Route) -> Route:
+    """Return a route at whose end the robot stands for the rest of the trial."""
+    return dataclasses.replace(route, stretches=(*route.stretches, Stretch(seconds=ALWAYS_S)))
 
 
 def _crossing(condition: Condition, settings: Settings) -> Course:
@@ -90,11 +146,22 @@ def _crossing(condition: Condition, settings: Settings) -> Course:
     start = Pose(camera.forward_cm / 100 + distance, side * (before + run_up), -side * math.pi / 2)
     length = run_up + before + after
     # When the stimulus is on the axis, the observer is at the origin.
-    observer = _observer(condition, -(run_up + before) / speed)
-    return Course(
-        Line(start, length), start, run_up, length, speed, acceleration, stop=False, wait=0.0, rest=0.0,
-        observer=observer,
-    )  # fmt: skip
+    observer = _steady(condition, _observer(condition, -(run_up + before) / speed))
+    return Course(Script(Route.line(start, length, speed), acceleration), start, (), observer)
+
+
+def _steady(condition: Condition, start: Pose) -> Script:
+    """Return the script of an observer that keeps driving and turning, from the first moment on."""
+    drive, turn = condition.observer_speed_cm_s / 100, math.radians(condition.observer_turn_deg_s)
+    if not (drive or turn):
+        return STANDING
+    if not drive:
+        return Script(Route(start, (Stretch(seconds=ALWAYS_S, rate=turn),)), math.inf)
+    if drive < 0:
+        start = dataclasses.replace(start, heading=start.heading + math.pi)
+    speed = abs(drive)
+    stretch = Stretch(speed * ALWAYS_S, speed, speed, turn / speed)
+    return Script(Route(start, (stretch,), backward=drive < 0), math.inf)
 
 
 def _observer(condition: Condition, seconds: float) -> Pose:
@@ -152,22 +219,17 @@ def _angular(condition: Condition, settings: Settings) -> Course:
     outward = -math.radians(condition.angle_deg)  # negative angles on the left, where y is positive
     length = -near * math.cos(outward) + math.sqrt(far**2 - (near * math.sin(outward)) ** 2)
     point = Pose(settings.camera.forward_cm / 100 + near, 0.0, outward)
-    away = Line(point, length)
-    end = away.point(length)
-    line = away if condition.motion == "recession" else Line(Pose(end.x, end.y, outward + math.pi), length)
+    end = Stretch(length).point(point, length)
+    start = point if condition.motion == "recession" else Pose(end.x, end.y, outward + math.pi)
     acceleration = condition.acceleration_cm_s2 / 100
-    enter, leave = PathFollower.run_up(speed, acceleration), length - PathFollower.braking(speed, acceleration)
-    if settings.robot.open_loop:  # the slot in which the ramp down begins is slower as a whole
-        leave -= speed * settings.robot.command_slot_ms / 1000
-    return Course(
-        line, line.start, enter, leave, speed, acceleration, stop=True, wait=STILL_S, rest=STILL_S,
-        observer=Pose(0.0, 0.0, 0.0),
-    )  # fmt: skip
+    route = Route.line(start, length, speed, wait=STILL_S, rest=STILL_S)
+    return Course(Script(route, acceleration), start, (), STANDING)
 
 
 def reach_cm(route: Course) -> float:
     """Tell how far from the arena's centre the stimulus's edge gets, which has to stay inside the wall."""
-    ends = (route.line.start, route.line.point(route.line.length))
+    line = route.stimulus.route
+    ends = (line.start, line.point(line.length))
     return 100 * max(math.hypot(end.x, end.y) for end in ends) + ROBOT_RADIUS_CM
 
 
@@ -175,6 +237,6 @@ def clearance_cm(condition: Condition, settings: Settings, route: Course) -> flo
     """Room between the bodies where they come nearest, less what 3 sd of the start pose's errors may take of it."""
     errors = 0.3 * settings.pose_sd_mm
     if condition.motion == "translation":  # a skewed approach or recession errs sideways, not ahead
-        errors += 50 * route.line.length * math.sin(math.radians(3 * settings.heading_sd_deg))
-    forward = 100 * abs(route.observer.x)
+        errors += 50 * route.stimulus.route.length * math.sin(math.radians(3 * settings.heading_sd_deg))
+    forward = 100 * abs(route.observer.route.start.x)
     return settings.camera.forward_cm + condition.distance_cm - 2 * ROBOT_RADIUS_CM - forward - errors

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim import Frame, Pose, Simulation, bearing
+from colias_sim import Frame, Pose, Route, Simulation, Tracker, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from experiments.bench.engine.model_runner import ModelRunner, spike_counts
 from experiments.bench.engine.models import ConfiguredModel
-from experiments.bench.robot.control import Drive
+from experiments.bench.robot.control import AstrayError, Drive
 from experiments.bench.robot.experiment import Condition, Settings, TrialSpec
 from experiments.bench.robot.mechanism.windows import InWindows, Windows, measure, windows
 from experiments.bench.robot.pictures.eyes import camera, models_by_eye
@@ -48,7 +49,7 @@ class FrameColumns:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class TrialAnswer:
     """Answers of one model to the trial's frames."""
 
     model: str
@@ -78,7 +79,7 @@ class TrialResult:
     """A finished trial: what the robots did, and every model's answer to the same frames."""
 
     spec: TrialSpec
-    answers: tuple[Answer, ...]
+    answers: tuple[TrialAnswer, ...]
     broken: Mapping[str, str]
     """Models that raised, or answered with something else than numbers: label -> what went wrong."""
     achieved_speed_cm_s: float | None
@@ -97,19 +98,23 @@ class _Kept(threading.local):
     """The scenes each thread compiled last, which hold OpenGL contexts of that thread."""
 
     def __init__(self) -> None:
-        self.simulations: OrderedDict[tuple[RobotConfig, CameraConfig, SceneConfig], Simulation] = OrderedDict()
+        self.simulations: OrderedDict[tuple[RobotConfig, CameraConfig, SceneConfig, int], Simulation] = OrderedDict()
 
 
 _KEPT = _Kept()
 
 
-def simulation(robot: RobotConfig, camera: CameraConfig, scene: SceneConfig) -> Simulation:
-    """The compiled scene, kept for this thread's next trials with the same settings: compiling costs as much as one."""
-    kept, key = _KEPT.simulations, (robot, camera, scene)
+def simulation(robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, movers: int = 0) -> Simulation:
+    """The compiled scene, kept for this thread's next trials with the same settings: compiling costs as much as one.
+
+    ``movers`` is the number of robots beside observer and stimulus.
+    """
+    kept, key = _KEPT.simulations, (robot, camera, scene, movers)
     if key not in kept:
         while len(kept) >= KEPT_SCENES:
             kept.popitem(last=False)[1].close()
-        kept[key] = Simulation(robot, camera, scene)
+        further = {f"mover{i}": TRIAL_ROBOTS["stimulus"] for i in range(movers)}
+        kept[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further})
     kept.move_to_end(key)
     return kept[key]
 
@@ -122,8 +127,8 @@ def forget_simulations() -> None:
 
 def scene_of(condition: Condition, settings: Settings) -> SceneConfig:
     """The scene's settings with what the condition sets itself."""
-    own = {name: getattr(condition, name) for name in ("shell_grey", "wall_contrast")}
-    return dataclasses.replace(settings.scene, **{name: value for name, value in own.items() if value is not None})
+    looks = {name: getattr(condition, name) for name in ("shell_grey", "wall_contrast")}
+    return dataclasses.replace(settings.scene, **{name: value for name, value in looks.items() if value is not None})
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,13 +177,14 @@ def run_trial(spec: TrialSpec, *, keep_media: bool = False) -> TrialResult:
 def _see(spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], keep_media: bool) -> _Seen:
     """Simulate the trial before one eye. Only the first model of the trial keeps its layer maps."""
     settings = spec.settings
-    sim = simulation(settings.robot, eye, scene_of(spec.condition, settings))
+    sim = simulation(settings.robot, eye, scene_of(spec.condition, settings), len(spec.condition.movers))
     placing, scenery, noise = (stream(f"trial.{part}", spec.seed) for part in ("placing", "scenery", "noise"))
     route = course(spec.condition, settings, placing)
-    sim.reset({"observer": route.observer, "stimulus": route.start}, scenery)
+    others = {name: script.route.body(script.route.start) for name, script in route.others.items()}
+    sim.reset({**others, "stimulus": route.start}, scenery)
     seen = _Seen(route, [], [], [ModelRunner(chosen, (eye.height, eye.width)) for chosen in models])
     showing = seen.watching[0] if keep_media and models[0] is settings.models[0] else None
-    drive = Drive(sim, route, spec.condition)
+    drive = Drive(sim, route)
     while not drive.over:
         if sim.data.time > 3.0 + 2.0 * route.seconds:
             raise TrialError("the stimulus got stuck on its way")
@@ -187,7 +193,10 @@ def _see(spec: TrialSpec, eye: CameraConfig, models: Sequence[ConfiguredModel], 
             runner.see(frame.luma, maps=runner is showing)
         seen.frames.append(frame)
         seen.poses.append((sim.robots["stimulus"].pose, sim.robots["observer"].pose))
-        drive.look()
+        try:
+            drive.look()
+        except AstrayError as error:
+            raise TrialError(str(error)) from None
     return seen
 
 
@@ -197,22 +206,21 @@ def _result(
     columns: FrameColumns,
     poses: list[Pose],
     parts: Windows,
-    answers: tuple[Answer, ...],
+    answers: tuple[TrialAnswer, ...],
     broken: Mapping[str, str],
     media: Media | None,
     wall_s: float,
 ) -> TrialResult:
-    along = np.array([route.line.along(p) for p in poses])
-    offset = np.array([route.line.offset(p) for p in poses])
-    steady = (along >= route.enter) & (along <= route.leave)
-    times = columns.sim_time_s[steady]
-    measured = len(times) > 1  # a stimulus that drives open loop may stop too early
+    along, offset = tracked(route.stimulus.route, poses)
+    masks = [(along >= enter) & (along <= leave) for enter, leave in route.parts]
+    masks = [mask for mask in masks if mask.sum() > 1]  # a stimulus that drives open loop may stop too early
+    steady = np.logical_or.reduce(masks) if masks else np.zeros(len(along), bool)
     return TrialResult(
         spec=spec,
         answers=answers,
         broken=broken,
-        achieved_speed_cm_s=100 * float(np.ptp(along[steady]) / np.ptp(times)) if measured else None,
-        path_error_mm=1000 * float(np.abs(offset[steady]).max()) if measured else None,
+        achieved_speed_cm_s=_achieved(spec.condition, route, along, columns.sim_time_s, masks) if masks else None,
+        path_error_mm=1000 * float(np.abs(offset[steady]).max()) if masks else None,
         drift_mm=1000 * float(offset[-1]),
         drive="open" if spec.settings.robot.open_loop else "feedback",
         closest_cm=float(away_cm(columns, spec.settings.camera.forward_cm).min()),
@@ -222,6 +230,29 @@ def _result(
         columns=columns,
         media=media,
     )
+
+
+def tracked(route: Route, poses: list[Pose]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return how far along a route poses are that follow each other, and how far beside it, (T,) in metres."""
+    tracker, along, offset = Tracker(route), [], []
+    for pose in poses:
+        tracker.see(pose)
+        along.append(tracker.along)
+        offset.append(tracker.offset)
+    return np.array(along), np.array(offset)
+
+
+def _achieved(
+    condition: Condition,
+    route: Course,
+    along: npt.NDArray[np.float64],
+    times: npt.NDArray[np.float64],
+    masks: Sequence[npt.NDArray[np.bool_]],
+) -> float:
+    """Return the mean speed; where that changes along the path, by how it compares with the one asked for there."""
+    parts = [(float(along[mask].min()), float(along[mask].max())) for mask in masks]
+    mean = sum(np.ptp(along[mask]) for mask in masks) / sum(np.ptp(times[mask]) for mask in masks)
+    return 100 * float(mean) * (condition.speed_cm_s / 100 / route.stimulus.schedule().speed_over(parts))
 
 
 def parts_of(condition: Condition, camera: CameraConfig, columns: FrameColumns) -> Windows:
@@ -238,7 +269,7 @@ def away_cm(columns: FrameColumns, forward_cm: float) -> npt.NDArray[np.float64]
     return np.hypot(columns.stimulus_x_cm - lens_x, columns.stimulus_y_cm - lens_y)
 
 
-def answer(model: ConfiguredModel, series: ResponseSeries, parts: Windows | None, fps: float) -> Answer:
+def answer(model: ConfiguredModel, series: ResponseSeries, parts: Windows | None, fps: float) -> TrialAnswer:
     """Say what a model made of a trial's frames.
 
     Parameters
@@ -254,7 +285,7 @@ def answer(model: ConfiguredModel, series: ResponseSeries, parts: Windows | None
     """
     counts = spike_counts(model, series)
     spikes = counts["spikes"]
-    return Answer(
+    return TrialAnswer(
         model=model.label,
         channels=model.channels,
         thresholds=model.thresholds,

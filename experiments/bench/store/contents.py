@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from experiments.bench.store.description import short
-from experiments.bench.store.files import read_parquet
+from experiments.bench.store.files import UNREPEATABLE, read_parquet
 from experiments.bench.store.parameters import Parameters, of_model
 from experiments.bench.store.places import regular
 from experiments.bench.store.rows import RECORDING
@@ -300,9 +300,8 @@ def lacking(rows: Mapping[int, Sequence[Row]], failed: Iterable[tuple[int, str]]
 
 def same_rows(before: Sequence[Mapping[str, Any]], after: Sequence[Mapping[str, Any]]) -> bool:
     """Return whether rows made again have the numbers of those ``before``: the time they took and their code aside."""
-    aside = ("wall_s", "code")
-    by_model = {row["model"]: {k: v for k, v in row.items() if k not in aside} for row in after}
-    return all(by_model.get(row["model"]) == {k: v for k, v in row.items() if k not in aside} for row in before)
+    by_model = {row["model"]: {k: v for k, v in row.items() if k not in UNREPEATABLE} for row in after}
+    return all(by_model.get(row["model"]) == {k: v for k, v in row.items() if k not in UNREPEATABLE} for row in before)
 
 
 def planned_trial(spec: Any, models: Iterable[str], recorded: bool, **columns: Any) -> Planned:

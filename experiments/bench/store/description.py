@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from dsnn import CHANNELS
+from dsnn.stimuli import StimulusEntry
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import family, rebuilt
 from experiments.bench.engine.user_code import is_file
 from experiments.bench.judging.claim import Claim
-from experiments.bench.store import provenance
+from experiments.bench.store import commands, provenance
 from experiments.bench.store.places import check_folder, fresh, naming, regular
 
 NAME = "experiment.json"
@@ -42,9 +43,15 @@ it follows from the model's own, and from its file, whose digest is noted.
 OWN_FILES, SUBFOLDERS = ("trials.parquet", "frames.parquet", "failures.json"), ("recordings", "parts")
 BEGUN = "begun"
 """The entry that says when the run was begun: ISO 8601, UTC. It is a note like `RENDERERS`."""
+ENDED = "ended"
+"""The entry that says when the last of its trials was done, in the same form."""
+COMMAND = "command"
+"""The entry with the command line or the call by which it was begun, or last gone on with: see `store.commands`."""
+COPIES = "copies"
+"""The entry that says where the folder has copies of the user's own files: see `store.copies`."""
 KIND = "kind"
 """The entry that says what kind of run it is: see `experiments.bench.store.kinds`."""
-NOTED = (KIND, BEGUN, RESUMED, RENDERERS, PIXELS)
+NOTED = (KIND, BEGUN, ENDED, COMMAND, COPIES, RESUMED, RENDERERS, PIXELS)
 """Entries that a run adds to its parameters and to what computes it. They are compared with nothing."""
 LONGEST = 300
 """Characters of a parameter's value in a comparison."""
@@ -126,15 +133,15 @@ def _filled(folder: Path) -> bool:
 
 
 def write_new(folder: Path, description: Mapping[str, Any]) -> None:
-    """Write the description and the time, whole or not at all.
+    """Write the description, the time and the command, whole or not at all.
 
     Raises ``FileExistsError`` if there is a description, also of a run begun just now.
     """
-    now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    notes = {BEGUN: now(), **command_note()}
     partial = fresh(folder / f"{NAME}.{os.getpid()}.part")
     try:
         with naming(folder / NAME):
-            partial.write_text(to_json({BEGUN: now, **description}), encoding="utf-8")
+            partial.write_text(to_json({**notes, **description}), encoding="utf-8")
             with partial.open("rb") as file:
                 os.fsync(file.fileno())
         try:
@@ -148,6 +155,17 @@ def write_new(folder: Path, description: Mapping[str, Any]) -> None:
     finally:
         with contextlib.suppress(OSError):
             partial.unlink(missing_ok=True)
+
+
+def now() -> str:
+    """Return the time as `BEGUN` has it."""
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+
+
+def command_note() -> dict[str, Any]:
+    """Return the entry `COMMAND`; none where nobody told of a command."""
+    command = commands.current()
+    return {} if command is None else {COMMAND: command}
 
 
 def read_description(folder: Path) -> dict[str, Any]:
@@ -358,7 +376,14 @@ def plain(value: Any) -> Any:
     """Turn what JSON does not know into what it does: dataclasses into objects, a claim into words, others to text."""
     if isinstance(value, Claim):
         return value.described()
+    if isinstance(value, StimulusEntry):
+        return value.name
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        # A field that makes no two values differ is no parameter.
-        return {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.compare}
+        # A field that makes no two values differ is no parameter; one that came later may be left out where it is not
+        # set, so that what was declared before it reads as it did.
+        return {
+            field.name: getattr(value, field.name)
+            for field in dataclasses.fields(value)
+            if field.compare and (getattr(value, field.name) or not field.metadata.get("where_set"))
+        }
     return str(value)

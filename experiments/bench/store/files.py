@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import datetime
+import hashlib
+import json
 import os
 import threading
 from collections.abc import Mapping, Sequence
@@ -13,7 +15,8 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 
-from experiments.bench.store.description import to_json
+from experiments.bench.store import provenance
+from experiments.bench.store.description import NAME, to_json
 from experiments.bench.store.places import regular, replacing
 
 _NAMING = threading.Lock()
@@ -31,6 +34,46 @@ def new_folder(name: str) -> Path:
             path = first.with_name(f"{first.name}-{number}")
         _given.add(path.absolute())
     return path
+
+
+UNREPEATABLE = ("wall_s", "code")
+"""Columns that differ between runs of equal numbers."""
+
+
+def rows_hash(table: Path) -> str:
+    """Return the SHA-256 of a table's rows, columns of `UNREPEATABLE` aside: that of all figures drawn from it."""
+    return hash_of(read_parquet(table))
+
+
+def hash_of(rows: pa.Table) -> str:
+    """Return the SHA-256 of rows, columns of `UNREPEATABLE` aside."""
+    digest = hashlib.sha256()
+    for name in rows.schema.names:
+        if name not in UNREPEATABLE:
+            digest.update(json.dumps([name, rows[name].to_pylist()], default=str).encode())
+    return digest.hexdigest()
+
+
+def drawn_from(folder: Path) -> str:
+    """Say which rows a figure of a run is drawn from, and which commit computed them; empty where there are none.
+
+    Parameters
+    ----------
+    folder
+        Of the run.
+
+    Returns
+    -------
+    str
+        ``rows SHA-256 of trials.parquet, commit NAME``: what the figure's file notes as its source.
+    """
+    table = folder / "trials.parquet"
+    try:
+        source = json.loads((folder / NAME).read_text(encoding="utf-8"))["source"]
+        rows = rows_hash(table)
+    except (OSError, ValueError, KeyError, TypeError, pa.ArrowException):
+        return ""  # a folder of a report, or of a run that is not over
+    return f"rows {rows} of {table.name}, commit {provenance.commit(source) or 'unknown'}"
 
 
 def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pa.Table:

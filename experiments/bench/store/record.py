@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import datetime
+import hashlib
+import json
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +18,7 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.store import parameters, provenance, tables
 from experiments.bench.store.convert import read_file
 from experiments.bench.store.description import BEGUN, KIND, begun, holds_results, read_description, short, write_new
+from experiments.bench.store.files import hash_of
 from experiments.bench.store.kinds import FOOTAGE, MEASURED, WHOLE, Kind, kind_of
 
 DEEPEST = 3
@@ -161,6 +164,25 @@ class Record:
         if self.kind.parts:
             return sum(part.done for part in self.parts)
         return len(self._table("trials", ["trial"])["trial"].unique()) if tables.present(self.folder) else 0
+
+    def digest(self) -> str:
+        """Return one SHA-256 over the whole record.
+
+        It is over ``experiment.json`` with its notes, so over the digests of the user's own files too, and over the
+        rows of its tables, those of its parts included; columns that no two runs have alike are left out. Figures,
+        recordings and what is summed up from the tables are not in it.
+
+        Raises
+        ------
+        UsageError
+            No trial is finished, or a table cannot be read.
+        """
+        record = {
+            "experiment.json": self.description,
+            "parts": {part.folder.relative_to(self.folder).as_posix(): part.description for part in self.parts},
+            "rows": {name: hash_of(table) for name, table in self.tables().items()},
+        }
+        return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
 
     @property
     def begun(self) -> datetime.datetime | None:

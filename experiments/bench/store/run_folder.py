@@ -17,7 +17,7 @@ import pyarrow.csv
 from filelock import FileLock, Timeout
 
 from experiments.bench.engine.errors import UsageError
-from experiments.bench.store import provenance
+from experiments.bench.store import copies, provenance
 from experiments.bench.store.contents import (
     SPIKES,
     Contents,
@@ -32,19 +32,23 @@ from experiments.bench.store.contents import (
     read_table,
     same_rows,
 )
-from experiments.bench.store.description import NAME as DESCRIPTION
 from experiments.bench.store.description import (
+    COPIES,
+    ENDED,
     PIXELS,
     RENDERERS,
     begun,
     codes,
+    command_note,
     holds_results,
     noted,
+    now,
     read_description,
     reconciled,
     short,
     write_new,
 )
+from experiments.bench.store.description import NAME as DESCRIPTION
 from experiments.bench.store.files import Files
 from experiments.bench.store.parameters import Parameters, of_model, with_columns
 from experiments.bench.store.places import inside, regular, told
@@ -105,6 +109,7 @@ class RunFolder(Files):
         self._changed: list[int] = []
         self._code = ""
         self._noted: dict[str, list[str]] = {RENDERERS: [], PIXELS: []}
+        self._uncopied: list[str] = []
         self.provenance: Mapping[str, Any] = {}
         """What computes, as the folder was entered with it."""
         self._lock: FileLock | None = None
@@ -138,7 +143,10 @@ class RunFolder(Files):
         try:
             if holds_results(self.folder):
                 raise FileExistsError
-            write_new(self.folder, description)
+            files = description.get("files")
+            note = {COPIES: copies.plan(files)} if files else {}
+            write_new(self.folder, {**description, **note})
+            self._copy({**description, **note})
         except FileExistsError:
             self.close()
             raise FileExistsError(
@@ -171,8 +179,15 @@ class RunFolder(Files):
             raise
         self._made_by(description)
         self._noted = {entry: noted(there, entry) for entry in self._noted}
+        self._copy(there)
         if there != read_description(self.folder):
             self.write_json("experiment.json", there)
+
+    def _copy(self, description: Mapping[str, Any]) -> None:
+        """Write the copies of the user's own files that the folder lacks; a folder of an older version gets none."""
+        if COPIES in description:
+            copies.write(self.folder, copies.digests(self.folder, description.get("files")), description[COPIES])
+            self._uncopied = copies.left_out_notes(description[COPIES])
 
     def _made_by(self, description: Mapping[str, Any]) -> None:
         self.provenance = {key: description[key] for key in (*provenance.KEYS, "form") if key in description}
@@ -362,6 +377,10 @@ class RunFolder(Files):
         remove_parts(self.folder)
         self._joined = True
 
+    def end(self) -> None:
+        """Note that the trials are done, when, and by which command the last were."""
+        self.write_json("experiment.json", {**read_description(self.folder), ENDED: now(), **command_note()})
+
     def _write_failures(self, but: Collection[int] = ()) -> None:
         if self._failures or self.path("failures.json").exists():
             self.write_json("failures.json", [failure for failure in self.failures() if failure.trial not in but])
@@ -372,7 +391,7 @@ class RunFolder(Files):
 
     def notes(self) -> list[str]:
         """Return what is to be known of the tables beside their numbers, a line each."""
-        notes = []
+        notes = [f"{self.folder}: {note}" for note in self._uncopied]
         if self._before:
             lost = "a part of what they left was gone"
             notes.append(f"{self.folder}: done again, since {lost}: {listed_trials(self._before)}")

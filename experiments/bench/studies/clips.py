@@ -201,7 +201,7 @@ def _offline(
     texts = [*study.models, *(model.asked.text for model in known[1:] if model.chosen.label in needed)]
     of_clips: dict[str, list[Any]] = {}
     for clip in experiment.clips:
-        of_clips.setdefault(clip.stimulus, []).append(clip.build(seed).params)
+        of_clips.setdefault(clip.entry.name, []).append(clip.build(seed).params)
     models, texts_set = watchers(texts, assignments, {name: params[0] for name, params in of_clips.items()})
     clips = tuple(_changed(clip, texts_set, "--set") for clip in experiment.clips)
     selected = tuple(look_up(texts, "offline"))
@@ -209,20 +209,21 @@ def _offline(
         entry.section: (model.network,) for entry, model in zip(selected, models, strict=True)
     }
     for name in of_clips:
-        values[name] = tuple(clip.build(seed).params for clip in clips if clip.stimulus == name)
+        values[name] = tuple(clip.build(seed).params for clip in clips if clip.entry.name == name)
     return Offline(experiment, clips, selected, models, Base(experiment.name, models[0].label, values))
 
 
 def _changed(clip: Clip, texts: Texts, option: str) -> Clip:
     """Return a clip with values for its stimulus, typed after ``option``; `UsageError` if one is not legal."""
-    stimulus_texts = texts.get(clip.stimulus, {})
+    stimulus = clip.entry.name
+    stimulus_texts = texts.get(stimulus, {})
     if not stimulus_texts:
         return clip
 
     def typed(name: str, text: str) -> str:
-        return f"{option} {clip.stimulus}.{name}={text}"
+        return f"{option} {stimulus}.{name}={text}"
 
-    params = changed(clip.stimulus, clip.build(0).params, stimulus_texts, typed)
+    params = changed(stimulus, clip.build(0).params, stimulus_texts, typed)
     values = {**dict(clip.changes), **{name: getattr(params, name) for name in stimulus_texts}}
     try:
         return dataclasses.replace(clip, changes=tuple(values.items()))

@@ -263,7 +263,7 @@ def _mark_default(axes: Axes, across: Axis, up: Axis | None) -> None:
 def _frame_default(axes: Axes, plan: StudyPlan, panel: Panel) -> None:
     """Frame the cell of a map of points with names at which every axis has its default, where there is one."""
     default = tuple((axis.name, axis.default) for axis in plan.axes)
-    for point in (each for each in plan.points if each.values == default):
+    for point in (candidate for candidate in plan.points if candidate.values == default):
         x, y = panel.columns.index(_across(point)), panel.rows.index(point.values[-1][1])
         axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, fill=False, ec=DEFAULT, lw=1.6, zorder=4, clip_on=False))
 

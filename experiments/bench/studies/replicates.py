@@ -14,8 +14,8 @@ from experiments.bench.clips import claims as clips_claims
 from experiments.bench.clips.claims import ClipClaim
 from experiments.bench.judging.claim import Claim
 from experiments.bench.judging.verdict import Outcome
-from experiments.bench.robot.claims import RobotClaim, outcome
-from experiments.bench.robot.experiment import TrialSpec
+from experiments.bench.robot.claims import RobotClaim, find, outcome
+from experiments.bench.robot.experiment import Experiment, TrialSpec
 
 Row = Mapping[str, Any]
 
@@ -54,56 +54,63 @@ class Replicate:
 def replicate(specs: Sequence[TrialSpec], rows: Sequence[Row]) -> Replicate:
     """Return the replicate that ``specs`` planned, from the ``rows`` that there are; those of other trials are left."""
     planned = {(spec.experiment, spec.index, model.label): model for spec in specs for model in spec.settings.models}
-    own = {(row["experiment"], row["trial"], row["model"]): row for row in rows}
-    lost = Counter((experiment, model) for experiment, index, model in planned.keys() - own.keys())
+    by_trial = {(row["experiment"], row["trial"], row["model"]): row for row in rows}
+    lost = Counter((experiment, model) for experiment, index, model in planned.keys() - by_trial.keys())
     thresholds = {model.label: model.threshold for model in planned.values()}
     looming = {model.label: model.thresholds["looming"] for model in planned.values() if "looming" in model.thresholds}
-    return Replicate(tuple(own[key] for key in planned if key in own), lost, thresholds, looming)
+    return Replicate(tuple(by_trial[key] for key in planned if key in by_trial), lost, thresholds, looming)
 
 
-def judged(claim: Claim, own: Replicate, place: str) -> Outcome:
+def asked_models(experiment: Experiment) -> tuple[str, ...]:
+    """Return the models that an experiment's claims are about: its own, with looming detectors where a claim is."""
+    claims = (find(claim) if isinstance(claim, str) else claim for claim in experiment.claims)
+    looming = any(isinstance(claim, RobotClaim) and claim.about == "looming" for claim in claims)
+    return (*experiment.models, *LOOMING_DETECTORS) if looming else experiment.models
+
+
+def judged(claim: Claim, trials: Replicate, place: str) -> Outcome:
     """Judge a claim in one replicate: for the DSNN, for the models it compares, or for each looming detector."""
     if isinstance(claim, ClipClaim):
-        return of_clips(claim, own, place)
+        return of_clips(claim, trials, place)
     assert isinstance(claim, RobotClaim)
     if claim.models:
-        return of_several(claim, own, place)
+        return of_several(claim, trials, place)
     if claim.about == "looming":
-        return Outcome.together({name: of_model(claim, own, name, place) for name in LOOMING_DETECTORS})
-    return of_model(claim, own, MODEL, place)
+        return Outcome.together({name: of_model(claim, trials, name, place) for name in LOOMING_DETECTORS})
+    return of_model(claim, trials, MODEL, place)
 
 
-def of_clips(claim: ClipClaim, own: Replicate, place: str) -> Outcome:
+def of_clips(claim: ClipClaim, trials: Replicate, place: str) -> Outcome:
     """Judge a claim about clips in one replicate. It is not judged where any of the clips it needs is lost."""
-    rows = [row for row in own.rows if row["experiment"] == place]
-    lost = sum(own.lost.get((place, model), 0) for model in claim.models)
+    rows = [row for row in trials.rows if row["experiment"] == place]
+    lost = sum(trials.lost.get((place, model), 0) for model in claim.models)
     if lost:
         return Outcome.unjudged(f"{lost} clips of {place} have no rows", n=len(rows))
-    return clips_claims.judge(claim, rows, own.thresholds, own.rows)
+    return clips_claims.judge(claim, rows, trials.thresholds, trials.rows)
 
 
-def of_several(claim: RobotClaim, own: Replicate, place: str) -> Outcome:
+def of_several(claim: RobotClaim, trials: Replicate, place: str) -> Outcome:
     """Judge a claim that compares models in one replicate. It is not judged where any of the trials it needs failed."""
-    rows = [row for row in own.rows if row["experiment"] == place]
-    found = outcome(claim, rows, own.thresholds.get(claim.spiking))
-    return _unless_lost(found, sum(own.lost.get((place, model), 0) for model in claim.models), place)
+    rows = [row for row in trials.rows if row["experiment"] == place]
+    result = outcome(claim, rows, trials.thresholds.get(claim.spiking))
+    return _unless_lost(result, sum(trials.lost.get((place, model), 0) for model in claim.models), place)
 
 
-def of_model(claim: RobotClaim, own: Replicate, model: str, place: str) -> Outcome:
+def of_model(claim: RobotClaim, trials: Replicate, model: str, place: str) -> Outcome:
     """Judge a claim for one model in one replicate. It is not judged where any of the trials it needs failed.
 
     A claim about looming is judged on the spikes of the looming detector, of a model that tells direction too.
     """
-    if model not in own.thresholds:
+    if model not in trials.thresholds:
         return Outcome.unjudged(f"{model} was not shown")
-    shown, threshold = own.of(model), own.thresholds[model]
-    if claim.about == "looming" and own.looming.get(model) is not None:
-        shown = [{**row, "spikes": row.get("looming_spikes", row["spikes"])} for row in shown]
-        threshold = own.looming[model]
-    places = places_of(claim, place, {row["experiment"] for row in shown})
-    rows = [row for row in shown if row["experiment"] in places]
-    lost = {name: own.lost[name, model] for name in places if own.lost.get((name, model))}
-    return _unless_lost(outcome(claim, rows, threshold, shown), sum(lost.values()), ", ".join(lost))
+    rows_of_model, threshold = trials.of(model), trials.thresholds[model]
+    if claim.about == "looming" and trials.looming.get(model) is not None:
+        rows_of_model = [{**row, "spikes": row.get("looming_spikes", row["spikes"])} for row in rows_of_model]
+        threshold = trials.looming[model]
+    places = places_of(claim, place, {row["experiment"] for row in rows_of_model})
+    rows = [row for row in rows_of_model if row["experiment"] in places]
+    lost = {name: trials.lost[name, model] for name in places if trials.lost.get((name, model))}
+    return _unless_lost(outcome(claim, rows, threshold, rows_of_model), sum(lost.values()), ", ".join(lost))
 
 
 def places_of(claim: RobotClaim, place: str, there: Collection[str]) -> tuple[str, ...]:
@@ -126,6 +133,6 @@ def places_of(claim: RobotClaim, place: str, there: Collection[str]) -> tuple[st
     return tuple(name for name in claim.pools if name in there) or (place,)
 
 
-def _unless_lost(found: Outcome, lost: int, place: str) -> Outcome:
+def _unless_lost(result: Outcome, lost: int, place: str) -> Outcome:
     """The outcome, or not judged where trials are lost: the others are not the design."""
-    return found.withheld(f"{lost} trials of {place} failed") if lost and found.verdict != "not shown" else found
+    return result.withheld(f"{lost} trials of {place} failed") if lost and result.verdict != "not shown" else result

@@ -264,7 +264,9 @@ def _specs(part: Plan, replicate: int, first: int, motions: Mapping[str, set[str
     """
     whole = part.replicate(replicate).specs()
     if motions is not None:
-        whole = [spec for spec in whole if spec.condition.motion in motions[part.experiment.name]]
+        whole = [
+            spec for spec in whole if spec.condition.path or spec.condition.motion in motions[part.experiment.name]
+        ]
     return [
         dataclasses.replace(spec, index=first + place, repeat=replicate * part.repeats + spec.repeat)
         for place, spec in enumerate(whole)

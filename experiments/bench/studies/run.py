@@ -31,6 +31,7 @@ from experiments.bench.store.run_folder import RunFolder
 from experiments.bench.studies import clips, robot
 from experiments.bench.studies.counts import Counts
 from experiments.bench.studies.plan import StudyPlan
+from experiments.bench.studies.replicates import MODEL, asked_models
 from experiments.bench.studies.study import Study
 
 TABLE = "counts.csv"
@@ -63,10 +64,12 @@ def planned(
     if with_robot and offline:
         both = f"{with_robot[0].name} has a robot and {offline[0].name} is off-line"
         raise UsageError(f"EXPERIMENT: {both}; a study has experiments of one kind")
+    if not study.models:
+        models_in = models_in or {experiment.name: asked_models(experiment) for experiment in with_robot}
+        study = replace(study, models=(MODEL,))
     if study.as_run:
-        return clips.points_of_run(
-            study, clips_plan.plan(offline[0], (), (), study.replicates, seed, pictures=pictures)
-        )
+        run_plan = clips_plan.plan(offline[0], study.models[1:], (), study.replicates, seed, pictures=pictures)
+        return clips.points_of_run(study, run_plan)
     if offline:
         return clips.planned(study, offline, seed, pictures)
     return robot.planned(study, with_robot, seed, models_in or {}, pictures)

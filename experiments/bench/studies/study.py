@@ -187,7 +187,9 @@ class Study:
     over
         Further axes, as ``KEY=V1,V2`` texts.
     models
-        The models judged, one by one, at every point; as ``--model`` takes them.
+        The models judged, one by one, at every point; as ``--model`` takes them. Empty: each claim is judged on the
+        models that it is about, which see the same trials. Where a study is ``as_run`` the first is judged, and the
+        others are shown beside those of the experiment, for its ``tables``.
     assignments
         ``KEY=VALUE`` texts that hold at every point.
     repeats
@@ -246,8 +248,6 @@ class Study:
             if isinstance(values, str):
                 raise UsageError(f"study {self.name}: {what}={values!r}: legal is a tuple")
             object.__setattr__(self, what, tuple(values))
-        if not self.models:
-            raise UsageError(f"study {self.name}: models=(): legal is one name or more")
         for axis in self.axes:
             if not isinstance(axis, Axis) or not axis.levels:
                 raise UsageError(f"study {self.name}: axes: {axis!r}: legal is an experiments.Axis with levels")

@@ -11,7 +11,8 @@ from gymnasium import spaces
 from threadpoolctl import threadpool_limits
 
 import colias_sim  # noqa: F401  (registers the envs)
-from experiments.bench.closed_loop.policy import WHEELS, About, Steering, Vector
+from experiments.bench.closed_loop.policy import About
+from experiments.bench.closed_loop.steering import WHEELS, Steering, Vector
 
 
 class Steered(gym.Wrapper[Vector, Vector, Vector, Vector]):

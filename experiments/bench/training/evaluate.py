@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
+from experiments.behaviours import FIXATION, OPTOMOTOR
 from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop import run as closed_loop_run
 from experiments.bench.closed_loop.episode import Setting
@@ -20,10 +21,11 @@ from experiments.bench.store.rows import known
 JUDGED = 20
 """Episodes that a trained policy and each of its opponents are judged by."""
 
-REFLEX: Mapping[str, str] = MappingProxyType(
-    {"colias_sim/Fixation-v0": "fixation", "colias_sim/Optomotor-v0": "optomotor"}
-)
-"""Env -> the hand-written reflex that a policy is held against, beside chance and rest."""
+OPPONENTS: Mapping[str, tuple[str, ...]] = MappingProxyType({
+    FIXATION: ("fixation-pi", "fixation", "still", "random", "oracle-target"),
+    OPTOMOTOR: ("optomotor-pi", "optomotor", "still", "random", "oracle-heading"),
+})  # fmt: skip
+"""Env -> what a policy is held against: the PI reflex, which steers as it does, the plain one, rest, chance, truth."""
 
 
 def keep(policy: Policy, curve: Sequence[Mapping[str, float]], folder: Path, name: str = "policy") -> Path:
@@ -44,7 +46,7 @@ def judge(files: Sequence[Path], folder: Path, resources: Resources) -> Played:
     randomisation are those of the training, the draws are others.
     """
     about = policy_file.load(files[0]).about
-    return _play(files, about, ("random", "still", REFLEX[about.env]), folder, JUDGED, 0, resources, recordings=0)
+    return _play(files, about, OPPONENTS[about.env], folder, JUDGED, 0, resources, recordings=0)
 
 
 def replay(file: Path, folder: Path, episodes: int, seed: int, resources: Resources) -> Played:

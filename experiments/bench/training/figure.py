@@ -39,7 +39,6 @@ def draw(studied: Studied) -> Figure:
         for place, panel in zip(axes, panels, strict=True):
             scores = of_runs(studied.runs, panel.title)
             place.plot(scores, [BELOW] * len(scores), "o", ms=3, mfc=LEARNT, mec="none", alpha=0.6, clip_on=False)
-        options = ", ".join(f"{name}={value}" for name, value in studied.study.first.options.items())
-        headline(drawn, f"{described(studied)}{f'; trained with {options}' if options else ''}", 8)
+        headline(drawn, described(studied), 8)
         drawn.supxlabel(LEGEND, fontsize=7, x=0.01, ha="left")
     return drawn

@@ -28,7 +28,7 @@ NAME = "training.json"
 """Name of the file with a study's design."""
 LEARNT_BY = ("stable-baselines3", "torch")
 """The libraries that decide what a policy becomes."""
-OF_A_SEED = ("env", "model", "envs", "hidden", "steering")
+OF_A_SEED = ("env", "options", "model", "envs", "hidden", "steering")
 """Fields that all seeds of a study share, beside the steps."""
 
 
@@ -52,6 +52,10 @@ class Study:
         """Steps of each training, rounded up to whole rollouts as PPO does."""
         rollout = ROLLOUT * self.first.envs
         return -(-self.first.steps // rollout) * rollout
+
+    def under(self) -> str:
+        """Return the env's arguments of training and judging in words; empty where none is changed."""
+        return ", ".join(f"{name}={value}" for name, value in self.first.options.items())
 
     def describe(self) -> dict[str, Any]:
         """Return what ``training.json`` holds, and what a study that is gone on with must be equal in."""
@@ -191,7 +195,7 @@ def judge(study: Study, folder: Path, resources: Resources) -> Studied:
     versions_found = versions(study, folder, study.seeds)
     columns = {
         "training_seeds": f"{study.seeds[0]} to {study.seeds[-1]}", "steps": study.steps(), "envs": study.first.envs,
-        **{name.replace("-", "_"): versions_found[name] for name in LEARNT_BY},
+        "options": study.under(), **{name.replace("-", "_"): versions_found[name] for name in LEARNT_BY},
     }  # fmt: skip
     if standings:
         Files(folder).write_rows("policies.csv", scores.rows(standings, played.env, evaluate.JUDGED, columns))

@@ -31,12 +31,13 @@ def show(studied: Studied) -> None:
 
 
 def described(studied: Studied) -> str:
-    """Return what the numbers are of, in a line: env, training seeds, steps, episodes, libraries."""
+    """Return what the numbers are of, in a line: env and its options, training seeds, steps, episodes, libraries."""
     study, libraries = studied.study, ", ".join(f"{name} {version}" for name, version in studied.versions.items())
     seeds = f"{study.runs} training seeds ({study.seeds[0]} to {study.seeds[-1]})"
     trained = f"{study.steps():,} steps in {count(study.first.envs, 'env')}"
     judged = f"{count(studied.episodes, 'episode')} each"
-    return f"{studied.env.partition('/')[2]}: {seeds} of {trained}; {judged}; {libraries}"
+    under = f"; trained and judged under {study.under()}" if study.under() else ""
+    return f"{studied.env.partition('/')[2]}: {seeds} of {trained}{under}; {judged}; {libraries}"
 
 
 def _table(studied: Studied) -> Table:

@@ -1,4 +1,4 @@
-"""Curves of approaches: potential, spikes and time to contact at the first spike against l / v, dark and light."""
+"""Curves of approaches: potential, spikes and time to contact at the first spike against l / v, a row for each line."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ANGLES_DEG = (10.0, 20.0, 40.0, 60.0)
 
 
 def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Sequence[str]]) -> Figure:
-    """Return a row for each shade, a panel for each measure, a line for each model with a looming potential."""
+    """Return a row for each line, a panel for each measure, a curve for each model with a looming potential."""
     models = [model for model in channels if family.shown_to(channels[model])]
     tints = marks(models)
     places = sorted({probe.x for probe in family.probes})
@@ -44,6 +44,12 @@ def draw(family: Family, given: Sequence[TuningPoint], channels: Mapping[str, Se
             axes.set_title(f"{line}: {name}", fontsize=8, loc="left")
             if name.startswith("time"):
                 _angles(axes, places)
+                if not any(heights):
+                    axes.text(0.5, 0.5, "no spike before contact", transform=axes.transAxes, ha="center", fontsize=8)
+    for axes, name in zip(panels[0], MEASURES, strict=True):
+        # From 0, or potentials that differ in the fourth place would fill the panel. It ends autoscaling of all rows.
+        if not name.startswith("time"):
+            axes.set_ylim(bottom=0.0)
     for axes in panels[-1]:
         axes.set_xscale("log")
         axes.xaxis.set_minor_locator(NullLocator())

@@ -140,8 +140,9 @@ def answers(
         start, end = np.searchsorted(trial, (index, index + 1))  # trials stand in order
         clip = probe.clip.build(seed + probe.repeat)
         contact = clip.contact_s() if isinstance(clip, Looming) else None
-        # A potential may lag behind: an approach is watched from its begin to the clip's end.
-        window = moving(clip) if contact is None else np.flatnonzero(~np.isnan(contact))
+        # A potential may lag behind: what looms, recedes or crosses is watched from its begin to the clip's end.
+        window = moving(clip)
+        window = window if contact is None else np.arange(window[0], len(clip))
         for model in channels:
             frames_of_model = start + np.flatnonzero(name[start:end] == model)
             if len(frames_of_model):

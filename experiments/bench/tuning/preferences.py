@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from experiments.bench.tuning.curves import (
+    PLATEAU,
     Preferred,
     Selectivity,
     TuningPoint,
@@ -26,7 +27,7 @@ from experiments.bench.tuning.curves import (
     speed_slope,
 )
 from experiments.bench.tuning.defined import SOME, undefined_direction, undefined_peak
-from experiments.bench.tuning.probes import PHASES, curve_family
+from experiments.bench.tuning.probes import CROSSES, LOOMS, PHASES, RECEDES, curve_family
 
 OBJECT, GRATING, LOOMING = "dark object", "grating", "dark looming"
 
@@ -38,7 +39,9 @@ class Preferences:
 
     ``dsi`` and ``prefers_deg`` are those of HS, or of a looming detector's potential, for gratings; ``error_deg``
     is how far (hs, vs) points off them. ``slope`` is that of `curves.speed_slope`. ``fires_deg`` is the full angle at
-    which dark looming makes it spike first, the median over l/v. ``undefined`` says of measures why they are within
+    which dark looming makes it spike first, the median over l/v. ``looming_by_potential`` and
+    ``looming_by_spikes`` are the shares of l/v at which a dark disc that looms gets a higher peak, or more spikes, than
+    the same that recedes and the same that crosses. ``undefined`` says of measures why they are within
     the noise (`experiments.bench.tuning.defined`); they are ``None`` too.
     """
 
@@ -54,6 +57,8 @@ class Preferences:
     vs_dsi: float | None = None
     error_deg: float | None = None
     fires_deg: float | None = None
+    looming_by_potential: float | None = None
+    looming_by_spikes: float | None = None
     undefined: Mapping[str, str] = field(default_factory=dict)
 
     def row(self) -> dict[str, Any]:
@@ -80,6 +85,8 @@ def preferences(given: Sequence[TuningPoint], model: str, channels: Sequence[str
         "size_px": preferred(*size),
         "half_contrast": half_contrast(*curve(given, model, "contrast", OBJECT)),
         "fires_deg": firing_angle(given, model),
+        "looming_by_potential": prefers_looming(given, model, lambda a: a.response),
+        "looming_by_spikes": prefers_looming(given, model, lambda a: float(a.spikes)),
         **_of_map(given, model),
         **_of_directions(given, model, directional(channels)),
     }
@@ -107,6 +114,19 @@ def firing_angle(given: Sequence[TuningPoint], model: str) -> float | None:
         if (a.model, a.curve, a.line) == (model, "l-over-v", LOOMING) and a.contact_s is not None
     ]
     return float(np.median(angles)) if angles else None
+
+
+def prefers_looming(given: Sequence[TuningPoint], model: str, value: Callable[[TuningPoint], float]) -> float | None:
+    """Find the share of l/v at which looming of a disc has more of a ``value`` than receding and crossing.
+
+    More by 1 % of the largest: two potentials at their ceiling are equal. ``None`` where the disc was not shown.
+    """
+    values = {(a.line, a.x): value(a) for a in given if (a.model, a.curve) == (model, "disc")}
+    places = sorted({x for line, x in values if line == LOOMS})
+    if not places:
+        return None
+    others = [max(values[RECEDES, x], values[CROSSES, x]) for x in places]
+    return sum(PLATEAU * values[LOOMS, x] > other for x, other in zip(places, others, strict=True)) / len(places)
 
 
 def direction_undefined(given: Sequence[TuningPoint], model: str, channels: Sequence[str]) -> str:

@@ -2,7 +2,7 @@
 
 Clips have 144x108 px at 30 frames/s. Gratings drift for a second; their wavelengths divide the frame's width, so that
 a field's mean does not depend on the phase. Objects start and end whole inside the frame, dark on grey 200. Approaches
-have 99x72 px, through the robot's lens.
+have 99x72 px, through the robot's lens, and so has the disc that looms, recedes and crosses.
 """
 
 from __future__ import annotations
@@ -34,6 +34,11 @@ PHASES = 5
 L_OVER_V_S = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
 SHADES = {"dark looming": (40.0, 200.0), "light looming": (200.0, 40.0)}
 """Grey of the square, and of what is behind it."""
+DISC: dict[str, Any] = {"outline": "disc", "start_deg": 8.0, "end_deg": 40.0, "grey": 40.0, "background_grey": 200.0}
+DISC_L_OVER_V_S = (0.08, 0.16, 0.32)
+LOOMS, RECEDES, CROSSES = "dark disc looming", "dark disc receding", "dark disc crossing"
+DISC_LINES = {LOOMS: "looming", RECEDES: "receding", CROSSES: "rightward"}
+"""Line -> motion: one disc at one speed. It crosses at the size at which the others end or begin."""
 CARDINAL = {0.0: "rightward", 90.0: "downward", 180.0: "leftward", 270.0: "upward"}
 
 GROUND = 127.0
@@ -162,9 +167,19 @@ def _l_over_v() -> Family:
     return Family("l-over-v", summary, "approach", Axis("l_over_v_s", "l / v (s)"), tuple(probes))
 
 
+def _disc() -> Family:
+    probes = (
+        Probe(Clip(f"{line} {s:g} s", "looming", tuple({**DISC, "motion": motion, "l_over_v_s": s}.items())), line, s)
+        for line, motion in DISC_LINES.items()
+        for s in DISC_L_OVER_V_S
+    )
+    summary = "a disc from 8 to 40 degrees, from 40 to 8, and across at 40; looming models alone"
+    return Family("disc", summary, "approach", Axis("l_over_v_s", "l / v (s)"), tuple(probes))
+
+
 _DECLARED = {
     "speed": _speed, "size": _size, "contrast": _contrast, "frequency": _frequency, "direction": _direction,
-    "l-over-v": _l_over_v,
+    "l-over-v": _l_over_v, "disc": _disc,
 }  # fmt: skip
 """Name -> what builds the family; that builds every clip of it once, to see that it can be."""
 

@@ -22,6 +22,8 @@ COLUMNS: tuple[tuple[str, str, str, Callable[[Preferences], str]], ...] = (
     ("prefers", "direction", "prefers_deg", lambda p: _number(_told(p), "{:.0f}°")),
     ("off", "direction", "error_deg", lambda p: _number(p.error_deg, "{:.0f}°")),
     ("fires", "l-over-v", "fires_deg", lambda p: _number(p.fires_deg, "{:.0f}°")),
+    ("looms", "disc", "looming_by_potential", lambda p: _number(p.looming_by_potential, "{:.0%}")),
+    ("spikes", "disc", "looming_by_spikes", lambda p: _number(p.looming_by_spikes, "{:.0%}")),
 )
 """Heading, the family it comes from, the field of `Preferences`, the cell."""
 UNDEFINED = "n.d."
@@ -30,7 +32,9 @@ NOTE = (
     "contrast of half its largest answer to a dark object. Slope: of best temporal over spatial frequency; 0 temporal "
     "frequency decides, 1 speed. DSI: of HS, or looming, for gratings, |sum r exp(ia)| / sum r, r rectified; 1 one "
     "direction alone, 0.79 a cosine, 0 all alike. Off: how far (hs, vs) points off the motion. Fires: the "
-    "full angle of dark looming at its first spike, median over l/v. n.d.: not defined, as below."
+    "full angle of dark looming at its first spike, median over l/v. Looms, spikes: at which share of l/v a dark disc "
+    "that looms gets a higher peak, or more spikes, than the same that recedes and that crosses. n.d.: not defined, "
+    "as below."
 )
 
 

@@ -19,10 +19,12 @@ import pyarrow.parquet as pq
 import pytest
 import rerun as rr
 from matplotlib.image import imread
+from PIL import Image
 
 from experiments.bench.cli import main as cli_main
 from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.store import tables
+from experiments.bench.store.files import rows_hash
 from tests.conftest import Colias
 from tests.helpers.chapters import README, blocks, titled
 from tests.helpers.inside import inside
@@ -111,6 +113,15 @@ def test_figures_are_drawn(finished):
     assert picture.shape[0] > 400 and picture.std() > 0.02
     drawn = (folder / "figure.svg").read_text()
     assert "spikes per trial" in drawn and "leftward" in drawn
+
+
+def test_figures_note_the_rows_that_they_are_drawn_from_and_the_commit(finished):
+    folder, _ = finished
+    with Image.open(folder / "figure.png") as picture:
+        noted = picture.info["Source"]
+    assert noted.startswith(f"rows {rows_hash(folder / 'trials.parquet')} of trials.parquet, commit ")
+    commit = json.loads((folder / "experiment.json").read_text())["source"]["commit"]
+    assert (commit or "unknown")[:12] in noted and noted in (folder / "figure.svg").read_text()
 
 
 def test_no_half_written_file_is_left(finished):

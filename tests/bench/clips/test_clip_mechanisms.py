@@ -10,7 +10,9 @@ from dsnn.stimuli import stimulus
 from experiments.background import SPEEDS
 from experiments.bench import registry
 from experiments.bench.clips.claims import judge, paper_claims
-from experiments.studies.background import BACKGROUND, NAME, at_speed
+from experiments.bench.studies import run
+from experiments.bench.studies.counts import Counts
+from experiments.studies.background import BACKGROUND, BESIDE, NAME, STUDY, answered, at_speed
 from tests.bench.clips.test_offline import BLOCKED, FEWER, WITHOUT, T, greys, row
 
 CLAIMS = paper_claims()
@@ -213,6 +215,25 @@ def test_the_axis_has_the_speeds_that_the_clips_show():
     shown = {abs(dict(clip.changes)["background_speed"]) for clip in registry.find("background").clips}
     assert shown == set(SPEEDS) == {float(label) for label in BACKGROUND.labels}
     assert (min(SPEEDS) / 30, max(SPEEDS) / 30) == (pytest.approx(0.07, abs=0.005), 10.0)
+
+
+def test_crossings_are_counted_by_the_system_and_the_sign_of_the_strongest_answer():
+    """Every model of the run, one that answers the background from 1 px a frame on among them."""
+    plan = run.planned(STUDY)
+    assert [model.label for model in plan.specs[0].models] == ["dsnn", "dsn2017", "emd", *BESIDE]
+    quiet = {"trough_hs": 0.0, "peak_vs": 0.0, "trough_vs": 0.0}
+    rows = [
+        {"trial": spec.index, "experiment": "background", "model": model, "motion": changes.get("motion", "rightward"),
+         "object": changes.get("object", "present"), "background_speed": behind, "peak_hs": 0.2, **quiet,
+         **({"trough_hs": -0.3} if model == "emd" and abs(behind) >= 30 else {})}
+        for spec in plan.specs
+        for changes in [dict(spec.condition.changes)]
+        for behind in [changes["background_speed"]]
+        for model in ("dsnn", "emd")
+    ]  # fmt: skip
+    right, wrong = answered(Counts(plan, rows))
+    assert right == {"model": "dsnn", **dict.fromkeys(("0.067", "0.27", "0.5", "1", "2", "5", "10"), "25/25")}
+    assert [wrong[column] for column in ("0.067", "0.5", "1", "10")] == ["25/25", "25/25", "0/25", "0/25"]
 
 
 # --- the mechanisms themselves ----------------------------------------------------------------------------------------

@@ -1,5 +1,7 @@
 """Series stay apart: for colour-blind readers, on white paper, and when there are more of them than hues."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -67,6 +69,13 @@ def test_no_two_series_have_both_colour_and_line_in_common(own):
     given = marks([*MODELS, *(f"mine{i}" for i in range(own))])
     assert len({(mark.colour, str(mark.line)) for mark in given.values()}) == len(given)
     assert all(given["dsnn"] == marks([name, "dsnn"])["dsnn"] for name in ("emd", "mine", "flow"))
+
+
+def test_ten_models_of_a_figure_have_ten_colours_and_the_first_of_them_their_usual_ones():
+    usual = {name: marks([name])[name].colour for name in ("dsnn", "emd", "lgmd1", "t4t5")}
+    for others in itertools.combinations(["lplc2", "mlplc2", "si-lgmd1", "pon-lgmd", "dsnn-onboard", "mine"], 3):
+        given = colours([*others, *usual])
+        assert len(set(given.values())) == len(given) and given == given | usual
 
 
 def test_levels_go_from_dark_to_light_and_words_have_hues():

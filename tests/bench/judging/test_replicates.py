@@ -39,7 +39,7 @@ def translation(spikes):
 @pytest.mark.parametrize("claim", CLAIMS)
 def test_no_claim_about_the_robot_holds_of_a_network_that_never_answers(claim):
     silent = silent_trials(claim)
-    found = outcome(claim, silent, T, shown=[*silent, translation(0)])
+    found = outcome(claim, silent, T, all_rows=[*silent, translation(0)])
     assert found.verdict == ("silent model" if CLAIMS[claim].silent_passes else "fails"), found.measured
 
 
@@ -84,7 +84,7 @@ def crossings(**spikes):
 )
 def test_c13_is_kept_by_a_silent_model_unless_it_answers_at_the_paper_s_own_speeds(shown, verdict):
     silent = silent_trials("C13")
-    found = outcome("C13", silent, T, shown=[*silent, *shown])
+    found = outcome("C13", silent, T, all_rows=[*silent, *shown])
     assert found.verdict == verdict and "not checked" not in found.measured
     assert found.decided.endswith("answered") == (verdict == "silent model")
 
@@ -95,7 +95,7 @@ def test_c13_is_not_checked_for_silence_where_nothing_moves_across():
     assert alone.verdict == "holds" and "not checked against translation" in alone.measured
     nothing = outcome("C13", [*silent, translation(0)], T)
     assert nothing.verdict == "silent model" and nothing.decided == "0 of 1 trials of crossing at 6 cm/s answered"
-    spiking = outcome("C13", [{**row, "spikes": 1} for row in silent], T, shown=[translation(0)])
+    spiking = outcome("C13", [{**row, "spikes": 1} for row in silent], T, all_rows=[translation(0)])
     assert spiking.verdict == "fails", "what does not hold fails"
 
 

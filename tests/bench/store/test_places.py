@@ -27,6 +27,7 @@ COMMANDS = {
     "behave": ["still"],
     "firmware budget": [],
     "firmware loop": ["speed"],
+    "firmware decode": ["serial.txt"],
     "video": ["there.rrd"],
     "import": ["log.csv"],
     "export": ["there", "--to", "csv"],

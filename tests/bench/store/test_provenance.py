@@ -59,7 +59,8 @@ def test_what_drew_is_noted_and_refuses_nothing(colias, out):
     pq.write_table(rows.slice(1), out / "trials.parquet")
     again = colias(*RUN, "--out", "out", "-q")
     assert (again.returncode, again.stderr) == (0, "")
-    assert described(out) == first | {"renderers": ["another", drew]}
+    went_on = {name: described(out)[name] for name in ("ended", "command")}
+    assert described(out) == first | {"renderers": ["another", drew]} | went_on
     assert first["reference_frames"] == [reference.digest(reference.reference_frame())]
     now = pq.read_table(out / "trials.parquet")
     assert now.drop_columns(["wall_s"]).equals(rows.drop_columns(["wall_s"])), "the code that marks the rows too"

@@ -69,11 +69,14 @@ def test_every_entry_of_the_panel_is_a_looming_detector_under_its_own_constants(
     published = {
         "lgmd1": (0.78, 5), "lgmd1:preset=firmware": (0.72, 4), "lgmd1:preset=arena": (0.65, 4),
         "lgmd2": (0.78, 8), "lgmd2:preset=firmware": (0.63, 8),
-        "si-lgmd1": (0.72, 4), "si-lgmd1:preset=arena": (0.65, 4),
+        "si-lgmd1": (0.72, 4), "si-lgmd1:preset=firmware": (0.72, 4), "si-lgmd1:preset=arena": (0.65, 4),
         "si-lgmd2": (0.64, 4), "hybrid": (0.78, 5),
     }  # fmt: skip
     assert {label: values[label] for label in published} == published
-    assert by_label["si-lgmd1:preset=paper"].network == type(by_label["si-lgmd1"].network).paper()
+    kind = type(by_label["si-lgmd1"].network)
+    assert (
+        by_label["si-lgmd1"].network == kind.paper() != kind.firmware() == by_label["si-lgmd1:preset=firmware"].network
+    )
 
 
 @pytest.mark.parametrize("name", ["lgmd1", "lgmd2", "si-lgmd1", "si-lgmd2"])

@@ -87,6 +87,9 @@ def test_the_way_is_that_of_the_strongest_potential():
            "peak_hs": 0.3, "trough_hs": -0.1, "peak_vs": 0.2, "trough_vs": 0.0}  # fmt: skip
     assert judged(claim, [row]).verdict == "holds"
     assert judged(claim, [{**row, "trough_hs": -0.4}]).verdict == "fails"
+    turned = made("reversed", measure="way", clips=("translating",))
+    assert judged(turned, [{**row, "trough_hs": -0.4}]).verdict == "holds"
+    assert judged(turned, [row]).verdict == judged(turned, [{**row, "peak_vs": 0.5}]).verdict == "fails"
 
 
 @pytest.mark.parametrize(("check", "lacks"), [("ratio", "against"), ("more", "than"), ("not shown", "why")])
@@ -96,9 +99,9 @@ def test_a_claim_that_lacks_what_its_check_needs_is_refused(check, lacks):
 
 
 def test_settings_go_to_every_variant_of_a_model():
-    found = running.asked(["si-lgmd1:integer=false", "lplc2-gf"])
-    assert {each.than for each in found} == {"", "si-lgmd1:beta_3=0,integer=false"}
-    assert {each.label for each in found} == {"si-lgmd1:integer=false", "lplc2-gf", "lplc2-gf:fps=100"}
+    found = running.asked(["si-lgmd1:preset=firmware", "lplc2-gf"])
+    assert {each.than for each in found} == {"", "si-lgmd1:beta_3=0,preset=firmware"}
+    assert {each.label for each in found} == {"si-lgmd1:preset=firmware", "lplc2-gf", "lplc2-gf:fps=100"}
     assert {each.asked for each in running.asked(["all"])} == set(model_claims())
     with pytest.raises(UsageError, match="--model emd: no claims"):
         running.asked(["emd"])

@@ -17,8 +17,10 @@ from experiments.bench.reproduction.page.studies import study_section
 from experiments.bench.reproduction.plan import USUAL
 from experiments.bench.studies import figure, registry, run
 from experiments.bench.studies.counts import Counts
+from experiments.bench.studies.plan import EVERY_MODEL
 from experiments.bench.studies.replicates import replicate
 from experiments.bench.studies.stored import studies
+from experiments.studies.fidelity import EYE
 from experiments.studies.sensitivity import APPARATUS, DEFAULTS, NETWORK, READINGS
 from tests.bench.judging.test_replicates import rows_of
 from tests.helpers.paper import design
@@ -30,18 +32,18 @@ def planned(name, seed=0, **changes):
     return run.planned(dataclasses.replace(registry.find(name), **changes), seed)
 
 
-def trials(plan, point, model="dsnn"):
-    """The trials of a point before one model, each before that model's network alone."""
+def trials(plan, point, model="dsnn", judged=None):
+    """The trials of a point before one model, each with that model's network. ``judged``: whose, if another's."""
     specs = {spec.index: spec for spec in plan.specs}
-    found = []
+    seen = []
     for name in plan.experiments:
-        share = plan.shares[point, model, name, 0]
-        (watcher,) = share.watchers
+        share = plan.shares[point, model if judged is None else judged, name, 0]
+        (watcher,) = (watcher for watcher in share.watchers if watcher.name == model)
         for number in share.trials:
-            (network,) = (each.network for each in specs[number].settings.models if each.label == watcher.label)
+            (network,) = (m.network for m in specs[number].settings.models if m.label == watcher.label)
             settings = dataclasses.replace(specs[number].settings, models=())
-            found.append((dataclasses.replace(specs[number], index=0, settings=settings), network))
-    return found
+            seen.append((dataclasses.replace(specs[number], index=0, settings=settings), network))
+    return seen
 
 
 def bare(own):
@@ -54,7 +56,7 @@ def test_fidelity_changes_eye_and_wheels_alone():
     plan = planned("fidelity", 3, replicates=1, repeats=2)
     first, *others = plan.points
     for point in others:
-        assert bare(trials(plan, point)) == trials(plan, first)
+        assert bare(trials(plan, point, judged=EVERY_MODEL)) == trials(plan, first, judged=EVERY_MODEL)
     assert {(spec.settings.camera, spec.settings.robot) for spec in plan.specs} == {
         (camera, robot)
         for camera in (CameraConfig(), CameraConfig.preset("ov7670"))
@@ -99,7 +101,7 @@ def test_many_points_with_names_make_a_map_for_each_claim():
 def test_the_first_point_is_the_reproduction_s_own_replicate():
     plan = planned("fidelity", 3, replicates=1, repeats=2)
     own = {(s.experiment, s.seed): s for s in design(1, 2, 3).specs}
-    for spec, network in trials(plan, plan.points[0]):
+    for spec, network in trials(plan, plan.points[0], judged=EVERY_MODEL):
         ours = own[spec.experiment, spec.seed]
         assert spec.condition == ours.condition and network == ours.settings.models[0].network
         assert dataclasses.replace(ours.settings, models=()) == spec.settings
@@ -187,6 +189,17 @@ def test_points_and_claims_are_a_matrix_on_the_page_and_in_the_figure():
     assert {cell.text for _, cells in section.rows for cell in cells} <= {"holds", "fails", "not shown"}
     drawn = figure.draw(counts)
     assert len(drawn.axes[0].texts) == 35 * len(section.claims)
+
+
+def test_a_study_without_models_judges_each_claim_on_those_that_it_is_about():
+    """C21 is about looming detectors, C24 compares networks: a study of the DSNN alone refuses both."""
+    plan = planned("fidelity", replicates=1, repeats=5, claims=("C14", "C21", "C24"), axes=(EYE,))
+    cells = Counts(plan, rows_of(plan.specs)).cells
+    assert {cell.outcomes[0].verdict for cell in cells} <= {"holds", "fails"} and len(cells) == 3 * len(plan.points)
+    looming = next(cell for cell in cells if cell.claim == "C21")
+    assert all(model in looming.outcomes[0].measured for model in ("lgmd1", "lgmd2"))
+    with pytest.raises(UsageError, match="C21: it is about models that answer by looming"):
+        planned("fidelity", claims=("C21",), models=("dsnn",))
 
 
 OWN = """

@@ -17,7 +17,8 @@ from colias_sim import CameraConfig, RobotConfig
 from dsnn import Response
 from experiments.bench.closed_loop import policy_file
 from experiments.bench.closed_loop.find import load_behaviour
-from experiments.bench.closed_loop.policy import SENSED, About, Policy, Steering
+from experiments.bench.closed_loop.policy import SENSED, About, Policy
+from experiments.bench.closed_loop.steering import Steering
 from experiments.bench.engine.errors import UsageError
 
 OPTOMOTOR = "colias_sim/Optomotor-v0"
@@ -370,7 +371,7 @@ def test_the_command_trains_judges_and_replays(tmp_path):
     assert {"policy.npz", "learning.csv", "scores.csv", "figure.png"} <= {
         p.name for p in (tmp_path / "learnt").iterdir()
     }
-    assert all(name in done.stdout for name in ("policy", "random", "still", "optomotor"))
+    assert all(name in done.stdout for name in ("policy", "random", "still", "optomotor-pi", "oracle-heading"))
     assert policy_file.load(tmp_path / "learnt" / "policy.npz").about.steps == 512
     again = run("--envs", "2", "--steps", "512", "--out", "learnt")
     assert again.returncode == 2 and "holds something already" in again.stderr

@@ -105,7 +105,7 @@ def learnt(asked, folder, seed, *, versions=None):
     layers = [
         (rng.normal(0, 0.3, shape).astype(np.float32), np.zeros(shape[0], np.float32)) for shape in about.shapes()
     ]
-    fields = {name: getattr(about, name) for name in ("env", "model", "seed", "envs", "hidden", "steering")}
+    fields = {name: getattr(about, name) for name in ("env", "options", "model", "seed", "envs", "hidden", "steering")}
     policy = Policy(About(**fields, steps=asked.steps(), versions=versions or MADE), layers)
     (folder / f"seed-{seed}").mkdir()
     policy_file.save(policy, folder / f"seed-{seed}" / f"policy-{seed}.npz")
@@ -140,6 +140,7 @@ def test_a_new_study_overwrites_nothing(tmp_path):
         ({"steps": 5000}, "has steps 600, asked for is 5000"),
         ({"seed": 4}, "has seeds 3 to 5, asked for is 4 to 6"),
         ({"envs": 4}, "has envs 2, asked for is 4"),
+        ({"options": {"camera": "ov7670"}}, "has options {}, asked for is {'camera': 'ov7670'}"),
         ({"env": "colias_sim/Fixation-v0"}, "has env colias_sim/Optomotor-v0, asked for is colias_sim/Fixation-v0"),
     ],
 )
@@ -222,12 +223,14 @@ def test_what_is_missing_is_trained_and_all_are_judged(begun, monkeypatch, capsy
 
     each = defaultdict(list)
     for row in table(begun, "scores.csv"):
-        each[row["measure"], row["behaviour"].partition("-")[0]].append(float(row["value"]))
+        behaviour = "PPO" if row["behaviour"].startswith("policy-") else row["behaviour"]
+        each[row["measure"], behaviour].append(float(row["value"]))
     rows = {(row["measure"], row["behaviour"]): row for row in table(begun, "policies.csv")}
-    assert {behaviour for _, behaviour in rows} == {"PPO", "random", "still", "optomotor"}
+    opponents = {"optomotor-pi", "optomotor", "still", "random", "oracle-heading"}
+    assert {behaviour for _, behaviour in rows} == {"PPO", *opponents}
+    assert {measure for measure, _ in rows} == {"optomotor gain", "RMS slip (deg/s)", "return"}
     for (measure, behaviour), row in rows.items():
-        own = each[measure, "policy" if behaviour == "PPO" else behaviour]
-        assert float(row["value"]) == pytest.approx(stats.trim_mean(own, 0.25))
+        assert float(row["value"]) == pytest.approx(stats.trim_mean(each[measure, behaviour], 0.25))
         assert row["interval_over"] == ("training seeds" if behaviour == "PPO" else "episodes")
         assert (row["training_seeds"], row["steps"], row["envs"], row["torch"]) == ("3 to 5", "1024", "2", "2.13.0")
     assert float(rows["return", "PPO"]["ci_low"]) < float(rows["return", "PPO"]["ci_high"])

@@ -33,8 +33,8 @@ from experiments.bench.tuning.curves import (
     speed_slope,
 )
 from experiments.bench.tuning.defined import direction_noise, order_p, undefined_direction, undefined_peak
-from experiments.bench.tuning.preferences import direction_undefined, firing_angle, preferences
-from experiments.bench.tuning.probes import CURVES, Family, Probe, curve_family, families
+from experiments.bench.tuning.preferences import direction_undefined, firing_angle, preferences, prefers_looming
+from experiments.bench.tuning.probes import CROSSES, CURVES, LOOMS, RECEDES, Family, Probe, curve_family, families
 from tests.helpers.chapters import titled
 
 TURNS = [22.5 * i for i in range(16)]
@@ -132,6 +132,20 @@ def test_a_column_of_a_map_prefers_only_a_maximum_inside():
     inside, edge, weak, two, wide = best_rows(y, response)
     assert inside == 4.0 and two == pytest.approx(math.sqrt(8))
     assert all(map(math.isnan, (edge, weak, wide)))
+
+
+def test_looming_is_preferred_where_it_beats_receding_and_crossing():
+    """By more than 1 %: two potentials at their ceiling are equal."""
+
+    def points(looms, recedes, crosses):
+        values = zip((LOOMS, RECEDES, CROSSES), (looms, recedes, crosses), strict=True)
+        return [TuningPoint("disc", line, "m", float(x), None, 0.0, r, 0.0, 0.0, r, spikes=int(10 * r))
+                for line, responses in values for x, r in enumerate(responses)]  # fmt: skip
+
+    given = points([0.4, 0.5, 0.5, 0.4], [0.1, 0.498, 0.1, 0.5], [0.2, 0.1, 0.5, 0.1])
+    found = preferences(given, "m", ("looming",))
+    assert (found.looming_by_potential, found.looming_by_spikes) == (0.25, 0.5)
+    assert prefers_looming([], "m", lambda a: a.response) is None
 
 
 def test_the_response_is_the_length_along_the_motion():
@@ -256,7 +270,10 @@ def test_approaches_are_of_looming_models_alone():
     for showing, (_, family, _) in zip(made.showings(), made.shown(), strict=True):
         seen = [model.label for model in showing.models]
         assert seen == (["lgmd1", "hybrid"] if family.name == "l-over-v" else ["dsnn", "lgmd1", "hybrid"])
-    assert {family.name for _, family, _ in tuning_run.plan(["emd"], [], [], 0).shown()} == set(CURVES) - {"l-over-v"}
+    assert {family.name for _, family, _ in tuning_run.plan(["emd"], [], [], 0).shown()} == set(CURVES) - {
+        "l-over-v",
+        "disc",
+    }
 
 
 def test_an_answer_to_an_approach_has_spikes_and_a_time_to_contact():

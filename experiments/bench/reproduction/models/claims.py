@@ -22,7 +22,7 @@ from experiments.bench.leaderboard.scores import answer
 from experiments.bench.reproduction.models.clips import names
 
 PACKAGE = "experiments.claims.of_models"
-Test = Literal["each", "none", "ratio", "share", "more", "way", "not shown"]
+Test = Literal["each", "none", "ratio", "share", "more", "way", "reversed", "not shown"]
 """What is asked of the model's answers to the clips.
 
 - ``each``: the measure is at least the bound in every clip.
@@ -31,12 +31,14 @@ Test = Literal["each", "none", "ratio", "share", "more", "way", "not shown"]
 - ``share``: the greatest is at most the bound times the least in ``against``.
 - ``more``: summed over the clips, the measure of the model ``than`` is at least the bound times that of this model.
 - ``way``: the strongest potential has the system and the sign of the motion, in at least that share of the clips.
+- ``reversed``: it has the system of the motion and the other sign, in at least that share of the clips.
 - ``not shown``: it is not judged; ``why`` says why.
 """
 Measure = Literal["spikes", "peak", "way"]
 """A clip's number of spikes; how far the looming potential rises above rest; the largest |HS| or |VS|."""
 REST = 0.5
 """Of a looming detector's potential."""
+OPPOSITE = {"rightward": "leftward", "leftward": "rightward", "downward": "upward", "upward": "downward"}
 TOP = 5
 """Numbers that are told of a group of clips."""
 
@@ -164,10 +166,20 @@ def _more(claim: ModelClaim, label: str, than: str, rows: Rows, threshold: float
 
 def _way(claim: ModelClaim, label: str, than: str, rows: Rows, threshold: float) -> Outcome:
     """Judge that the strongest potential has the system and the sign of the motion in a share of the clips."""
-    clips = _of(rows, label, claim.clips)
-    right = sum(answer(row) == row["motion"] for row in clips)
-    text = f"{right} of {len(clips)} clips answered by the right system and sign"
-    return _outcome(claim, clips, [Check(text, right / len(clips), claim.bound, "at least", asks=f"{claim.bound:.0%}")])
+    right = {way: way for way in SIGNED}
+    return _answered(claim, _of(rows, label, claim.clips), right, "the right system and sign")
+
+
+def _reversed(claim: ModelClaim, label: str, than: str, rows: Rows, threshold: float) -> Outcome:
+    """Judge that the strongest potential has the system of the motion and the other sign in a share of the clips."""
+    return _answered(claim, _of(rows, label, claim.clips), OPPOSITE, "the right system and the other sign")
+
+
+def _answered(claim: ModelClaim, clips: list[Row], expected: Mapping[str, str], words: str) -> Outcome:
+    """Judge the share of clips in which the direction answered is that ``expected`` of the motion shown."""
+    hits = sum(answer(row) == expected[row["motion"]] for row in clips)
+    text = f"{hits} of {len(clips)} clips answered by {words}"
+    return _outcome(claim, clips, [Check(text, hits / len(clips), claim.bound, "at least", asks=f"{claim.bound:.0%}")])
 
 
 def _not_shown(claim: ModelClaim, label: str, than: str, rows: Rows, threshold: float) -> Outcome:
@@ -175,7 +187,8 @@ def _not_shown(claim: ModelClaim, label: str, than: str, rows: Rows, threshold: 
 
 
 _JUDGES: Mapping[str, Callable[[ModelClaim, str, str, Rows, float], Outcome]] = {
-    "each": _each, "none": _none, "ratio": _ratio, "share": _share, "more": _more, "way": _way, "not shown": _not_shown,
+    "each": _each, "none": _none, "ratio": _ratio, "share": _share, "more": _more, "way": _way, "reversed": _reversed,
+    "not shown": _not_shown,
 }  # fmt: skip
 
 

@@ -20,8 +20,13 @@ BEHIND = (
     ("grey", 40.0), ("background_grey", 127.5), ("background", "grating"), ("period_px", 16.0), ("contrast", 0.4),
     ("temporal_hz", 2.0),
 )  # fmt: skip
-RANDOM = ("gratings", "before-grating", "grating-alone")
-"""The groups whose clips differ with the seed, which chooses the phase of the grating."""
+FAINT = 4.0
+"""What the contrast of a faint grating is divided by."""
+PANNING = ("dead-leaves", "pink", "foliage", "street")
+RANDOM = (
+    "gratings", "faint-gratings", "before-grating", "grating-alone", "panning-scenes", "reverse-phi",
+)  # fmt: skip
+"""The groups whose clips differ with the seed, which chooses the phase of a grating, and makes scenes and patterns."""
 
 
 def _looming(group: str, *changes: tuple[str, Any]) -> tuple[Clip, ...]:
@@ -30,8 +35,8 @@ def _looming(group: str, *changes: tuple[str, Any]) -> tuple[Clip, ...]:
 
 
 def _off_centre() -> tuple[Clip, ...]:
-    own = (("l_over_v_s", OFF_CENTRE_S), *DARK)
-    return tuple(Clip(f"off-centre {a:+g} deg", "looming", (("azimuth_deg", a), *own)) for a in OFF_CENTRE_DEG)
+    changes = (("l_over_v_s", OFF_CENTRE_S), *DARK)
+    return tuple(Clip(f"off-centre {a:+g} deg", "looming", (("azimuth_deg", a), *changes)) for a in OFF_CENTRE_DEG)
 
 
 def _translating() -> tuple[Clip, ...]:
@@ -44,13 +49,23 @@ def _translating() -> tuple[Clip, ...]:
     )
 
 
-def _gratings() -> tuple[Clip, ...]:
-    own = (*FRAME, *GRATING)
+def _gratings(group: str, *changes: tuple[str, Any]) -> tuple[Clip, ...]:
+    shared = (*FRAME, *changes)
     return tuple(
-        Clip(f"gratings {hz:g} Hz {deg:g} deg", "grating", (*own, ("temporal_hz", hz), ("direction_deg", deg)))
+        Clip(f"{group} {hz:g} Hz {deg:g} deg", "grating", (*shared, ("temporal_hz", hz), ("direction_deg", deg)))
         for hz in GRATING_HZ
         for deg in GRATING_DEG
     )
+
+
+def _panning() -> tuple[Clip, ...]:
+    """Scenes without an object, of several kinds, all at one speed."""
+    shared = (*FRAME, ("object", "absent"), ("background_speed", -SPEEDS_PX_S[0]))
+    return tuple(Clip(f"panning {scene}", "cluttered", (("background", scene), *shared)) for scene in PANNING)
+
+
+def _reverse_phi() -> tuple[Clip, ...]:
+    return tuple(Clip(f"reverse-phi {way}", "reverse-phi", (*FRAME, ("motion", way))) for way in WAYS)
 
 
 RECEDING = ("motion", "receding")
@@ -63,9 +78,12 @@ GROUPS: Mapping[str, tuple[Clip, ...]] = MappingProxyType(
         "off-centre": _off_centre(),
         "low-contrast": _looming("low-contrast", ("grey", 160.0), ("background_grey", 200.0)),
         "translating": _translating(),
-        "gratings": _gratings(),
+        "gratings": _gratings("gratings", *GRATING),
+        "faint-gratings": _gratings("faint-gratings", GRATING[0], ("contrast", dict(GRATING)["contrast"] / FAINT)),
         "before-grating": _looming("before-grating", *BEHIND),
         "grating-alone": _looming("grating-alone", *BEHIND, ("object", "absent")),
+        "panning-scenes": _panning(),
+        "reverse-phi": _reverse_phi(),
         "looming-100": _looming("looming-100", ("fps", 100.0), *DARK),
     }
 )

@@ -56,8 +56,8 @@ def asked(models: Sequence[str]) -> list[Asked]:
 
     Raises `UsageError` for a model whose paper has no claim here, or that there is not.
     """
-    names = [name for each in models for name in (model_claims() if each == EVERY else (each,))]
-    found: list[Asked] = []
+    names = [name for model in models for name in (model_claims() if model == EVERY else (model,))]
+    questions: list[Asked] = []
     for name in dict.fromkeys(names):
         base, _, settings = name.partition(":")
         if base not in model_claims():
@@ -65,10 +65,11 @@ def asked(models: Sequence[str]) -> list[Asked]:
             raise UsageError(
                 f"--model {name}: no claims of its own paper are written down; they are of {known}, {EVERY}"
             )
-        found += [
-            Asked(each, name, _with(each.model, settings), _with(each.than, settings)) for each in model_claims()[base]
+        questions += [
+            Asked(claim, name, _with(claim.model, settings), _with(claim.than, settings))
+            for claim in model_claims()[base]
         ]
-    return found
+    return questions
 
 
 def _with(label: str, settings: str) -> str:
@@ -103,30 +104,30 @@ def run(folder: Path, models: Sequence[str], seed: int, resources: Resources) ->
         A model has no claims, or the folder holds something else.
     """
     wanted = asked(models)
-    made = _plans(wanted, seed)
+    plans = _plans(wanted, seed)
     with resources.pool() as pool:
         folder.mkdir(parents=True, exist_ok=True)
-        done = {name: _shown(plan, inside(folder, name), pool, resources) for name, plan in made.items()}
-    rows = {name: found for name, (found, _) in done.items()}
-    thresholds = {label: limit for plan in made.values() for label, limit in plan.thresholds.items()}
-    verdicts = [_verdict(each, rows.get("even", []), rows.get("gratings", []), thresholds) for each in wanted]
+        done = {name: _shown(plan, inside(folder, name), pool, resources) for name, plan in plans.items()}
+    rows = {name: table for name, (table, _) in done.items()}
+    thresholds = {label: limit for plan in plans.values() for label, limit in plan.thresholds.items()}
+    verdicts = [_verdict(question, rows.get("even", []), rows.get("gratings", []), thresholds) for question in wanted]
     Files(folder).write_json("model_claims.json", stored.document(verdicts))
     return verdicts, [failure for _, failures in done.values() for failure in failures]
 
 
 def _plans(wanted: Sequence[Asked], seed: int) -> dict[str, OfflinePlan]:
     """The clips that are the same at every seed, and those that are not."""
-    labels = tuple(dict.fromkeys(label for each in wanted for label in (each.label, each.than) if label))
+    labels = tuple(dict.fromkeys(label for question in wanted for label in (question.label, question.than) if label))
     look_up(labels, "offline")  # an unknown parameter is named before anything runs
-    groups = dict.fromkeys(group for each in wanted for group in each.claim.groups)
-    found = {}
-    for name, repeats, own in (("even", 1, False), ("gratings", REPLICATES, True)):
-        clips = tuple(clip for group in groups if (group in RANDOM) == own for clip in GROUPS[group])
+    groups = dict.fromkeys(group for question in wanted for group in question.claim.groups)
+    plans = {}
+    for name, repeats, with_gratings in (("even", 1, False), ("gratings", REPLICATES, True)):
+        clips = tuple(clip for group in groups if (group in RANDOM) == with_gratings for clip in GROUPS[group])
         if clips:
-            said = "clips of the models' own claims"
-            experiment = OfflineExperiment(name, said, clips, labels, repeats=repeats, recorded=False)
-            found[name] = clips_plan.plan(experiment, (), (), None, seed)
-    return found
+            summary = "clips of the models' own claims"
+            experiment = OfflineExperiment(name, summary, clips, labels, repeats=repeats, recorded=False)
+            plans[name] = clips_plan.plan(experiment, (), (), None, seed)
+    return plans
 
 
 def _shown(
@@ -139,15 +140,15 @@ def _shown(
 
 
 def _verdict(
-    each: Asked, even: list[dict[str, Any]], gratings: list[dict[str, Any]], thresholds: dict[str, float | None]
+    question: Asked, even: list[dict[str, Any]], gratings: list[dict[str, Any]], thresholds: dict[str, float | None]
 ) -> Verdict:
     """Judge a claim with the gratings of each seed. What has none of them is judged once: nothing in it is random."""
-    claim = each.judged()
+    claim = question.judged()
     outcomes = []
-    for repeat in range(REPLICATES if each.random else 1):
+    for repeat in range(REPLICATES if question.random else 1):
         rows = [*even, *(row for row in gratings if row["repeat"] == repeat)]
-        if each.claim.check == "not shown":
+        if question.claim.check == "not shown":
             outcomes.append(claim.judge([], 0.0))
         else:
             outcomes.append(clips_claims.judge(claim, rows, thresholds))
-    return claim.verdict(*outcomes, random=each.random, model=each.asked, experiment="clips")
+    return claim.verdict(*outcomes, random=question.random, model=question.asked, experiment="clips")

@@ -155,36 +155,44 @@ def tile(claim: Verdict) -> Tile:
 
 def overview(result: Reproduction) -> Overview:
     """Return the first screen of a reproduction."""
-    tiles, own = [tile(claim) for claim in result.claims], [tile(claim) for claim in result.own_claims]
-    kinds = {each.kind for each in (*tiles, *own)}
+    tiles, own_tiles = [tile(claim) for claim in result.claims], [tile(claim) for claim in result.own_claims]
+    kinds = {shown_tile.kind for shown_tile in (*tiles, *own_tiles)}
     return Overview(
         totals([(claim.id, claim.count) for claim in result.claims]),
         tiles,
-        own,
-        [Reason(each, cause) for each in _worst_first([*tiles, *own]) if (cause := cause_of(each))],
-        [each.id for each in (*tiles, *own) if set(each.count.unjudged) == {"not shown"} and not each.count.judged],
+        own_tiles,
+        [
+            Reason(claim_tile, cause)
+            for claim_tile in _worst_first([*tiles, *own_tiles])
+            if (cause := cause_of(claim_tile))
+        ],
+        [
+            claim_tile.id
+            for claim_tile in (*tiles, *own_tiles)
+            if set(claim_tile.count.unjudged) == {"not shown"} and not claim_tile.count.judged
+        ],
         _amount(result),
         _eyes(result),
         [(kind, SIGNS[kind], meaning) for kind, meaning in MEANINGS.items() if kind in kinds],
     )
 
 
-def cause_of(own: Tile) -> str:
+def cause_of(of: Tile) -> str:
     """Return in one line why a claim does not hold everywhere; empty where it does, or where nothing judges it.
 
     The causes that claims declare are of those that fail, or hang on another model's constants.
     """
-    count = own.count
+    count = of.count
     if count.word == "holds" or (not count.fails and set(count.unjudged) <= {"not shown"}):
         return ""
     if count.half is not None and not count.fails:
         return UNKNOWN
-    return SILENT if not count.fails else words(own.id).cause or NO_CAUSE
+    return SILENT if not count.fails else words(of.id).cause or NO_CAUSE
 
 
 def _worst_first(tiles: Sequence[Tile]) -> list[Tile]:
     order: tuple[Kind, ...] = ("fails", "sometimes", "counted", "unjudged")
-    return [each for kind in order for each in tiles if each.kind == kind]
+    return [claim_tile for kind in order for claim_tile in tiles if claim_tile.kind == kind]
 
 
 def _eyes(result: Reproduction) -> list[EyeRow]:
@@ -200,14 +208,14 @@ def _eyes(result: Reproduction) -> list[EyeRow]:
 
 def _amount(result: Reproduction) -> Amount:
     paper = registry.paper_experiments()
-    each = sum(len(plan.specs()) for plan, _ in result.runs if plan.experiment.name in paper)
+    in_each = sum(len(plan.specs()) for plan, _ in result.runs if plan.experiment.name in paper)
     many = result.scale.replicates
     return Amount(
         replicates=many,
         first=result.seed,
         last=result.seed + many - 1,
-        each=each,
-        trials=each * many,
+        each=in_each,
+        trials=in_each * many,
         moves=len(result.sensitivity.plan.judged) - 1 if result.sensitivity else 0,
         clips=sum(len(report.plan.showings) for report in result.offline),
         episodes=sum(len(standing.rows) for played in result.behaviours for standing in played.standings),

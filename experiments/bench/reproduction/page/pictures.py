@@ -61,8 +61,8 @@ def strips(plan: Plan, folder: Path) -> list[Strip]:
     """
     first = [spec for spec in plan.specs() if spec.repeat == 0]
     chosen = sorted({round(place) for place in np.linspace(0, len(first) - 1, min(MOST, len(first)))})
-    found = [_strip(first[place], plan, folder) for place in chosen]
-    return [each for each in found if each is not None]
+    drawn_strips = [_strip(first[place], plan, folder) for place in chosen]
+    return [strip for strip in drawn_strips if strip is not None]
 
 
 def _strip(spec: TrialSpec, plan: Plan, folder: Path) -> Strip | None:
@@ -71,12 +71,12 @@ def _strip(spec: TrialSpec, plan: Plan, folder: Path) -> Strip | None:
     seen = _seen(folder, spec.index, camera.hfov_deg / 2)
     if images is None or not seen or max(frame for frame, _ in seen) >= len(images):
         return None
-    shown = [seen[round(share * (len(seen) - 1))] for share in SHARES]
+    chosen = [seen[round(share * (len(seen) - 1))] for share in SHARES]
     gap = np.full((camera.height, GAP_PX), 255, np.uint8)
-    parts: list[Images] = [part for frame, _ in shown for part in (gap, images[frame])][1:]
+    parts: list[Images] = [part for frame, _ in chosen for part in (gap, images[frame])][1:]
     row = np.hstack(parts)
     png = cv2.imencode(".png", row)[1].tobytes()
-    times = ", ".join(f"{time:.1f}" for _, time in shown)
+    times = ", ".join(f"{time:.1f}" for _, time in chosen)
     return Strip(
         spec.condition.label(), f"data:image/png;base64,{base64.b64encode(png).decode()}", row.shape[1], row.shape[0],
         f"at {times} s",
@@ -108,9 +108,9 @@ def _seen(folder: Path, trial: int, half_deg: float) -> list[tuple[int, float]]:
         return []
     table = read_parquet(path, ("trial", "model", "sim_time_s", "stimulus_bearing_deg"))
     trials, models = table["trial"].to_numpy(), np.asarray(table["model"])
-    own = np.flatnonzero(trials == trial)
-    own = own[models[own] == models[own[0]]] if own.size else own
-    times, bearings = table["sim_time_s"].to_numpy()[own], table["stimulus_bearing_deg"].to_numpy()[own]
+    places = np.flatnonzero(trials == trial)
+    places = places[models[places] == models[places[0]]] if places.size else places
+    times, bearings = table["sim_time_s"].to_numpy()[places], table["stimulus_bearing_deg"].to_numpy()[places]
     return [(int(frame), float(times[frame])) for frame in np.flatnonzero(np.abs(bearings) <= half_deg)]
 
 

@@ -129,7 +129,10 @@ def robot_section(plan: Plan, report: Report, cards: Sequence[Card]) -> RobotSec
     names = varying(report.rows, report.varies) if report.rows else []
     measured = group(report.summary, "model", *CONDITION_COLUMNS).values()
     none = {"mean": None, "ci_low": None}  # of a model that does not spike
-    spikes = [dict(next((r for r in own if r["quantity"] == "spikes"), {**own[0], **none})) for own in measured]
+    spikes = [
+        dict(next((r for r in quantities if r["quantity"] == "spikes"), {**quantities[0], **none}))
+        for quantities in measured
+    ]
     return RobotSection(
         name=name,
         summary=plan.experiment.summary,
@@ -178,7 +181,7 @@ def loop_section(played: Played) -> LoopSection:
         name=played.folder.name,
         env=env,
         measures=list(standings[0].scores) if standings else [],
-        rows=[(each.name, [str(score) for score in each.scores.values()]) for each in standings],
+        rows=[(standing.name, [str(score) for score in standing.scores.values()]) for standing in standings],
         figure=_figure(played.folder, f"loop-{played.folder.name}", alt) if standings else None,
         failures=played.failures,
     )

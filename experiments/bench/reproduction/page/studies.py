@@ -89,7 +89,7 @@ def study_section(study: Mapping[str, Any]) -> StudySection:
     number = study["replicates"]
     design = f"{number} replicate{'s' if number != 1 else ''} of {repeats} repeats each, from seed {study['seed']}"
     row_name = ", ".join([*study["axes"], *(["model"] if several else [])])
-    tables = tuple(_table(title, found) for title, found in study["tables"].items() if found)
+    tables = tuple(_table(title, table_rows) for title, table_rows in study["tables"].items() if table_rows)
     return StudySection(study["study"], study["summary"], design, row_name, claims, rows, tables)
 
 

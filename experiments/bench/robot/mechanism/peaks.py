@@ -58,5 +58,5 @@ def peak(means: Mapping[float, float]) -> Peak:
         Speed, cm/s -> mean over trials; at least one speed.
     """
     speeds = sorted(means)
-    speed = max(speeds, key=lambda each: means[each])
+    speed = max(speeds, key=lambda level: means[level])
     return Peak(speed, means[speed], "first" if speed == speeds[0] else "last" if speed == speeds[-1] else "")

@@ -67,6 +67,6 @@ def paired_text(first: Curve, second: Curve) -> str:
 
 def outcome_of(checks: Sequence[Check], curves: Mapping[Any, Curve], measured: str, effect: str) -> Outcome:
     """Return the outcome; n counts the trials in which any of the models was judged, once each."""
-    shown = [curve[speed] for curve in curves.values() for speed in common_speeds(curves)]
-    n, each = len({trial for values in shown for trial in values}), min(map(len, shown))
-    return Outcome.of(checks, measured, effect, n, each)
+    trials = [curve[speed] for curve in curves.values() for speed in common_speeds(curves)]
+    n, fewest = len({trial for values in trials for trial in values}), min(map(len, trials))
+    return Outcome.of(checks, measured, effect, n, fewest)

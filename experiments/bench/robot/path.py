@@ -1,0 +1,378 @@
+"""Paths of one's own in cm, degrees and s, as a condition declares them: a start and legs, or a function of time."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+from colias_sim import PathFollower, Pose, Route, Stretch
+from experiments.bench.engine import interrupts
+from experiments.bench.engine.errors import short
+from experiments.bench.engine.user_code import place_of
+
+SAMPLES_PER_S = 100
+"""Rate at which a function of time is read."""
+LONGEST_S = 120.0
+MOST_LEGS = 20_000
+_STANDING_CM = 1e-4
+"""Distance between two samples of a function of time below which it stands still: 0.01 cm/s."""
+_WIDEST_DEG = 90.0
+"""The largest angle of one arc: of a wider one it would not be clear where on it a robot is."""
+
+LIMITS = {
+    "length_cm": (0.0, 500.0), "speed_cm_s": (0.0, 100.0), "to_cm_s": (0.0, 100.0), "turn_deg": (-3600.0, 3600.0),
+    "seconds": (0.0, LONGEST_S),
+}  # fmt: skip
+
+
+def _number(where: str, value: object, low: float, high: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        raise ValueError(f"{where}={short(value)}: legal is a number from {low:g} to {high:g}")
+    return float(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A piece of a path: a straight line or an arc, or a time for which the robot stands or turns on the spot.
+
+    Parameters
+    ----------
+    length_cm
+        Length, 0 to 500 cm; 0 on the spot.
+    speed_cm_s
+        Speed, or the speed at its beginning, 0 to 100 cm/s.
+    to_cm_s
+        Speed at its end, where that is another: it changes evenly in time.
+    turn_deg
+        Angle by which the heading changes, in degrees, left positive: evenly along the leg, or in the time.
+    seconds
+        Time on the spot. A leg with a length takes the time that its speed gives.
+
+    Raises
+    ------
+    ValueError
+        A value is not legal, or two of them contradict each other.
+
+    Examples
+    --------
+    >>> from experiments import Leg
+    >>> faster = Leg(10, speed_cm_s=4, to_cm_s=16)
+    >>> corner = Leg(turn_deg=60, seconds=0.5)
+    """
+
+    length_cm: float = 0.0
+    speed_cm_s: float = 0.0
+    to_cm_s: float | None = None
+    turn_deg: float = 0.0
+    seconds: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in LIMITS.items():
+            value = getattr(self, name)
+            if name == "to_cm_s" and value is None:
+                value = self.speed_cm_s
+            object.__setattr__(self, name, _number(f"leg: {name}", value, low, high))
+        if self.length_cm and self.seconds:
+            raise ValueError(
+                f"leg: seconds={self.seconds:g} beside length_cm={self.length_cm:g}: legal is one of them; a leg with "
+                "a length takes the time that speed_cm_s gives"
+            )
+        if self.length_cm and not self.speed_cm_s and not self.to_cm_s:
+            raise ValueError(
+                f"leg: speed_cm_s=0 over length_cm={self.length_cm:g}: legal is above 0, or to_cm_s above 0"
+            )
+        if not self.length_cm and (self.speed_cm_s or self.to_cm_s):
+            raise ValueError(
+                f"leg: length_cm=0 with speed_cm_s={self.speed_cm_s:g}: legal is above 0 for one that moves"
+            )
+        if not self.length_cm and self.turn_deg and not self.seconds:
+            raise ValueError(f"leg: seconds=0 with turn_deg={self.turn_deg:g} on the spot: legal is above 0")
+
+    @property
+    def end_cm_s(self) -> float:
+        """Speed at its end."""
+        return self.speed_cm_s if self.to_cm_s is None else self.to_cm_s
+
+    @property
+    def duration_s(self) -> float:
+        """Time that it takes, in seconds."""
+        return 2 * self.length_cm / (self.speed_cm_s + self.end_cm_s) if self.length_cm else self.seconds
+
+    @property
+    def acceleration_cm_s2(self) -> float:
+        """Acceleration along it."""
+        return (self.end_cm_s**2 - self.speed_cm_s**2) / (2 * self.length_cm) if self.length_cm else 0.0
+
+    def stretches(self) -> Iterator[Stretch]:
+        """Convert the leg into m, s and rad; a wide arc in parts.
+
+        Yields
+        ------
+        Stretch
+            Its parts.
+        """
+        turn = math.radians(self.turn_deg)
+        if not self.length_cm:
+            yield Stretch(seconds=self.seconds, rate=turn / self.seconds if self.seconds else 0.0)
+            return
+        parts = max(math.ceil(abs(self.turn_deg) / _WIDEST_DEG), 1)
+        length = self.length_cm / 100
+        whole = Stretch(length, self.speed_cm_s / 100, self.end_cm_s / 100, turn / length)
+        speeds = [whole.speed_at(length * i / parts) for i in range(parts + 1)]
+        for speed, end_speed in itertools.pairwise(speeds):
+            yield Stretch(length / parts, speed, end_speed, whole.curvature)
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """A path with its speeds, for the stimulus, the observer or a further robot of a trial.
+
+    The origin is the camera of an observer that stands where it stands in every other trial, looking along x; y is its
+    left. (The tables' ``stimulus_x_cm`` begin at the observer's middle, ``camera.forward_cm`` behind.) For a path of
+    the observer the origin is its own place there: left at (0, 0), heading 0, it begins as in every other trial.
+
+    Robots drive forward. Where the speed steps, at the start, at the end or between two legs, the robot takes
+    ``acceleration_cm_s2`` of the condition. A stimulus whose first leg begins at a speed has a run-up before it.
+
+    Parameters
+    ----------
+    legs
+        Its pieces in order, one or more.
+    x_cm, y_cm
+        Where it begins.
+    heading_deg
+        Its direction there, 0 away from the observer, left positive: -90 crosses rightward, 180 approaches.
+    of
+        The function of time that it was read from, if any, by name.
+
+    Raises
+    ------
+    ValueError
+        No robot can drive it. Whether arena, wheels and view allow it is checked when a run is planned.
+
+    Examples
+    --------
+    >>> from experiments import Leg, Path
+    >>> accelerating = Path([Leg(16, speed_cm_s=4, to_cm_s=20)], x_cm=8, y_cm=8, heading_deg=-90)
+    """
+
+    legs: tuple[Leg, ...]
+    x_cm: float = 0.0
+    y_cm: float = 0.0
+    heading_deg: float = 0.0
+    of: str = field(default="", kw_only=True)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.legs, tuple | list) or not self.legs:
+            raise ValueError(f"path: legs={short(self.legs)}: legal is a list of experiments.Leg, one or more")
+        object.__setattr__(self, "legs", tuple(self.legs))
+        for index, leg in enumerate(self.legs):
+            if not isinstance(leg, Leg):
+                raise ValueError(f"path: legs[{index}] is {short(leg)}: expected an experiments.Leg")
+        if len(self.legs) > MOST_LEGS:
+            raise ValueError(f"path: {len(self.legs)} legs: legal are up to {MOST_LEGS}")
+        for name, most in (("x_cm", 100.0), ("y_cm", 100.0), ("heading_deg", 360.0)):
+            object.__setattr__(self, name, _number(f"path: {name}", getattr(self, name), -most, most))
+        if self.seconds > LONGEST_S:
+            raise ValueError(f"path: its legs take {self.seconds:.1f} s: legal is up to {LONGEST_S:g}")
+
+    @classmethod
+    def of_time(cls, place: Callable[[float], tuple[float, float]], seconds: float) -> Path:
+        """Read a path from a function of time.
+
+        The function is read a hundred times a second, here and now: so it may be any function, of any file.
+
+        Parameters
+        ----------
+        place
+            From the time in seconds to (x, y) in cm. It gives the same for the same time; where it does not move, the
+            robot stands.
+        seconds
+            Its duration, above 0 to 120.
+
+        Returns
+        -------
+        Path
+            The path; its heading is the direction of motion.
+
+        Raises
+        ------
+        ValueError
+            The function raises, answers otherwise when it is asked again, or with something else than two finite
+            numbers, or never moves.
+
+        Examples
+        --------
+        >>> import math
+        >>> from experiments import Path
+        >>> slalom = Path.of_time(lambda t: (9 + 2 * math.sin(2 * t), 8 - 4 * t), seconds=4)
+        """
+        called = getattr(place, "__name__", type(place).__name__)
+        if not callable(place):
+            raise ValueError(
+                f"path: place={short(place)}: legal is a function of the time in s that returns (x, y) in cm"
+            )
+        lasting = _number(f"path {called}: seconds", seconds, 2 / SAMPLES_PER_S, LONGEST_S)
+        steps = max(round(lasting * SAMPLES_PER_S), 2)
+        times = [lasting * step / steps for step in range(steps + 1)]
+        points = [_asked(place, called, time) for time in times]
+        for time, point in itertools.islice(zip(times, points, strict=True), 0, None, max(steps // 10, 1)):
+            if _asked(place, called, time) != point:
+                raise ValueError(
+                    f"path {called}: at {time:g} s it answers otherwise when it is asked again: legal is one place"
+                )
+        return cls(*_traced(points, lasting / steps, called), of=called)
+
+    @property
+    def seconds(self) -> float:
+        """Time that its legs take, without starts and stops."""
+        return math.fsum(leg.duration_s for leg in self.legs)
+
+    @property
+    def length_cm(self) -> float:
+        """Length of the path."""
+        return math.fsum(leg.length_cm for leg in self.legs)
+
+    def where(self, index: int, name: str) -> str:
+        """Name a quantity of a leg, for a message.
+
+        Parameters
+        ----------
+        index
+            Which leg.
+        name
+            The quantity.
+
+        Returns
+        -------
+        str
+            Its name, or for a function of time the moment.
+        """
+        if not self.of:
+            return f"legs[{index}].{name}"
+        return f"{self.of} at {math.fsum(leg.duration_s for leg in self.legs[:index]):.2f} s: {name}"
+
+    def stimulus_route(self, acceleration_cm_s2: float, ahead_cm: float = 0.0) -> Route:
+        """Return the route of a stimulus, with its run-up.
+
+        Parameters
+        ----------
+        acceleration_cm_s2
+            With which it starts and stops.
+        ahead_cm
+            As of `route`.
+
+        Returns
+        -------
+        Route
+            The route, from where the run-up begins.
+        """
+        speed = self.legs[0].speed_cm_s / 100
+        run_up = PathFollower.run_up(speed, acceleration_cm_s2 / 100) if speed else 0.0
+        return self.route(ahead_cm, run_up)
+
+    def route(self, ahead_cm: float = 0.0, run_up: float = 0.0) -> Route:
+        """Return the path in m, s and rad.
+
+        Parameters
+        ----------
+        ahead_cm
+            How far the path's origin is ahead of the middle of an observer that stands where it usually does.
+        run_up
+            Length of a straight line before it, in metres, at the speed of its first leg.
+
+        Returns
+        -------
+        Route
+            The route.
+        """
+        heading = math.radians(self.heading_deg)
+        x, y = (ahead_cm + self.x_cm) / 100, self.y_cm / 100
+        first = self.legs[0].speed_cm_s / 100
+        stretches = [Stretch(run_up, first, first)] if run_up else []
+        for stretch in itertools.chain.from_iterable(leg.stretches() for leg in self.legs):
+            if stretches and stretch.moves and stretches[-1].moves and not (stretch.speed or stretches[-1].end_speed):
+                stretches.append(Stretch())
+            stretches.append(stretch)
+        if stretches[-1].moves and not stretches[-1].end_speed:
+            stretches.append(Stretch())
+        start = Pose(x - run_up * math.cos(heading), y - run_up * math.sin(heading), heading)
+        return Route(start, tuple(stretches))
+
+    def mirrored(self) -> Path:
+        """Return the path with left and right exchanged.
+
+        Returns
+        -------
+        Path
+            The mirror image in the observer's line of sight.
+        """
+        legs = tuple(dataclasses.replace(leg, turn_deg=-leg.turn_deg) for leg in self.legs)
+        return Path(legs, self.x_cm, -self.y_cm, -self.heading_deg, of=self.of)
+
+
+def _asked(place: Callable[[float], tuple[float, float]], called: str, time: float) -> tuple[float, float]:
+    try:
+        x, y = (float(value) for value in place(time))
+    except BaseException as error:  # SystemExit too
+        interrupts.pass_on(error)
+        at = f" ({raised.removesuffix(': ')})" if (raised := place_of(error)) else ""
+        raise ValueError(
+            f"path {called}: at {time:g} s it raises {type(error).__name__}: {' '.join(str(error).split())}{at}; "
+            "expected a function of the time in s that returns (x, y) in cm"
+        ) from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ValueError(f"path {called}: at {time:g} s it is at ({x:g}, {y:g}): legal are finite numbers of cm")
+    return x, y
+
+
+def _traced(
+    points: list[tuple[float, float]], step_s: float, called: str
+) -> tuple[tuple[Leg, ...], float, float, float]:
+    """Return legs through points that are ``step_s`` apart in time, and where they begin."""
+    chords = [(x - u, y - v) for (u, v), (x, y) in itertools.pairwise(points)]
+    moving = [math.hypot(*chord) > _STANDING_CM for chord in chords]
+    if not any(moving):
+        raise ValueError(f"path {called}: it never moves: legal is one that does; it is read in cm")
+    directions = [math.atan2(dy, dx) for dx, dy in chords]
+    legs: list[Leg] = []
+    heading = begin = 0.0
+    for run, (is_moving, indices) in enumerate(
+        (key, list(group)) for key, group in itertools.groupby(range(len(chords)), moving.__getitem__)
+    ):
+        if not is_moving:
+            legs.append(Leg(seconds=len(indices) * step_s))
+            continue
+        ways = [directions[i] for i in indices]
+        for i in range(1, len(ways)):  # not wrapped
+            ways[i] = ways[i - 1] + math.remainder(ways[i] - ways[i - 1], 2 * math.pi)
+        speeds = [math.hypot(*chords[i]) / step_s for i in indices]
+        turned, knots = _at_knots(ways), _at_knots(speeds)
+        before, after = run > 0, indices[-1] + 1 < len(chords)  # stands there
+        knots = [0.0 if (before and i == 0) or (after and i == len(ways)) else max(v, 0.0) for i, v in enumerate(knots)]
+        if not any(leg.length_cm for leg in legs):
+            heading = begin = turned[0]
+        corner = math.degrees(math.remainder(turned[0] - heading, 2 * math.pi))
+        if abs(corner) > 1e-6 and legs and not legs[-1].length_cm:  # it turns where it stands
+            legs[-1] = dataclasses.replace(legs[-1], turn_deg=corner)
+        for i, index in enumerate(indices):
+            turn = turned[i + 1] - turned[i]
+            bend = turn / 2 / math.sin(turn / 2) if abs(turn) > 1e-9 else 1.0  # arc over chord
+            speed, end_speed = (min(knots[k], 2 * speeds[i]) for k in (i, i + 1))
+            if not speed + end_speed:
+                speed = end_speed = speeds[i]
+            legs.append(Leg(math.hypot(*chords[index]) * bend, speed, end_speed, math.degrees(turn)))
+        heading = turned[-1]
+    x, y = points[0]
+    return tuple(legs), x, y, math.degrees(math.remainder(begin, 2 * math.pi))
+
+
+def _at_knots(values: list[float]) -> list[float]:
+    """Values between the middles of intervals, and beyond the first and last as the nearest two go on."""
+    if len(values) == 1:
+        return values * 2
+    between = [(one + other) / 2 for one, other in itertools.pairwise(values)]
+    return [(3 * values[0] - values[1]) / 2, *between, (3 * values[-1] - values[-2]) / 2]

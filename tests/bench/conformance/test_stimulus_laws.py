@@ -1,0 +1,185 @@
+"""``colias check`` of a stimulus: those that ship keep the laws, and each mistake is named by the law it breaks."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from pydantic.dataclasses import dataclass
+
+from dsnn.stimuli import (
+    STIMULI,
+    Box,
+    ClipParams,
+    Stimulus,
+    StimulusEntry,
+    StimulusFrame,
+    Truth,
+    Velocity,
+    stimulus_entry,
+)
+from experiments import Clip
+from experiments.bench.cli.main import command
+from experiments.bench.conformance import stimulus_laws
+from experiments.bench.engine.errors import UsageError
+
+SPEED = 60.0
+
+
+def small(entry):
+    """The entry at few pixels and frames a second: the laws are the same, and painting is cheap."""
+    return dataclasses.replace(entry, params=dataclasses.replace(entry.params, rows=48, columns=80, fps=10))
+
+
+@pytest.mark.parametrize("name", STIMULI)
+def test_every_stimulus_that_ships_keeps_the_laws(name):
+    assert [finding for finding in stimulus_laws.check(small(stimulus_entry(name))) if finding.trouble] == []
+
+
+@dataclass(frozen=True)
+class Params(ClipParams):
+    fps: float = 30.0
+
+
+class Sound(Stimulus[Params]):
+    """A dark square goes right, 2 px a frame."""
+
+    def __len__(self):
+        return 12
+
+    def box(self, index):
+        return Box(10.0 + SPEED * index / self.fps, 10.0, 8.0, 8.0)
+
+    def paint(self, index):
+        luma = np.full(self.shape, 255, np.uint8)
+        left = int(self.box(index).left)
+        luma[10:18, left : left + 8] = 0
+        return luma
+
+    def frame(self, index):
+        return StimulusFrame(self.paint(index), Truth("rightward", self.box(index), Velocity(SPEED, 0.0)))
+
+
+class Floats(Sound):
+    def paint(self, index):
+        return super().paint(index).astype(float)
+
+
+class Accumulating(Sound):
+    shift = 0
+
+    def paint(self, index):
+        self.shift += 1
+        return np.roll(super().paint(index), self.shift % 3, axis=0)
+
+
+class Unseeded(Sound):
+    def paint(self, index):
+        luma = super().paint(index)
+        luma[12, int(self.box(index).left) + 2] = hash(self) % 251  # another for each object
+        return luma
+
+
+class OfOneShape(Sound):
+    def paint(self, index):
+        return super().paint(index) if self.shape != (48, 80) else np.full((180, 320), 255, np.uint8)
+
+
+class Wordless(Sound):
+    def frame(self, index):
+        return dataclasses.replace(super().frame(index), truth=Truth(""))
+
+
+class Leaking(Sound):
+    def paint(self, index):
+        luma = super().paint(index)
+        luma[0, index] = 0
+        return luma
+
+
+class Slow(Sound):
+    def frame(self, index):
+        frame = super().frame(index)
+        return dataclasses.replace(frame, truth=dataclasses.replace(frame.truth, velocity=Velocity(SPEED / 3, 0.0)))
+
+
+class Raising(Sound):
+    def frame(self, index):
+        raise SystemExit("no more")
+
+
+@pytest.mark.parametrize(
+    ("kind", "law", "words"),
+    [(Floats, "bytes", "float64"), (Accumulating, "any frame", "asked for again"), (Unseeded, "seeds", "built alike"),
+     (OfOneShape, "shape", "(180, 320)"), (Wordless, "truth", "its motion a word"),
+     (Leaking, "what moves", "pixel (0, 0) changes from frame 0 to 1"), (Slow, "velocity", "moves 2 px along x"),
+     (Raising, "bytes", "no more")],
+)  # fmt: skip
+def test_each_mistake_is_named_by_its_law(kind, law, words):
+    findings = {finding.law: finding.trouble for finding in stimulus_laws.check(StimulusEntry("s", "", kind, Params()))}
+    assert words in findings[law], findings
+
+
+def test_the_stimulus_of_these_tests_is_sound():
+    """The control of the mistakes above."""
+    assert not any(finding.trouble for finding in stimulus_laws.check(StimulusEntry("s", "", Sound, Params())))
+
+
+OWN = """
+import numpy as np
+from dsnn.stimuli import ClipParams, Stimulus, StimulusEntry, StimulusFrame, Truth
+from experiments import Clip, OfflineExperiment
+
+class Flicker(Stimulus[ClipParams]):
+    def __len__(self):
+        return 9
+
+    def frame(self, index):
+        return StimulusFrame(np.full(self.shape, 100 + index % 2, np.uint8), Truth("flickering"))
+
+STIMULUS = StimulusEntry("flicker", "grey that flickers", Flicker, ClipParams(rows=20, columns=30))
+EXPERIMENT = OfflineExperiment("flickers", "it flickers", [Clip("one", STIMULUS, {"fps": 60.0})], ["emd"])
+"""
+
+
+def test_a_stimulus_of_one_s_own_is_shown_in_workers_and_by_each_command(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "flicker.py").write_text(OWN)
+    assert command(["run", "flicker.py", "--out", "out", "--workers", "1", "--quiet"]) == 0
+    (row,) = pq.read_table("out/trials.parquet").to_pylist()
+    assert (row["stimulus"], row["clip"], row["frames"]) == ("flicker", "one", 9)
+    description = json.loads((tmp_path / "out" / "experiment.json").read_text())
+    assert description["experiment"]["clips"][0]["stimulus"] == "flicker"
+    assert description["clips"]["one"] == {"rows": 20, "columns": 30, "fps": 60.0}
+    assert [*description["files"]] == [str(tmp_path / "flicker.py")], "what computes it is noted"
+    assert command(["stimulus", "flicker.py", "--set", "flicker.rows=24", "--out", "f.avi"]) == 0
+    assert "9 frames of 30x24 px" in capsys.readouterr().out
+    assert command(["play", "flicker.py", "--no-view", "--record", "f.rrd"]) == 0
+    assert command(["check", "flicker.py"]) == 0
+    assert "flicker keeps all 7 laws" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [({"name": "a b"}, "name='a b': legal are up to 60 letters"), ({"params": 3}, "params is a int"),
+     ({"build": None}, "a callable for build"), ({"build": lambda params, seed: 3}, "build makes a int")],
+)  # fmt: skip
+def test_what_is_wrong_with_an_entry_is_said_in_a_line(changes, words):
+    values = {"name": "s", "summary": "", "build": Sound, "params": Params()} | changes
+    with pytest.raises(ValueError, match=r"StimulusEntry|^s: ") as caught:
+        Clip("one", StimulusEntry(**values))
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("STIMULUS = 3", "own.py: STIMULUS is a int, expected a dsnn.stimuli.StimulusEntry"),
+     ("x = 3", "own.py: declares no STIMULUS"),
+     ("MODEL = 3", "own.py: declares no STIMULUS, but MODEL, which is for --model FILE")],
+)  # fmt: skip
+def test_a_file_without_a_stimulus_says_so(text, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.py").write_text(text)
+    with pytest.raises(UsageError, match=words):
+        command(["stimulus", "own.py"])

@@ -1,0 +1,195 @@
+"""Paths of one's own: what they do in trials, and what is refused before any."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from colias_sim import CameraConfig, RobotConfig, SceneConfig
+from experiments import Condition, Experiment, Leg, Path, Translation, UsageError
+from experiments.bench.engine.models import choose
+from experiments.bench.robot.experiment import Settings, TrialSpec
+from experiments.bench.robot.plan import check, describe, notes, plan
+from experiments.bench.robot.run import amount
+from experiments.bench.robot.trial import run_trial
+
+QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0, exposure_ms=0.0)
+PLAIN = SceneConfig(light_sd=0.0, turn_wall=False, wall_contrast=0.0)
+
+
+def settings(**changes) -> Settings:
+    return Settings((choose("dsnn"),), **{
+        "robot": RobotConfig(), "camera": CameraConfig(), "scene": SceneConfig(), "pose_sd_mm": 0.0,
+        "heading_sd_deg": 0.0, **changes,
+    })  # fmt: skip
+
+
+def result_of(condition, *, keep_media=False, **changes):
+    return run_trial(TrialSpec("test", 0, 0, 5, condition, settings(**changes)), keep_media=keep_media)
+
+
+@dataclasses.dataclass(frozen=True)
+class Declared:
+    shown: tuple[Condition, ...]
+    pose_sd_mm: float = 1.0
+    heading_sd_deg: float = 1.0
+
+    def conditions(self):
+        return self.shown
+
+
+def planned(*conditions, assignments=()):
+    return plan(Experiment("mine", "", Declared(conditions), "motion", 1), ("dsnn",), assignments, 1, 0)
+
+
+def crossing(speed=4.0, to=20.0, length=20.0, **place):
+    return Path([Leg(length, speed, to)], **{"x_cm": 8.0, "y_cm": 10.0, "heading_deg": -90.0, **place})
+
+
+def zig_zag(side):
+    legs = [Leg(6, 6), Leg(turn_deg=60, seconds=0.5), Leg(6, 6), Leg(turn_deg=-60, seconds=0.5), Leg(6, 6)]
+    path = Path(legs, x_cm=8.0, y_cm=9.0, heading_deg=-120.0)
+    return path if side > 0 else path.mirrored()
+
+
+def slalom(t):
+    return 9.0 + 1.5 * math.sin(2.0 * t), 8.0 - 4.0 * t
+
+
+def test_an_accelerating_crossing_is_where_its_speed_takes_it_and_looks_as_large_as_a_pinhole_shows_it():
+    """Once it is on its path x stays, and y = v0 t + a t^2 / 2; its image has the edges of a disc's two tangents."""
+    result = result_of(Condition.along("accelerating", crossing()), keep_media=True, camera=QUIET, scene=PLAIN)
+    columns = result.columns
+    begun = int(np.searchsorted(-columns.stimulus_y_cm, -9.5))
+    time, way = columns.sim_time_s[begun:], 10.0 - columns.stimulus_y_cm[begun:]
+    speed, way = math.sqrt(16 + 2 * 9.6 * way[0]), way - way[0]
+    elapsed = time - time[0]
+    assert np.abs(way - (speed * elapsed + 9.6 * elapsed**2 / 2)).max() < 0.25
+    assert result.achieved_speed_cm_s == pytest.approx(12.0, rel=0.02) and result.path_error_mm < 0.1
+    x, y = columns.stimulus_x_cm - QUIET.forward_cm, columns.stimulus_y_cm
+    for frame in range(begun, len(y), 6):
+        middle, half = math.atan2(y[frame], x[frame]), math.asin(2.0 / math.hypot(x[frame], y[frame]))
+        edges = [QUIET.width / 2 - QUIET.focal_px * math.tan(angle) for angle in (middle + half, middle - half)]
+        if edges[0] < 2 or edges[1] > QUIET.width - 2:
+            continue
+        row = result.media.pictures[""][frame][QUIET.height // 2].astype(float)
+        dark = np.flatnonzero(row < (row.max() + row.min()) / 2)
+        assert (dark[0], dark[-1] + 1) == (pytest.approx(edges[0], abs=1.5), pytest.approx(edges[1], abs=1.5))
+
+
+def test_a_zig_zag_is_mirrored_with_its_path():
+    one, other = (result_of(Condition.along("zig-zag", zig_zag(side))) for side in (1, -1))
+    assert (one.spec.condition.direction, other.spec.condition.direction) == ("rightward", "leftward")
+    count = min(one.frames, other.frames)
+    for name, sign in (("stimulus_x_cm", 1), ("stimulus_y_cm", -1), ("stimulus_bearing_deg", -1)):
+        left, right = getattr(one.columns, name)[:count], getattr(other.columns, name)[:count]
+        np.testing.assert_allclose(left, sign * right, atol=0.15)
+    for result in (one, other):
+        assert result.achieved_speed_cm_s == pytest.approx(6.0, rel=0.02) and result.path_error_mm < 1.0
+
+
+def test_a_function_of_time_is_followed():
+    """The stimulus comes through the places of the function, in its time."""
+    path = Path.of_time(slalom, seconds=4)
+    result = result_of(Condition.along("slalom", path))
+    times = np.linspace(0.0, 4.0, 2001)
+    places = np.array([slalom(t) for t in times])
+    x, y = result.columns.stimulus_x_cm - CameraConfig().forward_cm, result.columns.stimulus_y_cm
+    away = np.hypot(x[:, None] - places[:, 0], y[:, None] - places[:, 1])
+    on_path = (y < 7.5) & (y > -7.9)
+    assert away[on_path].min(axis=1).max() < 0.08
+    late = result.columns.sim_time_s[on_path] - times[away[on_path].argmin(axis=1)]
+    assert np.ptp(late) < 0.05
+    assert path.length_cm == pytest.approx(np.hypot(*np.diff(places, axis=0).T).sum(), rel=1e-3)
+
+
+def test_observer_and_movers_take_their_paths():
+    """An observer that turns 20 degrees in an arc while a mover crosses behind the stimulus, seen darker there."""
+    seer = Path([Leg(4, 2, turn_deg=20)])
+    mover = crossing(5, 5, x_cm=20.0)
+    with_mover, without = (
+        result_of(Condition.along("pair", crossing(6, 6), observer=seer, movers=movers), keep_media=True, camera=QUIET)
+        for movers in ((mover,), ())
+    )
+    columns = with_mover.columns
+    turn = math.radians(20)
+    end = (4 / turn * math.sin(turn), 4 / turn * (1 - math.cos(turn)))
+    assert columns.observer_heading_deg[-1] == pytest.approx(20.0, abs=0.5)
+    assert (columns.observer_x_cm[-1], columns.observer_y_cm[-1]) == pytest.approx(end, abs=0.1)
+    pictures = [result.media.pictures[""][0].astype(int) for result in (with_mover, without)]
+    assert with_mover.spec.condition.observer_speed_cm_s == 2.0
+    assert (pictures[0] - pictures[1]).min() < -20, "the mover is in the picture"
+
+
+ARC, SPOT = Leg(0.5, 6, turn_deg=180), Leg(turn_deg=90, seconds=0.05)
+REFUSED = {
+    "beyond the arena": (crossing(6, 6, length=60), r"path\.x_cm.*beyond the arena.*; legal is up to 45; .*shorten"),
+    "faster than the wheels": (
+        Path([Leg(20, 6), Leg(2, 40)], 8, 10, -90), r"path\.legs\[1\]\.speed_cm_s=40: .*up to 33\.25 .*lower",
+    ),
+    "turning faster": (Path([Leg(5, 6), SPOT, Leg(5, 6)], 8, 6, -90), r"turn_deg=90: it turns.*more seconds"),
+    "a bend too narrow": (Path([ARC], 10, 2, -90), r"legs\[0\]\.turn_deg=180.*more length_cm or less speed"),
+    "a function too fast": (Path.of_time(lambda t: (9, 8 - 40 * t), 0.4), r"path\.<lambda> at 0.* s: speed_cm_s=40"),
+    "never in view": (crossing(6, 6, x_cm=-15.0), r"path\.x_cm.*never in view.*is within 35 \(camera\.hfov.*begin it"),
+    "into the observer": (Path([Leg(15, 6)], 16, 0, 180), r"path\.x_cm.*its body comes within .* of observer.*lead it"),
+    "below the dead band": (crossing(0.5, 0.5), r"legs\[0\]\.speed_cm_s=0\.5.*dead_band=20"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_no_robot_can_do_is_refused_before_any_trial(name):
+    path, words = REFUSED[name]
+    assignments = ["robot.preset=colias4"] if "dead band" in name else []
+    with pytest.raises(UsageError, match=words) as caught:
+        planned(Condition.along("mine", path), assignments=assignments)
+    assert "\n" not in str(caught.value)
+
+
+def jumping(t, calls=[]):  # noqa: B006 - on purpose: another answer each time
+    calls.append(t)
+    return len(calls), t
+
+
+@pytest.mark.parametrize(("make", "words"), [
+    (lambda: Leg(5, 6, seconds=1), "seconds=1 beside length_cm=5"),
+    (lambda: Leg(5), "speed_cm_s=0 over length_cm=5"),
+    (lambda: Leg(5, -6), r"speed_cm_s=-6: legal is a number from 0 to 100"),
+    (lambda: Leg(turn_deg=90), "seconds=0 with turn_deg=90"),
+    (lambda: Path([]), "legs=.*one or more"),
+    (lambda: Path.of_time(3, 1.0), "legal is a function of the time"),
+    (lambda: Path.of_time(lambda t: 1 / 0, 1.0), "at 0 s it raises ZeroDivisionError"),
+    (lambda: Path.of_time(lambda t: (math.nan, t), 1.0), "legal are finite numbers"),
+    (lambda: Path.of_time(lambda t: (8.0, 0.0), 1.0), "never moves"),
+    (lambda: Path.of_time(jumping, 1.0), "answers otherwise when it is asked again"),
+    (lambda: Condition.along("translation", crossing()), "a name of its own"),
+    (lambda: Condition("zig-zag", "rightward", 6, 8), "or a name of its own for a path"),
+    (lambda: Condition.along("mine", crossing(), acceleration_cm_s2=5), r"legs\[0\]\.to_cm_s=20 .* legal is up to acc"),
+    (lambda: Condition.along("mine", Path([Leg(seconds=1)])), "the stimulus has to move"),
+])  # fmt: skip
+def test_a_path_that_means_nothing_is_refused_where_it_is_made(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()
+
+
+def test_two_paths_of_one_name_are_told_apart():
+    pair = [Condition.along("mine", path) for path in (crossing(6, 6), crossing(6, 6, y_cm=10.5))]
+    with pytest.raises(ValueError, match="give each a motion with a name of its own"):
+        Experiment("mine", "", Declared(tuple(pair)), "motion", 1)
+
+
+def test_an_acceleration_that_nobody_sees_is_named():
+    quick = Condition("translation", "rightward", 6.0, 8.0, acceleration_cm_s2=50.0)
+    (note,) = notes(planned(quick))
+    assert note.startswith("acceleration_cm_s2=50 of a crossing acts outside the view")
+    assert note in amount([planned(quick)])
+    usual = Experiment("usual", "", Translation((6.0,), (8.0,)), "speed_cm_s", 1)
+    assert not notes(plan(usual, ("dsnn",), (), 1, 0))
+    assert not notes(planned(Condition.along("mine", crossing())))
+
+
+def test_a_run_s_description_has_its_paths():
+    mine = planned(Condition.along("mine", crossing()))
+    check(mine)
+    (paths,) = describe(mine)["paths"].values()
+    assert paths["path"].legs == (Leg(20, 4, 20),)
