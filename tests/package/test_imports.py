@@ -20,6 +20,7 @@ LEVELS: Mapping[str, int] = {
     "experiments.bench.figures": 0,
     "experiments.bench.recording": 0,
     "experiments.bench.doctor": 1,
+    "experiments.bench.new": 1,
     "experiments.bench.robot": 1,
     "experiments.bench.clips": 1,
     "experiments.bench.footage": 1,

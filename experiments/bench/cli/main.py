@@ -23,6 +23,7 @@ from experiments.bench.cli import (
     listing,
     maps,
     measured,
+    new,
     reproduce,
     rerun,
     run,
@@ -39,6 +40,7 @@ from experiments.bench.store import commands
 GROUPS = {
     "Run": (run, watch),
     "Judge": (reproduce, maps, study),
+    "Of your own": (new,),
     "Models": (check, leaderboard, tune),
     "Behaviours": (behave, train),
     "The robot's chip, and a real robot": (firmware, measured, camera),
@@ -76,8 +78,8 @@ frame, the black [b]stimulus[/b] drives past it. Every trial is recorded for Rer
 what the paper (Fu, Bellotto and Yue 2018) reports.
 
 [b]To begin with:[/b] colias list; colias run speed; colias view runs/speed-...; colias reproduce --quick. \
-[b]Of your own:[/b] colias check my_model.py; colias run speed --model my_model.py; colias run my_experiment.py; \
-colias study my_study.py --quick.
+[b]Of your own:[/b] colias new model my_model; colias check my_model.py; colias run speed --model my_model.py; \
+colias new experiment my_experiment; colias run my_experiment.py.
 
 Equal seeds and parameters give equal numbers, on any number of workers. Exit status: 0 done, 1 trials failed, 2 a \
 wrong use or a missing library, 130 interrupted. [b]colias COMMAND --help[/b] says what a command does.""",

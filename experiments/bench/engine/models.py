@@ -162,16 +162,19 @@ def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> Configu
     return ConfiguredModel(entry.name, absolute, entry.preset(tests), entry)
 
 
-def family(name: str) -> str:
+def family(name: str, kind: type | None = None) -> str:
     """Return the section of ``--set`` that a model's parameters are under: ``dsnn-reference`` is one of the ``dsnn``.
 
-    ``name`` may be a label with settings (``dsnn:w_i=1``). A registered model whose parameters are not those of the
-    model that its name begins with is a family of its own: ``lplc2-gf`` is none of the ``lplc2``.
+    ``name`` may be a label with settings (``dsnn:w_i=1``), and ``kind`` is the class of its parameters, where that is
+    known. A model is of the family of the registered one that its name begins with where both have parameters of one
+    class. Any other is a family of its own: ``lplc2-gf`` is none of the ``lplc2``, nor ``my-model`` one of a ``my``.
     """
     name_itself = name.partition(":")[0]
     first = name_itself.split("-")[0]
-    kinds = [type(MODELS[candidate].robot) if candidate in MODELS else None for candidate in (name_itself, first)]
-    return name_itself if kinds[0] is not None and kinds[0] is not kinds[1] else first
+    known = type(MODELS[first].robot) if first in MODELS else None
+    if kind is None and name_itself in MODELS:
+        kind = type(MODELS[name_itself].robot)
+    return first if known is not None and kind in (None, known) else name_itself
 
 
 LEFT_OUT = ("dsnn-reference",)
@@ -311,7 +314,8 @@ def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
     names = []
     for model in chosen:
         section = model.declared.name  # a sweep's labels do not begin with it
-        kind, name = type(model.network), family(section)
+        kind = type(model.network)
+        name = family(section, kind)
         if kinds.setdefault(name, kind) is not kind:
             name = section
         if name in ("robot", "camera", "scene", "experiment"):

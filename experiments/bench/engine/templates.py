@@ -8,7 +8,7 @@ from typing import Any
 import jinja2
 
 
-def render(name: str, **values: Any) -> str:
+def render(name: str, /, **values: Any) -> str:
     """Fill in a template; what it is filled with is escaped where it makes HTML.
 
     Parameters

@@ -69,6 +69,8 @@ OPTIONS = {
     "claims": "--claims", "measures": "--measure", "curves": "--curve", "pictures": "--pictures",
 }  # fmt: skip
 """Entry of a description -> the option that sets it."""
+CLAIMS = "claims"
+"""What the description of an experiment calls its claims."""
 DERIVED = ("trials", "changed", "clips", "backgrounds")
 OF_REPLICATES = ("replicates", "trials", "backgrounds")
 """Entries of a study that grow where it goes on to more replicates: its trials are in the order of these."""
@@ -184,12 +186,15 @@ def read_description(folder: Path) -> dict[str, Any]:
 def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -> dict[str, Any]:
     """Return the description in ``folder``, for a run that ``description`` tells of to go on with.
 
-    Where other code goes on, as ``other_code`` allows it to, it is among those listed. A study may go on to more
-    replicates than it has. Raises `UsageError` that names the first parameters that differ, or what computes otherwise.
+    Where other code goes on, as ``other_code`` allows it to, it is among those listed, and the claims are those that
+    are declared now: no row depends on them. A study may go on to more replicates than it has. Raises `UsageError` that
+    names the first parameters that differ, or what computes otherwise.
     """
     there, here = read_description(folder), json.loads(to_json(description))
     if _has_more_replicates(here, there):
         there |= {name: here[name] for name in OF_REPLICATES if name in here}
+    if other_code:
+        there = _with_claims_of(here, there)
     try:
         differing = differences(_parameters(there), _parameters(here))
     except RecursionError:
@@ -198,6 +203,8 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
         more = f"; {len(differing) - MOST_TOLD} more differ" if len(differing) > MOST_TOLD else ""
         text = "; ".join(differing[:MOST_TOLD])
         advice = "repeat the first command's options, or " if "--" in text else ""
+        if not differences(_parameters(_with_claims_of(here, there)), _parameters(here)):
+            advice = "--other-code judges the trials that are done by the claims of now; otherwise "
         raise UsageError(f"{folder}: {text}{more}: {advice}choose another --out")
     try:
         for entry in (RENDERERS, PIXELS):
@@ -222,6 +229,14 @@ def reconciled(folder: Path, description: Mapping[str, Any], other_code: bool) -
 def _has_more_replicates(here: Mapping[str, Any], there: Mapping[str, Any]) -> bool:
     now, before = here.get("replicates"), there.get("replicates")
     return isinstance(now, int) and isinstance(before, int) and now > before
+
+
+def _with_claims_of(here: Mapping[str, Any], there: dict[str, Any]) -> dict[str, Any]:
+    """Return ``there`` with the claims that the experiment of ``here`` declares; as it is where one has no claims."""
+    experiments = [description.get("experiment") for description in (there, here)]
+    if all(isinstance(declared, dict) and CLAIMS in declared for declared in experiments):
+        return there | {"experiment": experiments[0] | {CLAIMS: experiments[1][CLAIMS]}}
+    return there
 
 
 def _parameters(description: Mapping[str, Any]) -> dict[str, Any]:

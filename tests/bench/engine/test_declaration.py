@@ -90,6 +90,15 @@ def test_a_model_named_like_a_family_with_other_parameters_has_a_section_of_its_
     assert settings.models[0].network.n_con == 6
 
 
+def test_a_model_of_one_s_own_has_the_section_that_its_name_says(tmp_path):
+    for name in ("emd-mine", "two-words"):  # the first beside no emd
+        path = tmp_path / f"{name}.py"
+        path.write_text(MODEL.format(name=name))
+        experiment = Experiment("mine", "", Translation((6.0,), (8.0,)), "speed_cm_s")
+        _, settings = configure(experiment, [str(path)], [f"{name}.gain=2"])
+        assert settings.models[0].network.gain == 2.0
+
+
 def test_a_model_named_like_a_section_is_refused(tmp_path):
     path = tmp_path / "clash.py"
     path.write_text(MODEL.format(name="camera"))

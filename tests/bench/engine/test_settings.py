@@ -5,6 +5,7 @@ import dataclasses
 import pytest
 
 from colias_sim import RobotConfig
+from dsnn import DSNNParams, LPLC2Params
 from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.engine.errors import UsageError
@@ -126,5 +127,10 @@ def test_every_experiment_can_run_as_declared(name):
 
 
 def test_a_model_with_parameters_of_its_own_is_a_family_of_its_own():
-    names = ("dsnn-reference", "dsnn:w_i=1", "lplc2", "lplc2-gf:fps=100", "si-lgmd1", "si-lgmd2", "of-a-user")
-    assert [family(name) for name in names] == ["dsnn", "dsnn", "lplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "of"]
+    names = ("dsnn-reference", "dsnn:w_i=1", "lplc2", "lplc2-gf:fps=100", "si-lgmd1", "si-lgmd2", "of-a-user",
+             "dsnn-of-a-user")  # fmt: skip
+    assert [family(name) for name in names] == [
+        "dsnn", "dsnn", "lplc2", "lplc2-gf", "si-lgmd1", "si-lgmd2", "of-a-user", "dsnn",
+    ]  # fmt: skip
+    assert family("dsnn-of-a-user", DSNNParams) == "dsnn"
+    assert family("dsnn-of-a-user", LPLC2Params) == "dsnn-of-a-user"

@@ -233,6 +233,24 @@ def test_an_edited_experiment_or_model_file_is_refused(base, name, colias):
     assert f"{name} has changed; --other-code" in done.stderr
 
 
+def test_other_claims_are_judged_on_the_trials_that_are_done(monkeypatch, capsys, tmp_path):
+    write_files(tmp_path)
+    out, arguments = tmp_path / "out", (*ARGUMENTS, "--no-recordings", "--out", "out", "-q")
+    assert goes_on(monkeypatch, capsys, tmp_path, *arguments) == (0, "")
+    rows = pq.read_table(out / TRIALS)
+    changed = EXPERIMENT.replace('("C2",)', '("C2", "C3")')
+    (tmp_path / "mine.py").write_text(changed)
+    code, message = goes_on(monkeypatch, capsys, tmp_path, *arguments)
+    assert (code, message.count("\n")) == (2, 1) and "--other-code judges the trials that are done" in message
+    code, _ = goes_on(monkeypatch, capsys, tmp_path, *arguments, "--other-code")
+    assert code == 0 and pq.read_table(out / TRIALS) == rows
+    judged = {claim["id"] for claim in json.loads((out / "claims.json").read_text())["claims"]}
+    assert judged == {"C2", "C3"}
+    (tmp_path / "mine.py").write_text(changed.replace("240.0", "120.0"))  # what the clips show is another matter
+    code, message = goes_on(monkeypatch, capsys, tmp_path, *arguments, "--other-code")
+    assert (code, message.count("\n")) == (2, 1) and "choose another --out" in message
+
+
 def test_a_file_edited_while_the_run_goes_on_ends_it(colias):
     """It edits itself, where it is loaded first: its workers then have another one."""
     write_files(colias.folder)

@@ -1,0 +1,1 @@
+"""Files to begin with: what ``colias new`` writes for each kind of file of one's own."""

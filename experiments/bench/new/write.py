@@ -1,0 +1,67 @@
+"""Write a file to begin with, under a name that is legal and free."""
+
+from __future__ import annotations
+
+import importlib.util
+import keyword
+import re
+from pathlib import Path
+
+from dsnn.hints import nearest
+from experiments.bench.engine.errors import LONGEST_NAME, UsageError, short
+from experiments.bench.engine.templates import render
+from experiments.bench.new.kinds import KINDS
+
+
+def write(kind: str, name: str, folder: Path) -> Path:
+    """Write a file to begin with.
+
+    Parameters
+    ----------
+    kind
+        One of `KINDS`.
+    name
+        A letter, then letters, digits, ``-`` and ``_``, up to 60. The file's name has ``_`` for each ``-``.
+    folder
+        Where the file is written.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    UsageError
+        There is no such kind, the name is not legal or taken, or there is such a file. Nothing was written.
+    OSError
+        The file cannot be written. Nothing is left of it.
+    """
+    if kind not in KINDS:
+        raise UsageError(f"new {short(kind)}: legal is {', '.join(KINDS)}{nearest(kind, KINDS, ' (', ')')}")
+    path = folder / f"{_stem(kind, name)}.py"
+    text = render(f"new/{kind}.py.j2", name=name, stem=path.stem) + "\n"
+    try:
+        file = path.open("x", encoding="utf-8")
+    except FileExistsError:
+        raise UsageError(f"{path}: there is such a file already, and it is left as it is") from None
+    try:
+        with file:
+            file.write(text)
+    except OSError:
+        path.unlink(missing_ok=True)
+        raise
+    return path
+
+
+def _stem(kind: str, name: str) -> str:
+    """Return the name of the file without its ending; `UsageError` where the name is not legal, or taken."""
+    what, stem = f"new {kind} {short(name)}", name.replace("-", "_")
+    if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}", name):
+        raise UsageError(f"{what}: legal is a name of a letter, then letters, digits, - and _, up to {LONGEST_NAME}")
+    if name in KINDS[kind].shipped():
+        raise UsageError(f"{what}: {'an' if kind[0] in 'aeiou' else 'a'} {kind} of that name ships; give yours another")
+    if keyword.iskeyword(stem) or importlib.util.find_spec(stem) is not None:
+        taken = "a word" if keyword.iskeyword(stem) else "a module"
+        raise UsageError(f"{what}: Python has {taken} '{stem}', which {stem}.py would hide; give yours another name")
+    return stem
