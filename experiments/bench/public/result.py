@@ -77,6 +77,24 @@ class Run(Record):
         return of_clips(self.trials) if self.kind is CLIPS else read(self)
 
     @cached_property
+    def comparisons(self) -> pa.Table:
+        """A row per condition and pair of models that saw the same trials: a paired test of their spikes.
+
+        The condition's columns; ``model`` and ``against``; ``n`` trials; ``mean_difference``, spikes a trial of the
+        first less those of the second; ``rank_biserial``, its rank-biserial correlation, -1 to 1; ``test``; ``p``, and
+        ``p_holm``, corrected for the number of rows. No rows where there is one model, or none of them spikes.
+        `compare` tests two runs in the same way.
+
+        Raises
+        ------
+        UsageError
+            It is no run of trials with the robot, or ``comparisons.csv`` cannot be read.
+        """
+        from experiments.bench.public.summary import comparisons  # not before: a listing needs no statistics
+
+        return comparisons(self)
+
+    @cached_property
     def claims(self) -> pa.Table:
         """A row per claim, and with the robot per model.
 

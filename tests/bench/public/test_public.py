@@ -179,6 +179,25 @@ def test_a_runs_figure_is_drawn_again(speed, clean, tmp_path):
         assert drawn._repr_png_().startswith(b"\x89PNG")
 
 
+def test_comparisons_pair_the_models_on_equal_trials(speed, clean, tmp_path):
+    run = experiments.run("speed", models=["dsn2017"], settings=FAST, out=tmp_path / "out", **QUICK)
+    trials, rows = run.trials.to_pylist(), run.comparisons.to_pylist()
+    assert [(row["model"], row["against"], row["n"]) for row in rows] == [("dsnn", "dsn2017", 2)] * 2
+    for row in rows:
+        spikes = {name: [trial["spikes"] for trial in trials
+                         if (trial["model"], trial["speed_cm_s"]) == (name, row["speed_cm_s"])]
+                  for name in ("dsnn", "dsn2017")}  # fmt: skip
+        assert row["mean_difference"] == pytest.approx((sum(spikes["dsnn"]) - sum(spikes["dsn2017"])) / 2)
+        assert 0 < row["p"] <= row["p_holm"] <= 1 and row["far_cm"] is None
+    for other in speed:  # of one model, and of one that does not spike beside it
+        assert other.comparisons.num_rows == 0 and other.comparisons.schema == run.comparisons.schema
+    with pytest.raises(experiments.UsageError, match="clips that models are shown has no comparisons"):
+        clean.comparisons  # noqa: B018
+    (run.folder / "comparisons.csv").write_text("a\nb,c\n")
+    with pytest.raises(experiments.UsageError, match=r"comparisons.csv cannot be read"):
+        experiments.load(run.folder).comparisons  # noqa: B018
+
+
 def test_clips(clean):
     assert clean.kind is CLIPS and clean.done == clean.planned == 12
     row = clean.summary.to_pylist()[0]
