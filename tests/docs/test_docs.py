@@ -9,7 +9,19 @@ import pytest
 import typer
 
 from experiments.bench.cli import main
-from tests.helpers.chapters import CHAPTERS, PAGES, QUESTIONS, README, ROOT, SKIPPED, blocks, called, chapter, headings
+from tests.helpers.chapters import (
+    CHAPTERS,
+    PAGES,
+    QUESTIONS,
+    README,
+    ROOT,
+    SKIPPED,
+    blocks,
+    called,
+    chapter,
+    headings,
+    written,
+)
 from tests.package.test_imports import LEVELS
 
 __all__ = ["chapter"]
@@ -100,7 +112,7 @@ def test_links_lead_somewhere(page):
 def test_files_and_names_of_the_code_that_are_named_exist(page):
     """``path.py`` is a file of the repository; a name after it, as in "`path.py`, `name`", is defined in it."""
     plain = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
-    own = {block.title for each in PAGES for block in blocks(each)}
+    own = {file for each in PAGES for file in written(each)}
     for path, name in re.findall(r"`([\w/]+\.(?:py|toml|lock|j2))`(?:, `(\w+)`)?", plain):
         assert path in own or (ROOT / path).exists() or ("/" not in path and list(ROOT.rglob(path))), path
         if name:

@@ -146,6 +146,14 @@ def blocks(page: Path) -> list[Block]:
     return found
 
 
+def written(page: Path) -> set[str]:
+    """The files that a page shows with ``title=NAME``, and those that its commands ``colias new KIND NAME`` write."""
+    titles = {block.title for block in blocks(page) if block.title}
+    begun = {f"{words[3].replace('-', '_')}.py" for block in blocks(page) if block.language == "sh"
+             for words in block.commands() if words[:2] == ["colias", "new"]}  # fmt: skip
+    return titles | begun
+
+
 def titled(name: str) -> str:
     """The file that a page shows with ``title=NAME``."""
     (found,) = [block.text for page in PAGES for block in blocks(page) if block.title == name]
@@ -161,7 +169,7 @@ def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Reader
     monkeypatch.setenv("COLUMNS", "100")
     for module in (batch, public_run):
         monkeypatch.setattr(module, "worker_count", lambda given: 0)
-    for name in {Path(block.title).stem for page in PAGES for block in blocks(page) if block.title}:
+    for name in {Path(file).stem for page in PAGES for file in written(page)}:
         monkeypatch.delitem(sys.modules, name, raising=False)  # another test's file of this name
     reader = _Reader()
     monkeypatch.setitem(sys.modules, reader.module.__name__, reader.module)

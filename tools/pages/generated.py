@@ -12,7 +12,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-from tools.pages import commands, envs, experiments, gallery, models, scenes, stimuli
+from tools.pages import commands, envs, experiments, gallery, models, new, scenes, stimuli
 
 WRITERS: dict[str, Callable[[Path], None]] = {
     "commands": commands.write,
@@ -21,6 +21,7 @@ WRITERS: dict[str, Callable[[Path], None]] = {
     "scenes": scenes.write,
     "experiments": experiments.write,
     "envs": envs.write,
+    "new": new.write,
     "gallery": gallery.write,
 }
 """The folder in docs/generated/ -> what writes into it."""

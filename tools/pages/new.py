@@ -1,0 +1,29 @@
+"""The page of the files that ``colias new`` writes, each as it is."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from experiments.bench.new.kinds import KINDS
+from experiments.bench.new.write import write as write_file
+from tools.pages import markdown
+from tools.pages.markdown import prose, sentence
+
+
+def write(folder: Path) -> None:
+    """Write the page into ``folder``."""
+    markdown.write(
+        folder / "index.md",
+        "# What `colias new` writes\n",
+        "[`colias new KIND NAME`](../commands/new.md) writes a file to begin with.\n"
+        "It runs as it is, and its first comments say what to do next.\n",
+        *(part for kind in KINDS for part in _section(kind)),
+    )
+
+
+def _section(kind: str) -> tuple[str, str, str]:
+    """Return the heading of a kind, what its file has, and the file."""
+    with tempfile.TemporaryDirectory() as folder:
+        text = write_file(kind, f"my_{kind}", Path(folder)).read_text(encoding="utf-8")
+    return f"## {kind}\n", f"{prose(sentence(KINDS[kind].summary))}\n", f"```python\n{text}```\n"
