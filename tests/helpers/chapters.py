@@ -83,6 +83,7 @@ SKIPPED = {
     "reinforcement-learning.md": (
         "takes a minute: the snippet above is its beginning",
         "needs PyTorch: tests/docs/test_docs_rl.py",
+        "needs PyTorch: tests/docs/test_docs_rl.py",
     ),
     "questions/deploy.md": ("needs a compiler for the chip and QEMU: tests/docs/test_docs_firmware.py",),
     "questions/many-cameras.md": ("needs a Dask scheduler: tests/bench/engine/test_pool.py",),
