@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 from experiments.bench.clips.experiment import Clip, OfflineExperiment, Showing, described_scenes, showings
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import shown_models
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.settings import check_counts, watchers
@@ -77,8 +78,23 @@ def plan(
     count = experiment.repeats if repeats is None else repeats
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
     check_counts(seed, count, option, len(experiment.clips), "clips")
-    chosen, _ = watchers(shown_models(experiment.models, models, only), assignments)
+    try:
+        chosen, _ = watchers(shown_models(experiment.models, models, only), assignments)
+    except UsageError:
+        _check_stimuli(experiment, assignments)
+        raise
     return OfflinePlan(experiment, tuple(showings(experiment, chosen, count, seed, pictures)), count, seed, pictures)
+
+
+def _check_stimuli(experiment: OfflineExperiment, assignments: Sequence[str]) -> None:
+    """Raise `UsageError` where one of ``assignments`` is to a stimulus of the clips: these say what they are."""
+    stimuli = {clip.entry.name for clip in experiment.clips}
+    for text in assignments:
+        if text.partition(".")[0] in stimuli:
+            raise UsageError(
+                f"--set {text}: the clips of {experiment.name} set the parameters of their stimuli; give the value in"
+                " its file, as Clip(name, stimulus, {parameter: value})"
+            )
 
 
 def pixels(showing: Showing) -> float:

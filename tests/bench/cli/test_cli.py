@@ -26,7 +26,8 @@ from experiments.bench.robot.rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.store import tables
 from experiments.bench.store.files import rows_hash
 from tests.conftest import Colias
-from tests.helpers.chapters import README, blocks, titled
+from tests.helpers import user_files
+from tests.helpers.chapters import README, blocks
 from tests.helpers.inside import inside
 from tests.helpers.processes import WITHOUT_GL
 
@@ -252,7 +253,7 @@ def test_a_broken_experiment_file_is_one_line(tmp_path, text, says):
 
 def test_an_experiment_file_of_one_s_own_runs_by_path(warm):
     """The example of docs/your-own-experiment.md, as pasted."""
-    (warm.folder / "my_experiment.py").write_text(titled("my_experiment.py"))
+    (warm.folder / "my_experiment.py").write_text(user_files.EXPERIMENT)
     done = warm("run", "my_experiment.py", "--repeats", "1", "--no-recordings", "--out", "out")
     assert done.returncode == 0, done.stderr
     trials = pq.read_table(warm.folder / "out" / "trials.parquet")

@@ -18,7 +18,7 @@ from experiments.bench.clips.judging import SIGNED
 from experiments.bench.clips.show import show
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import choose
-from tests.helpers.chapters import titled
+from tests.helpers import user_files
 
 CLAIMS = paper_claims()
 
@@ -258,7 +258,7 @@ EXPERIMENT = OfflineExperiment(
 def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
     """Run by path, recorded, judged, drawn; resumed with nothing to do; the same on no worker and on two."""
     (colias.folder / "mine.py").write_text(OWN)
-    (colias.folder / "my_model.py").write_text(titled("my_model.py"))
+    (colias.folder / "my_model.py").write_text(user_files.MODEL)
     arguments = ("run", "mine.py", "--model", "my_model.py", "--set", "gradient.gain=0.1")
     done = colias(*arguments, "--out", "out", "--workers", "2")
     assert done.returncode == 0, done.stderr
@@ -290,6 +290,7 @@ def test_an_off_line_experiment_and_a_model_of_one_s_own(colias):
         (("--repeats", "0"), "--repeats 0: legal is a whole number from 1 to"),
         (("--seed", "-1"), "--seed -1: legal is a whole number from 0 to"),
         (("--set", "camera.fps=30"), "no parameter 'camera.fps'"),
+        (("--set", "plain.speed=30"), "the clips of clean set the parameters of their stimuli"),
         (("--model", "nosuch"), "unknown model 'nosuch'"),
     ],
 )

@@ -6,7 +6,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from tests.helpers.chapters import titled
+from tests.helpers import user_files
 
 QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2", "--no-recordings")
 
@@ -27,7 +27,7 @@ def test_a_broken_model_file_is_one_line(colias_here, text):
 
 def write_model(colias, instead: str, name: str = "my_model.py") -> None:
     """The model of docs/your-own-model.md, with ``instead`` before it takes its gradients."""
-    text = titled("my_model.py").replace("        down, right", f"        {instead}\n        down, right")
+    text = user_files.MODEL.replace("        down, right", f"        {instead}\n        down, right")
     (colias.folder / name).write_text(text)
 
 
@@ -101,7 +101,7 @@ def test_a_claim_says_how_many_trials_it_lost(colias):
 
 
 def test_a_model_without_a_threshold_is_drawn_but_not_judged(colias):
-    text = titled("my_model.py").replace("    t_sp: float = 0.2  # threshold on the potential\n", "")
+    text = user_files.MODEL.replace("    t_sp: float = 0.2  # threshold on the potential\n", "")
     (colias.folder / "my_model.py").write_text(text.replace("self.parameters.t_sp", "9.0"))
     done = colias("run", "speed", *QUICK, "--only", "--model", "my_model.py", "--workers", "0", "--out", "out")
     assert done.returncode == 0, done.stderr
@@ -113,9 +113,7 @@ def test_a_model_without_a_threshold_is_drawn_but_not_judged(colias):
 
 def test_parameters_that_make_themselves_travel_too(colias):
     """A field that is not given but computed: workers have to be able to make the parameters anew."""
-    text = titled("my_model.py").replace(
-        "from dataclasses import dataclass", "from dataclasses import dataclass, field"
-    )
+    text = user_files.MODEL.replace("from dataclasses import dataclass", "from dataclasses import dataclass, field")
     text = text.replace(
         "    gain: float = 0.05\n",
         "    gain: float = 0.05\n    twice: float = field(init=False, default=0.0)\n\n"

@@ -17,7 +17,7 @@ from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import ask
 from experiments.bench.engine.settings import watchers
 from experiments.bench.robot.plan import plan
-from tests.helpers.chapters import titled
+from tests.helpers import user_files
 
 QUICK = ("--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0", "--no-recordings", "-q")
 SMALL = ("--set", "plain.rows=40", "--set", "plain.columns=60", "--set", "plain.width=9", "--set", "plain.height=20")
@@ -122,7 +122,7 @@ def test_a_stimulus_and_footage(colias, given, shown):
 
 def test_tune_and_leaderboard_add_too(colias):
     """``tune --model`` used to show that model alone, ``leaderboard --model`` all beside it."""
-    (colias.folder / "my_model.py").write_text(titled("my_model.py"))
+    (colias.folder / "my_model.py").write_text(user_files.MODEL)
     common = ("--model", "my_model.py", "--model", "emd", "--out", "out", "--workers", "0")
     ran(colias, "tune", "--curve", "size", *common)
     assert models_of(colias.folder / "out") == [*COMPARED, "gradient"]
@@ -174,7 +174,7 @@ def test_a_report_needs_the_model_that_its_claims_are_about(refused):
 
 def test_one_model_under_two_settings_is_paired(colias):
     """In worker processes too, to which models go as what made them."""
-    (colias.folder / "my_model.py").write_text(titled("my_model.py"))
+    (colias.folder / "my_model.py").write_text(user_files.MODEL)
     given = ("--model", "dsnn:n_con=4,tau_s=200,10", "--model", "my_model.py:gain=1e-9")
     common = ("--set", "experiment.speeds_cm_s=20", "--set", "dsnn.n_con=6", "--repeats", "3", "--no-recordings")
     done = ran(colias, "run", "speed", *common, *given, "--workers", "1", "--out", "out")
@@ -241,7 +241,7 @@ def test_a_text_is_taken_apart(text):
 
 def test_a_path_with_colons_is_found(colias):
     (colias.folder / "at 12:30").mkdir()
-    (colias.folder / "at 12:30" / "my_model.py").write_text(titled("my_model.py"))
+    (colias.folder / "at 12:30" / "my_model.py").write_text(user_files.MODEL)
     path = "at 12:30/my_model.py"
     ran(colias, "run", "speed", *QUICK, "--only", "--model", path, "--model", f"{path}:gain=1", "--out", "out")
     assert models_of(colias.folder / "out") == ["gradient", "gradient:gain=1"]
@@ -266,24 +266,24 @@ WRONG = {
 def test_wrong_settings_end_in_one_line(refused, tmp_path, text):
     checked = "    t_sp: float = 0.2\n\n    def __post_init__(self):\n        if self.gain % 2:\n            "
     checked += "raise ValueError('an even number is needed')\n"
-    even = titled("my_model.py").replace("    t_sp: float = 0.2  # threshold on the potential\n", checked)
+    even = user_files.MODEL.replace("    t_sp: float = 0.2  # threshold on the potential\n", checked)
     (tmp_path / "even.py").write_text(even.replace("gain: float = 0.05", "gain: float = 2.0"))
     assert WRONG[text] in refused("run", "speed", *QUICK, "--model", text, "--out", "out")
 
 
 def test_two_models_of_one_name_are_refused(refused, tmp_path):
     for name, doc in (("one.py", "a"), ("two.py", "b")):
-        (tmp_path / name).write_text(f'"""{doc}"""\n' + titled("my_model.py"))
+        (tmp_path / name).write_text(f'"""{doc}"""\n' + user_files.MODEL)
     said = refused("run", "speed", *QUICK, "--model", "one.py", "--model", "two.py")
     assert "--model two.py: another model shown is called gradient too" in said
-    (tmp_path / "three.py").write_text(titled("my_model.py").replace('"gradient"', '"dsnn"'))
+    (tmp_path / "three.py").write_text(user_files.MODEL.replace('"gradient"', '"dsnn"'))
     said = refused("run", "speed", *QUICK, "--model", "three.py")
     assert "--model three.py: another model shown is called dsnn too" in said
 
 
 def test_a_label_with_signs_of_the_printers_is_printed_and_drawn_as_it_is(colias):
     """Brackets are mark-up on the terminal, two dollars a formula in a figure."""
-    text = titled("my_model.py").replace("    gain: float = 0.05\n", '    gain: float = 0.05\n    note: str = ""\n')
+    text = user_files.MODEL.replace("    gain: float = 0.05\n", '    gain: float = 0.05\n    note: str = ""\n')
     (colias.folder / "my_model.py").write_text(text)
     label = "gradient:note=[/b]$a$"
     (colias.folder / "mine.py").write_text(OWN)
@@ -296,7 +296,7 @@ def test_a_label_with_signs_of_the_printers_is_printed_and_drawn_as_it_is(colias
 
 def test_a_model_with_settings_travels(tmp_path):
     path = tmp_path / "my_model.py"
-    path.write_text(titled("my_model.py"))
+    path.write_text(user_files.MODEL)
     made = plan(registry.load("speed"), ["dsnn", "dsnn:w_i=1", f"{path}:gain=2"], ["dsnn.n_con=4"], 1, 0)
     there = pickle.loads(pickle.dumps(made.settings.models))
     assert there == made.settings.models

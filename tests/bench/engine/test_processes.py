@@ -16,7 +16,7 @@ import pytest
 from experiments.bench.engine.jobs import Jobs
 from experiments.bench.engine.pool import open_pool
 from experiments.bench.store.tables import parts_of
-from tests.helpers.chapters import titled
+from tests.helpers import user_files
 from tests.helpers.processes import CLI, alive, members, start, wait_until
 
 ROOT = Path(__file__).parents[3]
@@ -56,7 +56,7 @@ MISBEHAVE = {
 def write_model(folder: Path, what: str) -> None:
     """The model of docs/your-own-model.md, which does ``what`` at its first step."""
     lines = f"        if not hasattr(self, 'did'):\n            self.did = {what}\n        down, right"
-    text = "import os, time\n" + titled("my_model.py").replace("        down, right", lines, 1)
+    text = "import os, time\n" + user_files.MODEL.replace("        down, right", lines, 1)
     (folder / "my_model.py").write_text(text)
 
 

@@ -26,7 +26,7 @@ from experiments.bench.leaderboard.timing import time_models
 from experiments.bench.reproduction import report, reproduce
 from experiments.bench.reproduction.plan import QUICK
 from experiments.wiring import build
-from tests.helpers.chapters import titled
+from tests.helpers import user_files
 from tests.helpers.vector import FIXATION
 
 TOP = "import ctypes, os, sys\nimport cv2\nimport numpy as np\n"
@@ -34,7 +34,7 @@ TOP = "import ctypes, os, sys\nimport cv2\nimport numpy as np\n"
 
 def write_model(place: Path, name: str, step: str, top: str = "") -> str:
     """The README's model called ``name``, which does ``step`` at every frame; its path."""
-    text = titled("my_model.py").replace('"gradient"', f'"{name}"')
+    text = user_files.MODEL.replace('"gradient"', f'"{name}"')
     text = text.replace("        down, right", f"        {step}\n        down, right")
     path = place / f"{name}.py"
     path.write_text(f"{TOP}{text.replace('from __future__ import annotations', '')}\n{top}\n")

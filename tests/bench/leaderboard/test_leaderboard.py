@@ -43,7 +43,7 @@ from experiments.bench.leaderboard.stimuli import ROBOT, clip_experiments
 from experiments.bench.leaderboard.timing import ROUNDS, time_models
 from experiments.bench.robot.designs import Translation
 from experiments.bench.robot.experiment import CONDITION_COLUMNS
-from tests.helpers.chapters import titled
+from tests.helpers import user_files
 
 CLIPS = count()
 
@@ -235,7 +235,7 @@ def test_the_figure_draws_a_board_of_dashes():
 
 def example():
     """The model of docs/your-own-model.md."""
-    return titled("my_model.py")
+    return user_files.MODEL
 
 
 def written(folder, name="leaderboard.csv"):

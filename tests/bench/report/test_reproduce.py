@@ -20,7 +20,7 @@ from experiments.bench.studies.study import WHOLE
 from experiments.studies.sensitivity import STUDY as SENSITIVITY
 from tests.bench.judging.test_replicates import rows_of
 from tests.conftest import Colias
-from tests.helpers.chapters import titled
+from tests.helpers import user_files
 from tests.helpers.paper import design, every
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -31,7 +31,7 @@ def reproduced(tmp_path_factory):
     """``colias reproduce --quick`` with the examples of docs/, pasted."""
     colias = Colias(tmp_path_factory.mktemp("reproduce"), timeout_s=1200)  # minutes, on one core
     for name in ("my_experiment.py", "my_model.py"):
-        (colias.folder / name).write_text(titled(name))
+        (colias.folder / name).write_text(user_files.FILES[name])
     own = ("--model", "my_model.py", "--experiment", "my_experiment.py")
     done = colias("reproduce", "--quick", "--out", "out", *own)
     assert done.returncode == 0, done.stderr
@@ -188,7 +188,7 @@ def test_the_page_in_a_browser(reproduced, width, tmp_path):
 
 @pytest.mark.parametrize("name", ["replicates", "sensitivity", "speed"])
 def test_an_experiment_s_name_that_is_taken_is_one_line(colias, name):
-    text = titled("my_experiment.py").replace('"my_experiment"', f'"{name}"')
+    text = user_files.EXPERIMENT.replace('"my_experiment"', f'"{name}"')
     (colias.folder / "mine.py").write_text(text)
     done = colias("reproduce", "--quick", "--experiment", "mine.py", "--out", "out")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr

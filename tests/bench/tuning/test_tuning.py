@@ -35,7 +35,7 @@ from experiments.bench.tuning.curves import (
 from experiments.bench.tuning.defined import direction_noise, order_p, undefined_direction, undefined_peak
 from experiments.bench.tuning.preferences import direction_undefined, firing_angle, preferences, prefers_looming
 from experiments.bench.tuning.probes import CROSSES, CURVES, LOOMS, RECEDES, Family, Probe, curve_family, families
-from tests.helpers.chapters import titled
+from tests.helpers import user_files
 
 TURNS = [22.5 * i for i in range(16)]
 
@@ -369,7 +369,7 @@ def csv_of(path):
 
 
 def test_tune_measures_a_model_of_one_s_own_goes_on_and_refuses_other_curves(colias):
-    (colias.folder / "my_model.py").write_text(titled("my_model.py"))
+    (colias.folder / "my_model.py").write_text(user_files.MODEL)
     arguments = ("tune", "--only", "--model", "my_model.py", "--model", "dsnn", "--curve", "size", "--out", "out")
     done = colias(*arguments)
     assert done.returncode == 0, done.stderr
