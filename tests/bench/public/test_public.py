@@ -6,8 +6,8 @@ import ast
 import dataclasses
 import importlib
 import os
-import subprocess
 import shutil
+import subprocess
 import sys
 from fractions import Fraction
 from pathlib import Path
