@@ -42,11 +42,13 @@ MODULES = ("main", "network", "trials", "settings", "judging", "drawing", "foota
 EXPORTS = ("dsnn_size", "dsnn_make", "dsnn_reset", "dsnn_step_u8", "dsnn_maps", "malloc", "free")
 """Functions of the network, and of the C library, that the page calls."""
 LEVERS = ("w_i", "n_con", "d", "t_sp", "k_sp", "tau_s", "fdsr", "dog", "on", "off")
-PARTS = ("nearest pair", "farthest pair")
-"""What the two entries of ``tau_s`` belong to."""
+BOTH = "the nearest and the farthest pair"
+PARTS = ("the nearest pair", "the farthest pair")
+"""What the two entries of ``tau_s`` belong to, in the words of its description."""
 STEPS = 20
 """Least number of steps that a slider of a float has."""
 FOOTAGE_SHAPE = 72, 99
+FIRST = "speed-6"
 LONGEST_FOOTAGE = 300
 
 
@@ -107,7 +109,7 @@ def write(folder: Path) -> None:
     """Make the runs, and the page `PAGE` in ``folder``; the runs' tables stay beside it for the tests."""
     trials, frames = [], {}
     for shown in RUNS:
-        run = experiments.run(**_arguments(shown.command), out=folder / "runs" / shown.name, quiet=True)
+        run = experiments.run(**arguments(shown.command), out=folder / "runs" / shown.name, quiet=True)
         for trial, film in _recorded(run, shown):
             trials.append(trial)
             frames[trial["id"]] = _base64(packed(film))
@@ -116,6 +118,7 @@ def write(folder: Path) -> None:
     groups = list(dict.fromkeys(trial["group"] for trial in trials))
     data = {
         "trials": sorted(trials, key=lambda trial: groups.index(trial["group"])),
+        "first": FIRST,
         "footage": _footage(),
         "levers": levers(),
         "claim": {"id": CLAIM.id, "says": CLAIM.says, "pairs": PAIRS, "margin": MARGIN["spikes"]},
@@ -125,8 +128,8 @@ def write(folder: Path) -> None:
     (folder / "site" / PAGE).write_text(page(data, compiled(), frames), encoding="utf-8")
 
 
-def _arguments(command: str) -> dict[str, Any]:
-    """Return the arguments of `experiments.run` that do what a command does."""
+def arguments(command: str) -> dict[str, Any]:
+    """Return the arguments of `experiments.run` that do what a command of the page does."""
     words = shlex.split(command)
     named = list(zip(words[3::2], words[4::2], strict=True))
     settings = dict(value.split("=", 1) for option, value in named if option == "--set")
@@ -186,7 +189,7 @@ def levers() -> list[dict[str, Any]]:
                 "kind": "switch" if is_switch else "number", "low": low, "high": high,
                 "step": 1 if field.annotation is int else slider_step(low, high), "paper": paper,
                 "unit": "ms" if part else extra.get("unit", "") if isinstance(extra, dict) else "",
-                "meaning": f"{part}: {meaning}" if part else meaning,
+                "meaning": meaning.replace(BOTH, part) if part else meaning,
             })  # fmt: skip
     return listed
 
@@ -239,8 +242,9 @@ def compiled() -> bytes:
 
 def page(data: Mapping[str, Any], wasm: bytes, frames: Mapping[str, str]) -> str:
     """Put the page together: modules refer to each other by names that its import map gives their sources."""
-    modules = {f"#{name}": (SOURCES / f"{name}.js").read_bytes() for name in MODULES}
-    imports = {name: f"data:text/javascript;base64,{_base64(source)}" for name, source in modules.items()}
+    modules = {name: (SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in MODULES}
+    named = {name: f"{source}//# sourceURL={name}.js\n".encode() for name, source in modules.items()}
+    imports = {f"#{name}": f"data:text/javascript;base64,{_base64(source)}" for name, source in named.items()}
     rows, columns = FOOTAGE_SHAPE
     template = jinja2.Template((SOURCES / "page.html").read_text(encoding="utf-8"), undefined=jinja2.StrictUndefined)
     return template.render(

@@ -13,18 +13,30 @@ const TALLEST = 3;
  * Paint an image, one pixel a cell.
  * @param {HTMLCanvasElement} canvas
  * @param {{rows: number, columns: number}} shape
- * @param {(cell: number) => number[]} colour Red, green and blue of a cell.
+ * @param {(cell: number) => number} colour Of a cell: red + 256 green + 65536 blue.
  */
 function paint(canvas, shape, colour) {
   const { rows, columns } = shape;
   if (canvas.width !== columns || canvas.height !== rows) [canvas.width, canvas.height] = [columns, rows];
-  const image = new ImageData(columns, rows);
-  for (let i = 0; i < rows * columns; i++) image.data.set([...colour(i), 255], 4 * i);
+  const pixels = new Uint32Array(rows * columns);
+  for (let i = 0; i < pixels.length; i++) pixels[i] = 0xff000000 + colour(i);
+  const image = new ImageData(new Uint8ClampedArray(pixels.buffer), columns, rows);
   canvas.getContext("2d")?.putImageData(image, 0, 0);
 }
 
-/** @param {number} share Of the largest value; its root, so that what is faint is seen. */
-const glow = (share) => Math.sqrt(Math.max(0, Math.min(1, share)));
+/**
+ * Mix a colour that grows with the root of two shares, so that what is faint is seen.
+ * @param {number} warm Share of the largest value.
+ * @param {number} cool
+ */
+function tint(warm, cool) {
+  const [on, off] = [Math.sqrt(Math.max(0, Math.min(1, warm))), Math.sqrt(Math.max(0, Math.min(1, cool)))];
+  const part = (/** @type {0 | 1 | 2} */ i) => Math.min(255, Math.round(WARM[i] * on + COOL[i] * off));
+  return part(0) + 256 * part(1) + 65536 * part(2);
+}
+
+/** @param {number} level */
+const grey = (level) => 0x10101 * Math.max(0, Math.min(255, Math.round(level)));
 
 /**
  * Paint a frame and the four maps that the network makes of it.
@@ -35,19 +47,13 @@ const glow = (share) => Math.sqrt(Math.max(0, Math.min(1, share)));
  * @param {Series["largest"]} largest
  */
 export function paintMaps(canvases, clip, frame, layers, largest) {
+  const { p, la, fOn, fOff } = layers;
   const luma = clip.frames[frame];
-  paint(canvases.frame, clip, (i) => [luma[i], luma[i], luma[i]]);
-  paint(canvases.change, clip, (i) => {
-    const share = layers.p[i] / largest.change;
-    const level = 128 + 127 * Math.sign(share) * glow(Math.abs(share));
-    return [level, level, level];
-  });
-  paint(canvases.on, clip, (i) => WARM.map((part) => part * glow(layers.la[i] / largest.lamina)));
-  paint(canvases.off, clip, (i) => COOL.map((part) => part * glow(-layers.la[i] / largest.lamina)));
-  paint(canvases.f, clip, (i) => {
-    const [on, off] = [glow(layers.fOn[i] / largest.f), glow(layers.fOff[i] / largest.f)];
-    return [0, 1, 2].map((part) => WARM[part] * on + COOL[part] * off);
-  });
+  paint(canvases.frame, clip, (i) => grey(luma[i]));
+  paint(canvases.change, clip, (i) => grey(128 + 127 * Math.sign(p[i]) * Math.sqrt(Math.abs(p[i]) / largest.change)));
+  paint(canvases.on, clip, (i) => tint(la[i] / largest.lamina, 0));
+  paint(canvases.off, clip, (i) => tint(0, -la[i] / largest.lamina));
+  paint(canvases.f, clip, (i) => tint(fOn[i] / largest.f, fOff[i] / largest.f));
 }
 
 /**
@@ -66,12 +72,12 @@ export function drawTraces(svg, series, ghost, threshold, fps) {
   const last = Math.max(series.hs.length - 1, 1);
   const x = (/** @type {number} */ frame) => left + ((right - left) * frame) / last;
   const y = (/** @type {number} */ potential) => top + ((floor - top) * (1 - potential)) / 2;
-  const line = (/** @type {Float64Array} */ values, /** @type {string} */ kind) =>
+  const line = (/** @type {number[]} */ values, /** @type {string} */ kind) =>
     `<polyline class="${kind}" points="${Array.from(values, (v, i) => `${x(i).toFixed(1)},${y(v).toFixed(1)}`).join(" ")}"/>`;
   const level = (/** @type {number} */ value, /** @type {string} */ text, /** @type {string} */ kind) =>
     `<line class="${kind}" x1="${left}" x2="${right}" y1="${y(value)}" y2="${y(value)}"/>` +
     `<text x="${left - 6}" y="${y(value) + 4}" text-anchor="end">${text}</text>`;
-  const bars = (/** @type {Int32Array} */ spikes, /** @type {number} */ row, /** @type {string} */ kind) => {
+  const bars = (/** @type {number[]} */ spikes, /** @type {number} */ row, /** @type {string} */ kind) => {
     const base = floor + 8 + row * raster + raster - 4;
     const wide = Math.max(1, Math.min(5, (right - left) / last - 0.6));
     const marks = Array.from(spikes, (count, i) => {

@@ -12,7 +12,7 @@
 
 /**
  * Count spikes, whatever their sign.
- * @param {Int32Array} spikes
+ * @param {number[]} spikes
  */
 export const counted = (spikes) => spikes.reduce((sum, count) => sum + Math.abs(count), 0);
 

@@ -2,7 +2,7 @@
 import { drawCurve, drawTraces, frameAt, paintMaps } from "#drawing";
 import { LONGEST, opened, taken } from "#footage";
 import { counted, judged } from "#judging";
-import { compile, Network, run } from "#network";
+import { compile, Network, Run, run } from "#network";
 import { assignments, changed, commandOf, read, settingOf, written } from "#settings";
 import { clip as clipOf, embedded } from "#trials";
 
@@ -26,13 +26,14 @@ function the(id, kind) {
 }
 
 /**
- * @type {{trials: Recorded[], footage: Recorded, levers: Lever[], claim: import("#judging").Claim,
+ * @type {{trials: Recorded[], first: string, footage: Recorded, levers: Lever[], claim: import("#judging").Claim,
  *   tables: import("#network").Tables}}
  */
 const data = JSON.parse(the("data", HTMLScriptElement).text);
 const { levers, claim, tables } = data;
 const kernel = await compile(embedded("wasm"));
 const curve = data.trials.filter((trial) => trial.speed !== null);
+const first = data.trials.find((each) => each.id === data.first) ?? data.trials[0];
 const scrubber = the("scrubber", HTMLInputElement);
 const tracesPicture = the("traces", SVGSVGElement);
 const canvases = Object.fromEntries(
@@ -40,7 +41,7 @@ const canvases = Object.fromEntries(
 );
 
 /** @type {Recorded} */
-let trial = data.trials[0];
+let trial = first;
 /** @type {Clip} */
 let clip = { rows: trial.rows, columns: trial.columns, frames: [] };
 /** @type {import("#settings").Changes} */
@@ -51,9 +52,15 @@ let series = null;
 /** @type {Network | null} */
 let viewer = null;
 let viewed = -1;
+/** @type {{frame: number, layers: import("#network").Layers} | null} */
+let kept = null;
+/** @type {{settings: string, work: Run} | null} */
+let live = null;
 let movePlayhead = (/** @type {number} */ _frame) => {};
 let turn = 0;
 let asked = false;
+/** @type {Clip | null} */
+let own = null;
 /** @type {import("#footage").Taking | null} */
 let taking = null;
 /** @type {Map<string, Series>} */
@@ -65,23 +72,37 @@ const say = (/** @type {string} */ text) => {
   message.textContent = text;
 };
 const texts = () => assignments(trial.params, levers, changes);
-const rest = () => new Promise((resolve) => setTimeout(resolve));
 
 /** Show the chosen frame, and the maps that the network has there. */
 function showFrame() {
-  if (!series || frame >= clip.frames.length) return;
-  if (!viewer || frame < viewed) {
-    viewer ??= new Network(kernel, tables, clip, changed(trial.params, levers, changes));
-    viewer.reset();
-    viewed = -1;
-  }
-  while (viewed < frame) viewer.step(clip.frames[++viewed]);
-  paintMaps(canvases, clip, frame, viewer.maps(), series.largest);
+  if (!series || frame < 0 || frame >= clip.frames.length) return;
+  if (kept?.frame !== frame) kept = { frame, layers: layersAt(frame) };
+  paintMaps(canvases, clip, frame, kept.layers, series.largest);
   scrubber.value = String(frame);
   const seconds = (frame / trial.params.fps).toFixed(2);
   the("place", HTMLOutputElement).value = `${seconds} s`;
   scrubber.setAttribute("aria-valuetext", `frame ${frame}, ${seconds} s, HS ${series.hs[frame].toFixed(2)}`);
   movePlayhead(frame);
+}
+
+/**
+ * Compute the maps of a frame by a network that is shown all frames up to it.
+ * @param {number} wanted
+ */
+function layersAt(wanted) {
+  if (!viewer || wanted < viewed) {
+    viewer ??= new Network(kernel, tables, clip, changed(trial.params, levers, changes));
+    viewer.reset();
+    viewed = -1;
+  }
+  while (viewed < wanted) viewer.step(clip.frames[++viewed]);
+  return viewer.maps();
+}
+
+/** Forget what the last settings gave. */
+function forgetMaps() {
+  viewer?.free();
+  [viewer, viewed, kept] = [null, -1, null];
 }
 
 /** Draw what was computed of the chosen trial. */
@@ -90,52 +111,76 @@ function drawTrial() {
   const ghost = texts().length ? (ghosts.get(trial.id) ?? null) : null;
   const { t_sp, fps } = changed(trial.params, levers, changes);
   movePlayhead = drawTraces(tracesPicture, series, ghost, t_sp, fps);
+  the("ghost", HTMLElement).hidden = !ghost;
   const [now, before] = [counted(series.hsSpikes), ghost ? counted(ghost.hsSpikes) : null];
   const change = before === null ? "" : before === now ? ", as without the changes" : `, ${before} without the changes`;
   the("count", HTMLElement).textContent = `HS fires ${now} ${now === 1 ? "spike" : "spikes"}${change}.`;
   showFrame();
 }
 
-/** Compute the chosen trial and draw it; then the curve, a trial at a time, unless something is moved meanwhile. */
+/** Compute the chosen trial and draw it; then the curve, in small parts, unless something is moved meanwhile. */
 async function refresh() {
   asked = false;
+  if (taking) return clip.frames.length ? follows(clip) : undefined;
   const mine = ++turn;
-  const goesOn = async () => {
-    await rest();
-    return mine === turn;
-  };
   const params = changed(trial.params, levers, changes);
-  if (!ghosts.has(trial.id) && !taking) {
-    const ghost = await run(kernel, tables, clip, trial.params);
-    if (ghost) ghosts.set(trial.id, ghost);
-  }
-  const whole = texts().length ? await run(kernel, tables, clip, params) : ghosts.get(trial.id);
-  if (mine !== turn || !whole) return;
-  series = whole;
-  viewer?.free();
-  viewer = null;
+  let ghost = ghosts.get(trial.id);
+  if (!ghost) ghost = (await run(kernel, tables, clip, trial.params))?.series;
+  if (ghost) ghosts.set(trial.id, ghost);
+  const work = texts().length || frame < 0 ? await run(kernel, tables, clip, params, { kept: frame }) : null;
+  if (mine !== turn || !ghost) return;
+  forgetMaps();
+  series = work?.series ?? ghost;
+  if (frame < 0) frame = series.hs.reduce((best, hs, i, all) => (Math.abs(hs) > Math.abs(all[best]) ? i : best), 0);
+  else if (work?.layers) kept = { frame, layers: work.layers };
   drawTrial();
   showSettings();
   performance.mark("drawn");
-  await drawCounts(goesOn);
+  const pause = async () => {
+    await new Promise((resolve) => setTimeout(resolve));
+    return mine === turn;
+  };
+  await drawCounts(pause);
 }
 
-/** @param {() => Promise<boolean>} goesOn */
-async function drawCounts(goesOn) {
+/**
+ * Answer the frames of a camera or a video as they come.
+ * @param {Clip} film
+ */
+function follows(film) {
+  const settings = commandOf("", texts());
+  if (live?.work.clip !== film || live.settings !== settings) {
+    live?.work.network.free();
+    live = { settings, work: new Run(kernel, tables, film, changed(trial.params, levers, changes)) };
+  }
+  live.work.advance();
+  series = live.work.series;
+  frame = film.frames.length - 1;
+  kept = { frame, layers: live.work.network.maps() };
+  drawTrial();
+  showSettings();
+}
+
+/**
+ * Count the spikes at each speed, and judge them.
+ * @param {() => Promise<boolean>} pause
+ */
+async function drawCounts(pause) {
   /** @type {Map<number, number>} */
   const counts = new Map();
   const rows = [];
   for (const each of curve) {
     const film = await clipOf(each);
-    const of = await run(kernel, tables, film, changed(each.params, levers, changes), goesOn);
-    if (!of || each.speed === null) return;
+    const done = await run(kernel, tables, film, changed(each.params, levers, changes), { pause });
+    if (!done || each.speed === null) return;
+    const of = done.series;
     const count = counted(of.hsSpikes);
     counts.set(each.speed, count);
     const fired = of.hsSpikes.filter((spikes) => spikes !== 0).length;
     const highest = of.hs.reduce((most, value) => Math.max(most, value), 0).toFixed(2);
     rows.push(`<tr><th scope="row">${each.speed}</th><td>${count}</td><td>${fired}</td><td>${highest}</td></tr>`);
   }
-  if (!(await goesOn())) return;
+  if (!(await pause())) return;
   const { word, checks } = judged(claim, counts);
   drawCurve(the("curve", SVGSVGElement), counts, new Map(curve.map((each) => [each.speed ?? 0, each.spikes])));
   const verdict = the("word", HTMLElement);
@@ -148,6 +193,7 @@ async function drawCounts(goesOn) {
       return `<li class="${passes ? "holds" : "fails"}">${more} against ${less} cm/s: <b>${signed}</b></li>`;
     })
     .join("");
+  document.body.dataset.busy = "false";
   performance.mark("counted");
 }
 
@@ -161,14 +207,14 @@ function showSettings() {
     if (lever.kind === "switch") input.checked = Boolean(value);
     else input.value = String(value);
     const unit = lever.unit ? ` ${lever.unit}` : "";
-    the(`value-${lever.key}`, HTMLElement).textContent =
-      lever.kind === "switch" ? (value ? "on" : "off") : `${value}${unit}`;
+    the(`value-${lever.key}`, HTMLElement).textContent = lever.kind === "switch" ? "" : `${value}${unit}`;
     row.classList.toggle("moved", value !== before);
     const back = the(`reset-${lever.key}`, HTMLButtonElement);
     back.hidden = value === before;
     back.title = `back to ${before}`;
   }
   the("command", HTMLElement).textContent = commandOf(trial.command, texts());
+  the("link", HTMLButtonElement).disabled = trial === data.footage;
   if (trial !== data.footage) history.replaceState(null, "", `#${written(trial.id, frame, levers, changes)}`);
 }
 
@@ -176,6 +222,7 @@ function showSettings() {
 function ask() {
   if (!asked) requestAnimationFrame(refresh);
   asked = true;
+  document.body.dataset.busy = "true";
 }
 
 /**
@@ -191,11 +238,11 @@ function seek(wanted) {
  * Choose a trial, with its frames.
  * @param {Recorded} chosen
  * @param {Clip} film
+ * @param {number} at The frame to show; -1: where HS is farthest from 0.
  */
-function choose(chosen, film) {
-  [trial, clip, series, viewed] = [chosen, film, null, -1];
-  viewer?.free();
-  viewer = null;
+function choose(chosen, film, at = -1) {
+  [trial, clip, series, frame] = [chosen, film, null, at];
+  forgetMaps();
   const select = the("trial", HTMLSelectElement);
   select.value = chosen.id;
   scrubber.max = String(Math.max(film.frames.length - 1, 0));
@@ -207,13 +254,12 @@ function choose(chosen, film) {
 async function follow() {
   taking?.stop();
   const ids = data.trials.map((each) => each.id);
-  const link = read(decodeURI(location.hash.slice(1)), ids, levers);
+  const link = read(location.hash.slice(1), ids, levers);
   say(link.refused.length ? `The link has ${link.refused.join("; ")}. What it says otherwise is used.` : "");
-  const chosen = data.trials.find((each) => each.id === link.trial) ?? data.trials[0];
+  const chosen = data.trials.find((each) => each.id === link.trial) ?? first;
   const film = await clipOf(chosen);
   changes = link.changes;
-  choose(chosen, film);
-  frame = Math.min(link.frame ?? Math.floor(film.frames.length / 2), film.frames.length - 1);
+  choose(chosen, film, Math.min(link.frame ?? -1, film.frames.length - 1));
 }
 
 /** @param {boolean} wanted */
@@ -235,31 +281,34 @@ let playing = 0;
 async function take(file) {
   taking?.stop();
   play(false);
-  try {
-    const video = await opened(file);
-    const { rows, columns } = data.footage;
-    const film = { rows, columns, frames: /** @type {Uint8Array[]} */ ([]) };
-    data.footage.note = `${file ? "Your video" : "Your webcam"}, at ${columns}x${rows} px. It stays in this page.`;
-    data.footage.command = `colias watch ${file ? `'${file.name.replaceAll("'", "'\\''")}'` : "0"} --size ${columns}x${rows}`;
-    ghosts.delete(data.footage.id);
-    the("trial", HTMLSelectElement).querySelector("option[hidden]")?.removeAttribute("hidden");
-    choose(data.footage, film);
-    const button = the(file ? "video" : "camera", HTMLButtonElement);
-    const title = button.textContent;
-    taking = taken(video, film, () => {
-      button.textContent = `Stop (${film.frames.length} of ${LONGEST})`;
-      scrubber.max = String(film.frames.length - 1);
-      frame = film.frames.length - 1;
-      ask();
+  const buttons = ["camera", "video"].map((id) => the(id, HTMLButtonElement));
+  for (const each of buttons) each.disabled = true;
+  const video = await opened(file)
+    .catch((error) => say(`${file ? file.name : "The webcam"} cannot be opened: ${error.message ?? error}`))
+    .finally(() => {
+      for (const each of buttons) each.disabled = false;
     });
-    await taking.done;
-    button.textContent = title;
-    taking = null;
-    if (film.frames.length) ask();
-    else say("Nothing was seen: the video has no frame that this browser can show.");
-  } catch (error) {
-    say(`${file ? file.name : "The webcam"} cannot be opened: ${error instanceof Error ? error.message : error}`);
-  }
+  if (!video) return;
+  const { rows, columns } = data.footage;
+  const film = { rows, columns, frames: /** @type {Uint8Array[]} */ ([]) };
+  data.footage.note = `${file ? "Your video" : "Your webcam"}, at ${columns}x${rows} px. It stays in this page.`;
+  data.footage.command = `colias watch ${file ? `'${file.name.replaceAll("'", "'\\''")}'` : "0"} --size ${columns}x${rows}`;
+  ghosts.delete(data.footage.id);
+  own = film;
+  the("trial", HTMLSelectElement).querySelector("option[hidden]")?.removeAttribute("hidden");
+  choose(data.footage, film);
+  const button = the(file ? "video" : "camera", HTMLButtonElement);
+  const title = button.textContent;
+  taking = taken(video, film, () => {
+    button.textContent = `Stop (${film.frames.length} of ${LONGEST})`;
+    scrubber.max = String(film.frames.length - 1);
+    ask();
+  });
+  await taking.done;
+  button.textContent = title;
+  taking = null;
+  if (film.frames.length) ask();
+  else say("Nothing was seen: the video has no frame that this browser can show.");
 }
 
 /** Write the levers into the page. */
@@ -319,24 +368,22 @@ function copies(id, text) {
 function begin() {
   const groups = [...new Set(data.trials.map((each) => each.group))];
   const option = (/** @type {Recorded} */ { id, title }) => `<option value="${id}">${title}</option>`;
-  the("trial", HTMLSelectElement).innerHTML =
-    groups
-      .map((group) => {
-        const inside = data.trials.filter((each) => each.group === group).map(option);
-        return `<optgroup label="${group}">${inside.join("")}</optgroup>`;
-      })
-      .join("") + `<option value="${data.footage.id}" hidden>${data.footage.title}</option>`;
+  the("trial", HTMLSelectElement).innerHTML = `${groups
+    .map((group) => {
+      const inside = data.trials.filter((each) => each.group === group).map(option);
+      return `<optgroup label="${group}">${inside.join("")}</optgroup>`;
+    })
+    .join("")}<option value="${data.footage.id}" hidden>${data.footage.title}</option>`;
   the("curve-title", HTMLElement).textContent = `${claim.id}: spikes against speed`;
-  the("says", HTMLElement).textContent =
-    `“${claim.says}.” Here one trial of each speed, and more means ${claim.margin} or more; \`colias run speed\` takes ten.`;
+  the("says", HTMLElement).textContent = claim.says;
+  the("margin", HTMLElement).textContent = `${claim.margin} ${claim.margin === 1 ? "spike" : "spikes"}`;
   makeLevers();
   the("trial", HTMLSelectElement).addEventListener("change", async (event) => {
     taking?.stop();
-    const chosen = data.trials.find((each) => each.id === /** @type {HTMLSelectElement} */ (event.target).value);
-    if (!chosen) return;
-    const film = await clipOf(chosen);
-    frame = Math.floor(film.frames.length / 2);
-    choose(chosen, film);
+    const id = /** @type {HTMLSelectElement} */ (event.target).value;
+    const chosen = data.trials.find((each) => each.id === id);
+    if (chosen) choose(chosen, await clipOf(chosen));
+    else if (own) choose(data.footage, own);
   });
   scrubber.addEventListener("input", () => seek(scrubber.valueAsNumber));
   scrubber.addEventListener("change", showSettings);
@@ -363,6 +410,12 @@ function begin() {
   copies("link", () => location.href);
   copies("copy", () => the("command", HTMLElement).textContent ?? "");
   addEventListener("hashchange", follow);
+  for (const button of document.querySelectorAll("button.try"))
+    button.addEventListener("click", () => {
+      history.replaceState(null, "", `#${button instanceof HTMLElement ? button.dataset.link : ""}`);
+      follow();
+      document.querySelector(".stage")?.scrollIntoView({ behavior: "smooth", block: "nearest" });
+    });
   let width = innerWidth;
   addEventListener("resize", () => {
     if (innerWidth !== width) ask();

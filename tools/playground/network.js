@@ -40,17 +40,17 @@
  * @property {Float32Array} fOff
  *
  * @typedef {object} Series The answers to a clip, an entry a frame.
- * @property {Float64Array} hs
- * @property {Float64Array} vs
- * @property {Int32Array} hsSpikes
- * @property {Int32Array} vsSpikes
- * @property {{change: number, lamina: number, f: number}} largest Values of the maps, of every eighth frame.
+ * @property {number[]} hs
+ * @property {number[]} vs
+ * @property {number[]} hsSpikes
+ * @property {number[]} vsSpikes
+ * @property {{change: number, lamina: number, f: number}} largest Magnitudes of the maps, of every sixteenth frame.
  *
  * @typedef {{memory: WebAssembly.Memory} & Record<string, (...values: number[]) => number>} Kernel
  */
 
-const SAMPLED = 8;
-const SLICE = 32;
+const SAMPLED = 16;
+const SLICE = 16;
 
 /**
  * Compile the network.
@@ -159,36 +159,75 @@ export class Network {
   }
 }
 
+/** @param {Layers} layers That the next call overwrites. */
+const copied = ({ p, la, fOn, fOff }) => ({ p: p.slice(), la: la.slice(), fOn: fOn.slice(), fOff: fOff.slice() });
+
+/** The answers of a new network to a clip that may still grow. */
+export class Run {
+  /**
+   * @param {Kernel} kernel
+   * @param {Tables} tables
+   * @param {Clip} clip
+   * @param {Params} params
+   */
+  constructor(kernel, tables, clip, params) {
+    this.clip = clip;
+    this.network = new Network(kernel, tables, clip, params);
+    /** @type {Series} */
+    this.series = { hs: [], vs: [], hsSpikes: [], vsSpikes: [], largest: { change: 1, lamina: 1, f: 0.1 } };
+    /** @type {Layers | null} */
+    this.layers = null;
+  }
+
+  /**
+   * Show the next frames, as many as there are or up to a number in all.
+   * @param {number} [until]
+   * @param {number} [kept] The frame whose maps `layers` is to keep.
+   */
+  advance(until = Number.POSITIVE_INFINITY, kept = -1) {
+    const { hs, vs, hsSpikes, vsSpikes, largest } = this.series;
+    for (let i = hs.length; i < Math.min(until, this.clip.frames.length); i++) {
+      const answer = this.network.step(this.clip.frames[i]);
+      hs.push(answer.getFloat64(0, true));
+      vs.push(answer.getFloat64(8, true));
+      hsSpikes.push(answer.getInt32(16, true));
+      vsSpikes.push(answer.getInt32(20, true));
+      if (i === kept) this.layers = copied(this.network.maps());
+      if (i % SAMPLED) continue;
+      const { p, la, fOn, fOff } = this.network.maps();
+      largest.change = size(p, largest.change);
+      largest.lamina = size(la, largest.lamina);
+      largest.f = size(fOff, size(fOn, largest.f));
+    }
+    return hs.length === this.clip.frames.length;
+  }
+}
+
 /**
- * Show a whole clip to a new network.
+ * Find the largest magnitude of a map, if it is above another number.
+ * @param {Float32Array} map
+ * @param {number} least
+ */
+function size(map, least) {
+  let most = least;
+  for (let i = 0; i < map.length; i++) most = Math.max(most, Math.abs(map[i]));
+  return most;
+}
+
+/**
+ * Compute the answers to a whole clip.
  * @param {Kernel} kernel
  * @param {Tables} tables
  * @param {Clip} clip
  * @param {Params} params
- * @param {() => Promise<boolean>} [pause] Lets others work, and tells whether to go on.
- * @returns {Promise<Series | null>} null where it was not to go on.
+ * @param {{pause?: () => Promise<boolean>, kept?: number}} [how] `pause` lets others work, and tells whether to go on;
+ *   `kept` is the frame whose maps are wanted.
+ * @returns {Promise<{series: Series, layers: Layers | null} | null>} null where it was not to go on.
  */
-export async function run(kernel, tables, clip, params, pause) {
-  const count = clip.frames.length;
-  const network = new Network(kernel, tables, clip, params);
-  const [hs, vs] = [new Float64Array(count), new Float64Array(count)];
-  const [hsSpikes, vsSpikes] = [new Int32Array(count), new Int32Array(count)];
-  const largest = { change: 1, lamina: 1, f: 0.1 };
+export async function run(kernel, tables, clip, params, { pause, kept } = {}) {
+  const work = new Run(kernel, tables, clip, params);
   let goesOn = true;
-  for (let i = 0; i < count && goesOn; i++) {
-    const answer = network.step(clip.frames[i]);
-    hs[i] = answer.getFloat64(0, true);
-    vs[i] = answer.getFloat64(8, true);
-    hsSpikes[i] = answer.getInt32(16, true);
-    vsSpikes[i] = answer.getInt32(20, true);
-    if (i % SAMPLED === 0) {
-      const { p, la, fOn, fOff } = network.maps();
-      largest.change = p.reduce((most, value) => Math.max(most, Math.abs(value)), largest.change);
-      largest.lamina = la.reduce((most, value) => Math.max(most, Math.abs(value)), largest.lamina);
-      largest.f = [fOn, fOff].reduce((most, map) => map.reduce((m, value) => Math.max(m, value), most), largest.f);
-    }
-    if (pause && i % SLICE === SLICE - 1) goesOn = await pause();
-  }
-  network.free();
-  return goesOn ? { hs, vs, hsSpikes, vsSpikes, largest } : null;
+  while (goesOn && !work.advance(pause && work.series.hs.length + SLICE, kept)) goesOn = pause ? await pause() : true;
+  work.network.free();
+  return goesOn ? { series: work.series, layers: work.layers } : null;
 }
