@@ -109,7 +109,7 @@ def test_golden_vectors_have_their_bits_in_node(cases, data):
 @needs_node
 def test_the_word_is_that_of_the_claims_judge(data):
     rng = np.random.default_rng(0)
-    near = [(a, a + b, a + b + c, a + b + d) for a, b, c, d in rng.integers(-2, 3, (300, 4)) + (20, 0, 0, 0)]
+    near = rng.integers(-3, 4, (300, 4)) + np.array([16, 18, 20, 18])
     speeds = (2.0, 4.0, 6.0, 10.0)
     expected = []
     for counts in near:
@@ -336,8 +336,8 @@ def test_a_video_of_something_that_moves_right_makes_hs_rise(tab, tmp_path):
 def test_nothing_can_leave_the_page(tab):
     show(tab)
     asked = "fetch('http://127.0.0.1:9/').then(() => 'sent', () => 'refused')"
-    told = f"new Promise((done) => {{ addEventListener('securitypolicyviolation', (e) => done(e.violatedDirective)); {asked} }})"
-    assert tab.ask(told) == "connect-src"
+    heard = "addEventListener('securitypolicyviolation', (event) => done(event.violatedDirective))"
+    assert tab.ask(f"new Promise((done) => {{ {heard}; {asked} }})") == "connect-src"
 
 
 def test_what_is_shipped_is_below_ten_megabytes():

@@ -1,4 +1,4 @@
-"""A dark object crosses before a natural image that shifts the other way, on the robot's 99x72 px: for the playground."""
+"""A clip for the playground: a dark object crosses before a natural image that shifts left, on 99x72 px."""
 
 from experiments import Clip, OfflineExperiment
 

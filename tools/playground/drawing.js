@@ -67,7 +67,7 @@ export function paintMaps(canvases, clip, frame, layers, largest) {
  */
 export function drawTraces(svg, series, ghost, threshold, fps) {
   const [width, height] = [svg.clientWidth, svg.clientHeight];
-  const [left, right, top, raster] = [38, width - 8, 8, 24];
+  const [left, right, top, raster] = [38, width - 8, 8, height < 200 ? 18 : 24];
   const floor = height - 24 - 2 * raster;
   const last = Math.max(series.hs.length - 1, 1);
   const x = (/** @type {number} */ frame) => left + ((right - left) * frame) / last;
@@ -91,6 +91,7 @@ export function drawTraces(svg, series, ghost, threshold, fps) {
       `<text x="${left - 6}" y="${base - 2}" text-anchor="end">${kind.toUpperCase()}</text>`
     );
   };
+  const isTight = y(0) - y(threshold) < 14;
   const seconds = last / fps;
   const spacing = [0.5, 1, 2, 5].find((each) => seconds / each <= Math.max(4, width / 90)) ?? 10;
   const ticks = Array.from({ length: Math.floor(seconds / spacing) + 1 }, (_, i) => i * spacing).map(
@@ -100,10 +101,10 @@ export function drawTraces(svg, series, ghost, threshold, fps) {
   svg.innerHTML =
     `<rect class="below" x="${left}" width="${right - left}" y="${y(threshold)}" height="${y(-threshold) - y(threshold)}"/>` +
     level(1, "1", "grid") +
-    level(0, "0", "axis") +
-    level(-1, "-1", "grid") +
-    level(threshold, "+T", "threshold") +
-    level(-threshold, "-T", "threshold") +
+    level(0, isTight ? "\u00b1T" : "0", "axis") +
+    level(-1, "\u22121", "grid") +
+    level(threshold, isTight ? "" : "+T", "threshold") +
+    level(-threshold, isTight ? "" : "\u2212T", "threshold") +
     (ghost ? line(ghost.vs, "ghost vs") + line(ghost.hs, "ghost hs") : "") +
     line(series.vs, "vs") +
     line(series.hs, "hs") +

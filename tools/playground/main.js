@@ -416,11 +416,7 @@ function begin() {
       follow();
       document.querySelector(".stage")?.scrollIntoView({ behavior: "smooth", block: "nearest" });
     });
-  let width = innerWidth;
-  addEventListener("resize", () => {
-    if (innerWidth !== width) ask();
-    width = innerWidth;
-  });
+  new ResizeObserver(() => series && ask()).observe(tracesPicture);
 }
 
 begin();
