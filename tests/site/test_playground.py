@@ -218,8 +218,9 @@ def test_levers_move_by_the_keyboard_and_a_link_has_them(tab):
 
 
 @needs_chromium
-def test_the_command_does_the_same(tab, tmp_path):
-    show(tab, "trial=recession-30&w_i=0.5&k_sp=3&tau_s.1=150&fdsr=false")
+@pytest.mark.parametrize("trial", ["recession-30", "ov7670-10", "clutter"])
+def test_the_command_does_the_same(tab, tmp_path, trial):
+    show(tab, f"trial={trial}&w_i=0.5&k_sp=3&tau_s.1=150&fdsr=false")
     given = playground.arguments(text(tab, "command"))
     assert given["settings"].keys() >= {"dsnn.w_i", "dsnn.k_sp", "dsnn.tau_s", "dsnn.fdsr"}
     run = experiments.run(**given, out=tmp_path / "run", recordings=False, quiet=True, workers=0)
@@ -234,6 +235,64 @@ def test_blocking_both_pathways_silences_every_trial(tab, data):
         assert count(tab) == 0
     assert set(counts(tab).values()) == {0}
     assert text(tab, "word") == "fails"
+
+
+@needs_chromium
+def test_the_buttons_copy_the_link_and_the_command(tab):
+    tab.call("Browser.grantPermissions", permissions=["clipboardReadWrite", "clipboardSanitizedWrite"])
+    show(tab, "trial=speed-10&d=3")
+    for name, expected in (("copy", "document.getElementById('command').textContent"), ("link", "location.href")):
+        tab.ask(f"document.getElementById('{name}').focus()")
+        tab.press("Enter")
+        tab.until(f"document.getElementById('{name}').textContent === 'Copied'")
+        assert tab.ask("navigator.clipboard.readText()") == tab.ask(expected)
+    assert "d=3" in tab.ask("location.hash")
+
+
+@needs_chromium
+def test_it_plays_while_levers_move(tab):
+    show(tab, "trial=speed-10&frame=0")
+    tab.ask("document.getElementById('play').focus()")
+    tab.press("Enter")
+    tab.until("document.getElementById('scrubber').value > 5")
+    tab.ask("document.getElementById('input-w_i').focus()")
+    tab.press("Home")
+    tab.until("document.getElementById('command').textContent.endsWith('--set dsnn.w_i=0')")
+    at = int(tab.ask("document.getElementById('scrubber').value"))
+    tab.until(f"document.getElementById('scrubber').value != {at}")
+    tab.ask("document.getElementById('play').focus()")
+    tab.press("Enter")
+    assert tab.ask("document.getElementById('play').ariaLabel") == "Play"
+    assert tab.messages == []
+
+
+@needs_chromium
+def test_the_three_answers_are_what_the_page_shows(tab):
+    """What is told beside the questions, followed link by link."""
+    show(tab)
+    links = tab.ask("[...document.querySelectorAll('button.try')].map((each) => each.dataset.link)")
+    shown = {}
+    for link in links:
+        show(tab, link)
+        assert text(tab, "message") == ""
+        shown[link] = count(tab)
+    # It prefers rightward motion. Fewer connections, a wider spacing or a blocked pathway silence it.
+    assert shown["trial=speed-6"] > shown["trial=leftward-6"] > 0
+    assert shown["trial=speed-4&n_con=4"] == shown["trial=speed-4&d=2"] == 0
+    assert shown["trial=speed-4&on=false&off=false"] == 0
+    assert shown["trial=speed-4&on=false"] <= 3
+    # At 10 cm/s HS is higher, and fewer frames fire; with a gain of 3 the claim fails.
+    show(tab)
+    cells = "(row) => [...row.cells].slice(1).map((cell) => Number(cell.textContent))"
+    *_, (slow, slow_frames, slow_hs), (fast, fast_frames, fast_hs) = tab.ask(
+        f"[...document.querySelectorAll('#speeds tr')].map({cells})"
+    )
+    assert fast < slow and fast_frames < slow_frames and fast_hs > slow_hs
+    assert text(tab, "word") == "holds"
+    show(tab, "trial=speed-10&k_sp=3")
+    assert text(tab, "word") == "fails"
+    series = [number for _, number in sorted(counts(tab).items())]
+    assert series == sorted(series)
 
 
 @needs_chromium

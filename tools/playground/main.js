@@ -414,7 +414,7 @@ function begin() {
     button.addEventListener("click", () => {
       history.replaceState(null, "", `#${button instanceof HTMLElement ? button.dataset.link : ""}`);
       follow();
-      document.querySelector(".stage")?.scrollIntoView({ behavior: "smooth", block: "nearest" });
+      document.querySelector(".stage")?.scrollIntoView({ block: "nearest" });
     });
   new ResizeObserver(() => series && ask()).observe(tracesPicture);
 }
