@@ -5,7 +5,7 @@ READY := .venv/.ready
 unexport PYTHONDONTWRITEBYTECODE
 
 # The figures that documentation quotes are checked by `release`, as `test` runs no hours of trials.
-.PHONY: run reproduce numbers release train policies test test-train attack fuzz mutants docs docs-quick lint types bench sizes setup lock clean
+.PHONY: run reproduce numbers release train policies test test-train attack fuzz mutants docs docs-quick playground lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -44,6 +44,7 @@ docs: $(READY) ## The documentation, into build/site: tutorials executed, warnin
 	@echo "docs: 4 minutes of processor time, and the first time 60 MB of packages (make docs-quick: 2, nothing checked)"
 	sh tools/setup.sh --docs
 	sh tools/setup.sh --browser
+	sh tools/setup.sh --node
 	rm -rf $(SITE) docs/generated
 	$(SPHINX) -W docs $(SITE)
 	$(BIN)/python -m pytest -m site tests/site
@@ -55,6 +56,10 @@ docs-quick: $(READY) ## The same to read: nothing checked, tutorials without the
 	rm -rf $(SITE) docs/generated
 	$(SPHINX) -D nb_execution_mode=off -D suppress_warnings=misc.highlighting_failure docs $(SITE)
 	@echo "$(OPEN)"
+
+playground: ## The playground's JavaScript: linted, its format and its types checked (npm fetches the tools)
+	sh tools/setup.sh --node
+	cd tools/playground && npm ci --silent && npm run --silent check
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train

@@ -286,7 +286,10 @@ def test_the_page_s_counts_at_the_default_are_those_that_were_measured():
     c6 = counts["C6"]
     (unjudged,) = c6["unjudged"].values()
     replicates = c6["holds"] + c6["fails"] + unjudged
-    assert f"C6 holds in {c6['holds']} of {replicates} replicates: it fails in {c6['fails']}, and {unjudged} cannot" in text
+    assert (
+        f"C6 holds in {c6['holds']} of {replicates} replicates: it fails in {c6['fails']}, and {unjudged} cannot"
+        in text
+    )
 
 
 @pytest.mark.parametrize(
