@@ -233,9 +233,9 @@ def _has_more_replicates(here: Mapping[str, Any], there: Mapping[str, Any]) -> b
 
 def _with_claims_of(here: Mapping[str, Any], there: dict[str, Any]) -> dict[str, Any]:
     """Return ``there`` with the claims that the experiment of ``here`` declares; as it is where one has no claims."""
-    experiments = [description.get("experiment") for description in (there, here)]
-    if all(isinstance(declared, dict) and CLAIMS in declared for declared in experiments):
-        return there | {"experiment": experiments[0] | {CLAIMS: experiments[1][CLAIMS]}}
+    now, before = here.get("experiment"), there.get("experiment")
+    if isinstance(now, dict) and isinstance(before, dict) and CLAIMS in now and CLAIMS in before:
+        return there | {"experiment": before | {CLAIMS: now[CLAIMS]}}
     return there
 
 
