@@ -7,9 +7,9 @@ A fenced block is a ``python`` snippet or ``sh`` commands; blocks of other langu
 - ``colias ...`` runs in this process, ``python FILE ...`` and ``make -C FOLDER`` in one of its own. Of ``make TARGET``
   and of the extras of ``pip install '.[EXTRA]'`` it is checked that there are such.
 - A comment before the block changes that. ``<!-- test: add ARGUMENTS -->`` appends the arguments to each of its
-  ``colias`` and ``python`` commands, to make them short. ``<!-- test: skip REASON -->`` runs none of it: only the commands' options
-  are checked, by their parser. `SKIPPED` has all of these. ``<!-- test: fails STATUS -->``: its commands end with this
-  exit status, and print the next ``text`` block.
+  ``colias`` and ``python`` commands, to make them short. ``<!-- test: skip REASON -->`` runs none of it: only the
+  commands' options are checked, by their parser. `SKIPPED` has all of these. ``<!-- test: fails STATUS -->``: its
+  commands end with this exit status, and print the next ``text`` block.
 
 Jobs run in this process, whatever the number of workers: starting workers takes longer than these jobs.
 """
