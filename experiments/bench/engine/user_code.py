@@ -30,6 +30,7 @@ _COMMANDS: Mapping[str, str] = MappingProxyType(
         "MODEL": "--model FILE",
         "STIMULUS": "colias play FILE",
         "BEHAVIOUR": "colias behave FILE",
+        "ARENA": "--set scene.arena=FILE",
     }
 )
 """What a file can declare -> where it is given."""
