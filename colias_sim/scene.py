@@ -29,6 +29,14 @@ WALL_TEXELS = 384, 2048
 
 SHELL_TEXELS = 256
 """Texels along each edge of a picture on the stimulus."""
+UPRIGHT = 1, -1, 2, 0, 0, 0
+"""Quarter turns, left positive, by which a picture is upright on each face of a cube texture: +x, -x, +y, -y, +z, -z."""
+ROUND_STACKS = 24
+"""Rings of a drawn sphere. The arenas have 2, which is enough for cylinders."""
+ROUND = tuple(
+    kind.value
+    for kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID, mujoco.mjtGeom.mjGEOM_CAPSULE)
+)
 SHELL_BOTTOM, CARD_HALF_THICKNESS = 0.001, 0.0005
 """Height of a shell's lower edge above the floor, and half the thickness of a card, in metres."""
 
@@ -145,6 +153,8 @@ def compile_model(
     except ValueError as error:
         raise ValueError(f"arena {scene.arena}: {one_line(error)}") from None
     check_room(model, scene.arena)
+    if any(kind in ROUND for kind in model.geom_type[model.geom_group != COLLISION_GROUP]):
+        model.vis.quality.numstacks = ROUND_STACKS
     model.vis.quality.offsamples = camera.multisample
     if scene.wall_contrast != 1.0:
         wall = texels(model, "wall")
@@ -210,7 +220,7 @@ def set_shell(spec: mujoco.MjSpec, scene: SceneConfig) -> None:
     if scene.shell_picture:
         texture = spec.add_texture(name="shell", type=mujoco.mjtTexture.mjTEXTURE_CUBE)
         face = _resized_picture(_picture(scene.shell_picture), SHELL_TEXELS, SHELL_TEXELS)
-        _fill(texture, np.tile(face, (6, 1)))
+        _fill(texture, np.concatenate([np.rot90(face, turns) for turns in UPRIGHT]))
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "shell"
         material.rgba = [1.0] * 4
 
