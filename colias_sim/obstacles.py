@@ -61,15 +61,34 @@ class Obstacle:
         there_x, there_y : float
             The point.
         """
-        place = np.array([x, y])
+        (distance,), ((there_x, there_y),) = self._nearest(np.array([[x, y]]))
+        return float(distance), float(there_x), float(there_y)
+
+    def distances(self, places: Vectors) -> Vectors:
+        """Measure the distances to several places.
+
+        Parameters
+        ----------
+        places
+            x and y of each, (P, 2) in metres.
+
+        Returns
+        -------
+        ndarray
+            (P,) in metres, negative inside of the outline.
+        """
+        return self._nearest(places)[0]
+
+    def _nearest(self, places: Vectors) -> tuple[Vectors, Vectors]:
+        """Return distances (P,) and nearest points (P, 2)."""
         edges = np.roll(self.outline, -1, axis=0) - self.outline
-        way = place - self.outline
-        share = np.clip((way * edges).sum(1) / np.maximum((edges**2).sum(1), 1e-18), 0.0, 1.0)
-        points = self.outline + share[:, None] * edges
-        distances = np.hypot(*(place - points).T)
-        index = int(distances.argmin())
-        inside = bool((edges[:, 0] * way[:, 1] - edges[:, 1] * way[:, 0] > 0.0).all())
-        return float(-distances[index] if inside else distances[index]), float(points[index, 0]), float(points[index, 1])
+        way = places[:, None, :] - self.outline
+        share = np.clip((way * edges).sum(2) / np.maximum((edges**2).sum(1), 1e-18), 0.0, 1.0)
+        points = self.outline + share[:, :, None] * edges
+        lengths = np.hypot(*np.moveaxis(places[:, None, :] - points, 2, 0))
+        inside = (edges[:, 0] * way[:, :, 1] - edges[:, 1] * way[:, :, 0] > 0.0).all(1)
+        which = np.arange(len(places)), lengths.argmin(1)
+        return np.where(inside, -lengths[which], lengths[which]), points[which]
 
 
 def in_the_way(obstacles: Collection[Obstacle], x: float, y: float, room: float) -> Obstacle | None:

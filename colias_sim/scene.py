@@ -147,18 +147,43 @@ def compile_model(
     ValueError
         As `compose`, and for an arena that MuJoCo cannot compile, or that does not fit into the room.
     """
-    spec = compose(scene, robot, camera, robots, eye_of, fence=fence)
-    try:
-        model = spec.compile()
-    except ValueError as error:
-        raise ValueError(f"arena {scene.arena}: {one_line(error)}") from None
-    check_room(model, scene.arena)
+    model = _compiled(compose(scene, robot, camera, robots, eye_of, fence=fence), scene.arena)
     if any(kind in ROUND for kind in model.geom_type[model.geom_group != COLLISION_GROUP]):
         model.vis.quality.numstacks = ROUND_STACKS
     model.vis.quality.offsamples = camera.multisample
     if scene.wall_contrast != 1.0:
         wall = texels(model, "wall")
         wall[:] = contrasted(wall, scene.wall_contrast)
+    return model
+
+
+def compile_arena(source: str) -> mujoco.MjModel:
+    """Compile an arena alone, without robots.
+
+    Parameters
+    ----------
+    source
+        Its name, or the path of a file of one's own.
+
+    Returns
+    -------
+    mujoco.MjModel
+        The compiled arena.
+
+    Raises
+    ------
+    ValueError
+        It is refused, in one line.
+    """
+    return _compiled(Arena.read(source).spec(), source)
+
+
+def _compiled(spec: mujoco.MjSpec, source: str) -> mujoco.MjModel:
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise ValueError(f"arena {source}: {one_line(error)}") from None
+    check_room(model, source)
     return model
 
 

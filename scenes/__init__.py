@@ -38,6 +38,11 @@ def is_arena_file(name: str) -> bool:
     return name.endswith(ARENA_ENDINGS) or "/" in name
 
 
+def arena_name(name: str) -> str:
+    """Return an arena's name for people: of a file of one's own that of the file, without folder and ending."""
+    return Path(name).stem if is_arena_file(name) else name
+
+
 def arena_path(name: str) -> Path:
     """Find the file of an arena.
 
