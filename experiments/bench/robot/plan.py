@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from colias_sim import PathFollower
@@ -32,6 +33,8 @@ from experiments.bench.store.description import THRESHOLDS
 from experiments.bench.store.parameters import Parameters, differing
 from scenes import ARENA_RADIUS_CM
 
+FILES = ("scene.arena", "scene.wall", "scene.shell_picture")
+"""Parameters that may be paths: tables and titles have the names of the files, as these may be moved."""
 SHORTEST_STEADY_CM = 2.0
 """Least length of a line that must be left at constant speed: the speed is measured there."""
 
@@ -64,7 +67,7 @@ class Plan:
         return trial_specs(self.experiment, self.settings, self.repeats, self.seed)
 
     def changed(self) -> Parameters:
-        """Return the parameters that are not at their defaults, by key and model."""
+        """Return the parameters that are not at their defaults, by key and model; files by their names alone."""
         settings, design = self.settings, self.experiment.design
         others = {
             "robot": (RobotConfig(), settings.robot),
@@ -75,7 +78,10 @@ class Plan:
             ),
             "experiment": (self.declared or design, design),
         }
-        return differing(settings.models, others=others)
+        return {
+            key: {label: Path(text).name for label, text in values.items()} if key in FILES else values
+            for key, values in differing(settings.models, others=others).items()
+        }
 
     def frames(self) -> int:
         """About how many frames the trials have, as planned."""
