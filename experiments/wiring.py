@@ -88,16 +88,19 @@ def arena_text(path: Path) -> str:
     Raises
     ------
     ValueError
-        The file cannot be run, declares no ``ARENA``, or that is something else, or raises. In one line.
+        The file cannot be run, declares no ``ARENA``, or that is something else, or raises, or answers otherwise when
+        it is called again. In one line.
     """
     arena = declared(path, "ARENA")
     try:
-        text = _called(arena) if callable(arena) else arena
+        text, again = (_called(arena), _called(arena)) if callable(arena) else (arena, arena)
     except Exception as error:
         raise UsageError(f"{path}: ARENA raises {place_of(error)}{explained(error)}") from None
     if not isinstance(text, str):
         what = "ARENA returns" if callable(arena) else "ARENA is"
-        raise UsageError(f"{path}: {what} a {type(text).__name__}: expected MJCF, as a text")
+        raise UsageError(f"{path}: {what} of the type {type(text).__name__}: expected MJCF, as a text")
+    if text != again:
+        raise UsageError(f"{path}: ARENA returns another text when it is called again: draw nothing at random in it")
     return text
 
 
