@@ -29,8 +29,8 @@ WALL_TEXELS = 384, 2048
 
 SHELL_TEXELS = 256
 """Texels along each edge of a picture on the stimulus."""
-UPRIGHT = 1, -1, 2, 0, 0, 0
-"""Quarter turns, left positive, by which a picture is upright on each face of a cube texture: +x, -x, +y, -y, +z, -z."""
+UPRIGHT = 1, -1, 2, 0
+"""Quarter turns, left positive, by which a picture is upright on the side faces of a cube texture: +x, -x, +y, -y."""
 ROUND_STACKS = 24
 """Rings of a drawn sphere. The arenas have 2, which is enough for cylinders."""
 ROUND = tuple(
@@ -245,7 +245,8 @@ def set_shell(spec: mujoco.MjSpec, scene: SceneConfig) -> None:
     if scene.shell_picture:
         texture = spec.add_texture(name="shell", type=mujoco.mjtTexture.mjTEXTURE_CUBE)
         face = _resized_picture(_picture(scene.shell_picture), SHELL_TEXELS, SHELL_TEXELS)
-        _fill(texture, np.concatenate([np.rot90(face, turns) for turns in UPRIGHT]))
+        ends = np.full((2 * SHELL_TEXELS, SHELL_TEXELS), round(face.mean()), np.uint8)  # above and below: its mean grey
+        _fill(texture, np.concatenate([*(np.rot90(face, turns) for turns in UPRIGHT), ends]))
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "shell"
         material.rgba = [1.0] * 4
 
