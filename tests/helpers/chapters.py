@@ -7,9 +7,9 @@ A fenced block is a ``python`` snippet, ``sh`` commands, or an ``xml`` file; oth
 - ``colias ...`` runs in this process, ``python FILE ...`` and ``make -C FOLDER`` in one of its own. Of ``make TARGET``
   and of the extras of ``pip install '.[EXTRA]'`` it is checked that there are such.
 - A comment before the block changes that. ``<!-- test: add ARGUMENTS -->`` appends the arguments to each of its
-  ``colias`` commands, to make them short. ``<!-- test: skip REASON -->`` runs none of it: only the commands' options
-  are checked, by their parser. `SKIPPED` has all of these. ``<!-- test: fails STATUS -->``: its commands end with this
-  exit status, and print the next ``text`` block.
+  ``colias`` and ``python`` commands, to make them short. ``<!-- test: skip REASON -->`` runs none of it: only the
+  commands' options are checked, by their parser. `SKIPPED` has all of these. ``<!-- test: fails STATUS -->``: its
+  commands end with this exit status, and print the next ``text`` block.
 
 Jobs run in this process, whatever the number of workers: starting workers takes longer than these jobs.
 """
@@ -217,7 +217,7 @@ def _command(words: list[str], block: Block) -> None:
         assert status == block.status, f"{shlex.join(words)}: exit status {status}"
     elif program == "python":
         if not block.skipped:
-            _python(arguments)
+            _python([*arguments, *block.added])
     elif program == "make" and arguments[0] == "-C":
         if not block.skipped:
             done = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)

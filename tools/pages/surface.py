@@ -25,7 +25,7 @@ BEYOND: Mapping[str, tuple[str, ...]] = {
     "dsnn.frames": ("luma",),
     "dsnn.onboard.dead_zone": ("DeadZone", "dead_zone"),
     "dsnn.onboard.error": ("ErrorReport", "compare"),
-    "experiments.behaviours": ("BEHAVIOURS", "escape"),
+    "experiments.behaviours": ("BEHAVIOURS", "ProportionalIntegral", "escape"),
     "scenes": ("ARENAS", "ROBOTS", "arena_path"),
 }
 """Module -> its names that are public without an ``__all__``, as chapters of the documentation import them."""

@@ -61,6 +61,10 @@ def rerun(
     from experiments.bench.store import copies, description, files, provenance, repeat
     from experiments.bench.store.record import Record
 
+    if out is not None:
+        description.check_own(out, f"--out {out}")
+        if not description.vacant(out):
+            raise UsageError(f"--out {out}: holds files; choose a new folder, or an empty one")
     there = Record.read(run)
     _check_digest(there, digest)
     command = _command(there)
@@ -77,9 +81,6 @@ def rerun(
             f"{run}: was not made here, and {told} about to be executed, as listed: read it first, then add --trust"
         )
     folder = files.new_folder(f"rerun-{Path(there.name).stem}") if out is None else out
-    if not description.vacant(folder):
-        raise UsageError(f"--out {folder}: holds files; choose a new folder, or an empty one")
-    description.check_own(folder, f"--out {folder}")
     here_code = provenance.of()
     if other := provenance.difference({**there.description, "files": {}}, here_code):
         error_console.print(f"note: {run}: {other}", soft_wrap=True, markup=False)

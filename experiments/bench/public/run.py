@@ -220,18 +220,22 @@ def run(
         worker_count(None if workers is None else whole("workers", workers)), cluster, flag("quiet", quiet), other
     )
     record = flag("recordings", recordings)
-    arguments = {
-        "experiment": name if declared is not experiment else {"object": declared.name}, "seed": asked.seed,
-        "repeats": count, "eyes": eyes, "models": list(asked.models), "only": asked.only,
-        "settings": dict(text.split("=", 1) for text in asked.assignments),
-        "pictures": None if pictures is None else str(os.fspath(pictures)), "recordings": record,
-    }  # fmt: skip
-    defaults: dict[str, Any] = {
-        "repeats": None, "eyes": ONE_EYE, "models": [], "only": False, "settings": {}, "pictures": None,
-        "recordings": True,
-    }  # fmt: skip
-    given = {name: value for name, value in arguments.items() if name not in defaults or value != defaults[name]}
-    with commands.noting(lambda: commands.called("experiments.run", given)):
+
+    def call() -> dict[str, Any]:
+        arguments = {
+            "experiment": name if declared is not experiment else {"object": declared.name}, "seed": asked.seed,
+            "repeats": count, "eyes": eyes, "models": list(asked.models), "only": asked.only,
+            "settings": dict(text.split("=", 1) for text in asked.assignments),
+            "pictures": None if pictures is None else str(os.fspath(pictures)), "recordings": record,
+        }  # fmt: skip
+        defaults: dict[str, Any] = {
+            "repeats": None, "eyes": ONE_EYE, "models": [], "only": False, "settings": {}, "pictures": None,
+            "recordings": True,
+        }  # fmt: skip
+        given = {name: value for name, value in arguments.items() if name not in defaults or value != defaults[name]}
+        return commands.called("experiments.run", given)
+
+    with commands.noting(call):
         report = perform(declared, asked, place, resources, recordings=record)
     tell_troubles((verdict.id, verdict.trouble) for verdict in report.verdicts)
     return load(place)

@@ -172,6 +172,11 @@ class Record:
         rows of its tables, those of its parts included; columns that no two runs have alike are left out. Figures,
         recordings and what is summed up from the tables are not in it.
 
+        Returns
+        -------
+        str
+            64 hexadecimal digits.
+
         Raises
         ------
         UsageError

@@ -36,8 +36,8 @@ def test_a_condition_no_trial_can_have(changes, says):
 
 def test_whole_numbers_become_what_the_column_holds():
     condition = Condition("approach", "straight", 6, 5, 20, 0)
-    numbers = [v for v in dataclasses.astuple(condition) if not isinstance(v, str) and v is not None]
-    assert all(type(value) is float for value in numbers)
+    numbers = [value for value in dataclasses.astuple(condition) if isinstance(value, int | float)]
+    assert len(numbers) == 7 and all(type(value) is float for value in numbers)
     assert condition == Condition("approach", "straight", 6.0, 5.0, 20.0, 0.0)
 
 

@@ -89,7 +89,7 @@ SAYS_WHAT_WAS_SET = {
     **dict.fromkeys(("robot", "mechanism", "excitation", "traces", "peaks", "background", "ranges", "contrast", "edges",
                      "tuning, direction", "tuning, l-over-v"),
                     "set: dsnn.n_con=6"),
-    "behaviours, paths": "robots=5", "training": "trained with robot=colias4", "maps": "camera.read_noise=0",
+    "behaviours, paths": "robots=5", "training": "judged under robot=colias4", "maps": "camera.read_noise=0",
 }  # fmt: skip
 
 

@@ -25,6 +25,7 @@ COMMANDS = {
     "tune": [],
     "train": [],
     "behave": ["still"],
+    "rerun": ["there"],
     "firmware budget": [],
     "firmware loop": ["speed"],
     "firmware decode": ["serial.txt"],
