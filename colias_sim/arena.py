@@ -241,7 +241,9 @@ class _Reader:
         for folder in shipped:
             if (folder / name).is_file():
                 return folder / name
-        raise ValueError(f"arena {self._path}: <{tag}> names {name}: no such file in {self._folder}, nor one that ships")
+        raise ValueError(
+            f"arena {self._path}: <{tag}> names {name}: no such file in {self._folder}, nor one that ships"
+        )
 
 
 def _parsed(where: str, text: str | bytes) -> ElementTree.Element:

@@ -193,7 +193,9 @@ class Simulation:
         self._wall_quat[:] = math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)
 
     def _check(self, placements: Mapping[str, Pose]) -> None:
-        """Raise ``ValueError`` for an unknown robot, a pose that is not finite, and robots that overlap, or obstacles."""
+        """Raise ``ValueError`` for an unknown robot, a pose that is not finite, and robots that overlap or stand in
+        obstacles.
+        """
         everyone = self.everyone
         if not isinstance(placements, Mapping):
             raise ValueError(f"placements is a {type(placements).__name__}: expected a mapping, name -> Pose")
@@ -210,10 +212,10 @@ class Simulation:
             if math.hypot(here.x - there.x, here.y - there.y) < ROBOT_DIAMETER:
                 raise ValueError(f"{one} at {here} and {other} at {there} overlap: expected {ROBOT_DIAMETER} m apart")
         for name, pose in places if self.obstacles else ():
-            if there := in_the_way(self.obstacles, pose.x, pose.y, ROBOT_DIAMETER / 2):
+            if obstacle := in_the_way(self.obstacles, pose.x, pose.y, ROBOT_DIAMETER / 2):
                 raise ValueError(
-                    f"{name} at ({100 * pose.x:.3g}, {100 * pose.y:.3g}) cm stands in the obstacle {there.name} of the"
-                    f" arena {self.scene.arena}: move one of them"
+                    f"{name} at ({100 * pose.x:.3g}, {100 * pose.y:.3g}) cm stands in the obstacle {obstacle.name}"
+                    f" of the arena {self.scene.arena}: move one of them"
                 )
 
     def _settle(self) -> None:

@@ -138,9 +138,8 @@ class Fixation(TargetEnv[FixationOptions]):
         start = Pose(far * math.cos(turn), far * math.sin(turn), turn + math.pi / 2)
         places: dict[str, Pose] = {OBSERVER: Pose(0.0, 0.0, heading), TARGET: start}
         # The parked robots stand clear of the whole path, and of the observer in its middle.
-        others = random_poses(
-            rng, options.robots - 1, [*self._path(), places[OBSERVER]], apart=0.05, clear=0.055, obstacles=self._sim.obstacles
-        )
+        taken, obstacles = [*self._path(), places[OBSERVER]], self._sim.obstacles
+        others = random_poses(rng, options.robots - 1, taken, apart=0.05, clear=0.055, obstacles=obstacles)
         places |= zip(parked_robots(options.robots - 1), others, strict=True)
         slowest, fastest = math.radians(options.slowest_deg_s), math.radians(options.fastest_deg_s)
         return places, {TARGET: Orbit(self._sim.robots[TARGET], (0.0, 0.0), far, slowest, fastest, rng)}

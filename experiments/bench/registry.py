@@ -67,15 +67,14 @@ def _of_file(path: Path) -> object:
     if not isinstance(experiment, Experiment | OfflineExperiment):
         return experiment
     models = tuple(beside(path, model, f"EXPERIMENT.models[{index}]") for index, model in enumerate(experiment.models))
-    changes: dict[str, object] = {"file": str(path.resolve()), "models": models}
     if isinstance(experiment, Experiment) and is_arena_file(experiment.arena):
         arena = path.resolve().parent / experiment.arena
         if not arena.is_file():
             raise UsageError(
                 f"{path}: EXPERIMENT.arena: {arena}: no such file (a path is relative to the file that has it)"
             )
-        changes["arena"] = str(arena.resolve())
-    return dataclasses.replace(experiment, **changes)
+        experiment = dataclasses.replace(experiment, arena=str(arena.resolve()))
+    return dataclasses.replace(experiment, file=str(path.resolve()), models=models)
 
 
 def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:

@@ -129,7 +129,11 @@ def test_what_is_wrong_in_an_arena_is_told_in_one_line(tmp_path, body, before, w
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [("<mujoco><worldbody>", "line 1: no XML"), ("<mujoco/>", "has no geom called floor"), ("\ud800", "no text in UTF-8")],
+    [
+        ("<mujoco><worldbody>", "line 1: no XML"),
+        ("<mujoco/>", "has no geom called floor"),
+        ("\ud800", "no text in UTF-8"),
+    ],
 )  # fmt: skip
 def test_files_that_are_no_arena_are_told_in_one_line(tmp_path, text, words):
     path = tmp_path / "own.xml"
@@ -159,7 +163,7 @@ def test_a_robot_cannot_be_put_into_an_obstacle(tmp_path):
     with Simulation(scene=SceneConfig(arena=source), seeing=False) as simulation:
         rng = np.random.default_rng(0)
         simulation.reset({"stimulus": Pose(0.2, 0.0, 0.0)}, rng)
-        with pytest.raises(ValueError, match="stimulus at .* stands in the obstacle pillar"):
+        with pytest.raises(ValueError, match=r"stimulus at .* stands in the obstacle pillar"):
             simulation.reset({"stimulus": Pose(0.2, 0.021, 0.0)}, rng)
 
 

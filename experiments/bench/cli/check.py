@@ -22,7 +22,7 @@ def check(
         typer.Argument(metavar="MODEL", help="A name or a file; a model under other settings as dsnn:w_i=1,n_con=6."),
     ],
 ) -> int:
-    """Try on a model, a stimulus or an arena what is taken for granted of any, and say what it breaks and how to mend it.
+    """Try on a model, a stimulus or an arena what is taken for granted of any, and say what it breaks.
 
     Legal answers, reset, determinism, no hold on the caller's frame, silence in a still scene, mirror images, and
     refusal of frames of another shape; then what a frame costs. It takes the model's parameters for off-line tests.
@@ -77,6 +77,6 @@ def _check_arena(source: str) -> int:
             plan(declared, declared.models, [f"scene.arena={source}"], None, 0)
         except UsageError as error:
             trouble = str(error)
-        findings.append(Finding("trials", "the trials of the EXPERIMENT of its file fit into it, and are seen", trouble))
+        findings.append(Finding("trials", "the trials of its file's EXPERIMENT fit into it, and are seen", trouble))
     table.show(arena_name(source), findings, None)
     return EXIT_FAILED if any(finding.trouble for finding in findings) else 0

@@ -16,7 +16,9 @@ def register(app: typer.Typer) -> None:
 
 
 def view(
-    path: Annotated[Path, typer.Argument(help="A run's folder, one .rrd file, a scene's name, or an arena's .xml or .py file.")],
+    path: Annotated[
+        Path, typer.Argument(help="A run's folder, one .rrd file, a scene's name, or an arena's .xml or .py file.")
+    ],
     web: Annotated[bool, typer.Option("--web", help="Serve the viewer to a browser on this machine.")] = False,
 ) -> int:
     """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer.

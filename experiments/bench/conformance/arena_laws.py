@@ -109,11 +109,11 @@ def _camera(source: str) -> str:
 
 
 def _pixels(source: str) -> str:
-    frames = []
-    for _ in range(2):
-        with Simulation(scene=_scene(source)) as simulation:
-            frames.append(_without(simulation))
-    return "" if np.array_equal(*frames) else "the camera's picture is another when the arena is compiled again"
+    with Simulation(scene=_scene(source)) as simulation:
+        first = _without(simulation)
+    with Simulation(scene=_scene(source)) as simulation:
+        second = _without(simulation)
+    return "" if np.array_equal(first, second) else "the camera's picture is another when the arena is compiled again"
 
 
 LAWS: Mapping[str, tuple[str, Callable[[str], str]]] = MappingProxyType(

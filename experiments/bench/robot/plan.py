@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from colias_sim import PathFollower
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
 from colias_sim.motors import TOP_POWER, Motors
-from experiments.bench.engine.errors import UsageError, explain
+from experiments.bench.engine.errors import UsageError
 from experiments.bench.engine.models import look_up
 from experiments.bench.engine.pictures import Pictures
 from experiments.bench.engine.settings import Parameter, applied, changed, check_counts, collect, described
@@ -229,9 +229,9 @@ def usual_scene(experiment: Experiment | None) -> SceneConfig:
     if experiment is None or not experiment.arena:
         return SceneConfig()
     try:
-        return SceneConfig(arena=experiment.arena)
+        return SceneConfig(arena=known_arena(experiment.arena))
     except ValueError as error:
-        raise UsageError(f"experiment {experiment.name}: {explain(error)}") from None
+        raise UsageError(f"experiment {experiment.name}: {error}") from None
 
 
 def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:

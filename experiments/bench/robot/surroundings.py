@@ -155,7 +155,7 @@ def _check_fit(
     condition: Condition, name: str, poses: Sequence[Pose], moments: Sequence[float], settings: Settings,
     around: Surroundings,
 ) -> None:  # fmt: skip
-    """Refuse a robot that stands in an obstacle, or drives into one; of the stimulus 3 sd of its start's errors count."""
+    """Refuse a robot that stands in an obstacle, or drives into one, counting 3 sd of the errors of a stimulus."""
     at = np.array([(pose.x, pose.y) for pose in poses])
     radius_cm, errors_cm = ROBOT_RADIUS_CM if name == "observer" else body_cm(settings), np.zeros(len(at))
     if name == "stimulus":
@@ -171,8 +171,8 @@ def _check_fit(
         counting = ", counting 3 sd of the start pose's errors" if name == "stimulus" else ""
         raise UsageError(
             f"{condition.label()}: the {name} {where} the obstacle {obstacle.name} of the arena {around.source}: there"
-            f" its body, at ({x:.1f}, {y:.1f}) cm, has {room_cm[index]:.1f} cm of room{counting}; legal is above 0; move"
-            " the obstacle, or lead the robot elsewhere"
+            f" its body, at ({x:.1f}, {y:.1f}) cm, has {room_cm[index]:.2f} cm of room{counting}; legal is above 0;"
+            " move the obstacle, or lead the robot elsewhere"
         )
 
 

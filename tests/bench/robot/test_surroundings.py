@@ -1,4 +1,4 @@
-"""Trials in an arena of one's own: what does not fit, or is not seen, is refused before anything runs; copies; rerun."""
+"""Trials in an arena of one's own: what does not fit, or is not seen, is refused before anything runs; reruns."""
 
 import json
 import math
@@ -10,6 +10,15 @@ from experiments.bench.cli import main
 from experiments.bench.engine.errors import UsageError
 from experiments.bench.robot.plan import plan
 from experiments.bench.robot.trajectory import nominal
+
+OWN = """
+from experiments import Experiment, Translation
+
+ARENA = '''<mujoco><include file="bright.xml"/>
+<asset><texture name="t" type="2d" file="tex/own.png"/><material name="t" texture="t"/></asset>
+<worldbody><geom type="box" size="0.01 0.1 0.05" pos="0.3 0 0.05" material="t"/></worldbody></mujoco>'''
+EXPERIMENT = Experiment("own", "a card", Translation((20,), (8,)), varies="speed_cm_s", repeats=1, arena=__file__)
+"""
 
 
 def written(folder, body, name="own.xml"):
@@ -80,7 +89,7 @@ def test_paths_of_ones_own_are_held_against_obstacles(tmp_path):
         return Experiment("away", "it drives away", Away(), varies="motion", arena=source)
 
     plan(design(6.0), ("dsnn",), (), 1, 0)
-    with pytest.raises(UsageError, match="away straight.*: the stimulus drives into"):
+    with pytest.raises(UsageError, match=r"away straight.*: the stimulus drives into"):
         plan(design(0.0), ("dsnn",), (), 1, 0)
 
 
@@ -99,16 +108,9 @@ def test_a_run_in_an_arena_is_repeated_from_its_copies_alone(tmp_path, monkeypat
     monkeypatch.chdir(tmp_path)
     (tmp_path / "tex").mkdir()
     cv2.imwrite("tex/own.png", np.full((8, 8), 90, np.uint8))
-    (tmp_path / "own.py").write_text(
-        "def ARENA():\n"
-        "    return '''<mujoco><include file=\"bright.xml\"/><asset><texture name=\"t\" type=\"2d\" file=\"tex/own.png\"/>"
-        '<material name="t" texture="t"/></asset><worldbody><geom type="box" size="0.01 0.1 0.05" pos="0.3 0 0.05"'
-        " material=\"t\"/></worldbody></mujoco>'''\n"
-        "from experiments import Experiment, Translation\n"
-        "EXPERIMENT = Experiment('own', 'before a card', Translation((20,), (8,)), varies='speed_cm_s', repeats=1,"
-        " arena=__file__)\n"
-    )
-    made = run("own.py", out="there", recordings=False, workers=0, quiet=True, settings={"scene.shell_picture": "tex/own.png"})  # fmt: skip
+    (tmp_path / "own.py").write_text(OWN)
+    settings = {"scene.shell_picture": "tex/own.png"}
+    made = run("own.py", out="there", recordings=False, workers=0, quiet=True, settings=settings)
     noted = json.loads((made.folder / "experiment.json").read_text())
     assert {path.rpartition("/")[2] for path in noted["files"]} == {"own.py", "own.png"}
     assert set(made.trials.column("scene.shell_picture").to_pylist()) == {"own.png"}
