@@ -110,7 +110,7 @@ def surroundings(source: str) -> Surroundings:
 def _surroundings(source: str, _digests: tuple[object, ...]) -> Surroundings:
     import mujoco
 
-    from colias_sim.obstacles import obstacles
+    from colias_sim.obstacles import obstacles as standing
     from colias_sim.scene import compile_arena
 
     try:
@@ -119,7 +119,12 @@ def _surroundings(source: str, _digests: tuple[object, ...]) -> Surroundings:
         raise UsageError(str(error)) from None
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    return Surroundings(source, model, data, obstacles(model))
+    return Surroundings(source, model, data, standing(model))
+
+
+def obstacles(source: str) -> tuple[Obstacle, ...]:
+    """List what stands in an arena, by its name or the path of its file; those that ship are empty rooms."""
+    return () if source in ARENAS else surroundings(source).obstacles
 
 
 def check(conditions: Iterable[Condition], settings: Settings) -> None:

@@ -139,6 +139,18 @@ def test_an_edited_arena_is_compiled_anew(tmp_path):
     assert peaks[0] > peaks[1] + 0.1, "a black robot before a black card"
 
 
+def test_a_recording_draws_the_obstacles(tmp_path):
+    from experiments.bench.robot.recording import record
+    from experiments.bench.robot.trial import forget_simulations, run_trial
+
+    recordings = [
+        record(run_trial(planned(arena, "experiment.speeds_cm_s=30").specs()[0], keep_media=True))
+        for arena in (written(tmp_path, pillar(0.2, 0.0)), "bright")
+    ]
+    forget_simulations()
+    assert [b"scene/obstacles" in recording for recording in recordings] == [True, False]
+
+
 def test_check_tries_the_laws_and_the_files_own_trials(tmp_path, capsys):
     assert main.command(["check", written(tmp_path, pillar(0.2, 0.0))]) == 0
     assert main.command(["check", written(tmp_path, pillar(0.0, 0.0))]) == 1
